@@ -1,0 +1,182 @@
+//! From an occupancy grid to what driving costs: cells closer to an obstacle than the robot's
+//! radius are closed, cells a little further off are dear, open space costs its length.
+
+use crate::{Cell, Geometry, Grid, Point2, distance_transform};
+
+/// What is known about a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occupancy {
+    /// Seen, and nothing is there.
+    Free,
+    /// Not seen yet, or undecided.
+    Unknown,
+    /// Something is there.
+    Occupied,
+}
+
+/// Where probability turns into knowledge, as in `map_server`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thresholds {
+    /// Cells below this probability are free (0..1).
+    pub free: f64,
+    /// Cells above this probability are occupied (0..1).
+    pub occupied: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self { free: 0.196, occupied: 0.65 }
+    }
+}
+
+impl Thresholds {
+    /// Classifies a cell of an occupancy grid message: 0..=100 percent, negative for unknown.
+    pub fn classify(&self, percent: i8) -> Occupancy {
+        let probability = f64::from(percent) / 100.0;
+        if percent < 0 {
+            Occupancy::Unknown
+        } else if probability > self.occupied {
+            Occupancy::Occupied
+        } else if probability < self.free {
+            Occupancy::Free
+        } else {
+            Occupancy::Unknown
+        }
+    }
+}
+
+/// How obstacles are grown for a round robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inflation {
+    /// Centres closer than this to an obstacle are closed, in metres.
+    pub radius_m: f64,
+    /// Centres closer than this to an obstacle cost more, in metres.
+    pub comfort_m: f64,
+    /// How many times its length a path costs at `radius_m`, on top; falls to 0 at `comfort_m`.
+    pub weight: f64,
+    /// Times its length a path through unknown cells costs, on top; `None` closes them.
+    pub unknown_weight: Option<f64>,
+}
+
+/// The cost of driving through each cell, and how far the next obstacle is.
+#[derive(Clone, Debug)]
+pub struct CostMap {
+    /// Cost per metre, at least 1; infinite where closed.
+    factor: Grid<f32>,
+    clearance_m: Grid<f32>,
+}
+
+impl CostMap {
+    /// Grows the occupied cells of a map.
+    pub fn new(map: &Grid<Occupancy>, inflation: &Inflation) -> Self {
+        let clearance_m = distance_transform(&map.map(|&o| o == Occupancy::Occupied));
+        let mut factor = Grid::filled(*map.geometry(), f32::INFINITY);
+        let inputs = map.values().iter().zip(clearance_m.values());
+        for (out, (&occupancy, &clearance_m)) in factor.values_mut().iter_mut().zip(inputs) {
+            *out = inflation.factor(occupancy, clearance_m);
+        }
+        Self { factor, clearance_m }
+    }
+
+    /// Returns where the map lies.
+    pub const fn geometry(&self) -> &Geometry {
+        self.factor.geometry()
+    }
+
+    /// Returns the cost per metre in a cell, at least 1; `None` where closed or outside.
+    pub fn factor(&self, cell: Cell) -> Option<f32> {
+        self.factor.get(cell).copied().filter(|factor| factor.is_finite())
+    }
+
+    /// Says whether a robot's centre may be in a cell.
+    pub fn is_open(&self, cell: Cell) -> bool {
+        self.factor(cell).is_some()
+    }
+
+    /// Returns the distance from a point's cell to the nearest obstacle, in metres; infinite
+    /// outside.
+    pub fn clearance_m(&self, point: Point2) -> f64 {
+        self.clearance_m.at(point).map_or(f64::INFINITY, |&m| f64::from(m))
+    }
+
+    /// Returns the open cell nearest to a point within `reach_m`, the point's own first.
+    pub fn nearest_open(&self, point: Point2, reach_m: f64) -> Option<Cell> {
+        let middle = self.geometry().cell_at(point);
+        let reach = (reach_m / self.geometry().resolution_m).ceil() as i32;
+        let around = (-reach..=reach)
+            .flat_map(|rows| (-reach..=reach).map(move |columns| middle.offset(columns, rows)));
+        around
+            .filter(|&cell| self.is_open(cell))
+            .map(|cell| (cell, self.geometry().centre(cell).distance_m(point)))
+            .filter(|&(cell, away_m)| away_m <= reach_m || cell == middle)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(cell, _)| cell)
+    }
+}
+
+impl Inflation {
+    fn factor(&self, occupancy: Occupancy, clearance_m: f32) -> f32 {
+        let clearance_m = f64::from(clearance_m);
+        if occupancy == Occupancy::Occupied || clearance_m < self.radius_m {
+            return f32::INFINITY;
+        }
+        let unknown = match (occupancy, self.unknown_weight) {
+            (Occupancy::Unknown, None) => return f32::INFINITY,
+            (Occupancy::Unknown, Some(weight)) => weight,
+            _ => 0.0,
+        };
+        let comfort = (self.comfort_m - clearance_m) / (self.comfort_m - self.radius_m);
+        let near = if comfort > 0.0 { self.weight * comfort * comfort } else { 0.0 };
+        (1.0 + near + unknown) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::search::tests::ascii_map;
+
+    const INFLATION: Inflation =
+        Inflation { radius_m: 0.15, comfort_m: 0.35, weight: 4.0, unknown_weight: None };
+
+    #[test]
+    fn thresholds_are_those_of_map_server() {
+        let check = |percent, expected| {
+            assert_eq!(Thresholds::default().classify(percent), expected, "{percent}");
+        };
+        check(-1, Occupancy::Unknown);
+        check(0, Occupancy::Free);
+        check(19, Occupancy::Free);
+        check(20, Occupancy::Unknown);
+        check(65, Occupancy::Unknown);
+        check(66, Occupancy::Occupied);
+        check(100, Occupancy::Occupied);
+    }
+
+    #[test]
+    fn cost_falls_with_the_distance_to_the_wall() {
+        let map = CostMap::new(&ascii_map(0.1, &["#......."]), &INFLATION);
+        let factors: Vec<_> = (0..8).map(|c| map.factor(Cell::new(c, 0))).collect();
+        assert_eq!(factors[..2], [None, None]);
+        assert!(factors[2] > factors[3] && factors[3] > factors[4]);
+        assert_eq!(factors[4..], [Some(1.0); 4]);
+    }
+
+    #[test]
+    fn unknown_is_closed_or_dear() {
+        let map = ascii_map(0.1, &["..?."]);
+        assert!(!CostMap::new(&map, &INFLATION).is_open(Cell::new(2, 0)));
+        let dear = Inflation { unknown_weight: Some(3.0), ..INFLATION };
+        assert_eq!(CostMap::new(&map, &dear).factor(Cell::new(2, 0)), Some(4.0));
+    }
+
+    #[test]
+    fn the_nearest_open_cell_is_found_within_reach() {
+        let map = CostMap::new(&ascii_map(0.1, &["#......."]), &INFLATION);
+        let at_wall = Point2::new(0.05, 0.05);
+        assert_eq!(map.nearest_open(at_wall, 0.5), Some(Cell::new(2, 0)));
+        assert_eq!(map.nearest_open(at_wall, 0.1), None);
+        let open = Point2::new(0.55, 0.05);
+        assert_eq!(map.nearest_open(open, 0.0), Some(Cell::new(5, 0)));
+    }
+}
