@@ -1,0 +1,2 @@
+//! The `armor` binary.
+fn main() {}

@@ -1,0 +1,99 @@
+//! Bulk arrays of numbers: the bytes of a `Vec`, moved by `memcpy` instead of one by one.
+
+use std::ops::{Deref, DerefMut};
+
+use bincode::de::read::Reader;
+use bincode::de::{Decode, Decoder};
+use bincode::enc::write::Writer;
+use bincode::enc::{Encode, Encoder};
+use bincode::error::{DecodeError, EncodeError};
+use bytemuck::Pod;
+
+use crate::message::WireType;
+use crate::schema::Schema;
+
+/// A growable array of plain numbers that travels as one little-endian blob.
+///
+/// On the wire it is the same as a `Vec<T>`: a `u64` count, then the elements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Array<T>(Vec<T>);
+
+/// A number that may be the element of an [`Array`]. All are plain old data.
+pub trait Element: Pod + WireType {}
+impl Element for u8 {}
+impl Element for i8 {}
+impl Element for u16 {}
+impl Element for i16 {}
+impl Element for u32 {}
+impl Element for i32 {}
+impl Element for u64 {}
+impl Element for i64 {}
+impl Element for f32 {}
+impl Element for f64 {}
+
+// The blob is the memory of the array; a big-endian host would have to swap each element.
+const _: () = assert!(cfg!(target_endian = "little"), "Armor's arrays need a little-endian host");
+
+impl<T> From<Vec<T>> for Array<T> {
+    fn from(items: Vec<T>) -> Self {
+        Self(items)
+    }
+}
+
+impl<T> From<Array<T>> for Vec<T> {
+    fn from(array: Array<T>) -> Self {
+        array.0
+    }
+}
+
+impl<T> FromIterator<T> for Array<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Self {
+        Self(items.into_iter().collect())
+    }
+}
+
+impl<T> Deref for Array<T> {
+    type Target = Vec<T>;
+    fn deref(&self) -> &Vec<T> {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Array<T> {
+    fn deref_mut(&mut self) -> &mut Vec<T> {
+        &mut self.0
+    }
+}
+
+impl<T: Element> Encode for Array<T> {
+    fn encode<E: Encoder>(&self, encoder: &mut E) -> Result<(), EncodeError> {
+        (self.0.len() as u64).encode(encoder)?;
+        encoder.writer().write(bytemuck::cast_slice(&self.0))
+    }
+}
+
+impl<Context, T: Element> Decode<Context> for Array<T> {
+    fn decode<D: Decoder<Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
+        let count = u64::decode(decoder)?;
+        let bytes = usize::try_from(count)
+            .ok()
+            .and_then(|count| count.checked_mul(size_of::<T>()))
+            .ok_or(DecodeError::LimitExceeded)?;
+        decoder.claim_bytes_read(bytes)?;
+        // Only slices are decoded, and they can be peeked into: a lying count allocates nothing.
+        let blob = decoder
+            .reader()
+            .peek_read(bytes)
+            .ok_or(DecodeError::UnexpectedEnd { additional: bytes })?;
+        let items = bytemuck::pod_collect_to_vec::<u8, T>(blob);
+        decoder.reader().consume(bytes);
+        Ok(Self(items))
+    }
+}
+
+impl<T: Element> WireType for Array<T> {
+    const MIN_LEN: usize = 8;
+    fn schema() -> Schema {
+        Schema::List(Box::new(T::schema()))
+    }
+}

@@ -1,0 +1,207 @@
+//! What is said on a control connection to a component: the executive's commands, the component's
+//! reports, and what observers want to know.
+
+use serde::Serialize;
+
+use crate::Message;
+
+/// By what right a control connection is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Role {
+    /// Activates and freezes; gets reports. The one that connected last is the executive.
+    Executive,
+    /// Watches beats and may end the process.
+    Launcher,
+    /// Looks.
+    Observer,
+}
+
+/// What a component is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+#[serde(rename_all = "lowercase")]
+pub enum RunState {
+    /// It waits for its settings and parameters.
+    Starting,
+    /// It gets no calls.
+    Frozen,
+    /// It runs.
+    Active,
+    /// It has reported that it is done; it gets no calls until it is activated again.
+    Done,
+    /// It has reported a failure; it gets no calls until it is activated again.
+    Failed,
+}
+
+/// To a component.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Command {
+    /// Run. Confirmed by `State`.
+    Activate {
+        /// Counts the executive's activations; reports carry it.
+        activation: u64,
+    },
+    /// Come to rest and stop. Confirmed by `State`, after the last call.
+    Freeze {
+        /// The activation that ends.
+        activation: u64,
+    },
+    /// Come to rest and end the process.
+    Terminate,
+    /// "How are you?" Answered by `Status`.
+    Status {
+        /// Names the answer.
+        request: u64,
+    },
+    /// "I have that report."
+    Acknowledge {
+        /// The report's number.
+        report: u64,
+    },
+    /// "I am alive."
+    Beat,
+}
+
+/// From a component.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Answer {
+    /// What it is doing; sent first, and at every change.
+    State {
+        /// What.
+        state: RunState,
+        /// In which activation.
+        activation: u64,
+        /// Whether it can be activated and frozen.
+        controllable: bool,
+    },
+    /// What user code reports. Sent again until acknowledged.
+    Report {
+        /// Counts the reports of this process start, from 1.
+        report: u64,
+        /// The activation it belongs to.
+        activation: u64,
+        /// What is reported.
+        outcome: ReportKind,
+    },
+    /// All about it.
+    Status {
+        /// The request.
+        request: u64,
+        /// The answer.
+        status: Status,
+    },
+    /// "I am alive."
+    Beat {
+        /// How long the running call of user code has taken, in seconds; 0 if none runs.
+        call_s: f64,
+    },
+}
+
+/// What a component tells the executive.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub enum ReportKind {
+    /// The task is over.
+    Done,
+    /// It cannot be done.
+    Failed {
+        /// Why.
+        reason: String,
+    },
+    /// Something happened.
+    Event {
+        /// Its name.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// All about a component, as `armor ps`, `graph` and the designer show it.
+#[derive(Clone, Debug, PartialEq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+pub struct Status {
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// What it is doing.
+    pub state: RunState,
+    /// In which activation.
+    pub activation: u64,
+    /// Whether it can be activated and frozen.
+    pub controllable: bool,
+    /// Seconds since its start.
+    pub uptime_s: f64,
+    /// Calls of `exec` so far.
+    pub exec_calls: u64,
+    /// System time minus this host's wall clock, in seconds.
+    pub clock_offset_s: f64,
+    /// Half the round trip the offset was measured with, in seconds: its error is at most that.
+    pub clock_error_s: Option<f64>,
+    /// Its last error, in words; empty if there was none.
+    pub last_error: String,
+    /// Its outputs.
+    pub outputs: Vec<OutputStatus>,
+    /// Its inputs.
+    pub inputs: Vec<InputStatus>,
+}
+
+/// An output and its links.
+#[derive(Clone, Debug, PartialEq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+pub struct OutputStatus {
+    /// Local name.
+    pub id: String,
+    /// Unique name.
+    pub data: String,
+    /// Name of its type.
+    pub type_name: String,
+    /// How many were published.
+    pub published: u64,
+    /// Its links.
+    pub links: Vec<LinkStatus>,
+}
+
+/// One link, seen from its provider.
+#[derive(Clone, Debug, PartialEq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+pub struct LinkStatus {
+    /// Who subscribes.
+    pub to: String,
+    /// What it gets when slow.
+    pub keep: String,
+    /// Data given to the network.
+    pub sent: u64,
+    /// Data dropped here because the subscriber was slow.
+    pub dropped: u64,
+    /// Data waiting now.
+    pub queued: u64,
+    /// Whether the subscriber asked for a pause.
+    pub paused: bool,
+}
+
+/// An input.
+#[derive(Clone, Debug, PartialEq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+pub struct InputStatus {
+    /// Local name.
+    pub id: String,
+    /// Unique name of the data that feeds it; empty if none does.
+    pub data: String,
+    /// Whether the link is up.
+    pub connected: bool,
+    /// Data handed to the component.
+    pub received: u64,
+    /// Data lost before this process, seen as gaps.
+    pub lost: u64,
+    /// Data dropped in this process because the component was busy.
+    pub dropped: u64,
+    /// How often the link came up.
+    pub connections: u64,
+    /// Why the link is down, in words; empty if it is up.
+    pub problem: String,
+}

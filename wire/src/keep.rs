@@ -1,0 +1,82 @@
+//! What a link does for a consumer that is slower than its provider, and how its ends wait.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::Message;
+
+/// Largest `keep="n"`.
+pub const MAX_KEEP: u32 = 65_536;
+
+/// What a slow consumer gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Keep {
+    /// Only the newest; older ones that wait are dropped and counted.
+    #[default]
+    Latest,
+    /// The newest `count`; the oldest is dropped and counted.
+    Last {
+        /// How many wait at most.
+        count: u32,
+    },
+    /// Everything; the sender waits, with a deadline.
+    All,
+}
+
+/// How the two ends of a link wait for each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Wake {
+    /// They sleep in the kernel.
+    #[default]
+    Sleep,
+    /// They poll: a tenth of the latency for a whole core.
+    Spin,
+}
+
+impl FromStr for Keep {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "latest" => Ok(Self::Latest),
+            "all" => Ok(Self::All),
+            number => number
+                .parse()
+                .ok()
+                .filter(|count| (1..=MAX_KEEP).contains(count))
+                .map(|count| Self::Last { count })
+                .ok_or_else(|| format!("keep is latest, all, or a number from 1 to {MAX_KEEP}")),
+        }
+    }
+}
+
+impl fmt::Display for Keep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Latest => f.write_str("latest"),
+            Self::Last { count } => write!(f, "{count}"),
+            Self::All => f.write_str("all"),
+        }
+    }
+}
+
+impl FromStr for Wake {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "sleep" => Ok(Self::Sleep),
+            "spin" => Ok(Self::Spin),
+            _ => Err("wake is sleep or spin".into()),
+        }
+    }
+}
+
+impl fmt::Display for Wake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Sleep => "sleep",
+            Self::Spin => "spin",
+        })
+    }
+}

@@ -1,0 +1,32 @@
+//! The Armor protocol without IO and without a clock: what travels, in which bytes, and the small
+//! state machines that both ends of a connection run.
+//!
+//! Start with [`frame`] (how bytes become frames), then [`hello`] (how a connection begins), then
+//! [`message`] and [`schema`] (how data is typed). The normative text is `docs/protocol.md`.
+
+// Derived code names this crate by its public path, also inside the crate itself.
+extern crate self as armor_wire;
+
+pub mod array;
+pub mod backoff;
+pub mod clock;
+pub mod codec;
+pub mod config;
+pub mod control;
+pub mod frame;
+pub mod hello;
+pub mod keep;
+pub mod liveness;
+pub mod manifest;
+pub mod message;
+pub mod name;
+pub mod quantity;
+pub mod registry;
+pub mod schema;
+
+pub use armor_wire_derive::Message;
+pub use array::Array;
+pub use message::{Message, WireType};
+
+#[doc(hidden)]
+pub use bincode;

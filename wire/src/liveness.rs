@@ -1,0 +1,44 @@
+//! Who says nothing for three beats is suspected. Times are durations since any fixed moment.
+
+use std::time::Duration;
+
+/// How often each end of a quiet connection says that it is alive.
+pub const BEAT: Duration = Duration::from_millis(500);
+/// How many beats may be missed before the other end is taken for dead.
+pub const MISSED_BEATS: u32 = 3;
+/// Silence after which the other end is taken for dead; `TCP_USER_TIMEOUT` is the same.
+pub const SILENCE: Duration = Duration::from_millis(1750);
+
+/// Watches one connection.
+#[derive(Clone, Copy, Debug)]
+pub struct Liveness {
+    heard: Duration,
+    spoke: Duration,
+}
+
+impl Liveness {
+    /// A connection that began at `now`.
+    pub fn new(now: Duration) -> Self {
+        Self { heard: now, spoke: now }
+    }
+
+    /// Something arrived.
+    pub fn heard(&mut self, now: Duration) {
+        self.heard = now;
+    }
+
+    /// Something was sent.
+    pub fn spoke(&mut self, now: Duration) {
+        self.spoke = now;
+    }
+
+    /// Whether a beat should be sent.
+    pub fn owes_beat(&self, now: Duration) -> bool {
+        now.saturating_sub(self.spoke) >= BEAT
+    }
+
+    /// Whether the other end is taken for dead.
+    pub fn is_silent(&self, now: Duration) -> bool {
+        now.saturating_sub(self.heard) >= SILENCE
+    }
+}

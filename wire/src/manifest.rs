@@ -1,0 +1,195 @@
+//! What `<executable> --describe` prints: the ports and parameters of a kind of component.
+
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::{self, Unit};
+
+/// Version of the JSON form.
+pub const MANIFEST_VERSION: u32 = 1;
+
+/// Everything the rest of the system knows about a kind of component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of this JSON form, [`MANIFEST_VERSION`].
+    pub armor_manifest: u32,
+    /// The kind, as the file names it.
+    pub kind: String,
+    /// What the component does, in one line.
+    pub summary: String,
+    /// What it takes.
+    pub inputs: Vec<PortManifest>,
+    /// What it publishes.
+    pub outputs: Vec<PortManifest>,
+    /// What can be set in the file.
+    pub parameters: Vec<ParameterManifest>,
+}
+
+/// An input or an output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PortManifest {
+    /// Local name of the port.
+    pub id: String,
+    /// Name of the message type.
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// Canonical text of the message type's schema.
+    pub schema: String,
+    /// Hash of the schema, as 16 hexadecimal digits.
+    #[serde(with = "hex")]
+    pub schema_hash: u64,
+    /// What it carries, in one line; may be empty.
+    #[serde(default)]
+    pub doc: String,
+    /// For an input: whether it must be fed.
+    #[serde(default)]
+    pub required: bool,
+    /// For an output: whether a late subscriber gets the last value at once.
+    #[serde(default)]
+    pub latched: bool,
+}
+
+/// The type of a parameter's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ParameterType {
+    /// A number, with a unit if the parameter has one.
+    Number,
+    /// A whole number.
+    Integer,
+    /// Any text.
+    Text,
+    /// One of the listed choices.
+    Choice,
+    /// A file or folder; relative to the file that assigns it.
+    Path,
+    /// `true` or `false`.
+    Flag,
+    /// `#rrggbb`.
+    Colour,
+}
+
+/// A parameter of a kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterManifest {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    #[serde(rename = "type")]
+    pub kind: ParameterType,
+    /// The unit its number is given to the component in, such as `m/s`; empty without.
+    #[serde(default)]
+    pub unit: String,
+    /// What it is when the file does not assign it; without one it must be assigned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<String>,
+    /// Smallest value, in SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub minimum: Option<f64>,
+    /// Largest value, in SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maximum: Option<f64>,
+    /// The choices of a [`ParameterType::Choice`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<String>,
+    /// What it does, in one line; may be empty.
+    #[serde(default)]
+    pub doc: String,
+    /// Whether a change reaches the running component.
+    #[serde(default)]
+    pub live: bool,
+}
+
+/// A parameter's value, of its declared type.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParameterValue {
+    /// In SI.
+    Number(f64),
+    /// A whole number.
+    Integer(i64),
+    /// Text, a choice, a colour, or a path as written.
+    Text(String),
+    /// Yes or no.
+    Flag(bool),
+}
+
+impl ParameterManifest {
+    /// Reads `text` as a value of this parameter.
+    ///
+    /// # Errors
+    /// What is wrong with the text and what would be right, in words.
+    pub fn parse(&self, text: &str) -> Result<ParameterValue, String> {
+        match self.kind {
+            ParameterType::Number => self.number(text).map(ParameterValue::Number),
+            ParameterType::Integer => self.integer(text).map(ParameterValue::Integer),
+            ParameterType::Flag => match text {
+                "true" => Ok(ParameterValue::Flag(true)),
+                "false" => Ok(ParameterValue::Flag(false)),
+                _ => Err(format!("`{text}` is neither true nor false")),
+            },
+            ParameterType::Choice if !self.choices.iter().any(|choice| choice == text) => {
+                Err(format!("`{text}` is none of {}", self.choices.join(", ")))
+            }
+            ParameterType::Colour if !is_colour(text) => {
+                Err(format!("`{text}` is not a colour; write it as #rrggbb"))
+            }
+            ParameterType::Path if text.is_empty() && self.default.as_deref() != Some("") => {
+                Err("a path is expected".into())
+            }
+            _ => Ok(ParameterValue::Text(text.into())),
+        }
+    }
+
+    fn number(&self, text: &str) -> Result<f64, String> {
+        let quantity = quantity::parse(text).map_err(|e| e.to_string())?;
+        if let Some(given) = quantity.unit {
+            let wanted = Unit::named(&self.unit)
+                .ok_or_else(|| format!("`{text}` has a unit, but this parameter has none"))?;
+            if given.dimension != wanted.dimension {
+                return Err(format!("`{text}` is not in {} or a multiple of it", self.unit));
+            }
+        }
+        // A bare number is in the parameter's own unit.
+        let scale = if quantity.unit.is_none() {
+            Unit::named(&self.unit).map_or(1.0, |u| u.to_si)
+        } else {
+            1.0
+        };
+        self.in_range(quantity.si * scale, text)
+    }
+
+    fn integer(&self, text: &str) -> Result<i64, String> {
+        let number: i64 = text.parse().map_err(|_| format!("`{text}` is not a whole number"))?;
+        self.in_range(number as f64, text)?;
+        Ok(number)
+    }
+
+    fn in_range(&self, si: f64, text: &str) -> Result<f64, String> {
+        let (low, high) =
+            (self.minimum.unwrap_or(f64::NEG_INFINITY), self.maximum.unwrap_or(f64::INFINITY));
+        if (low..=high).contains(&si) {
+            Ok(si)
+        } else {
+            Err(format!("`{text}` is not between {low} and {high} (SI units)"))
+        }
+    }
+}
+
+fn is_colour(text: &str) -> bool {
+    text.len() == 7 && text.starts_with('#') && text[1..].bytes().all(|b| b.is_ascii_hexdigit())
+}
+
+mod hex {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(hash: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&format!("{hash:016x}"))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        u64::from_str_radix(&text, 16).map_err(D::Error::custom)
+    }
+}

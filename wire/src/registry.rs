@@ -1,0 +1,145 @@
+//! What is said between a process and the registry: name to endpoint, type and instance, and the time.
+
+use crate::Message;
+use crate::hello::Refusal;
+
+/// Port the registry listens on unless told otherwise. Below the ephemeral range, so that a client
+/// that connects to a dead registry cannot connect to itself.
+pub const DEFAULT_PORT: u16 = 7411;
+
+/// A registered process.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct ComponentEntry {
+    /// Its name, unique in the system.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// Its process start; unique.
+    pub instance: u64,
+    /// Process id on its host.
+    pub pid: u32,
+    /// Name of its host.
+    pub host: String,
+    /// Where it listens, `address:port`.
+    pub endpoint: String,
+}
+
+/// An output that is provided.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct DataEntry {
+    /// Unique name, `component.output`.
+    pub data: String,
+    /// Name of its type.
+    pub type_name: String,
+    /// Schema of its type, as canonical text.
+    pub schema: String,
+    /// Whether a late subscriber gets the last value at once.
+    pub latched: bool,
+}
+
+/// From a process to the registry.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Request {
+    /// "I publish this."
+    Provide {
+        /// Names the answer.
+        request: u64,
+        /// What is published.
+        entry: DataEntry,
+    },
+    /// "I publish this no more."
+    Withdraw {
+        /// Unique name of the data.
+        data: String,
+    },
+    /// "Who publishes this?" Answered by `Found` as soon as somebody does.
+    Lookup {
+        /// Names the answer.
+        request: u64,
+        /// Unique name of the data.
+        data: String,
+        /// Schema the asker expects; empty takes any.
+        schema: String,
+        /// Whether to wait for a provider that is not there yet.
+        wait: bool,
+    },
+    /// "I do not want that answer any more."
+    Cancel {
+        /// The request.
+        request: u64,
+    },
+    /// "What is there?" Answered by `Listing`.
+    List {
+        /// Names the answer.
+        request: u64,
+    },
+    /// "Tell me of every process that comes and goes." All present ones are told at once.
+    Watch,
+    /// "What time is it?"
+    Time {
+        /// The asker's monotonic clock in seconds when it asked.
+        asked_s: f64,
+    },
+    /// "I am alive."
+    Beat,
+}
+
+/// From the registry to a process.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Reply {
+    /// The data is registered.
+    Provided {
+        /// The request.
+        request: u64,
+    },
+    /// The request is refused.
+    Refused {
+        /// The request.
+        request: u64,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// Somebody publishes the data.
+    Found {
+        /// The request.
+        request: u64,
+        /// What is published.
+        entry: DataEntry,
+        /// By whom.
+        provider: ComponentEntry,
+    },
+    /// All that is registered.
+    Listing {
+        /// The request.
+        request: u64,
+        /// The processes, by name.
+        components: Vec<ComponentEntry>,
+        /// Their outputs, by name.
+        data: Vec<DataEntry>,
+    },
+    /// A watched process has come.
+    Appeared {
+        /// Which.
+        entry: ComponentEntry,
+    },
+    /// A watched process has gone.
+    Gone {
+        /// Which.
+        entry: ComponentEntry,
+    },
+    /// The time.
+    Time {
+        /// As in the request.
+        asked_s: f64,
+        /// System time in seconds when the request arrived.
+        received_s: f64,
+        /// System time in seconds when this was sent.
+        sent_s: f64,
+    },
+    /// "I am alive."
+    Beat,
+}

@@ -1,0 +1,169 @@
+//! Any message as JSON, from its schema alone.
+//!
+//! Numbers that JSON lacks are the strings `"NaN"`, `"Infinity"`, `"-Infinity"`, and bytes are
+//! base64, as in the JSON mapping of Protocol Buffers 3.
+
+use serde_json::{Map, Value};
+use thiserror::Error;
+
+use super::{Field, Schema};
+
+/// Why a payload does not fit its schema.
+#[derive(Debug, Error, PartialEq, Eq)]
+#[error("{path}: {problem} at byte {at}")]
+pub struct JsonError {
+    /// The field being read, such as `pose.position.x`.
+    pub path: String,
+    /// Offset into the payload.
+    pub at: usize,
+    /// What is wrong there.
+    pub problem: &'static str,
+}
+
+/// Decodes `payload` by `schema`. Takes memory in proportion to the payload, whatever it claims.
+///
+/// # Errors
+/// [`JsonError`] if the payload is not exactly one value of the schema.
+pub fn to_json(schema: &Schema, payload: &[u8]) -> Result<Value, JsonError> {
+    let mut reader = Reader { payload, at: 0, path: Vec::new() };
+    let value = reader.value(schema)?;
+    if reader.at < payload.len() {
+        return Err(reader.error("bytes are left over"));
+    }
+    Ok(value)
+}
+
+struct Reader<'a> {
+    payload: &'a [u8],
+    at: usize,
+    path: Vec<String>,
+}
+
+impl<'a> Reader<'a> {
+    fn error(&self, problem: &'static str) -> JsonError {
+        let path = if self.path.is_empty() { "value".into() } else { self.path.join(".") };
+        JsonError { path, at: self.at, problem }
+    }
+
+    fn bytes(&mut self, len: usize) -> Result<&'a [u8], JsonError> {
+        let end = self.at.checked_add(len).filter(|end| *end <= self.payload.len());
+        let end = end.ok_or_else(|| self.error("the payload ends too early"))?;
+        let bytes = &self.payload[self.at..end];
+        self.at = end;
+        Ok(bytes)
+    }
+
+    fn fixed<const N: usize>(&mut self) -> Result<[u8; N], JsonError> {
+        let mut out = [0; N];
+        out.copy_from_slice(self.bytes(N)?);
+        Ok(out)
+    }
+
+    fn flag(&mut self) -> Result<bool, JsonError> {
+        match self.fixed::<1>()?[0] {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(self.error("a flag is neither 0 nor 1")),
+        }
+    }
+
+    fn count(&mut self, item_len: usize) -> Result<usize, JsonError> {
+        let count = u64::from_le_bytes(self.fixed()?);
+        let left = (self.payload.len() - self.at) / item_len.max(1);
+        usize::try_from(count)
+            .ok()
+            .filter(|count| *count <= left)
+            .ok_or_else(|| self.error("a count exceeds the payload"))
+    }
+
+    fn value(&mut self, schema: &Schema) -> Result<Value, JsonError> {
+        Ok(match schema {
+            Schema::Bool => Value::Bool(self.flag()?),
+            Schema::U8 => self.fixed::<1>()?[0].into(),
+            Schema::I8 => i8::from_le_bytes(self.fixed()?).into(),
+            Schema::U16 => u16::from_le_bytes(self.fixed()?).into(),
+            Schema::I16 => i16::from_le_bytes(self.fixed()?).into(),
+            Schema::U32 => u32::from_le_bytes(self.fixed()?).into(),
+            Schema::I32 => i32::from_le_bytes(self.fixed()?).into(),
+            Schema::U64 => u64::from_le_bytes(self.fixed()?).into(),
+            Schema::I64 => i64::from_le_bytes(self.fixed()?).into(),
+            // Through its shortest decimal form, so that 0.1f32 is 0.1 and not 0.10000000149.
+            Schema::F32 => {
+                let number = f32::from_le_bytes(self.fixed()?);
+                float(number.to_string().parse().unwrap_or(f64::from(number)))
+            }
+            Schema::F64 => float(f64::from_le_bytes(self.fixed()?)),
+            Schema::Text => Value::String(self.text()?),
+            Schema::Option(item) => {
+                if self.flag()? {
+                    self.value(item)?
+                } else {
+                    Value::Null
+                }
+            }
+            Schema::List(item) if **item == Schema::U8 => {
+                let len = self.count(1)?;
+                Value::String(base64(self.bytes(len)?))
+            }
+            Schema::List(item) => {
+                let count = self.count(item.min_len())?;
+                self.items(item, count)?
+            }
+            Schema::Fixed(item, count) => self.items(item, *count)?,
+            Schema::Struct { fields, .. } => Value::Object(self.fields(fields)?),
+            Schema::Enum { variants, .. } => {
+                let index = u32::from_le_bytes(self.fixed()?) as usize;
+                let variant =
+                    variants.get(index).ok_or_else(|| self.error("an unknown variant"))?;
+                if variant.fields.is_empty() {
+                    Value::String(variant.name.clone())
+                } else {
+                    let fields = self.fields(&variant.fields)?;
+                    Value::Object(Map::from_iter([(variant.name.clone(), Value::Object(fields))]))
+                }
+            }
+        })
+    }
+
+    fn items(&mut self, item: &Schema, count: usize) -> Result<Value, JsonError> {
+        (0..count).map(|_| self.value(item)).collect::<Result<Vec<_>, _>>().map(Value::Array)
+    }
+
+    fn fields(&mut self, fields: &[Field]) -> Result<Map<String, Value>, JsonError> {
+        let mut object = Map::new();
+        for field in fields {
+            self.path.push(field.name.clone());
+            let value = self.value(&field.schema)?;
+            self.path.pop();
+            object.insert(field.name.clone(), value);
+        }
+        Ok(object)
+    }
+
+    fn text(&mut self) -> Result<String, JsonError> {
+        let len = self.count(1)?;
+        let bytes = self.bytes(len)?;
+        std::str::from_utf8(bytes).map(str::to_owned).map_err(|_| self.error("text is not UTF-8"))
+    }
+}
+
+fn float(number: f64) -> Value {
+    serde_json::Number::from_f64(number).map_or_else(
+        || {
+            let name = if number.is_nan() {
+                "NaN"
+            } else if number > 0.0 {
+                "Infinity"
+            } else {
+                "-Infinity"
+            };
+            name.into()
+        },
+        Value::Number,
+    )
+}
+
+fn base64(bytes: &[u8]) -> String {
+    use base64::Engine;
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}
