@@ -1,0 +1,17 @@
+//! Petri nets with time: what a net is ([`Net`]), and what it does ([`State`]).
+//!
+//! Pure: no IO, no clock, no randomness. `now` is a [`std::time::Duration`] since any moment the
+//! caller likes, and every choice between transitions is decided by the net, never by chance.
+//! Start with `net.rs`, then `state.rs`; `step.rs` plays until nothing is left to do.
+
+mod agenda;
+mod net;
+mod state;
+mod step;
+
+pub use net::{
+    Class, Interval, Net, NetBuilder, NetError, PlaceId, Transition, TransitionBuilder,
+    TransitionId,
+};
+pub use state::{FireError, State};
+pub use step::{EndlessStep, Step};
