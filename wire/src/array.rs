@@ -2,8 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use bincode::de::read::Reader;
-use bincode::de::{Decode, Decoder};
+use bincode::de::Decoder;
 use bincode::enc::write::Writer;
 use bincode::enc::{Encode, Encoder};
 use bincode::error::{DecodeError, EncodeError};
@@ -72,28 +71,12 @@ impl<T: Element> Encode for Array<T> {
     }
 }
 
-impl<Context, T: Element> Decode<Context> for Array<T> {
-    fn decode<D: Decoder<Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
-        let count = u64::decode(decoder)?;
-        let bytes = usize::try_from(count)
-            .ok()
-            .and_then(|count| count.checked_mul(size_of::<T>()))
-            .ok_or(DecodeError::LimitExceeded)?;
-        decoder.claim_bytes_read(bytes)?;
-        // Only slices are decoded, and they can be peeked into: a lying count allocates nothing.
-        let blob = decoder
-            .reader()
-            .peek_read(bytes)
-            .ok_or(DecodeError::UnexpectedEnd { additional: bytes })?;
-        let items = bytemuck::pod_collect_to_vec::<u8, T>(blob);
-        decoder.reader().consume(bytes);
-        Ok(Self(items))
-    }
-}
-
 impl<T: Element> WireType for Array<T> {
     const MIN_LEN: usize = 8;
     fn schema() -> Schema {
         Schema::List(Box::new(T::schema()))
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        Vec::read(decoder).map(Self)
     }
 }

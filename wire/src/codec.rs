@@ -1,7 +1,9 @@
 //! Values to bytes and back: bincode's fixed-width little-endian layout (`docs/protocol.md`,
 //! "Values"), always with a limit, and never with bytes left over.
 
-use bincode::config::{self, Configuration, Fixint, Limit, LittleEndian};
+use bincode::config;
+use bincode::de::read::Reader;
+use bincode::de::{Decoder, DecoderImpl};
 use bincode::enc::write::{SizeWriter, Writer};
 use thiserror::Error;
 
@@ -13,12 +15,6 @@ pub const MAX_CONTROL_LEN: usize = 1 << 20;
 pub const MAX_HELLO_LEN: usize = 64 << 10;
 /// Largest data payload in bytes: an 8 MiB image or a 4096 x 4096 map with room to spare.
 pub const MAX_DATA_LEN: usize = 64 << 20;
-
-type Layout<const LIMIT: usize> = Configuration<LittleEndian, Fixint, Limit<LIMIT>>;
-
-fn layout<const LIMIT: usize>() -> Layout<LIMIT> {
-    config::legacy().with_limit::<LIMIT>()
-}
 
 /// Why bytes are not a value of the wanted type.
 #[derive(Debug, Error)]
@@ -51,17 +47,8 @@ impl EncodeError {
 /// If the value is larger than [`MAX_DATA_LEN`]; `bytes` is then as before.
 pub fn encode_into<T: WireType>(value: &T, bytes: &mut Vec<u8>) -> Result<(), EncodeError> {
     let start = bytes.len();
-    let result = write(value, &mut Append(bytes));
-    let too_long = bytes.len() - start > MAX_DATA_LEN;
-    if result.is_err() || too_long {
-        bytes.truncate(start);
-    }
-    match result {
-        Ok(()) if too_long => {
-            Err(EncodeError::new(bincode::error::EncodeError::Other("value too large")))
-        }
-        other => other,
-    }
+    let most = start.saturating_add(MAX_DATA_LEN);
+    write(value, &mut Append { bytes, most }).inspect_err(|_| bytes.truncate(start))
 }
 
 /// The bytes of `value`.
@@ -79,6 +66,7 @@ pub fn encode<T: WireType>(value: &T) -> Result<Vec<u8>, EncodeError> {
 /// # Errors
 /// What the writer refuses.
 pub fn write<T: WireType, W: Writer>(value: &T, writer: &mut W) -> Result<(), EncodeError> {
+    let _ = const { T::MIN_LEN };
     bincode::encode_into_writer(value, writer, config::legacy()).map_err(EncodeError::new)
 }
 
@@ -90,42 +78,79 @@ pub fn encoded_len<T: WireType>(value: &T) -> Result<usize, EncodeError> {
     let mut size = SizeWriter::default();
     write(value, &mut size)?;
     if size.bytes_written > MAX_DATA_LEN {
-        return Err(EncodeError::new(bincode::error::EncodeError::Other("value too large")));
+        return Err(EncodeError::new(bincode::error::EncodeError::Other("it is larger")));
     }
     Ok(size.bytes_written)
 }
 
 /// Reads a data payload; every byte must belong to the value.
 ///
+/// Takes memory in proportion to the bytes, whatever the counts in them claim; the factor is that
+/// between a value in memory and on the wire.
+///
 /// # Errors
 /// [`DecodeError`] if the bytes are not exactly one value of `T`.
 pub fn decode<T: WireType>(bytes: &[u8]) -> Result<T, DecodeError> {
-    decode_within::<T, MAX_DATA_LEN>(bytes)
+    decode_within(bytes, MAX_DATA_LEN)
 }
 
-/// As [`decode`] for what arrives from a peer that is not known yet: allocates at most about
-/// [`MAX_CONTROL_LEN`] whatever the lengths in `bytes` claim.
+/// As [`decode`] for handshakes and control frames: at most [`MAX_CONTROL_LEN`] bytes.
 ///
 /// # Errors
 /// As [`decode`].
 pub fn decode_control<T: WireType>(bytes: &[u8]) -> Result<T, DecodeError> {
-    decode_within::<T, MAX_CONTROL_LEN>(bytes)
+    decode_within(bytes, MAX_CONTROL_LEN)
 }
 
-fn decode_within<T: WireType, const LIMIT: usize>(bytes: &[u8]) -> Result<T, DecodeError> {
-    let (value, used) = bincode::decode_from_slice::<T, _>(bytes, layout::<LIMIT>())
-        .map_err(DecodeError::Layout)?;
-    if used < bytes.len() {
-        return Err(DecodeError::LeftOver(bytes.len() - used));
+fn decode_within<T: WireType>(bytes: &[u8], limit: usize) -> Result<T, DecodeError> {
+    // Evaluates the checks that the type's parts make at compile time.
+    let _ = const { T::MIN_LEN };
+    if bytes.len() > limit {
+        return Err(DecodeError::Layout(bincode::error::DecodeError::LimitExceeded));
     }
-    Ok(value)
+    let mut decoder = DecoderImpl::new(Payload(bytes), config::legacy(), ());
+    let value = T::read(&mut decoder).map_err(DecodeError::Layout)?;
+    match decoder.reader().0.len() {
+        0 => Ok(value),
+        left => Err(DecodeError::LeftOver(left)),
+    }
 }
 
-struct Append<'a>(&'a mut Vec<u8>);
+/// The bytes not yet read.
+struct Payload<'a>(&'a [u8]);
+
+impl Reader for Payload<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<(), bincode::error::DecodeError> {
+        let Some((taken, rest)) = self.0.split_at_checked(bytes.len()) else {
+            let additional = bytes.len() - self.0.len();
+            return Err(bincode::error::DecodeError::UnexpectedEnd { additional });
+        };
+        bytes.copy_from_slice(taken);
+        self.0 = rest;
+        Ok(())
+    }
+
+    fn peek_read(&mut self, len: usize) -> Option<&[u8]> {
+        self.0.get(..len)
+    }
+
+    fn consume(&mut self, len: usize) {
+        self.0 = self.0.get(len..).unwrap_or_default();
+    }
+}
+
+/// Appends, up to a length, so that a value that is far too large is not first written whole.
+struct Append<'a> {
+    bytes: &'a mut Vec<u8>,
+    most: usize,
+}
 
 impl Writer for Append<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
-        self.0.extend_from_slice(bytes);
+        if bytes.len() > self.most - self.bytes.len() {
+            return Err(bincode::error::EncodeError::Other("it is larger"));
+        }
+        self.bytes.extend_from_slice(bytes);
         Ok(())
     }
 }

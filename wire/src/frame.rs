@@ -1,7 +1,10 @@
 //! Frames: eight bytes of prefix, then a body. Written and read without IO.
-//!
-//! [`FrameReader`] keeps small frames in one buffer, so that a single read brings many of them, and
-//! lets a large one be read straight into place.
+
+mod reader;
+#[cfg(test)]
+mod tests;
+
+pub use reader::{FrameReader, READ_LEN};
 
 use thiserror::Error;
 
@@ -12,8 +15,6 @@ use crate::message::WireType;
 pub const PREFIX_LEN: usize = 8;
 /// Length of what precedes the payload of a data frame: prefix, sequence, stamp, instance.
 pub const DATA_HEADER_LEN: usize = PREFIX_LEN + 24;
-/// How much a [`FrameReader`] reads at once in bytes.
-pub const READ_LEN: usize = 64 << 10;
 
 /// What a frame is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +71,7 @@ pub enum FrameError {
     TooLong {
         /// The frame's kind.
         kind: FrameKind,
-        /// Its announced length.
+        /// Its length as announced, or one more than is allowed if it was never encoded whole.
         len: usize,
     },
     /// A data frame too short for its own header, or reserved bits that are set.
@@ -111,7 +112,7 @@ pub struct DataHeader {
 }
 
 impl DataHeader {
-    /// The bytes before a payload of `payload_len` bytes.
+    /// The bytes before a payload of `payload_len` bytes, at most [`MAX_DATA_LEN`].
     pub fn to_bytes(self, payload_len: usize) -> [u8; DATA_HEADER_LEN] {
         let mut bytes = [0; DATA_HEADER_LEN];
         let len = payload_len + DATA_HEADER_LEN - PREFIX_LEN;
@@ -151,6 +152,21 @@ impl<'a> Frame<'a> {
     }
 }
 
+/// Kind, flags and length of the body that follows.
+fn read_prefix(bytes: [u8; PREFIX_LEN]) -> Result<(FrameKind, u8, usize), FrameError> {
+    let [a, b, c, d, kind, flags, reserved @ ..] = bytes;
+    let len = u32::from_le_bytes([a, b, c, d]) as usize;
+    let kind = FrameKind::from_byte(kind).ok_or(FrameError::UnknownKind(kind))?;
+    if len > kind.max_body_len() {
+        return Err(FrameError::TooLong { kind, len });
+    }
+    let known = if kind == FrameKind::Data { FLAG_FRESH } else { 0 };
+    if flags & !known != 0 || reserved != [0, 0] {
+        return Err(FrameError::Malformed(kind));
+    }
+    Ok((kind, flags, len))
+}
+
 fn prefix(kind: FrameKind, flags: u8, body_len: usize) -> [u8; PREFIX_LEN] {
     // Every body is bounded by `max_body_len`, far below 4 GiB.
     let len = u32::try_from(body_len).unwrap_or(u32::MAX).to_le_bytes();
@@ -177,7 +193,7 @@ pub fn append<T: WireType>(
     let len = bytes.len() - start - PREFIX_LEN;
     if encoded.is_err() || len > kind.max_body_len() {
         bytes.truncate(start);
-        return Err(FrameError::TooLong { kind, len });
+        return Err(FrameError::TooLong { kind, len: len.max(kind.max_body_len() + 1) });
     }
     bytes[start..start + PREFIX_LEN].copy_from_slice(&prefix(kind, 0, len));
     Ok(())
@@ -191,141 +207,4 @@ pub fn to_bytes<T: WireType>(kind: FrameKind, value: &T) -> Result<Vec<u8>, Fram
     let mut bytes = Vec::new();
     append(kind, value, &mut bytes)?;
     Ok(bytes)
-}
-
-/// Turns a stream of bytes into frames.
-///
-/// Read into [`space`](Self::space), say how much with [`filled`](Self::filled), then take frames
-/// with [`next_frame`](Self::next_frame) until it has none.
-pub struct FrameReader {
-    small: Vec<u8>,
-    start: usize,
-    end: usize,
-    large: Vec<u8>,
-    /// How much of `large` has arrived, while a large frame is being read.
-    large_filled: Option<usize>,
-    /// The large frame was handed out; its buffer is free again.
-    large_taken: bool,
-    max_body_len: usize,
-}
-
-/// A large frame's buffer above this is given back after use instead of being kept.
-const KEPT_LARGE_LEN: usize = 16 << 20;
-
-impl Default for FrameReader {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl FrameReader {
-    /// A reader that allows each kind its full length.
-    pub fn new() -> Self {
-        Self::with_limit(usize::MAX)
-    }
-
-    /// A reader that also refuses bodies longer than `max_body_len`: for strangers.
-    pub fn with_limit(max_body_len: usize) -> Self {
-        Self {
-            small: Vec::new(),
-            start: 0,
-            end: 0,
-            large: Vec::new(),
-            large_filled: None,
-            large_taken: false,
-            max_body_len,
-        }
-    }
-
-    /// Lifts the limit, once the peer has proven who it is.
-    pub fn lift_limit(&mut self) {
-        self.max_body_len = usize::MAX;
-    }
-
-    /// Where the next bytes go. Never empty once `next_frame` has returned `None`.
-    pub fn space(&mut self) -> &mut [u8] {
-        if let Some(filled) = self.large_filled {
-            return &mut self.large[filled..];
-        }
-        if self.small.is_empty() {
-            // The first read of most connections is a short handshake.
-            self.small.resize(4 << 10, 0);
-        }
-        if self.start > 0 {
-            self.small.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-        }
-        if self.end == self.small.len() && self.small.len() < READ_LEN {
-            self.small.resize(READ_LEN, 0);
-        }
-        &mut self.small[self.end..]
-    }
-
-    /// Says that `len` bytes of the space were filled.
-    pub fn filled(&mut self, len: usize) {
-        match &mut self.large_filled {
-            Some(filled) => *filled += len,
-            None => self.end += len,
-        }
-    }
-
-    /// Whether a frame has begun but not arrived whole.
-    pub fn is_mid_frame(&self) -> bool {
-        self.large_filled.is_some() || self.end > self.start
-    }
-
-    /// The next whole frame, or `None` if more bytes are needed.
-    ///
-    /// # Errors
-    /// [`FrameError`] if the bytes are not this protocol's; the connection should be closed.
-    pub fn next_frame(&mut self) -> Result<Option<Frame<'_>>, FrameError> {
-        if self.large_taken {
-            self.large_taken = false;
-            if self.large.capacity() > KEPT_LARGE_LEN {
-                self.large = Vec::new();
-            }
-        }
-        if let Some(filled) = self.large_filled {
-            if filled < self.large.len() {
-                return Ok(None);
-            }
-            self.large_filled = None;
-            self.large_taken = true;
-            let (kind, flags, _) = self.parse_prefix(&self.large)?;
-            return Ok(Some(Frame { kind, flags, body: &self.large[PREFIX_LEN..] }));
-        }
-        let have = &self.small[self.start..self.end];
-        if have.len() < PREFIX_LEN {
-            return Ok(None);
-        }
-        let (kind, flags, len) = self.parse_prefix(have)?;
-        let total = PREFIX_LEN + len;
-        if have.len() >= total {
-            let body = self.start + PREFIX_LEN..self.start + total;
-            self.start += total;
-            return Ok(Some(Frame { kind, flags, body: &self.small[body] }));
-        }
-        if total > READ_LEN {
-            // `resize` of a kept buffer touches only what is new.
-            let have = self.start..self.end;
-            self.large.resize(total, 0);
-            self.large[..have.len()].copy_from_slice(&self.small[have.clone()]);
-            self.large_filled = Some(have.len());
-            (self.start, self.end) = (0, 0);
-        }
-        Ok(None)
-    }
-
-    fn parse_prefix(&self, bytes: &[u8]) -> Result<(FrameKind, u8, usize), FrameError> {
-        let len = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize;
-        let kind = FrameKind::from_byte(bytes[4]).ok_or(FrameError::UnknownKind(bytes[4]))?;
-        if len > kind.max_body_len().min(self.max_body_len) {
-            return Err(FrameError::TooLong { kind, len });
-        }
-        if bytes[6] != 0 || bytes[7] != 0 || bytes[5] & !FLAG_FRESH != 0 {
-            return Err(FrameError::Malformed(kind));
-        }
-        Ok((kind, bytes[5], len))
-    }
 }

@@ -1,15 +1,54 @@
-//! What can travel: every field type knows its schema, every message type its name as well.
+//! What can travel: every field type knows its layout and how it is read, every message type its
+//! name as well.
+//!
+//! Reading is ours, not bincode's, for the sake of lists: a count is believed only if the bytes that
+//! are left can hold that many values, so that a short frame never makes us allocate much.
 
-use bincode::{Decode, Encode};
+use bincode::Encode;
+use bincode::de::read::Reader;
+use bincode::de::{Decode, Decoder};
+use bincode::error::DecodeError;
 
 use crate::schema::Schema;
 
+/// Largest `N` of a `[T; N]` that travels.
+pub const MAX_FIXED_COUNT: usize = 1 << 16;
+
+/// A list of unknown size starts with room for so many bytes; it grows with what really arrives.
+const FIRST_LIST_LEN: usize = 4 << 10;
+
 /// A type that can be part of a message. Derived by `#[derive(Message)]`.
-pub trait WireType: Encode + Decode<()> + 'static {
-    /// The fewest bytes a value takes. Never 0, so that no list length is free.
+///
+/// A recursive type does not compile: its least length would depend on itself.
+pub trait WireType: Encode + Sized + 'static {
+    /// The fewest bytes a value takes. 0 only for a type without fields, which no list may hold.
     const MIN_LEN: usize;
+
     /// The layout of the type.
     fn schema() -> Schema;
+
+    /// Reads one value.
+    ///
+    /// # Errors
+    /// If the bytes are not a value of this type or end too early.
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
+
+    /// Reads `count` values that the remaining bytes can hold.
+    #[doc(hidden)]
+    fn read_items<D: Decoder>(decoder: &mut D, count: usize) -> Result<Vec<Self>, DecodeError> {
+        let mut items = Vec::with_capacity(count.min(FIRST_LIST_LEN / size_of::<Self>().max(1)));
+        for _ in 0..count {
+            items.push(Self::read(decoder)?);
+        }
+        Ok(items)
+    }
+
+    /// Reads an array of fixed length.
+    #[doc(hidden)]
+    fn read_array<D: Decoder, const N: usize>(decoder: &mut D) -> Result<[Self; N], DecodeError> {
+        let items = Self::read_items(decoder, N)?;
+        items.try_into().map_err(|_| DecodeError::Other("an array of another length"))
+    }
 }
 
 /// A type that an output may publish.
@@ -18,19 +57,76 @@ pub trait Message: WireType + Send {
     const NAME: &'static str;
 }
 
-macro_rules! primitive {
+/// Reads the count of a list whose items take at least `item_len` bytes each.
+pub(crate) fn read_count<D: Decoder>(
+    decoder: &mut D,
+    item_len: usize,
+) -> Result<usize, DecodeError> {
+    let count = u64::decode(decoder)?;
+    let least = usize::try_from(count).ok().and_then(|count| count.checked_mul(item_len));
+    let least = least.ok_or(DecodeError::LimitExceeded)?;
+    if decoder.reader().peek_read(least).is_none() {
+        return Err(DecodeError::UnexpectedEnd { additional: least });
+    }
+    Ok(count as usize)
+}
+
+/// The least of some lengths, at compile time.
+#[doc(hidden)]
+pub const fn least(lengths: &[usize]) -> usize {
+    let (mut least, mut at) = (usize::MAX, 0);
+    while at < lengths.len() {
+        if lengths[at] < least {
+            least = lengths[at];
+        }
+        at += 1;
+    }
+    least
+}
+
+impl WireType for bool {
+    const MIN_LEN: usize = 1;
+    fn schema() -> Schema {
+        Schema::Bool
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        Self::decode(decoder)
+    }
+}
+
+macro_rules! numbers {
     ($($rust:ty => $schema:ident, $len:expr;)*) => {$(
         impl WireType for $rust {
             const MIN_LEN: usize = $len;
             fn schema() -> Schema {
                 Schema::$schema
             }
+            fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+                Self::decode(decoder)
+            }
+            // Numbers travel as they lie in memory (array.rs): one copy for all of them.
+            fn read_items<D: Decoder>(
+                decoder: &mut D, count: usize,
+            ) -> Result<Vec<Self>, DecodeError> {
+                let len = count.checked_mul($len).ok_or(DecodeError::LimitExceeded)?;
+                let blob = decoder.reader().peek_read(len);
+                let blob = blob.ok_or(DecodeError::UnexpectedEnd { additional: len })?;
+                let items = bytemuck::pod_collect_to_vec::<u8, Self>(blob);
+                decoder.reader().consume(len);
+                Ok(items)
+            }
+            fn read_array<D: Decoder, const N: usize>(
+                decoder: &mut D,
+            ) -> Result<[Self; N], DecodeError> {
+                let mut items = [<$rust>::default(); N];
+                decoder.reader().read(bytemuck::cast_slice_mut(&mut items))?;
+                Ok(items)
+            }
         }
     )*};
 }
 
-primitive! {
-    bool => Bool, 1;
+numbers! {
     u8 => U8, 1;
     i8 => I8, 1;
     u16 => U16, 2;
@@ -41,7 +137,18 @@ primitive! {
     i64 => I64, 8;
     f32 => F32, 4;
     f64 => F64, 8;
-    String => Text, 8;
+}
+
+impl WireType for String {
+    const MIN_LEN: usize = 8;
+    fn schema() -> Schema {
+        Schema::Text
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        let len = read_count(decoder, 1)?;
+        let bytes = u8::read_items(decoder, len)?;
+        Self::from_utf8(bytes).map_err(|e| DecodeError::Utf8 { inner: e.utf8_error() })
+    }
 }
 
 impl<T: WireType> WireType for Vec<T> {
@@ -52,19 +159,40 @@ impl<T: WireType> WireType for Vec<T> {
     fn schema() -> Schema {
         Schema::List(Box::new(T::schema()))
     }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        let count = read_count(decoder, T::MIN_LEN)?;
+        T::read_items(decoder, count)
+    }
 }
 
 impl<T: WireType> WireType for Option<T> {
-    const MIN_LEN: usize = 1;
+    const MIN_LEN: usize = {
+        // Named so that a type that contains itself through an option does not compile either.
+        let _ = T::MIN_LEN;
+        1
+    };
     fn schema() -> Schema {
         Schema::Option(Box::new(T::schema()))
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        if bool::decode(decoder)? { T::read(decoder).map(Some) } else { Ok(None) }
     }
 }
 
 impl<T: WireType, const N: usize> WireType for [T; N] {
-    const MIN_LEN: usize = N * T::MIN_LEN;
+    const MIN_LEN: usize = {
+        assert!(T::MIN_LEN > 0, "an array of values without bytes carries nothing");
+        assert!(N >= 1 && N <= MAX_FIXED_COUNT, "an array has 1 to 65536 items; use a list");
+        N * T::MIN_LEN
+    };
     fn schema() -> Schema {
         Schema::Fixed(Box::new(T::schema()), N)
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        if decoder.reader().peek_read(Self::MIN_LEN).is_none() {
+            return Err(DecodeError::UnexpectedEnd { additional: Self::MIN_LEN });
+        }
+        T::read_array(decoder)
     }
 }
 
@@ -72,5 +200,8 @@ impl<T: WireType> WireType for Box<T> {
     const MIN_LEN: usize = T::MIN_LEN;
     fn schema() -> Schema {
         T::schema()
+    }
+    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        T::read(decoder).map(Self::new)
     }
 }

@@ -7,7 +7,7 @@ use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
 use syn::{Attribute, Data, DeriveInput, Error, Fields, LitStr, Result, parse_macro_input};
 
-/// Derives `Encode`, `Decode`, `WireType` and `Message`.
+/// Derives `Encode`, `WireType` and `Message`.
 ///
 /// `#[message(name = "…")]` on the type names it otherwise than the Rust type;
 /// `#[message(unit = "m")]` on a field states the unit of its number;
@@ -68,7 +68,7 @@ fn body(fields: &Fields, wire: &Tokens) -> Result<Body> {
         types.push(&field.ty);
         units.push(options(&field.attrs)?.unit);
     }
-    let decoded = quote!(#wire::bincode::Decode::decode(decoder)?);
+    let decoded = quote!(#wire::WireType::read(decoder)?);
     let (pattern, construct) = match fields {
         Fields::Named(_) => (quote!({ #(#names),* }), quote!({ #(#names: #decoded),* })),
         Fields::Unnamed(_) => {
@@ -115,19 +115,17 @@ fn expand(input: &DeriveInput) -> Result<Tokens> {
                 &self, encoder: &mut E,
             ) -> ::core::result::Result<(), #wire::bincode::error::EncodeError> {
                 #encode
-                Ok(())
-            }
-        }
-        impl<Context> #wire::bincode::Decode<Context> for #ident {
-            fn decode<D: #wire::bincode::de::Decoder<Context = Context>>(
-                decoder: &mut D,
-            ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
-                Ok(#decode)
+                ::core::result::Result::Ok(())
             }
         }
         impl #wire::WireType for #ident {
             const MIN_LEN: usize = #min_len;
             fn schema() -> #wire::schema::Schema { #schema }
+            fn read<D: #wire::bincode::de::Decoder>(
+                decoder: &mut D,
+            ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
+                ::core::result::Result::Ok(#decode)
+            }
         }
         impl #wire::Message for #ident {
             const NAME: &'static str = #name;
@@ -154,11 +152,11 @@ fn struct_parts(body: &Body, wire: &Tokens, name: &str) -> Parts {
 }
 
 fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> {
-    let (mut encodes, mut decodes, mut schemas) = (vec![], vec![], vec![]);
+    let (mut encodes, mut decodes, mut schemas, mut lengths) = (vec![], vec![], vec![], vec![]);
     for (index, variant) in data.variants.iter().enumerate() {
         let index =
             u32::try_from(index).map_err(|_| Error::new_spanned(variant, "too many variants"))?;
-        let Body { pattern, construct, encode, schema, .. } = body(&variant.fields, wire)?;
+        let Body { pattern, construct, encode, schema, min_len } = body(&variant.fields, wire)?;
         let (ident, label) = (&variant.ident, variant.ident.to_string());
         encodes.push(quote!(Self::#ident #pattern => {
             #wire::bincode::Encode::encode(&#index, encoder)?;
@@ -166,16 +164,17 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
         }));
         decodes.push(quote!(#index => Self::#ident #construct,));
         schemas.push(quote!(#wire::schema::Variant { name: #label.into(), fields: #schema }));
+        lengths.push(min_len);
     }
     Ok(Parts {
         encode: quote!(match self { #(#encodes)* }),
-        decode: quote!(match <u32 as #wire::bincode::Decode<Context>>::decode(decoder)? {
+        decode: quote!(match <u32 as #wire::WireType>::read(decoder)? {
             #(#decodes)*
-            _ => return Err(#wire::bincode::error::DecodeError::Other("unknown variant")),
+            _ => return ::core::result::Result::Err(#wire::bincode::error::DecodeError::Other("unknown variant")),
         }),
         schema: quote!(#wire::schema::Schema::Enum {
             name: #name.into(), variants: ::std::vec![#(#schemas),*],
         }),
-        min_len: quote!(4),
+        min_len: quote!(4 + #wire::message::least(&[#(#lengths),*])),
     })
 }
