@@ -1,1 +1,20 @@
-//! armor-net.
+//! The sockets of the daemons: accepts, reads and writes frames, beats, closes who misbehaves, and
+//! hands the daemon nothing but typed events.
+//!
+//! Start with [`server`]: a daemon is a loop over [`Server::event`] and [`Server::act`] around a pure
+
+mod connection;
+pub mod event;
+mod faults;
+pub mod limits;
+pub mod listen;
+mod outgoing;
+mod random;
+mod seats;
+pub mod server;
+
+pub use event::{Action, CloseReason, Event, PeerId};
+pub use limits::Limits;
+pub use listen::{ListenError, listen};
+pub use random::random_id;
+pub use server::Server;

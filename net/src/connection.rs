@@ -1,0 +1,208 @@
+//! One connection from its first byte to its last: handshake, then reading, writing and beating side
+//! by side in one task, then the end.
+
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use armor_wire::codec;
+use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
+use armor_wire::hello::{HandshakeError, Hello};
+use armor_wire::liveness::Liveness;
+use armor_wire::message::WireType;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::net::tcp::{ReadHalf, WriteHalf};
+use tokio::sync::mpsc;
+use tokio::time::{self, Instant, MissedTickBehavior};
+
+use crate::event::{CloseReason, PeerId};
+use crate::faults::Faults;
+use crate::limits::{LINGER, LOOK, Limits, MAX_REQUEST_LEN};
+use crate::outgoing::{Next, Outgoing};
+
+/// What a connection tells the server.
+pub(crate) enum Told<Q> {
+    /// A hello was read.
+    Hello { address: SocketAddr, hello: Hello, outgoing: Arc<Outgoing> },
+    /// A message was read.
+    Message { arrived: Duration, message: Q },
+    /// A beat was read.
+    Beat,
+    /// The connection is over.
+    Closed { reason: CloseReason },
+}
+
+/// Where a connection tells it.
+pub(crate) type Telling<Q> = mpsc::Sender<(PeerId, Told<Q>)>;
+
+/// One connection.
+pub(crate) struct Connection<Q> {
+    pub(crate) peer: PeerId,
+    pub(crate) address: SocketAddr,
+    pub(crate) limits: Limits,
+    /// When the server started.
+    pub(crate) epoch: Instant,
+    pub(crate) telling: Telling<Q>,
+}
+
+impl<Q: WireType + Send> Connection<Q> {
+    /// Serves the connection until it ends. The server is told of the end if it was told of the
+    /// beginning and did not ask for the end itself.
+    pub(crate) async fn serve(&self, stream: &mut TcpStream, faults: &Faults) {
+        let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
+        let (mut reading, mut writing) = stream.split();
+        let hello = time::timeout(self.limits.handshake, read_hello(&mut reading, &mut frames));
+        let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
+        match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
+            Ok(hello) => {
+                let outgoing = Arc::clone(&outgoing);
+                self.tell(Told::Hello { address: self.address, hello, outgoing }).await;
+            }
+            Err(reason) => {
+                faults.report(self.address, &reason);
+                if let CloseReason::Hello(HandshakeError::Refused(refusal)) = reason
+                    && let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal)
+                    && writing.write_all(&bytes).await.is_ok()
+                {
+                    part(&mut reading, &mut writing).await;
+                }
+                return;
+            }
+        }
+        let liveness = Mutex::new(Liveness::new(self.now()));
+        let reason = tokio::select! {
+            reason = self.read(&mut reading, &mut frames, &liveness) => reason,
+            reason = self.write(&mut writing, &outgoing, &liveness) => reason,
+            reason = self.beat(&outgoing, &liveness) => reason,
+        };
+        faults.report(self.address, &reason);
+        if matches!(reason, CloseReason::Daemon(_)) {
+            part(&mut reading, &mut writing).await;
+        } else {
+            self.tell(Told::Closed { reason }).await;
+        }
+    }
+
+    async fn read(
+        &self,
+        reading: &mut ReadHalf<'_>,
+        frames: &mut FrameReader,
+        liveness: &Mutex<Liveness>,
+    ) -> CloseReason {
+        loop {
+            loop {
+                let told = match frames.next_frame() {
+                    Ok(None) => break,
+                    Ok(Some(frame)) if frame.kind == FrameKind::Beat => Told::Beat,
+                    Ok(Some(frame)) if frame.kind == FrameKind::Control => {
+                        match codec::decode_control(frame.body) {
+                            Ok(message) => Told::Message { arrived: self.now(), message },
+                            Err(error) => return error.into(),
+                        }
+                    }
+                    Ok(Some(frame)) => {
+                        return FrameError::Unexpected { got: frame.kind, wanted: "control" }
+                            .into();
+                    }
+                    Err(error) => return error.into(),
+                };
+                lock(liveness).heard(self.now());
+                self.tell(told).await;
+            }
+            match reading.read(frames.space()).await {
+                Ok(0) if frames.is_mid_frame() => return CloseReason::Truncated,
+                Ok(0) => return CloseReason::Ended,
+                Ok(len) => frames.filled(len),
+                Err(error) => return CloseReason::Broken(error),
+            }
+        }
+    }
+
+    async fn write(
+        &self,
+        writing: &mut WriteHalf<'_>,
+        outgoing: &Outgoing,
+        liveness: &Mutex<Liveness>,
+    ) -> CloseReason {
+        let mut bytes = Vec::new();
+        loop {
+            if let Next::End(reason) = outgoing.next(&mut bytes).await {
+                return reason;
+            }
+            let mut rest = bytes.as_slice();
+            while !rest.is_empty() {
+                match time::timeout(self.limits.stall, writing.write(rest)).await {
+                    Err(_) | Ok(Ok(0)) => return CloseReason::NotReading,
+                    Ok(Ok(len)) => rest = &rest[len..],
+                    Ok(Err(error)) => return CloseReason::Broken(error),
+                }
+            }
+            lock(liveness).spoke(self.now());
+        }
+    }
+
+    async fn beat(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
+        // All connections look at the same moments, so that an idle daemon wakes four times a second
+        // however many there are.
+        let looks = self.now().as_nanos() / LOOK.as_nanos() + 1;
+        let first = self.epoch + LOOK * u32::try_from(looks).unwrap_or(u32::MAX);
+        let mut look = time::interval_at(first, LOOK);
+        look.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        let mut before = self.now();
+        loop {
+            look.tick().await;
+            let now = self.now();
+            let mut liveness = lock(liveness);
+            if now.saturating_sub(before) > 2 * LOOK {
+                // It was us who were away; what the peer said meanwhile is yet to be read.
+                liveness.heard(now);
+            }
+            if liveness.is_silent(now) {
+                return CloseReason::Silent;
+            }
+            if liveness.owes_beat(now) {
+                outgoing.beat();
+            }
+            before = now;
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.epoch.elapsed()
+    }
+
+    async fn tell(&self, told: Told<Q>) {
+        // The server is gone only when it takes this task with it.
+        let _ = self.telling.send((self.peer, told)).await;
+    }
+}
+
+async fn read_hello(
+    reading: &mut ReadHalf<'_>,
+    frames: &mut FrameReader,
+) -> Result<Hello, CloseReason> {
+    loop {
+        if let Some(frame) = frames.next_frame()? {
+            return Ok(Hello::read(&frame)?);
+        }
+        match reading.read(frames.space()).await.map_err(CloseReason::Broken)? {
+            0 if frames.is_mid_frame() => return Err(CloseReason::Truncated),
+            0 => return Err(CloseReason::Ended),
+            len => frames.filled(len),
+        }
+    }
+}
+
+/// Lets the peer read the last words: closing a socket with unread bytes in it would reset the
+/// connection and take the words along.
+async fn part(reading: &mut ReadHalf<'_>, writing: &mut WriteHalf<'_>) {
+    let _ = writing.shutdown().await;
+    let mut waste = [0; 4 << 10];
+    let drain = async { while matches!(reading.read(&mut waste).await, Ok(len) if len > 0) {} };
+    let _ = time::timeout(LINGER, drain).await;
+}
+
+fn lock(liveness: &Mutex<Liveness>) -> std::sync::MutexGuard<'_, Liveness> {
+    liveness.lock().unwrap_or_else(PoisonError::into_inner)
+}

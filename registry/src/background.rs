@@ -1,0 +1,60 @@
+//! A registry on a thread of its own, for programs and tests that have no tokio runtime.
+
+use std::net::SocketAddr;
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle};
+
+use tokio::sync::oneshot;
+
+use crate::serve::{Options, ServeError, serve};
+
+/// A running registry. Dropping it stops it and closes all its connections.
+pub struct Background {
+    address: SocketAddr,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Background {
+    /// Starts a registry and waits until peers can connect to it.
+    ///
+    /// # Errors
+    /// [`ServeError`] if it cannot start.
+    pub fn start(options: Options) -> Result<Self, ServeError> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let (stop, stopped) = oneshot::channel();
+        let (telling, told) = mpsc::channel();
+        let thread = thread::Builder::new().name("registry".into()).spawn(move || {
+            let ready = telling.clone();
+            let serving = serve(options, move |address| {
+                // The other end waits for exactly one message.
+                let _ = ready.send(Ok(address));
+            });
+            runtime.block_on(async {
+                tokio::select! {
+                    Err(error) = serving => {
+                        let _ = telling.send(Err(error));
+                    }
+                    _ = stopped => {}
+                }
+            });
+        })?;
+        let address = told.recv().map_err(|_| std::io::Error::other("its thread has ended"))??;
+        Ok(Self { address, stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // It cannot panic; and if it did there is nobody to tell.
+            let _ = thread.join();
+        }
+    }
+}

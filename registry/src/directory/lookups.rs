@@ -1,0 +1,87 @@
+//! The lookups that wait for a provider.
+
+use std::collections::BTreeMap;
+
+use armor_net::PeerId;
+use armor_wire::hello::Refusal;
+use armor_wire::name::split_data;
+
+use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING, MAX_WAITING_PER_CONNECTION};
+use crate::texts;
+
+/// Somebody's question.
+#[derive(Clone, Debug)]
+pub(super) struct Lookup {
+    pub(super) peer: PeerId,
+    pub(super) request: u64,
+    /// What the asker expects; empty takes any.
+    pub(super) schema: String,
+}
+
+/// All that wait, by asker and by data.
+#[derive(Default)]
+pub(super) struct Lookups {
+    /// What each asker's waiting requests are for.
+    wanted: BTreeMap<(PeerId, u64), String>,
+    /// Who waits for a data, first come first.
+    waiting: BTreeMap<String, Vec<Lookup>>,
+}
+
+impl Lookups {
+    /// Keeps a lookup until its data is there.
+    pub(super) fn wait(&mut self, lookup: Lookup, data: String) -> Result<(), Refusal> {
+        if split_data(&data).is_none() {
+            return Err(texts::malformed(format!(
+                "data is named `COMPONENT.OUTPUT`, not {}",
+                texts::quoted(&data)
+            )));
+        }
+        if lookup.schema.len() > MAX_SCHEMA_LEN {
+            let text = format!("a schema longer than {MAX_SCHEMA_LEN} bytes matches nothing");
+            return Err(texts::malformed(text));
+        }
+        let key = (lookup.peer, lookup.request);
+        if self.wanted.contains_key(&key) {
+            return Err(texts::malformed(format!("request {} waits already", lookup.request)));
+        }
+        let own = self.wanted.range((lookup.peer, 0)..=(lookup.peer, u64::MAX)).count();
+        if own >= MAX_WAITING_PER_CONNECTION {
+            return Err(texts::limit("waiting lookups of yours", MAX_WAITING_PER_CONNECTION));
+        }
+        if self.wanted.len() >= MAX_WAITING {
+            return Err(texts::limit("waiting lookups", MAX_WAITING));
+        }
+        self.wanted.insert(key, data.clone());
+        self.waiting.entry(data).or_default().push(lookup);
+        Ok(())
+    }
+
+    /// The lookups that waited for `data`.
+    pub(super) fn take(&mut self, data: &str) -> Vec<Lookup> {
+        let taken = self.waiting.remove(data).unwrap_or_default();
+        for lookup in &taken {
+            self.wanted.remove(&(lookup.peer, lookup.request));
+        }
+        taken
+    }
+
+    /// Drops one lookup.
+    pub(super) fn cancel(&mut self, peer: PeerId, request: u64) {
+        let Some(data) = self.wanted.remove(&(peer, request)) else { return };
+        if let Some(waiting) = self.waiting.get_mut(&data) {
+            waiting.retain(|lookup| (lookup.peer, lookup.request) != (peer, request));
+            if waiting.is_empty() {
+                self.waiting.remove(&data);
+            }
+        }
+    }
+
+    /// Drops all lookups of a connection.
+    pub(super) fn forget(&mut self, peer: PeerId) {
+        let own: Vec<u64> =
+            self.wanted.range((peer, 0)..=(peer, u64::MAX)).map(|((_, n), _)| *n).collect();
+        for request in own {
+            self.cancel(peer, request);
+        }
+    }
+}

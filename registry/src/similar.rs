@@ -1,0 +1,59 @@
+//! "Did you mean …?"
+
+use crate::limits::MAX_SIMILAR;
+
+/// The names nearest to `wanted`, nearest first: with at most a third of their letters different, or
+/// with the same output or the same component.
+pub(crate) fn similar<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let parts = |name: &str| name.split_once('.').map(|(a, b)| (a.to_owned(), b.to_owned()));
+    let wanted_parts = parts(wanted);
+    let mut near: Vec<(usize, &str)> = names
+        .filter_map(|name| {
+            let distance = edits(wanted, name);
+            let shares = match (&wanted_parts, parts(name)) {
+                (Some((a, b)), Some((c, d))) => *a == c || *b == d,
+                _ => false,
+            };
+            (shares || distance * 3 <= wanted.len()).then_some((distance, name))
+        })
+        .collect();
+    near.sort_unstable();
+    near.into_iter().map(|(_, name)| name).take(MAX_SIMILAR).collect()
+}
+
+/// How many letters must be put in, taken out or replaced to make one name of the other
+/// (Levenshtein).
+fn edits(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.bytes().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_names_come_first_and_strangers_not_at_all() {
+        let names = ["lidar.scan", "lidar.scans", "base.odometry", "camera.image", "rear.scan"];
+        let near = |wanted| similar(wanted, names.into_iter());
+        assert_eq!(near("lidra.scan"), ["lidar.scan", "lidar.scans", "rear.scan"]);
+        assert_eq!(near("base.odom"), ["base.odometry"]);
+        assert!(near("arm.joints").is_empty());
+    }
+
+    #[test]
+    fn edits_are_counted() {
+        for (a, b, count) in [("", "abc", 3), ("kitten", "sitting", 3), ("same", "same", 0)] {
+            assert_eq!(edits(a, b), count);
+            assert_eq!(edits(b, a), count);
+        }
+    }
+}
