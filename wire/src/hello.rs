@@ -7,11 +7,14 @@ use crate::Message;
 use crate::codec;
 use crate::control::Role;
 use crate::frame::{Frame, FrameError, FrameKind};
-use crate::keep::{Keep, Wake};
+use crate::keep::{Keep, MAX_KEEP, Wake};
+use crate::name::split_data;
 use crate::registry::ComponentEntry;
 
 /// The first bytes of the first frame's body.
 pub const MAGIC: [u8; 4] = *b"ARMR";
+/// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
+pub const MAX_FROM_LEN: usize = 128;
 /// Version of the protocol. Ends of different versions do not talk.
 pub const VERSION: u16 = 1;
 
@@ -170,7 +173,27 @@ impl Hello {
                 format!("you speak version {version} of the protocol, this is version {VERSION}");
             return Err(Refusal::new(RefusalCode::Version, text).into());
         }
-        Ok(codec::decode_control(frame.body)?)
+        let hello: Self = codec::decode_control(frame.body)?;
+        hello.check()?;
+        Ok(hello)
+    }
+
+    /// What no port could make sense of, whatever it serves.
+    fn check(&self) -> Result<(), Refusal> {
+        let malformed = |text: String| Err(Refusal::new(RefusalCode::Malformed, text));
+        // It goes into logs and onto terminals.
+        if self.from.len() > MAX_FROM_LEN || self.from.chars().any(char::is_control) {
+            return malformed(format!("your name is not {MAX_FROM_LEN} bytes of plain text"));
+        }
+        match &self.purpose {
+            Purpose::Link { link } if split_data(&link.data).is_none() => {
+                malformed("the name of the data is not component.output".into())
+            }
+            Purpose::Link { link } if !link.keep.is_allowed() => {
+                malformed(format!("keep is not a number from 1 to {MAX_KEEP}"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -183,5 +206,86 @@ pub fn read_answer(frame: &Frame<'_>) -> Result<Welcome, HandshakeError> {
         FrameKind::Welcome => Ok(codec::decode_control(frame.body)?),
         FrameKind::Refusal => Err(codec::decode_control::<Refusal>(frame.body)?.into()),
         got => Err(FrameError::Unexpected { got, wanted: "welcome or refusal" }.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{self, PREFIX_LEN, to_bytes};
+
+    fn link() -> LinkRequest {
+        LinkRequest {
+            data: "laser.scan".into(),
+            instance: 0,
+            schema: String::new(),
+            schema_hash: 0,
+            keep: Keep::Latest,
+            wake: Wake::Sleep,
+            paused: false,
+        }
+    }
+
+    fn hello(from: &str, link: LinkRequest) -> Hello {
+        Hello::new(from, 5, Purpose::Link { link })
+    }
+
+    fn read(kind: FrameKind, body: &[u8]) -> Result<Hello, HandshakeError> {
+        Hello::read(&Frame { kind, flags: 0, body })
+    }
+
+    fn check(hello: &Hello, refused: Option<RefusalCode>) {
+        let bytes = to_bytes(FrameKind::Hello, hello).expect("short");
+        match (read(FrameKind::Hello, &bytes[PREFIX_LEN..]), refused) {
+            (Ok(read), None) => assert_eq!(read, *hello),
+            (Err(HandshakeError::Refused(refusal)), Some(code)) => assert_eq!(refusal.code, code),
+            (found, _) => panic!("{found:?} instead of {refused:?}"),
+        }
+    }
+
+    #[test]
+    fn a_hello_comes_back_as_it_was_or_is_refused_with_its_fault() {
+        let malformed = Some(RefusalCode::Malformed);
+        check(&hello("echo 4711", link()), None);
+        check(&hello("\u{1b}[2J", link()), malformed);
+        check(&hello(&"x".repeat(MAX_FROM_LEN + 1), link()), malformed);
+        check(&hello("echo", LinkRequest { data: "scan".into(), ..link() }), malformed);
+        for count in [0, MAX_KEEP + 1] {
+            let keep = Keep::Last { count };
+            check(&hello("echo", LinkRequest { keep, ..link() }), malformed);
+        }
+        let newer = Hello { version: VERSION + 1, ..hello("echo", link()) };
+        check(&newer, Some(RefusalCode::Version));
+    }
+
+    #[test]
+    fn another_version_is_told_so_whatever_follows() {
+        let body = [&MAGIC[..], &2_u16.to_le_bytes(), b"anything"].concat();
+        let error = read(FrameKind::Hello, &body).expect_err("another version");
+        assert_eq!(error.to_string(), "you speak version 2 of the protocol, this is version 1");
+    }
+
+    #[test]
+    fn strangers_get_no_answer() {
+        assert!(matches!(read(FrameKind::Hello, b"ARMS\x01\0"), Err(HandshakeError::Magic)));
+        assert!(matches!(read(FrameKind::Hello, b"ARMR"), Err(HandshakeError::Magic)));
+        assert!(matches!(read(FrameKind::Hello, b"ARMR\x01\0"), Err(HandshakeError::Body(_))));
+        assert!(matches!(read(FrameKind::Control, b""), Err(HandshakeError::Frame(_))));
+    }
+
+    #[test]
+    fn an_answer_is_a_welcome_or_a_reason() {
+        let welcome = Welcome { name: "laser".into(), instance: 8, schema: "u8".into() };
+        let refusal = Refusal::new(RefusalCode::UnknownData, "there is no laser.scan here");
+        let answer = |bytes: Vec<u8>, kind| {
+            read_answer(&Frame { kind, flags: 0, body: &bytes[PREFIX_LEN..] })
+        };
+        let bytes = to_bytes(FrameKind::Welcome, &welcome).expect("short");
+        assert_eq!(answer(bytes, FrameKind::Welcome).expect("a welcome"), welcome);
+        let bytes = to_bytes(FrameKind::Refusal, &refusal).expect("short");
+        let error = answer(bytes, FrameKind::Refusal).expect_err("a refusal");
+        assert_eq!(error.to_string(), refusal.text);
+        let beat = frame::signal(FrameKind::Beat).to_vec();
+        assert!(matches!(answer(beat, FrameKind::Beat), Err(HandshakeError::Frame(_))));
     }
 }

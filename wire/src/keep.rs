@@ -35,6 +35,13 @@ pub enum Wake {
     Spin,
 }
 
+impl Keep {
+    /// Whether a link may be asked for this: the count of `Last` is within 1 and [`MAX_KEEP`].
+    pub fn is_allowed(self) -> bool {
+        !matches!(self, Self::Last { count } if !(1..=MAX_KEEP).contains(&count))
+    }
+}
+
 impl FromStr for Keep {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
@@ -44,8 +51,8 @@ impl FromStr for Keep {
             number => number
                 .parse()
                 .ok()
-                .filter(|count| (1..=MAX_KEEP).contains(count))
                 .map(|count| Self::Last { count })
+                .filter(|keep| keep.is_allowed())
                 .ok_or_else(|| format!("keep is latest, all, or a number from 1 to {MAX_KEEP}")),
         }
     }
@@ -78,5 +85,24 @@ impl fmt::Display for Wake {
             Self::Sleep => "sleep",
             Self::Spin => "spin",
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keep_and_wake_are_written_as_they_are_read() {
+        for text in ["latest", "all", "1", "50", "65536"] {
+            assert_eq!(text.parse::<Keep>().map(|keep| keep.to_string()), Ok(text.into()));
+        }
+        for text in ["", "0", "-1", "65537", "Latest", "1.5"] {
+            assert!(text.parse::<Keep>().is_err(), "{text}");
+        }
+        for text in ["sleep", "spin"] {
+            assert_eq!(text.parse::<Wake>().map(|wake| wake.to_string()), Ok(text.into()));
+        }
+        assert!("poll".parse::<Wake>().is_err());
     }
 }

@@ -42,3 +42,23 @@ impl Liveness {
         now.saturating_sub(self.heard) >= SILENCE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quiet_connection_beats_and_a_silent_one_is_dead_after_three_missed_beats() {
+        let at = Duration::from_millis;
+        let mut watch = Liveness::new(at(1000));
+        assert!(!watch.owes_beat(at(1499)) && watch.owes_beat(at(1500)));
+        watch.spoke(at(1500));
+        assert!(!watch.owes_beat(at(1999)));
+        assert!(!watch.is_silent(at(1000) + BEAT * MISSED_BEATS));
+        assert!(!watch.is_silent(at(2749)) && watch.is_silent(at(2750)));
+        watch.heard(at(2750));
+        assert!(!watch.is_silent(at(3000)));
+        // A moment before the last one is no overflow.
+        assert!(!watch.is_silent(at(0)));
+    }
+}

@@ -169,7 +169,7 @@ impl ParameterManifest {
     fn in_range(&self, si: f64, text: &str) -> Result<f64, String> {
         let (low, high) =
             (self.minimum.unwrap_or(f64::NEG_INFINITY), self.maximum.unwrap_or(f64::INFINITY));
-        if (low..=high).contains(&si) {
+        if si.is_finite() && (low..=high).contains(&si) {
             Ok(si)
         } else {
             Err(format!("`{text}` is not between {low} and {high} (SI units)"))
@@ -191,5 +191,94 @@ mod hex {
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
         let text = String::deserialize(deserializer)?;
         u64::from_str_radix(&text, 16).map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(kind: ParameterType, unit: &str) -> ParameterManifest {
+        ParameterManifest {
+            name: "p".into(),
+            kind,
+            unit: unit.into(),
+            default: None,
+            minimum: None,
+            maximum: None,
+            choices: vec!["left".into(), "right".into()],
+            doc: String::new(),
+            live: false,
+        }
+    }
+
+    #[test]
+    fn values_are_read_by_their_type() {
+        use ParameterType::{Choice, Colour, Flag, Integer, Number, Path, Text};
+        let good = [
+            (Number, "deg", "180", ParameterValue::Number(std::f64::consts::PI)),
+            (Number, "m", "50cm", ParameterValue::Number(0.5)),
+            (Number, "", "0.25", ParameterValue::Number(0.25)),
+            (Integer, "", "-3", ParameterValue::Integer(-3)),
+            (Flag, "", "true", ParameterValue::Flag(true)),
+            (Text, "", "", ParameterValue::Text("".into())),
+            (Choice, "", "left", ParameterValue::Text("left".into())),
+            (Path, "", "a/b", ParameterValue::Text("a/b".into())),
+            (Colour, "", "#00ffAA", ParameterValue::Text("#00ffAA".into())),
+        ];
+        for (kind, unit, text, value) in good {
+            assert_eq!(parameter(kind, unit).parse(text), Ok(value), "{kind:?} {text}");
+        }
+        let bad = [
+            (Number, "m", "5s"),
+            (Number, "", "5m"),
+            (Number, "km", "1e308"),
+            (Integer, "", "1.5"),
+            (Flag, "", "yes"),
+            (Choice, "", "up"),
+            (Path, "", ""),
+            (Colour, "", "#0g0000"),
+            (Colour, "", "#é0000"),
+        ];
+        for (kind, unit, text) in bad {
+            assert!(parameter(kind, unit).parse(text).is_err(), "{kind:?} {text}");
+        }
+    }
+
+    #[test]
+    fn ranges_are_in_si_and_inclusive() {
+        let range = Some((-std::f64::consts::PI, std::f64::consts::PI));
+        let (minimum, maximum) = range.unzip();
+        let angle =
+            ParameterManifest { minimum, maximum, ..parameter(ParameterType::Number, "deg") };
+        assert!(angle.parse("180deg").is_ok() && angle.parse("-180").is_ok());
+        assert!(angle.parse("180.1deg").is_err_and(|why| why.contains("is not between")));
+    }
+
+    #[test]
+    fn the_json_form_comes_back_as_it_was() {
+        let schema_hash = 0x00ab_cdef_0123_4567;
+        let port = PortManifest {
+            id: "scan".into(),
+            type_name: "LaserScan".into(),
+            schema: "LaserScan{}".into(),
+            schema_hash,
+            doc: String::new(),
+            required: true,
+            latched: false,
+        };
+        let manifest = Manifest {
+            armor_manifest: MANIFEST_VERSION,
+            kind: "mapper".into(),
+            summary: "Draws.".into(),
+            inputs: vec![port],
+            outputs: vec![],
+            parameters: vec![parameter(ParameterType::Number, "m")],
+        };
+        let text = serde_json::to_string(&manifest).expect("plain data");
+        assert!(text.contains("\"schema_hash\":\"00abcdef01234567\""), "{text}");
+        assert_eq!(serde_json::from_str::<Manifest>(&text).expect("as written"), manifest);
+        let extra = text.replacen('{', "{\"extra\":1,", 1);
+        assert!(serde_json::from_str::<Manifest>(&extra).is_err());
     }
 }

@@ -102,9 +102,19 @@ pub struct Quantity {
 /// Why a text is not a quantity.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum QuantityError {
-    /// It does not start with a finite number.
+    /// It does not start with a number, or with one too large for its unit.
     #[error("`{0}` does not start with a number")]
     NotANumber(String),
+    /// It is outside of what makes sense here.
+    #[error("`{text}` is not between {least} and {most}")]
+    OutOfRange {
+        /// The text as given.
+        text: String,
+        /// The least that is allowed, with its unit.
+        least: &'static str,
+        /// The most that is allowed, with its unit.
+        most: &'static str,
+    },
     /// What follows the number is no unit.
     #[error("`{unit}` in `{text}` is not a unit; known are {}", known())]
     UnknownUnit {
@@ -150,7 +160,11 @@ pub fn parse(text: &str) -> Result<Quantity, QuantityError> {
     }
     let found = Unit::named(unit)
         .ok_or_else(|| QuantityError::UnknownUnit { text: text.into(), unit: unit.into() })?;
-    Ok(Quantity { si: number * found.to_si, unit: Some(found) })
+    let si = number * found.to_si;
+    if !si.is_finite() {
+        return Err(QuantityError::NotANumber(text.into()));
+    }
+    Ok(Quantity { si, unit: Some(found) })
 }
 
 fn is_exponent(text: &str, at: usize) -> bool {
@@ -169,32 +183,90 @@ fn of(text: &str, dimension: Dimension, wanted: &'static str) -> Result<f64, Qua
     }
 }
 
-/// Reads a duration, such as `0.2s` or `10min`, in seconds; not negative.
+/// Reads a duration, such as `0.2s` or `10min`, in seconds: from 0 to 1e9 s, which is 31 years and
+/// no overflow in anybody's arithmetic.
 ///
 /// # Errors
 /// [`QuantityError`] if it is not one.
 pub fn seconds(text: &str) -> Result<f64, QuantityError> {
-    let wanted = "a duration such as 0.2s or 10min";
-    of(text, Dimension::Time, wanted).and_then(|s| {
-        if s >= 0.0 {
-            Ok(s)
-        } else {
-            Err(QuantityError::WrongDimension { text: text.into(), wanted })
-        }
-    })
+    let s = of(text, Dimension::Time, "a duration such as 0.2s or 10min")?;
+    if (0.0..=1e9).contains(&s) {
+        Ok(s)
+    } else {
+        Err(QuantityError::OutOfRange { text: text.into(), least: "0s", most: "1e9s" })
+    }
 }
 
-/// Reads a rate, such as `10Hz`, in hertz; above zero.
+/// Reads a rate, such as `10Hz`, in hertz: from 1e-6 Hz to 1 MHz.
 ///
 /// # Errors
 /// [`QuantityError`] if it is not one.
 pub fn hertz(text: &str) -> Result<f64, QuantityError> {
-    let wanted = "a rate such as 10Hz";
-    of(text, Dimension::Frequency, wanted).and_then(|hz| {
-        if hz > 0.0 {
-            Ok(hz)
-        } else {
-            Err(QuantityError::WrongDimension { text: text.into(), wanted })
+    let hz = of(text, Dimension::Frequency, "a rate such as 10Hz")?;
+    if (1e-6..=1e6).contains(&hz) {
+        Ok(hz)
+    } else {
+        Err(QuantityError::OutOfRange { text: text.into(), least: "1e-6Hz", most: "1MHz" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, expected: Result<(f64, Option<&str>), &str>) {
+        let found = parse(text).map(|q| (q.si, q.unit.map(|unit| unit.name)));
+        match (found, expected) {
+            (Ok((si, unit)), Ok((wanted, wanted_unit))) => {
+                assert!((si - wanted).abs() <= wanted.abs() * 1e-15, "{text}: {si}");
+                assert_eq!(unit, wanted_unit, "{text}");
+            }
+            (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{text}: {error}"),
+            (found, _) => panic!("{text}: {found:?} instead of {expected:?}"),
         }
-    })
+    }
+
+    #[test]
+    fn numbers_with_and_without_units() {
+        check("10Hz", Ok((10.0, Some("Hz"))));
+        check("0.2s", Ok((0.2, Some("s"))));
+        check("10min", Ok((600.0, Some("min"))));
+        check("180deg", Ok((std::f64::consts::PI, Some("deg"))));
+        check("-1.5 m", Ok((-1.5, Some("m"))));
+        check("36km/h", Ok((10.0, Some("km/h"))));
+        check("2e3mm", Ok((2.0, Some("mm"))));
+        check("+7", Ok((7.0, None)));
+        check("1E-2", Ok((0.01, None)));
+        check("50%", Ok((0.5, Some("%"))));
+    }
+
+    #[test]
+    fn what_is_not_a_quantity_is_named() {
+        for text in ["", "m", "inf", "NaN", "1.2.3m", "--1", "1e999", "1e308km", "½m", "e5"] {
+            check(text, Err("does not start with a number"));
+        }
+        for (text, unit) in [("1e", "`e`"), ("5 parsec", "`parsec`"), ("5m m", "`m m`")] {
+            check(text, Err(unit));
+        }
+    }
+
+    #[test]
+    fn durations_and_rates_are_such_that_no_timer_overflows() {
+        assert_eq!(seconds("250ms"), Ok(0.25));
+        assert_eq!(seconds("0s"), Ok(0.0));
+        assert_eq!(hertz("0.5kHz"), Ok(500.0));
+        for text in ["-1s", "1e300s", "5", "5m", "s"] {
+            assert!(seconds(text).is_err(), "{text}");
+        }
+        for text in ["0Hz", "-1Hz", "1e9Hz", "1e-300Hz", "10", "10s"] {
+            assert!(hertz(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_unit_is_found_by_its_name() {
+        for unit in UNITS {
+            assert_eq!(Unit::named(unit.name), Some(unit));
+        }
+    }
 }

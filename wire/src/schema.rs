@@ -5,11 +5,13 @@
 
 mod difference;
 mod json;
+#[cfg(test)]
+mod tests;
 mod text;
 
 pub use difference::difference;
-pub use json::{JsonError, to_json};
-pub use text::{MAX_DEPTH, MAX_TEXT_LEN, ParseError, parse};
+pub use json::{JsonError, MAX_JSON_LEN, to_json};
+pub use text::{MAX_DEPTH, MAX_LABEL_LEN, MAX_TEXT_LEN, MAX_UNIT_LEN, ParseError, parse};
 
 /// The layout of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,7 +112,8 @@ impl Schema {
             Self::Fixed(item, count) => item.min_len().saturating_mul(*count),
             Self::Struct { fields, .. } => fields_min_len(fields),
             Self::Enum { variants, .. } => {
-                4 + variants.iter().map(|v| fields_min_len(&v.fields)).min().unwrap_or(0)
+                let least = variants.iter().map(|v| fields_min_len(&v.fields)).min();
+                least.unwrap_or(0).saturating_add(4)
             }
         }
     }

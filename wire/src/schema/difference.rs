@@ -1,6 +1,13 @@
 //! Says in words how two schemas differ, field by field.
 
-use super::{Field, Schema};
+use std::collections::BTreeMap;
+
+use super::{Field, Schema, Variant};
+
+/// More lines than this help nobody.
+const MAX_LINES: usize = 8;
+/// A type longer than this is cut in a line, in characters.
+const MAX_TYPE_LEN: usize = 160;
 
 /// The first few differences between two schemas given as text, one per line, for people.
 ///
@@ -9,70 +16,124 @@ pub fn difference(ours: (&str, &str), theirs: (&str, &str)) -> String {
     if ours.1 == theirs.1 {
         return String::new();
     }
-    let mut lines = Vec::new();
+    let mut found = Found { ours: ours.0, theirs: theirs.0, lines: Vec::new() };
     match (super::parse(ours.1), super::parse(theirs.1)) {
-        (Ok(a), Ok(b)) => compare("", &a, &b, (ours.0, theirs.0), &mut lines),
-        _ => lines.push(format!("{}: {}; {}: {}", ours.0, ours.1, theirs.0, theirs.1)),
-    }
-    lines.truncate(MAX_LINES);
-    lines.join("\n")
-}
-
-/// More lines than this help nobody.
-const MAX_LINES: usize = 8;
-
-fn compare(path: &str, a: &Schema, b: &Schema, who: (&str, &str), lines: &mut Vec<String>) {
-    match (a, b) {
-        (Schema::Struct { name: n, fields: f }, Schema::Struct { name: m, fields: g })
-            if n == m =>
-        {
-            compare_fields(path, f, g, who, lines);
-        }
-        (Schema::List(x), Schema::List(y)) | (Schema::Option(x), Schema::Option(y)) => {
-            compare(&format!("{path}[]"), x, y, who, lines);
-        }
-        _ if a == b => {}
-        _ => {
-            let place = if path.is_empty() { "the type" } else { path };
-            lines.push(format!("{place}: {} has {a}, {} has {b}", who.0, who.1));
-        }
-    }
-}
-
-fn compare_fields(
-    path: &str,
-    a: &[Field],
-    b: &[Field],
-    who: (&str, &str),
-    lines: &mut Vec<String>,
-) {
-    let before = lines.len();
-    let place =
-        |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    for field in a {
-        match b.iter().find(|other| other.name == field.name) {
-            None => lines.push(format!("{}: only {} has it", place(&field.name), who.0)),
-            Some(other) if other.unit != field.unit => {
-                let unit = |f: &Field| f.unit.clone().unwrap_or_else(|| "no unit".into());
-                let (x, y) = (unit(field), unit(other));
-                lines.push(format!("{}: {} has {x}, {} has {y}", place(&field.name), who.0, who.1));
+        (Ok(a), Ok(b)) => found.compare("", &a, &b),
+        (a, b) => {
+            for (who, result) in [(ours.0, a), (theirs.0, b)] {
+                if let Err(error) = result {
+                    found.lines.push(format!("the schema of {who} cannot be read: {error}"));
+                }
             }
-            Some(other) => compare(&place(&field.name), &field.schema, &other.schema, who, lines),
         }
     }
-    for field in b.iter().filter(|field| a.iter().all(|other| other.name != field.name)) {
-        lines.push(format!("{}: only {} has it", place(&field.name), who.1));
+    found.lines.truncate(MAX_LINES);
+    found.lines.join("\n")
+}
+
+struct Found<'a> {
+    ours: &'a str,
+    theirs: &'a str,
+    lines: Vec<String>,
+}
+
+impl Found<'_> {
+    fn say(&mut self, place: &str, our: &str, their: &str) {
+        let (ours, theirs) = (self.ours, self.theirs);
+        let place = if place.is_empty() { "the type" } else { place };
+        self.lines.push(format!("{place}: {ours} has {our}, {theirs} has {their}"));
     }
-    if lines.len() == before && a != b {
-        let order =
-            |fields: &[Field]| fields.iter().map(|f| f.name.clone()).collect::<Vec<_>>().join(", ");
-        lines.push(format!(
-            "{}: {} orders {}; {} orders {}",
-            place("fields"),
-            who.0,
-            order(a),
-            who.1,
-            order(b)
-        ));
+
+    fn compare(&mut self, place: &str, a: &Schema, b: &Schema) {
+        match (a, b) {
+            _ if a == b || self.lines.len() >= MAX_LINES => {}
+            (Schema::Struct { name: n, fields: f }, Schema::Struct { name: m, fields: g })
+                if n == m =>
+            {
+                self.compare_fields(place, f, g);
+            }
+            (Schema::Enum { name: n, variants: v }, Schema::Enum { name: m, variants: w })
+                if n == m =>
+            {
+                self.compare_variants(place, v, w);
+            }
+            (Schema::List(x), Schema::List(y)) => self.compare(&format!("{place}[]"), x, y),
+            (Schema::Fixed(x, n), Schema::Fixed(y, m)) if n == m => {
+                self.compare(&format!("{place}[]"), x, y);
+            }
+            (Schema::Option(x), Schema::Option(y)) => self.compare(&format!("{place}?"), x, y),
+            _ => self.say(place, &cut(a), &cut(b)),
+        }
     }
+
+    fn compare_fields(&mut self, place: &str, a: &[Field], b: &[Field]) {
+        let before = self.lines.len();
+        let ours: BTreeMap<_, _> = a.iter().map(|field| (&field.name, field)).collect();
+        let theirs: BTreeMap<_, _> = b.iter().map(|field| (&field.name, field)).collect();
+        for field in a {
+            let inner = join(place, &field.name);
+            match theirs.get(&field.name) {
+                None => self.lines.push(format!("{inner}: only {} has it", self.ours)),
+                Some(other) if other.unit != field.unit => {
+                    self.say(&inner, unit(field), unit(other));
+                }
+                Some(other) => self.compare(&inner, &field.schema, &other.schema),
+            }
+        }
+        for field in b.iter().filter(|field| !ours.contains_key(&field.name)) {
+            self.lines.push(format!("{}: only {} has it", join(place, &field.name), self.theirs));
+        }
+        if self.lines.len() == before {
+            let place = join(place, "(order of fields)");
+            self.first_difference(&place, a.iter().map(|f| &f.name), b.iter().map(|f| &f.name));
+        }
+    }
+
+    fn compare_variants(&mut self, place: &str, a: &[Variant], b: &[Variant]) {
+        if a.iter().map(|v| &v.name).eq(b.iter().map(|v| &v.name)) {
+            for (variant, other) in a.iter().zip(b).filter(|(v, w)| v != w) {
+                self.compare_fields(&join(place, &variant.name), &variant.fields, &other.fields);
+            }
+        } else {
+            let place = join(place, "(variants)");
+            self.first_difference(&place, a.iter().map(|v| &v.name), b.iter().map(|v| &v.name));
+        }
+    }
+
+    /// The first place at which two lists of names part.
+    fn first_difference<'n>(
+        &mut self,
+        place: &str,
+        mut a: impl Iterator<Item = &'n String>,
+        mut b: impl Iterator<Item = &'n String>,
+    ) {
+        for index in 0.. {
+            match (a.next(), b.next()) {
+                (None, None) => return,
+                (x, y) if x == y => {}
+                (x, y) => {
+                    let name = |name: Option<&'n String>| name.map_or("none", String::as_str);
+                    return self.say(&format!("{place} #{index}"), name(x), name(y));
+                }
+            }
+        }
+    }
+}
+
+fn join(place: &str, name: &str) -> String {
+    if place.is_empty() { name.into() } else { format!("{place}.{name}") }
+}
+
+fn unit(field: &Field) -> &str {
+    field.unit.as_deref().unwrap_or("no unit")
+}
+
+fn cut(schema: &Schema) -> String {
+    let mut text = schema.to_string();
+    // Names and units are ASCII, so any place is a boundary.
+    if text.len() > MAX_TYPE_LEN {
+        text.truncate(MAX_TYPE_LEN);
+        text.push('…');
+    }
+    text
 }

@@ -8,6 +8,14 @@ use thiserror::Error;
 
 use super::{Field, Schema};
 
+/// Most memory that a message may take as JSON, in bytes, by our reckoning: a `bool` of the payload
+/// becomes a value of 32 bytes, a struct a map of names.
+pub const MAX_JSON_LEN: usize = 1 << 30;
+
+const VALUE_LEN: usize = size_of::<Value>();
+/// An object's first node, which it has however few its fields.
+const OBJECT_LEN: usize = 640;
+
 /// Why a payload does not fit its schema.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("{path}: {problem} at byte {at}")]
@@ -20,12 +28,21 @@ pub struct JsonError {
     pub problem: &'static str,
 }
 
-/// Decodes `payload` by `schema`. Takes memory in proportion to the payload, whatever it claims.
+/// Decodes `payload` by `schema`. Takes memory for what is in the payload, whatever it claims.
 ///
 /// # Errors
-/// [`JsonError`] if the payload is not exactly one value of the schema.
+/// [`JsonError`] if the payload is not exactly one value of the schema, or its JSON would be larger
+/// than [`MAX_JSON_LEN`].
 pub fn to_json(schema: &Schema, payload: &[u8]) -> Result<Value, JsonError> {
-    let mut reader = Reader { payload, at: 0, path: Vec::new() };
+    to_json_within(schema, payload, MAX_JSON_LEN)
+}
+
+pub(super) fn to_json_within(
+    schema: &Schema,
+    payload: &[u8],
+    room: usize,
+) -> Result<Value, JsonError> {
+    let mut reader = Reader { payload, at: 0, path: Vec::new(), room };
     let value = reader.value(schema)?;
     if reader.at < payload.len() {
         return Err(reader.error("bytes are left over"));
@@ -36,7 +53,9 @@ pub fn to_json(schema: &Schema, payload: &[u8]) -> Result<Value, JsonError> {
 struct Reader<'a> {
     payload: &'a [u8],
     at: usize,
-    path: Vec<String>,
+    path: Vec<&'a str>,
+    /// How much memory the rest may take.
+    room: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -67,16 +86,23 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn count(&mut self, item_len: usize) -> Result<usize, JsonError> {
+    /// A count of things that take at least a byte each.
+    fn count(&mut self) -> Result<usize, JsonError> {
         let count = u64::from_le_bytes(self.fixed()?);
-        let left = (self.payload.len() - self.at) / item_len.max(1);
+        let left = self.payload.len() - self.at;
         usize::try_from(count)
             .ok()
             .filter(|count| *count <= left)
             .ok_or_else(|| self.error("a count exceeds the payload"))
     }
 
-    fn value(&mut self, schema: &Schema) -> Result<Value, JsonError> {
+    fn take_room(&mut self, len: usize) -> Result<(), JsonError> {
+        let room = self.room.checked_sub(len);
+        self.room = room.ok_or_else(|| self.error("the value is too large for JSON"))?;
+        Ok(())
+    }
+
+    fn value(&mut self, schema: &'a Schema) -> Result<Value, JsonError> {
         Ok(match schema {
             Schema::Bool => Value::Bool(self.flag()?),
             Schema::U8 => self.fixed::<1>()?[0].into(),
@@ -102,11 +128,12 @@ impl<'a> Reader<'a> {
                 }
             }
             Schema::List(item) if **item == Schema::U8 => {
-                let len = self.count(1)?;
+                let len = self.count()?;
+                self.take_room(len / 3 * 4)?;
                 Value::String(base64(self.bytes(len)?))
             }
             Schema::List(item) => {
-                let count = self.count(item.min_len())?;
+                let count = self.count()?;
                 self.items(item, count)?
             }
             Schema::Fixed(item, count) => self.items(item, *count)?,
@@ -119,20 +146,29 @@ impl<'a> Reader<'a> {
                     Value::String(variant.name.clone())
                 } else {
                     let fields = self.fields(&variant.fields)?;
+                    self.take_room(OBJECT_LEN)?;
                     Value::Object(Map::from_iter([(variant.name.clone(), Value::Object(fields))]))
                 }
             }
         })
     }
 
-    fn items(&mut self, item: &Schema, count: usize) -> Result<Value, JsonError> {
-        (0..count).map(|_| self.value(item)).collect::<Result<Vec<_>, _>>().map(Value::Array)
+    fn items(&mut self, item: &'a Schema, count: usize) -> Result<Value, JsonError> {
+        // Grows with what is there: a count proves nothing.
+        let mut items = Vec::new();
+        for _ in 0..count {
+            self.take_room(VALUE_LEN)?;
+            items.push(self.value(item)?);
+        }
+        Ok(Value::Array(items))
     }
 
-    fn fields(&mut self, fields: &[Field]) -> Result<Map<String, Value>, JsonError> {
+    fn fields(&mut self, fields: &'a [Field]) -> Result<Map<String, Value>, JsonError> {
+        self.take_room(OBJECT_LEN)?;
         let mut object = Map::new();
         for field in fields {
-            self.path.push(field.name.clone());
+            self.take_room(field.name.len() + VALUE_LEN + size_of::<String>())?;
+            self.path.push(&field.name);
             let value = self.value(&field.schema)?;
             self.path.pop();
             object.insert(field.name.clone(), value);
@@ -141,7 +177,8 @@ impl<'a> Reader<'a> {
     }
 
     fn text(&mut self) -> Result<String, JsonError> {
-        let len = self.count(1)?;
+        let len = self.count()?;
+        self.take_room(len)?;
         let bytes = self.bytes(len)?;
         std::str::from_utf8(bytes).map(str::to_owned).map_err(|_| self.error("text is not UTF-8"))
     }

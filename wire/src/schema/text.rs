@@ -5,16 +5,22 @@
 
 use std::fmt;
 
+use std::collections::BTreeSet;
+
 use thiserror::Error;
 
 use super::{Field, Schema, Variant};
+use crate::codec::MAX_DATA_LEN;
+use crate::message::MAX_FIXED_COUNT;
 
 /// Deepest nesting of a schema that is read.
 pub const MAX_DEPTH: usize = 16;
 /// Longest schema text that is read, in bytes.
 pub const MAX_TEXT_LEN: usize = 16 << 10;
-/// Most elements of a fixed-length array.
-const MAX_FIXED: usize = 1 << 16;
+/// Longest name of a type, field or variant in a schema, in bytes.
+pub const MAX_LABEL_LEN: usize = 128;
+/// Longest unit in a schema, in bytes.
+pub const MAX_UNIT_LEN: usize = 32;
 
 impl fmt::Display for Schema {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -87,8 +93,8 @@ pub struct ParseError {
 /// Reads a schema from its canonical text.
 ///
 /// # Errors
-/// [`ParseError`] if the text is not canonical, deeper than [`MAX_DEPTH`], or longer than
-/// [`MAX_TEXT_LEN`].
+/// [`ParseError`] if the text is not canonical, deeper than [`MAX_DEPTH`], longer than
+/// [`MAX_TEXT_LEN`], or of a value that [`MAX_DATA_LEN`] bytes cannot hold.
 pub fn parse(text: &str) -> Result<Schema, ParseError> {
     if text.len() > MAX_TEXT_LEN {
         return Err(ParseError { at: MAX_TEXT_LEN, problem: "the text is too long" });
@@ -98,6 +104,9 @@ pub fn parse(text: &str) -> Result<Schema, ParseError> {
     if parser.at < text.len() {
         return Err(parser.error("text after the end of the schema"));
     }
+    if schema.min_len() > MAX_DATA_LEN {
+        return Err(parser.error("no payload can hold a value of this type"));
+    }
     Ok(schema)
 }
 
@@ -106,7 +115,7 @@ struct Parser<'a> {
     at: usize,
 }
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
     fn error(&self, problem: &'static str) -> ParseError {
         ParseError { at: self.at, problem }
     }
@@ -121,26 +130,42 @@ impl Parser<'_> {
         if self.take(byte) { Ok(()) } else { Err(self.error(problem)) }
     }
 
+    /// The longest run of allowed bytes, 1 to `most` of them. All that is allowed is ASCII.
     fn word(
         &mut self,
         allowed: impl Fn(u8) -> bool,
+        most: usize,
         problem: &'static str,
-    ) -> Result<String, ParseError> {
-        let rest = &self.text.as_bytes()[self.at..];
-        let len = rest.iter().take_while(|byte| allowed(**byte)).count();
-        if len == 0 {
+    ) -> Result<&'a str, ParseError> {
+        let rest = &self.text[self.at..];
+        let len = rest.bytes().take_while(|byte| allowed(*byte)).count();
+        if len == 0 || len > most {
             return Err(self.error(problem));
         }
-        let word = String::from_utf8_lossy(&rest[..len]).into_owned();
         self.at += len;
-        Ok(word)
+        Ok(&rest[..len])
     }
 
-    fn name(&mut self) -> Result<String, ParseError> {
-        self.word(
-            |b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'/'),
-            "a name is expected",
-        )
+    fn name(&mut self) -> Result<&'a str, ParseError> {
+        let at = self.at;
+        let problem = "a name is expected: a letter or _, then letters, digits, _ - /; 128 at most";
+        let name = self.word(is_name_byte, MAX_LABEL_LEN, problem)?;
+        if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+            Ok(name)
+        } else {
+            Err(ParseError { at, problem })
+        }
+    }
+
+    /// The name of a field or variant that `taken` does not hold yet.
+    fn label(&mut self, taken: &mut BTreeSet<&'a str>) -> Result<String, ParseError> {
+        let at = self.at;
+        let name = self.name()?;
+        if taken.insert(name) {
+            Ok(name.into())
+        } else {
+            Err(ParseError { at, problem: "the name occurs twice" })
+        }
     }
 
     fn schema(&mut self, depth: usize) -> Result<Schema, ParseError> {
@@ -157,6 +182,7 @@ impl Parser<'_> {
         if let Some((_, primitive)) = PRIMITIVES.iter().find(|(known, _)| *known == name) {
             return Ok(primitive.clone());
         }
+        let name = name.into();
         if self.take(b'{') {
             return Ok(Schema::Struct { name, fields: self.fields(depth)? });
         }
@@ -173,9 +199,11 @@ impl Parser<'_> {
             self.expect(b']', "a list ends with ]")?;
             return Ok(Schema::List(Box::new(item)));
         }
-        let digits = self.word(|b| b.is_ascii_digit(), "a count is expected")?;
-        let count = digits.parse().ok().filter(|count| (1..=MAX_FIXED).contains(count));
-        let count = count.ok_or_else(|| self.error("the count is not in 1..=65536"))?;
+        let problem = "the count is not in 1..=65536, without leading zeros";
+        let at = self.at;
+        let digits = self.word(|b| b.is_ascii_digit(), 5, problem)?;
+        let count = digits.parse().ok().filter(|count| (1..=MAX_FIXED_COUNT).contains(count));
+        let count = count.filter(|_| !digits.starts_with('0')).ok_or(ParseError { at, problem })?;
         self.expect(b']', "an array ends with ]")?;
         Ok(Schema::Fixed(Box::new(item), count))
     }
@@ -185,15 +213,15 @@ impl Parser<'_> {
         if self.take(b'}') {
             return Ok(fields);
         }
+        let mut taken = BTreeSet::new();
         loop {
-            let name = self.name()?;
+            let name = self.label(&mut taken)?;
             self.expect(b':', "a field is name:type")?;
             let schema = self.schema(depth + 1)?;
             let unit = if self.take(b'(') {
-                let unit =
-                    self.word(|b| b.is_ascii_graphic() && b != b')', "a unit is expected")?;
+                let unit = self.word(is_unit_byte, MAX_UNIT_LEN, "a unit of 1 to 32 characters")?;
                 self.expect(b')', "a unit ends with )")?;
-                Some(unit)
+                Some(unit.into())
             } else {
                 None
             };
@@ -206,10 +234,13 @@ impl Parser<'_> {
     }
 
     fn variants(&mut self, depth: usize) -> Result<Vec<Variant>, ParseError> {
-        let mut variants = Vec::new();
+        let (mut variants, mut taken) = (Vec::new(), BTreeSet::new());
         loop {
-            let name = self.name()?;
+            let name = self.label(&mut taken)?;
             let fields = if self.take(b'{') { self.fields(depth)? } else { Vec::new() };
+            if fields.is_empty() && self.text[..self.at].ends_with('}') {
+                return Err(self.error("a variant without fields has no braces"));
+            }
             variants.push(Variant { name, fields });
             if !self.take(b',') {
                 self.expect(b'>', "variants end with >")?;
@@ -217,4 +248,12 @@ impl Parser<'_> {
             }
         }
     }
+}
+
+fn is_name_byte(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'/')
+}
+
+fn is_unit_byte(byte: u8) -> bool {
+    byte.is_ascii_graphic() && byte != b')'
 }
