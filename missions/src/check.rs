@@ -1,0 +1,106 @@
+//! Whether what was read holds together: within the file, and against the manifests of the
+//! components that it names. Everything is looked at in one pass; nothing stops at the first.
+
+mod manifests;
+mod mission;
+mod reach;
+mod system;
+
+use std::collections::BTreeMap;
+
+use armor_wire::manifest::Manifest;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::load::Reading;
+use crate::nearest::did_you_mean;
+use crate::overrides::{self, Override};
+use crate::source::{Location, Spanned};
+
+/// The manifests of all kinds that there are, by kind.
+pub type Manifests = BTreeMap<String, Manifest>;
+
+/// Puts the overrides over the file and checks the whole; without manifests only what the file
+/// says by itself. The findings come sorted by file and line.
+pub fn check(
+    mut reading: Reading,
+    overrides: &[Override],
+    manifests: Option<&Manifests>,
+) -> Reading {
+    let mut findings = std::mem::take(&mut reading.findings);
+    if let Some(configuration) = &mut reading.configuration {
+        system::check(&configuration.system, &mut findings);
+        if let Some(mission) = &configuration.mission {
+            mission::check(mission, &configuration.system, &mut findings);
+        }
+        overrides::apply(configuration, overrides, &mut findings);
+        if let Some(manifests) = manifests {
+            manifests::check(configuration, manifests, &mut findings);
+        }
+    }
+    reading.findings = findings.finish();
+    reading
+}
+
+/// Names of one sort, each once.
+struct Names<'a> {
+    /// What such a name is for, with its article: "a place".
+    noun: &'static str,
+    known: BTreeMap<&'a str, &'a Location>,
+}
+
+impl<'a> Names<'a> {
+    /// Takes the names in their order; one that is there already is a finding.
+    fn collect(
+        noun: &'static str,
+        duplicate: Code,
+        names: impl Iterator<Item = &'a Spanned<String>>,
+        findings: &mut Findings,
+    ) -> Self {
+        let mut known: BTreeMap<&str, &Location> = BTreeMap::new();
+        for name in names {
+            if let Some(first) = known.get(name.value.as_str()) {
+                let message = format!("{noun} called {} is there already", name.value);
+                let finding = Finding::new(duplicate, &name.at, message);
+                findings.push(finding.remedy("give it another name").related(first, "first here"));
+            } else {
+                known.insert(&name.value, &name.at);
+            }
+        }
+        Self { noun, known }
+    }
+
+    /// Whether the name is known; if not, it is a finding.
+    fn expect(&self, name: &Spanned<String>, unknown: Code, findings: &mut Findings) -> bool {
+        let known = self.known.contains_key(name.value.as_str());
+        if !known {
+            let message = format!("{} called {} does not exist", self.noun, name.value);
+            let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
+            let remedy =
+                remedy.unwrap_or_else(|| format!("add it, or name one of: {}", self.listed()));
+            findings.push(Finding::new(unknown, &name.at, message).remedy(remedy));
+        }
+        known
+    }
+
+    fn guess(&self, name: &str) -> Option<String> {
+        did_you_mean(name, self.known.keys().copied())
+    }
+
+    fn listed(&self) -> String {
+        listed(self.known.keys().copied())
+    }
+}
+
+/// The first dozen names, and how many more there are.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 12;
+    let mut names: Vec<_> = names.collect();
+    let more = names.len().saturating_sub(SHOWN);
+    names.truncate(SHOWN);
+    match (names.is_empty(), more) {
+        (true, _) => "none is there".into(),
+        (_, 0) => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}

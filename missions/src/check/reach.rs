@@ -1,0 +1,75 @@
+//! Places that no sequence of transitions leads to, whatever the guards and times: a place counts
+//! as reached if a transition puts tokens there whose own places are all reached. (The analysis of
+//! the net proves more; this needs no state space.)
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::mission::{ArcKind, Mission, Transition};
+
+pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+    let starts = mission.places.iter().any(|place| place.initial > 0);
+    if !starts || !mission.submissions.is_empty() {
+        return;
+    }
+    let reached = reached(mission);
+    for place in mission.places.iter().filter(|place| !reached.contains(place.name.value.as_str()))
+    {
+        let message = format!("no transition leads to {}", place.name.value);
+        let finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
+        findings.push(finding.remedy("add a transition to it, or remove it"));
+    }
+}
+
+fn reached(mission: &Mission) -> BTreeSet<&str> {
+    let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    let mut missing = Vec::new();
+    for (index, transition) in mission.transitions.iter().enumerate() {
+        let needs = needs(transition);
+        missing.push(needs.len());
+        for place in needs {
+            waiting.entry(place).or_default().push(index);
+        }
+    }
+    let initial = mission.places.iter().filter(|place| place.initial > 0);
+    let mut open: Vec<&str> = initial.map(|place| place.name.value.as_str()).collect();
+    open.extend(failure_places(mission));
+    let sources = mission.transitions.iter().zip(&missing).filter(|(_, missing)| **missing == 0);
+    open.extend(sources.flat_map(|(transition, _)| puts(transition)));
+    let mut reached = BTreeSet::new();
+    while let Some(place) = open.pop() {
+        if !reached.insert(place) {
+            continue;
+        }
+        for index in waiting.get(place).into_iter().flatten() {
+            missing[*index] -= 1;
+            if missing[*index] == 0 {
+                open.extend(puts(&mission.transitions[*index]));
+            }
+        }
+    }
+    reached
+}
+
+fn needs(transition: &Transition) -> BTreeSet<&str> {
+    let needed =
+        transition.arcs.iter().filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Read));
+    needed.map(|arc| arc.place.value.as_str()).collect()
+}
+
+fn puts(transition: &Transition) -> impl Iterator<Item = &str> {
+    let overrun = transition.overrun.iter().map(|place| place.value.as_str());
+    transition.outputs().map(|arc| arc.place.value.as_str()).chain(overrun)
+}
+
+/// Where tokens go when something fails; that can happen at any time.
+fn failure_places(mission: &Mission) -> impl Iterator<Item = &str> {
+    let of_places = mission.places.iter().filter_map(|place| place.on_failure.as_ref());
+    let of_transitions = mission
+        .transitions
+        .iter()
+        .flat_map(|transition| [&transition.on_stop_fail, &transition.on_start_fail])
+        .flatten();
+    mission.safe.iter().chain(of_places).chain(of_transitions).map(|place| place.value.as_str())
+}

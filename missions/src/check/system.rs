@@ -1,0 +1,52 @@
+//! What a system must hold without knowing its kinds: names once, links between components that
+//! exist, every input fed at most once.
+
+use std::collections::BTreeMap;
+
+use crate::check::Names;
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::model::{Component, Link, System};
+
+/// The names under which Armor's own programs register.
+const RESERVED: [&str; 4] = ["registry", "configd", "executive", "launcher"];
+
+pub(super) fn check(system: &System, findings: &mut Findings) {
+    let names = system.components.iter().map(|component| &component.name);
+    let names = Names::collect("a component", Code::DuplicateComponent, names, findings);
+    for component in &system.components {
+        parameters_once(component, findings);
+        if RESERVED.contains(&component.name.value.as_str()) {
+            let message =
+                format!("{} is the name of one of Armor's own programs", component.name.value);
+            let finding = Finding::new(Code::ReservedName, &component.name.at, message);
+            findings.push(finding.remedy("give the component another name"));
+        }
+    }
+    for link in &system.links {
+        names.expect(&link.from.component, Code::UnknownComponent, findings);
+        names.expect(&link.to.component, Code::UnknownComponent, findings);
+    }
+    if let Some(clock) = &system.clock {
+        names.expect(&clock.source.component, Code::UnknownComponent, findings);
+    }
+    inputs_fed_once(&system.links, findings);
+}
+
+fn parameters_once(component: &Component, findings: &mut Findings) {
+    let names = component.parameters.iter().map(|parameter| &parameter.name);
+    Names::collect("a parameter", Code::DuplicateParameter, names, findings);
+}
+
+fn inputs_fed_once(links: &[Link], findings: &mut Findings) {
+    let mut fed = BTreeMap::new();
+    for link in links {
+        let input = (link.to.component.value.as_str(), link.to.port.value.as_str());
+        if let Some(first) = fed.insert(input, &link.to.at) {
+            let message = format!("the input {} is fed twice", link.to.data());
+            let finding = Finding::new(Code::InputFedTwice, &link.to.at, message);
+            findings
+                .push(finding.remedy("remove one of the two links").related(first, "first here"));
+        }
+    }
+}

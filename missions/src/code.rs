@@ -1,0 +1,182 @@
+//! The catalogue of findings. A code never changes its meaning; its letter is its severity.
+
+use crate::finding::Severity;
+
+macro_rules! codes {
+    ($($(#[$doc:meta])* $variant:ident = $text:literal, $title:literal;)*) => {
+        /// What kind of finding it is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Code { $($(#[$doc])* $variant,)* }
+
+        impl Code {
+            /// Every code there is, in the order of the catalogue.
+            pub const ALL: &'static [Code] = &[$(Code::$variant,)*];
+
+            /// The stable code, such as `E0103`.
+            pub fn as_str(self) -> &'static str {
+                match self { $(Code::$variant => $text,)* }
+            }
+
+            /// What the code means, in a few words.
+            pub fn title(self) -> &'static str {
+                match self { $(Code::$variant => $title,)* }
+            }
+        }
+    };
+}
+
+codes! {
+    // The bytes and the XML.
+    /// Longer than the stated limit.
+    TooLong = "E0001", "the file is too long";
+    /// Not UTF-8.
+    NotUtf8 = "E0002", "the file is not UTF-8";
+    /// The file could not be read at all.
+    Unreadable = "E0003", "the file cannot be read";
+    /// Not well-formed XML.
+    Malformed = "E0004", "not well-formed XML";
+    /// A document type declaration.
+    Doctype = "E0005", "a DOCTYPE is not allowed";
+    /// Elements nested deeper than the stated limit.
+    TooDeep = "E0006", "elements are nested too deeply";
+    /// More attributes than the stated limit.
+    TooManyAttributes = "E0007", "too many attributes";
+    /// More elements of a sort than the stated limit.
+    TooMany = "E0008", "too many elements of a sort";
+    /// An entity other than the five of XML, or a reference to no character.
+    UnknownEntity = "E0009", "an unknown entity";
+    /// A character that XML does not allow.
+    BadCharacter = "E0010", "a character that XML does not allow";
+    /// The same attribute twice in one tag.
+    DuplicateAttribute = "E0011", "an attribute is written twice";
+    /// An end tag that closes nothing, or an element that is never closed.
+    EndTag = "E0012", "start and end tags do not match";
+    /// A prefix that no `xmlns:` declares, or a namespace on what is ours.
+    Namespace = "E0013", "an undeclared or misplaced namespace";
+
+    // The vocabulary.
+    /// Text where only elements belong.
+    StrayText = "E0014", "text where none belongs";
+    /// An element that is not known there.
+    UnknownElement = "E0015", "an unknown element";
+    /// An attribute that is not known there.
+    UnknownAttribute = "E0016", "an unknown attribute";
+    /// An attribute that must be there is not.
+    MissingAttribute = "E0017", "an attribute is missing";
+    /// A name that is not `[A-Za-z][A-Za-z0-9_-]*`.
+    BadName = "E0018", "a malformed name";
+    /// A value that is not of the attribute's type.
+    BadValue = "E0019", "a malformed value";
+    /// The root element is not `<armor version="1">`.
+    WrongRoot = "E0020", "not an Armor file of version 1";
+    /// An element that may be there once is there twice.
+    DuplicateElement = "E0021", "an element is written twice";
+    /// No system, or no mission and no system.
+    NoSystem = "E0022", "there is no system";
+    /// The file that is named cannot be read or holds no system.
+    IncludeMissing = "E0023", "the named file is missing";
+    /// Files that name each other in a circle.
+    IncludeCycle = "E0024", "files name each other in a circle";
+    /// The system is both in the file and in another one.
+    TwoSystems = "E0025", "two systems for one mission";
+    /// Two attributes that exclude each other.
+    Clash = "E0026", "attributes that exclude each other";
+
+    // The system.
+    /// Two components of one name.
+    DuplicateComponent = "E0101", "two components have the same name";
+    /// A parameter is assigned twice.
+    DuplicateParameter = "E0102", "a parameter is assigned twice";
+    /// A component that the system does not have.
+    UnknownComponent = "E0103", "an unknown component";
+    /// Two links into one input.
+    InputFedTwice = "E0104", "an input is fed twice";
+    /// A kind that no component directory has.
+    UnknownKind = "E0105", "an unknown kind of component";
+    /// A port that the kind does not have.
+    UnknownPort = "E0106", "an unknown port";
+    /// A link that starts at an input or ends at an output.
+    WrongDirection = "E0107", "a link in the wrong direction";
+    /// A link between ports of different types.
+    TypeMismatch = "E0108", "a link between different types";
+    /// A required input that nothing feeds.
+    InputUnfed = "E0109", "a required input is not fed";
+    /// A parameter that the kind does not have.
+    UnknownParameter = "E0110", "an unknown parameter";
+    /// A parameter without default that has no value.
+    ParameterUnassigned = "E0111", "a parameter has no value";
+    /// A value that is not of the parameter's type or unit.
+    ParameterType = "E0112", "a value of the wrong type";
+    /// A value outside the parameter's range or choices.
+    ParameterRange = "E0113", "a value out of range";
+    /// A `--set` that is not `component.parameter=value`.
+    BadOverride = "E0114", "a malformed override";
+    /// A component called as one of Armor's own programs.
+    ReservedName = "E0115", "a name that Armor needs itself";
+
+    // The mission.
+    /// Two places of one name.
+    DuplicatePlace = "E0201", "two places have the same name";
+    /// Two transitions of one name.
+    DuplicateTransition = "E0202", "two transitions have the same name";
+    /// A place that the mission does not have.
+    UnknownPlace = "E0203", "an unknown place";
+    /// No place is marked at the start.
+    NoInitialPlace = "E0204", "no initial place";
+    /// A transition or an arc that joins no place.
+    NoArcs = "E0205", "a transition or an arc without places";
+    /// A place or an exclusive set names a component that may not be frozen.
+    NotControllable = "E0206", "the mission may not control this component";
+    /// Exclusive components are active together.
+    ExclusiveTogether = "E0207", "exclusive components are active together";
+    /// A name is twice in a list.
+    DuplicateInList = "E0208", "a name is twice in a list";
+    /// A place sets a parameter of a component that it does not activate.
+    ForeignParameter = "E0209", "a place sets a parameter of a component it does not activate";
+    /// Two variables of one name.
+    DuplicateVariable = "E0210", "two variables have the same name";
+    /// Two arcs of one sort between one place and one transition.
+    DuplicateArc = "E0211", "two arcs of one sort join the same place and transition";
+    /// A place that no transition leads to.
+    UnreachablePlace = "W0212", "a place that cannot be reached";
+    /// No place to go to when something fails.
+    NoSafePlace = "W0213", "no safe place";
+    /// A transition waits for a report that its component cannot send there.
+    ReportNeverSent = "W0214", "a report that cannot be sent there";
+    /// An exclusive set of fewer than two components excludes nothing.
+    ExclusiveAlone = "W0215", "an exclusive set of one";
+
+    // What is understood but not played.
+    /// Something that the format has and this version does not play.
+    NotPlayed = "E0301", "not played by this version";
+    /// There were more findings than are kept.
+    More = "N0999", "more findings were left out";
+}
+
+impl Code {
+    /// How grave a finding of this code is.
+    pub fn severity(self) -> Severity {
+        match self.as_str().as_bytes()[0] {
+            b'E' => Severity::Error,
+            b'W' => Severity::Warning,
+            _ => Severity::Note,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn codes_are_a_letter_and_four_digits_each_given_once() {
+        let texts: BTreeSet<_> = Code::ALL.iter().map(|code| code.as_str()).collect();
+        assert_eq!(texts.len(), Code::ALL.len());
+        for text in texts {
+            let (letter, number) = text.split_at(1);
+            assert!(["E", "W", "N"].contains(&letter), "{text}");
+            assert!(number.len() == 4 && number.bytes().all(|b| b.is_ascii_digit()), "{text}");
+        }
+    }
+}

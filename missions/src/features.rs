@@ -1,0 +1,181 @@
+//! What of the format a file uses beyond plain ArMoR. The format is read whole; who plays it says
+//! which features it knows, and the others are refused by name rather than passed over.
+
+use std::fmt;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
+use crate::model::{Configuration, LinkMode, Transport};
+use crate::source::{Location, Spanned};
+
+/// Something of the format that not everybody plays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Feature {
+    /// `mode="pull"`.
+    Pull,
+    /// `history="n"`.
+    History,
+    /// `transport="shm"`.
+    SharedMemory,
+    /// `transport="udp"`.
+    Udp,
+    /// `<clock>`.
+    Clock,
+    /// `when="…"`.
+    Guard,
+    /// `<variable>`.
+    Variable,
+    /// An interval that is not one moment.
+    Interval,
+    /// `priority="n"`.
+    Priority,
+    /// `class="safety"`.
+    SafetyClass,
+    /// Weights above 1, or more than one token at the start.
+    Weight,
+    /// `<read>`.
+    ReadArc,
+    /// `<inhibitor>`.
+    InhibitorArc,
+    /// `<reset>`.
+    ResetArc,
+    /// `operator="true"`, `autonomy="…"`, `lost-link="…"`.
+    Operator,
+    /// `not-before`, `not-after`, `missed`.
+    Date,
+    /// `overrun="…"`.
+    Overrun,
+    /// `<submission>`.
+    Submission,
+    /// `<check>`.
+    Check,
+    /// `<parameter>` in a place.
+    PlaceParameter,
+    /// `period="…"`.
+    Period,
+    /// `resume="…"`.
+    Resume,
+}
+
+impl fmt::Display for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Feature::Pull => "a pulling link (mode=\"pull\")",
+            Feature::History => "a link's history",
+            Feature::SharedMemory => "shared memory (transport=\"shm\")",
+            Feature::Udp => "UDP (transport=\"udp\")",
+            Feature::Clock => "time that follows data (<clock>)",
+            Feature::Guard => "a guard (when=\"…\")",
+            Feature::Variable => "a variable",
+            Feature::Interval => "a firing interval",
+            Feature::Priority => "a priority",
+            Feature::SafetyClass => "class=\"safety\"",
+            Feature::Weight => "more than one token",
+            Feature::ReadArc => "a read arc",
+            Feature::InhibitorArc => "an inhibitor arc",
+            Feature::ResetArc => "a reset arc",
+            Feature::Operator => "an operator's transition",
+            Feature::Date => "an absolute date",
+            Feature::Overrun => "a place for overruns",
+            Feature::Submission => "a sub-mission",
+            Feature::Check => "a check of the net",
+            Feature::PlaceParameter => "a parameter set by a place",
+            Feature::Period => "a period",
+            Feature::Resume => "a policy for resuming",
+        })
+    }
+}
+
+impl Configuration {
+    /// Every use of a feature, with where it is, in the order of the file.
+    pub fn features(&self) -> Vec<Spanned<Feature>> {
+        let mut used = Uses::default();
+        for link in &self.system.links {
+            let mut places = link.unusual.iter();
+            used.next_of(link.mode == LinkMode::Pull, Feature::Pull, &mut places);
+            used.next_of(link.transport == Transport::Shm, Feature::SharedMemory, &mut places);
+            used.next_of(link.transport == Transport::Udp, Feature::Udp, &mut places);
+            used.next_of(link.history > 1, Feature::History, &mut places);
+        }
+        used.at(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));
+        if let Some(mission) = &self.mission {
+            used.mission(mission);
+        }
+        used.0
+    }
+
+    /// A finding for each feature that is used and is not among those `played`.
+    pub fn refuse_unplayed(&self, played: &[Feature], findings: &mut Findings) {
+        for used in self.features().into_iter().filter(|used| !played.contains(&used.value)) {
+            let message = format!("{} is understood, but not played by this version", used.value);
+            let finding = Finding::new(Code::NotPlayed, &used.at, message);
+            findings.push(finding.remedy("do without it for now"));
+        }
+    }
+}
+
+#[derive(Default)]
+struct Uses(Vec<Spanned<Feature>>);
+
+impl Uses {
+    fn at<'a>(&mut self, feature: Feature, places: impl IntoIterator<Item = &'a Location>) {
+        self.0.extend(places.into_iter().map(|at| Spanned::new(feature, at.clone())));
+    }
+
+    fn next_of<'a>(
+        &mut self,
+        used: bool,
+        feature: Feature,
+        places: &mut impl Iterator<Item = &'a Location>,
+    ) {
+        if used {
+            self.at(feature, places.next());
+        }
+    }
+
+    fn mission(&mut self, mission: &Mission) {
+        self.at(Feature::Period, mission.period.iter().map(|period| &period.at));
+        self.at(Feature::Resume, mission.resume.iter().map(|resume| &resume.at));
+        self.at(Feature::Variable, mission.variables.iter().map(|variable| &variable.name.at));
+        for place in &mission.places {
+            let name = &place.name.at;
+            self.at(Feature::Weight, (place.initial > 1).then_some(name));
+            self.at(Feature::SafetyClass, (place.class == Class::Safety).then_some(name));
+            let parameters = place.parameters.iter().map(|given| &given.parameter.name.at);
+            self.at(Feature::PlaceParameter, parameters);
+        }
+        mission.transitions.iter().for_each(|transition| self.transition(transition));
+        self.at(
+            Feature::Submission,
+            mission.submissions.iter().map(|submission| &submission.file.at),
+        );
+        self.at(Feature::Check, mission.checks.iter().map(|check| &check.at));
+    }
+
+    fn transition(&mut self, transition: &Transition) {
+        let name = &transition.name.at;
+        for arc in &transition.arcs {
+            let at = &arc.place.at;
+            self.at(Feature::Weight, (arc.weight > 1).then_some(at));
+            self.at(Feature::ReadArc, (arc.kind == ArcKind::Read).then_some(at));
+            self.at(Feature::InhibitorArc, (arc.kind == ArcKind::Inhibitor).then_some(at));
+            self.at(Feature::ResetArc, (arc.kind == ArcKind::Reset).then_some(at));
+        }
+        let loose = transition.interval.iter().filter(|i| i.latest != Some(i.earliest));
+        self.at(Feature::Interval, loose.map(|interval| &interval.at));
+        self.at(Feature::Guard, transition.when.iter().map(|when| &when.at));
+        self.at(Feature::Priority, (transition.priority != 0).then_some(name));
+        self.at(Feature::SafetyClass, (transition.class == Class::Safety).then_some(name));
+        let manual = transition.autonomy != Autonomy::Auto;
+        self.at(
+            Feature::Operator,
+            manual.then_some(transition.autonomy_at.as_ref().unwrap_or(name)),
+        );
+        self.at(Feature::Operator, transition.lost_link.iter().map(|lost| &lost.at));
+        self.at(Feature::Date, transition.not_before.iter().map(|date| &date.at));
+        self.at(Feature::Date, transition.not_after.iter().map(|date| &date.at));
+        self.at(Feature::Date, transition.missed.iter().map(|missed| &missed.at));
+        self.at(Feature::Overrun, transition.overrun.iter().map(|place| &place.at));
+    }
+}

@@ -1,0 +1,314 @@
+//! Reads the attributes and children of one element, reporting what is missing, malformed or not
+//! known. A malformed name or value is reported once and, where that misleads nobody, still used,
+//! so that one slip does not bring ten findings.
+
+use std::str::FromStr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use armor_wire::name::is_name;
+use armor_wire::quantity;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::model::Port;
+use crate::nearest::did_you_mean;
+use crate::source::{Location, Source, Spanned};
+use crate::tree::{Attribute, Element, Node};
+
+/// The attributes of one element, being read.
+pub(crate) struct Fields<'a, 'f> {
+    element: &'a Element,
+    source: &'a Arc<Source>,
+    findings: &'f mut Findings,
+    known: Vec<&'static str>,
+}
+
+impl<'a, 'f> Fields<'a, 'f> {
+    pub(crate) fn new(
+        element: &'a Element,
+        source: &'a Arc<Source>,
+        findings: &'f mut Findings,
+    ) -> Self {
+        Self { element, source, findings, known: Vec::new() }
+    }
+
+    /// Where the element's name stands.
+    pub(crate) fn at(&self) -> Location {
+        self.element.at(self.source)
+    }
+
+    pub(crate) fn report(&mut self, finding: Finding) {
+        self.findings.push(finding);
+    }
+
+    /// The value as it stands.
+    pub(crate) fn text(&mut self, name: &'static str) -> Option<Spanned<String>> {
+        self.known.push(name);
+        let attribute = self.element.attribute(name)?;
+        Some(Spanned::new(attribute.value.clone(), self.value_at(attribute)))
+    }
+
+    /// The value as it stands; its absence is a finding.
+    pub(crate) fn required(&mut self, name: &'static str) -> Option<Spanned<String>> {
+        let value = self.text(name);
+        if value.is_none() {
+            let message = format!("<{}> has no attribute {name}", self.element.name);
+            let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
+            self.report(finding.remedy(format!("write {name}=\"…\"")));
+        }
+        value
+    }
+
+    /// A name, handed on even if it is malformed.
+    pub(crate) fn name(&mut self, name: &'static str) -> Option<Spanned<String>> {
+        let value = self.text(name)?;
+        self.check_name(&value);
+        Some(value)
+    }
+
+    /// A name; its absence is a finding.
+    pub(crate) fn required_name(&mut self, name: &'static str) -> Option<Spanned<String>> {
+        let value = self.required(name)?;
+        self.check_name(&value);
+        Some(value)
+    }
+
+    /// Names separated by spaces.
+    pub(crate) fn names(&mut self, name: &'static str) -> Vec<Spanned<String>> {
+        let Some(attribute) = self.text(name) else { return Vec::new() };
+        let raw = attribute.at.text();
+        let words = raw.split_ascii_whitespace().map(|word| {
+            // Both slices are of one string, so the difference is the word's offset.
+            let start = word.as_ptr() as usize - raw.as_ptr() as usize;
+            Spanned::new(word.to_owned(), attribute.at.part(start, start + word.len()))
+        });
+        let words: Vec<_> = words.collect();
+        for word in &words {
+            self.check_name(word);
+        }
+        self.refuse_repeats(&words);
+        words
+    }
+
+    fn refuse_repeats(&mut self, words: &[Spanned<String>]) {
+        let mut seen = std::collections::BTreeMap::new();
+        for word in words {
+            if let Some(first) = seen.insert(word.value.as_str(), &word.at) {
+                let message = format!("{} is twice in this list", word.value);
+                let finding = Finding::new(Code::DuplicateInList, &word.at, message);
+                self.report(finding.remedy("name it once").related(first, "first here"));
+            }
+        }
+    }
+
+    /// `true` or `false`.
+    pub(crate) fn flag(&mut self, name: &'static str, default: bool) -> bool {
+        self.choice(name, &[("true", true), ("false", false)]).map_or(default, |flag| flag.value)
+    }
+
+    /// One of a few words.
+    pub(crate) fn choice<T: Copy>(
+        &mut self,
+        name: &'static str,
+        choices: &[(&str, T)],
+    ) -> Option<Spanned<T>> {
+        let value = self.text(name)?;
+        let found = choices.iter().find(|(word, _)| *word == value.value);
+        if found.is_none() {
+            let words: Vec<_> = choices.iter().map(|(word, _)| *word).collect();
+            self.bad_value(&value, format!("{name} is one of {}", words.join(", ")));
+        }
+        found.map(|(_, choice)| value.with(*choice))
+    }
+
+    /// Anything that parses from text by itself.
+    pub(crate) fn parsed<T: FromStr<Err = String>>(
+        &mut self,
+        name: &'static str,
+    ) -> Option<Spanned<T>> {
+        self.converted(name, str::parse)
+    }
+
+    /// A duration such as `0.2s`.
+    pub(crate) fn duration(&mut self, name: &'static str) -> Option<Spanned<Duration>> {
+        self.converted(name, duration)
+    }
+
+    /// A rate such as `10Hz`, in hertz.
+    pub(crate) fn rate_hz(&mut self, name: &'static str) -> Option<Spanned<f64>> {
+        self.converted(name, |text| quantity::hertz(text).map_err(|e| e.to_string()))
+    }
+
+    /// A number with or without a unit, in SI.
+    pub(crate) fn quantity(&mut self, name: &'static str) -> Option<Spanned<f64>> {
+        self.converted(name, |text| quantity::parse(text).map(|q| q.si).map_err(|e| e.to_string()))
+    }
+
+    /// A whole number of at most nine digits, at least `least`.
+    pub(crate) fn count(&mut self, name: &'static str, least: u32) -> Option<Spanned<u32>> {
+        self.converted(name, |text| {
+            digits(text)
+                .and_then(|digits| digits.parse().ok())
+                .filter(|count| *count >= least)
+                .ok_or_else(|| format!("a whole number from {least} on is expected"))
+        })
+    }
+
+    /// `component.port`, or `component.event`.
+    pub(crate) fn dotted(&mut self, name: &'static str) -> Option<Port> {
+        let value = self.text(name)?;
+        self.port(value)
+    }
+
+    /// `component.port`; its absence is a finding.
+    pub(crate) fn required_dotted(&mut self, name: &'static str) -> Option<Port> {
+        let value = self.required(name)?;
+        self.port(value)
+    }
+
+    fn port(&mut self, value: Spanned<String>) -> Option<Port> {
+        let Some(dot) =
+            value.value.find('.').filter(|_| armor_wire::name::split_data(&value.value).is_some())
+        else {
+            self.bad_value(
+                &value,
+                "two names joined by a dot are expected, such as laser.scan".into(),
+            );
+            return None;
+        };
+        let part = |start: usize, end: usize| {
+            Spanned::new(value.value[start..end].to_owned(), value.at.part(start, end))
+        };
+        let component = part(0, dot);
+        let port = part(dot + 1, value.value.len());
+        Some(Port { component, port, at: value.at })
+    }
+
+    /// A value read by `read`, whose error says what is expected.
+    pub(crate) fn converted<T>(
+        &mut self,
+        name: &'static str,
+        read: impl FnOnce(&str) -> Result<T, String>,
+    ) -> Option<Spanned<T>> {
+        let value = self.text(name)?;
+        match read(&value.value) {
+            Ok(read) => Some(value.with(read)),
+            Err(expected) => {
+                self.bad_value(&value, expected);
+                None
+            }
+        }
+    }
+
+    /// At most one of these attributes may be there.
+    pub(crate) fn only_one_of(&mut self, names: &[&str]) {
+        let element = self.element;
+        let mut given = names.iter().filter_map(|name| element.attribute(name));
+        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+            let message = format!("{} and {} exclude each other", first.name, second.name);
+            let first = Location::new(self.source, first.name_span);
+            let second = Location::new(self.source, second.name_span);
+            let finding = Finding::new(Code::Clash, &second, message);
+            self.report(finding.remedy("keep one of them").related(&first, "the other one"));
+        }
+    }
+
+    /// Where the attribute stands, name and value, if it is there.
+    pub(crate) fn attribute_at(&self, name: &str) -> Option<Location> {
+        let attribute = self.element.attribute(name)?;
+        Some(Location::new(self.source, attribute.name_span))
+    }
+
+    /// Reports attributes that nobody asked for, children other than `allowed`, and stray text;
+    /// hands on the children that are allowed.
+    pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {
+        self.unknown_attributes();
+        let element = self.element;
+        let mut children = Vec::new();
+        for node in &element.children {
+            match node {
+                Node::Element(child) if allowed.contains(&child.name.as_str()) => {
+                    children.push(child);
+                }
+                Node::Element(child) => self.unknown_element(child, allowed),
+                Node::Text(text, span) if !text.trim().is_empty() => {
+                    let at = Location::new(self.source, *span);
+                    let message = format!("text does not belong into <{}>", element.name);
+                    let finding = Finding::new(Code::StrayText, &at, message);
+                    self.report(finding.remedy("remove it, or make it a comment"));
+                }
+                _ => {}
+            }
+        }
+        children
+    }
+
+    /// Like [`Self::finish`], for an element that holds text and nothing else.
+    pub(crate) fn finish_text(mut self) {
+        self.unknown_attributes();
+        let element = self.element;
+        element.elements().for_each(|child| self.unknown_element(child, &[]));
+    }
+
+    fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
+        let message = format!("<{}> is not known in <{}>", child.name, self.element.name);
+        let remedy = match did_you_mean(&child.name, allowed.iter().copied()) {
+            Some(guess) => guess,
+            None if allowed.is_empty() => "nothing may stand there".into(),
+            None => format!("known there: {}", allowed.join(", ")),
+        };
+        let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
+        self.report(finding.remedy(remedy));
+    }
+
+    fn unknown_attributes(&mut self) {
+        let element = self.element;
+        for attribute in &element.attributes {
+            let known = self.known.contains(&attribute.name.as_str());
+            if known || attribute.name.contains(':') || attribute.name == "xmlns" {
+                continue;
+            }
+            let message = format!("<{}> has no attribute {}", element.name, attribute.name);
+            let guess = did_you_mean(&attribute.name, self.known.iter().copied());
+            let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
+                [] => "it has none".into(),
+                known => {
+                    format!("known are {}; notes of your own need a namespace", known.join(", "))
+                }
+            });
+            let at = Location::new(self.source, attribute.name_span);
+            self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
+        }
+    }
+
+    fn check_name(&mut self, value: &Spanned<String>) {
+        if !is_name(&value.value) {
+            let message = format!("`{}` is not a name", value.value);
+            let finding = Finding::new(Code::BadName, &value.at, message);
+            self.report(finding.remedy(
+                "a name starts with a letter and goes on with letters, digits, _ and -, at most 64",
+            ));
+        }
+    }
+
+    pub(crate) fn bad_value<T>(&mut self, value: &Spanned<T>, expected: String) {
+        let message = format!("`{}` is not understood", value.at.text());
+        self.report(Finding::new(Code::BadValue, &value.at, message).remedy(expected));
+    }
+
+    fn value_at(&self, attribute: &Attribute) -> Location {
+        Location::new(self.source, attribute.value_span)
+    }
+}
+
+/// Reads a duration such as `0.2s` or `10min`.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is too long"))
+}
+
+/// `text` if it is one to nine digits.
+pub(crate) fn digits(text: &str) -> Option<&str> {
+    (matches!(text.len(), 1..=9) && text.bytes().all(|b| b.is_ascii_digit())).then_some(text)
+}

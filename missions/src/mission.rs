@@ -1,0 +1,267 @@
+//! The mission's model: a Petri net over the system's components, as written. Guards and checks
+//! stay text here; the executive's own parser reads them.
+
+use std::time::Duration;
+
+use crate::model::Parameter;
+use crate::source::{Location, Spanned};
+
+/// The Petri net over a system.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    /// What it is called; may be missing.
+    pub name: Option<Spanned<String>>,
+    /// The file that holds the system, as written, if it is another one.
+    pub system: Option<Spanned<String>>,
+    /// The place that ends the mission well.
+    pub goal: Option<Spanned<String>>,
+    /// The place to be in when something fails.
+    pub safe: Option<Spanned<String>>,
+    /// What a restarted executive does after its recovery.
+    pub resume: Option<Spanned<Resume>>,
+    /// Time between two looks at the net; without it, it acts on events.
+    pub period: Option<Spanned<Duration>>,
+    /// Values that guards speak of.
+    pub variables: Vec<Variable>,
+    /// The places in the order of the file.
+    pub places: Vec<Place>,
+    /// Components of which at most one is active.
+    pub exclusives: Vec<Exclusive>,
+    /// The transitions in the order of the file, which decides between equals.
+    pub transitions: Vec<Transition>,
+    /// Other missions put in here.
+    pub submissions: Vec<Submission>,
+    /// What is to be proven, as text.
+    pub checks: Vec<Spanned<String>>,
+    /// The `<mission>` tag.
+    pub at: Location,
+}
+
+impl Mission {
+    /// The place called `name`.
+    pub fn place(&self, name: &str) -> Option<&Place> {
+        self.places.iter().find(|place| place.name.value == name)
+    }
+
+    /// Whether a place activates the component, so that the mission controls it.
+    pub fn controls(&self, component: &str) -> bool {
+        self.places.iter().any(|place| place.activates(component))
+    }
+}
+
+/// What a restarted executive does after its recovery.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resume {
+    /// It goes on by itself.
+    Continue,
+    /// It waits for the operator.
+    Hold,
+    /// It goes to the safe place.
+    Safe,
+}
+
+/// A value with a finite domain that guards speak of.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The field of data that it follows, such as `power.level`.
+    pub source: Option<Spanned<String>>,
+    /// Smallest value, in SI.
+    pub minimum: Option<Spanned<f64>>,
+    /// Largest value, in SI.
+    pub maximum: Option<Spanned<f64>>,
+}
+
+/// A state of the mission; while it is marked, its components are active.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Tokens at the start.
+    pub initial: u32,
+    /// The components that it activates.
+    pub components: Vec<Spanned<String>>,
+    /// Whether it belongs to what keeps the robot safe.
+    pub class: Class,
+    /// Where its token goes when one of its components fails for good.
+    pub on_failure: Option<Spanned<String>>,
+    /// Values given to components while it is marked.
+    pub parameters: Vec<PlaceParameter>,
+}
+
+impl Place {
+    /// Whether the component is active while the place is marked.
+    pub fn activates(&self, component: &str) -> bool {
+        self.components.iter().any(|name| name.value == component)
+    }
+}
+
+/// A value given to a component while a place is marked.
+#[derive(Clone, Debug)]
+pub struct PlaceParameter {
+    /// The component.
+    pub component: Spanned<String>,
+    /// The parameter and its value.
+    pub parameter: Parameter,
+}
+
+/// What a place or transition is for, in conflicts and pauses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// The mission itself.
+    #[default]
+    Normal,
+    /// Keeps the robot safe: goes before all else and is not paused.
+    Safety,
+}
+
+/// Components of which at most one is active, not for a microsecond more.
+#[derive(Clone, Debug)]
+pub struct Exclusive {
+    /// The components.
+    pub components: Vec<Spanned<String>>,
+    /// The `<exclusive>` tag.
+    pub at: Location,
+}
+
+/// A change of state, with its conditions.
+#[derive(Clone, Debug)]
+pub struct Transition {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The arcs: the short form `from`/`to` first, then the child elements.
+    pub arcs: Vec<Arc>,
+    /// The report that must arrive.
+    pub on: Option<ReportRef>,
+    /// When it may and must fire, counted from when it is enabled.
+    pub interval: Option<Spanned<Interval>>,
+    /// The guard, as text.
+    pub when: Option<Spanned<String>>,
+    /// Goes before those of a lower priority.
+    pub priority: i32,
+    /// Whether it belongs to what keeps the robot safe.
+    pub class: Class,
+    /// Who decides that it fires.
+    pub autonomy: Autonomy,
+    /// What happens to an operator's transition when the link to the operator is lost.
+    pub lost_link: Option<Spanned<LostLink>>,
+    /// Not before this date (RFC 3339, UTC), as text.
+    pub not_before: Option<Spanned<String>>,
+    /// Not after this date (RFC 3339, UTC), as text.
+    pub not_after: Option<Spanned<String>>,
+    /// What happens when the date passed unused.
+    pub missed: Option<Spanned<Missed>>,
+    /// Where the token goes when a component does not stop.
+    pub on_stop_fail: Option<Spanned<String>>,
+    /// Where the token goes when a component does not start.
+    pub on_start_fail: Option<Spanned<String>>,
+    /// The place that gets a token when it fires after its deadline.
+    pub overrun: Option<Spanned<String>>,
+    /// Where it says who decides, if it says it.
+    pub(crate) autonomy_at: Option<Location>,
+}
+
+impl Transition {
+    /// The places that tokens are taken from.
+    pub fn inputs(&self) -> impl Iterator<Item = &Arc> {
+        self.arcs.iter().filter(|arc| arc.kind == ArcKind::Take)
+    }
+
+    /// The places that tokens are put into.
+    pub fn outputs(&self) -> impl Iterator<Item = &Arc> {
+        self.arcs.iter().filter(|arc| arc.kind == ArcKind::Put)
+    }
+}
+
+/// A place and a transition, joined.
+#[derive(Clone, Debug)]
+pub struct Arc {
+    /// What it does.
+    pub kind: ArcKind,
+    /// The place.
+    pub place: Spanned<String>,
+    /// How many tokens; 1 for a reset.
+    pub weight: u32,
+}
+
+/// What an arc does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ArcKind {
+    /// Takes tokens when the transition fires.
+    Take,
+    /// Puts tokens when the transition fires.
+    Put,
+    /// Wants tokens and leaves them.
+    Read,
+    /// Wants fewer tokens than its weight.
+    Inhibitor,
+    /// Takes all tokens there are, none too.
+    Reset,
+}
+
+/// `component.event`: `done`, `failed`, or an event that the component names.
+#[derive(Clone, Debug)]
+pub struct ReportRef {
+    /// Who reports.
+    pub component: Spanned<String>,
+    /// What is reported.
+    pub event: Spanned<String>,
+}
+
+/// `[earliest, latest]`, from when the transition is enabled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interval {
+    /// It does not fire before.
+    pub earliest: Duration,
+    /// It must have fired by then; none is never.
+    pub latest: Option<Duration>,
+}
+
+/// Who decides that a transition fires.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Autonomy {
+    /// The executive.
+    #[default]
+    Auto,
+    /// The executive asks the operator; without an answer in time it does as told here.
+    Confirm {
+        /// How long it waits for an answer; none is for ever.
+        within: Option<Duration>,
+        /// Whether it fires without an answer.
+        fire_unanswered: bool,
+    },
+    /// The operator.
+    Operator,
+}
+
+/// What happens to an operator's transition when the link to the operator is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostLink {
+    /// It fires.
+    Fire,
+    /// It waits for the operator to come back.
+    Wait,
+}
+
+/// What happens to a transition whose date passed unused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missed {
+    /// It fires late.
+    Fire,
+    /// It is not fired any more.
+    Skip,
+    /// The mission goes to its safe place.
+    Fail,
+}
+
+/// Another mission file put into this one.
+#[derive(Clone, Debug)]
+pub struct Submission {
+    /// The file, as written.
+    pub file: Spanned<String>,
+    /// The place of this mission that enters it.
+    pub enter: Option<Spanned<String>>,
+    /// The place of this mission that it leaves to.
+    pub leave: Option<Spanned<String>>,
+}

@@ -1,0 +1,90 @@
+//! `--set component.parameter=value`: values given on the command line, over those of the file.
+//! They are kept apart from the file, so they hold for each version of it.
+
+use std::path::{Path, PathBuf};
+
+use armor_wire::name::split_data;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::model::{Configuration, Parameter};
+use crate::nearest::did_you_mean;
+use crate::source::{Location, Source, Span, Spanned};
+
+/// What stands for a file name where a value comes from the command line.
+pub(crate) const OVERRIDE: &str = "--set";
+
+/// One `--set`.
+#[derive(Clone, Debug)]
+pub struct Override {
+    /// The component.
+    pub component: Spanned<String>,
+    /// The parameter.
+    pub name: Spanned<String>,
+    /// Its value.
+    pub value: Spanned<String>,
+    /// The folder that a relative path in the value starts from.
+    pub folder: PathBuf,
+}
+
+impl Override {
+    /// Reads `component.parameter=value`, given in `folder`.
+    ///
+    /// # Errors
+    /// A finding if it is not of that form.
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, Box<Finding>> {
+        let source = Source::new(OVERRIDE, text);
+        let spanned = |start: usize, end: usize| {
+            let at = Location::new(&source, Span::new(start, end));
+            Spanned::new(text[start..end].to_owned(), at)
+        };
+        let equals = text.find('=').filter(|equals| split_data(&text[..*equals]).is_some());
+        let dot = text.find('.');
+        let (Some(equals), Some(dot)) = (equals, dot) else {
+            let at = Location::new(&source, Span::new(0, text.len()));
+            let finding =
+                Finding::new(Code::BadOverride, &at, format!("`{text}` sets no parameter"));
+            return Err(Box::new(finding.remedy("write --set component.parameter=value")));
+        };
+        Ok(Self {
+            component: spanned(0, dot),
+            name: spanned(dot + 1, equals),
+            value: spanned(equals + 1, text.len()),
+            folder: folder.to_path_buf(),
+        })
+    }
+}
+
+/// Puts the overrides over the parameters of the system; the last one of a parameter holds. They
+/// go before the values that a place of the mission gives too.
+pub fn apply(configuration: &mut Configuration, overrides: &[Override], findings: &mut Findings) {
+    for over in overrides {
+        let components = &mut configuration.system.components;
+        let names: Vec<_> =
+            components.iter().map(|component| component.name.value.clone()).collect();
+        let found =
+            components.iter_mut().find(|component| component.name.value == over.component.value);
+        let Some(component) = found else {
+            let message = format!("no component is called {}", over.component.value);
+            let guess = did_you_mean(&over.component.value, names.iter().map(String::as_str));
+            let finding = Finding::new(Code::UnknownComponent, &over.component.at, message);
+            findings.push(
+                finding.remedy(guess.unwrap_or_else(|| format!("there are {}", names.join(", ")))),
+            );
+            continue;
+        };
+        let parameter = Parameter {
+            name: over.name.clone(),
+            value: over.value.clone(),
+            folder: over.folder.clone(),
+        };
+        component.parameters.retain(|other| other.name.value != over.name.value);
+        component.parameters.push(parameter);
+        for place in configuration.mission.iter_mut().flat_map(|mission| &mut mission.places) {
+            place.parameters.retain(|given| {
+                given.component.value != over.component.value
+                    || given.parameter.name.value != over.name.value
+            });
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! `<mission>` → [`Mission`].
+
+use std::sync::Arc as Shared;
+
+use crate::code::Code;
+use crate::fields::{Fields, digits};
+use crate::finding::{Finding, Findings};
+use crate::mission::{
+    Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
+};
+use crate::read::system::assignment;
+use crate::read::{MAX_ELEMENTS, add, transition};
+use crate::source::{Location, Source, Spanned};
+use crate::tree::Element;
+
+const CHILDREN: &[&str] =
+    &["variable", "place", "exclusive", "transition", "check", "submission", "layout"];
+
+pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Mission {
+    let mut fields = Fields::new(element, source, findings);
+    let mut mission = Mission {
+        name: fields.name("name"),
+        system: fields.text("system"),
+        goal: fields.name("goal"),
+        safe: fields.name("safe"),
+        resume: fields.choice(
+            "resume",
+            &[("continue", Resume::Continue), ("hold", Resume::Hold), ("safe", Resume::Safe)],
+        ),
+        period: fields.duration("period"),
+        variables: Vec::new(),
+        places: Vec::new(),
+        exclusives: Vec::new(),
+        transitions: Vec::new(),
+        submissions: Vec::new(),
+        checks: Vec::new(),
+        at: fields.at(),
+    };
+    for child in fields.finish(CHILDREN) {
+        read_child(&mut mission, child, source, findings);
+    }
+    mission
+}
+
+fn read_child(
+    mission: &mut Mission,
+    child: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) {
+    /// Reads the child and adds it to its list.
+    macro_rules! into {
+        ($list:ident, $read:expr) => {
+            if let Some(item) = $read {
+                add(&mut mission.$list, item, MAX_ELEMENTS, &child.at(source), findings);
+            }
+        };
+    }
+    match child.name.as_str() {
+        "variable" => into!(variables, variable(child, source, findings)),
+        "place" => into!(places, place(child, source, findings)),
+        "exclusive" => into!(exclusives, exclusive(child, source, findings)),
+        "transition" => into!(transitions, transition::read(child, source, findings)),
+        "check" => into!(checks, check(child, source, findings)),
+        "submission" => into!(submissions, submission(child, source, findings)),
+        // The layout is the designer's; the tree keeps it.
+        _ => {}
+    }
+}
+
+fn variable(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Variable> {
+    let mut fields = Fields::new(element, source, findings);
+    let name = fields.required_name("name");
+    let data = fields.text("source");
+    let (minimum, maximum) = (fields.quantity("min"), fields.quantity("max"));
+    if let (Some(low), Some(high)) = (&minimum, &maximum)
+        && low.value > high.value
+    {
+        fields.bad_value(high, "max must not be below min".into());
+    }
+    fields.finish(&[]);
+    Some(Variable { name: name?, source: data, minimum, maximum })
+}
+
+fn place(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Place> {
+    let mut fields = Fields::new(element, source, findings);
+    let name = fields.required_name("name");
+    let initial = fields.converted("initial", tokens);
+    let components = fields.names("components");
+    let class = class(&mut fields);
+    let on_failure = fields.name("on-failure");
+    let children = fields.finish(&["parameter"]);
+    let parameters =
+        children.iter().filter_map(|child| parameter(child, source, findings)).collect();
+    Some(Place {
+        name: name?,
+        initial: initial.map_or(0, |initial| initial.value),
+        components,
+        class,
+        on_failure,
+        parameters,
+    })
+}
+
+/// `true` is one token; a number is that many.
+fn tokens(text: &str) -> Result<u32, String> {
+    match text {
+        "true" => Ok(1),
+        "false" => Ok(0),
+        number => digits(number)
+            .and_then(|digits| digits.parse().ok())
+            .ok_or_else(|| "true, false or a number of tokens is expected".into()),
+    }
+}
+
+pub(super) fn class(fields: &mut Fields<'_, '_>) -> Class {
+    let class = fields.choice("class", &[("normal", Class::Normal), ("safety", Class::Safety)]);
+    class.map(|class| class.value).unwrap_or_default()
+}
+
+fn parameter(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<PlaceParameter> {
+    let mut fields = Fields::new(element, source, findings);
+    let component = fields.required_name("component");
+    let parameter = assignment(&mut fields, source);
+    fields.finish(&[]);
+    Some(PlaceParameter { component: component?, parameter: parameter? })
+}
+
+fn exclusive(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Exclusive> {
+    let mut fields = Fields::new(element, source, findings);
+    let at = fields.at();
+    let given = fields.required("components").is_some();
+    let components = fields.names("components");
+    fields.finish(&[]);
+    given.then_some(Exclusive { components, at })
+}
+
+fn check(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Spanned<String>> {
+    let at = element.at(source);
+    Fields::new(element, source, findings).finish_text();
+    let (text, span) = element.text();
+    if text.is_empty() {
+        let finding = Finding::new(Code::BadValue, &at, "this check says nothing");
+        findings.push(finding.remedy("write what is to hold, such as always reachable(home)"));
+        return None;
+    }
+    Some(Spanned::new(text, span.map_or(at, |span| Location::new(source, span))))
+}
+
+fn submission(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Submission> {
+    let mut fields = Fields::new(element, source, findings);
+    let file = fields.required("ref");
+    let (enter, leave) = (fields.name("in"), fields.name("out"));
+    fields.finish(&[]);
+    Some(Submission { file: file?, enter, leave })
+}

@@ -1,0 +1,147 @@
+//! `<system>` → [`System`].
+
+use std::sync::Arc;
+
+use armor_wire::keep::Keep;
+
+use crate::code::Code;
+use crate::fields::Fields;
+use crate::finding::{Finding, Findings};
+use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
+use crate::read::{MAX_ELEMENTS, MAX_LINKS, add};
+use crate::source::{Source, Spanned};
+use crate::tree::Element;
+
+pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> System {
+    let mut fields = Fields::new(element, source, findings);
+    let mut system = System { name: fields.name("name"), ..System::default() };
+    for child in fields.finish(&["component", "link", "clock", "layout"]) {
+        let at = child.at(source);
+        match child.name.as_str() {
+            "component" => {
+                if let Some(component) = component(child, source, findings) {
+                    add(&mut system.components, component, MAX_ELEMENTS, &at, findings);
+                }
+            }
+            "link" => {
+                if let Some(link) = link(child, source, findings) {
+                    add(&mut system.links, link, MAX_LINKS, &at, findings);
+                }
+            }
+            "clock" => clock(child, source, &mut system, findings),
+            // The layout is the designer's; the tree keeps it.
+            _ => {}
+        }
+    }
+    system
+}
+
+fn component(
+    element: &Element,
+    source: &Arc<Source>,
+    findings: &mut Findings,
+) -> Option<Component> {
+    let mut fields = Fields::new(element, source, findings);
+    let name = fields.required_name("name");
+    let kind = fields.required_name("kind");
+    let rate_hz = fields.rate_hz("rate");
+    let restart = fields.choice(
+        "restart",
+        &[
+            ("always", Restart::Always),
+            ("on-failure", Restart::OnFailure),
+            ("never", Restart::Never),
+        ],
+    );
+    let controllable = fields.flag("controllable", true);
+    let children = fields.finish(&["parameter"]);
+    let parameters =
+        children.iter().filter_map(|child| parameter(child, source, findings)).collect();
+    Some(Component {
+        name: name?,
+        kind: kind?,
+        rate_hz,
+        restart: restart.map(|restart| restart.value).unwrap_or_default(),
+        controllable,
+        parameters,
+    })
+}
+
+fn parameter(
+    element: &Element,
+    source: &Arc<Source>,
+    findings: &mut Findings,
+) -> Option<Parameter> {
+    let mut fields = Fields::new(element, source, findings);
+    let parameter = assignment(&mut fields, source);
+    fields.finish(&[]);
+    parameter
+}
+
+/// `name="…" value="…"`, of a component or of a place.
+pub(super) fn assignment(fields: &mut Fields<'_, '_>, source: &Source) -> Option<Parameter> {
+    let (name, value) = (fields.required_name("name"), fields.required("value"));
+    Some(Parameter { name: name?, value: value?, folder: source.folder() })
+}
+
+fn link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Option<Link> {
+    let mut fields = Fields::new(element, source, findings);
+    let from = fields.required_dotted("from");
+    let to = fields.required_dotted("to");
+    let mode = fields.choice("mode", &[("push", LinkMode::Push), ("pull", LinkMode::Pull)]);
+    let keep = fields.converted("keep", keep);
+    let wake = fields.parsed("wake");
+    let transport = fields.choice(
+        "transport",
+        &[
+            ("auto", Transport::Auto),
+            ("tcp", Transport::Tcp),
+            ("shm", Transport::Shm),
+            ("udp", Transport::Udp),
+        ],
+    );
+    let history = fields.count("history", 1);
+    let mut unusual = Vec::new();
+    unusual.extend(mode.as_ref().filter(|mode| mode.value == LinkMode::Pull).map(at));
+    unusual.extend(
+        transport.as_ref().filter(|t| matches!(t.value, Transport::Shm | Transport::Udp)).map(at),
+    );
+    unusual.extend(history.as_ref().filter(|history| history.value > 1).map(at));
+    fields.finish(&[]);
+    Some(Link {
+        from: from?,
+        to: to?,
+        mode: mode.map(|mode| mode.value).unwrap_or_default(),
+        keep: keep.map(|keep| keep.value).unwrap_or_default(),
+        wake: wake.map(|wake| wake.value).unwrap_or_default(),
+        transport: transport.map(|transport| transport.value).unwrap_or_default(),
+        history: history.map_or(1, |history| history.value),
+        unusual,
+    })
+}
+
+fn at<T>(value: &Spanned<T>) -> crate::source::Location {
+    value.at.clone()
+}
+
+fn keep(text: &str) -> Result<Keep, String> {
+    // A count is written without sign and leading zeros, as the schema has it.
+    let text = if text.starts_with(['+', '0']) { "" } else { text };
+    text.parse()
+}
+
+fn clock(element: &Element, source: &Arc<Source>, system: &mut System, findings: &mut Findings) {
+    let mut fields = Fields::new(element, source, findings);
+    let at = fields.at();
+    let data = fields.required_dotted("source");
+    fields.finish(&[]);
+    let Some(data) = data else { return };
+    match &system.clock {
+        Some(first) => {
+            let finding = Finding::new(Code::DuplicateElement, &at, "<clock> is there twice");
+            findings
+                .push(finding.remedy("keep one of them").related(&first.source.at, "first here"));
+        }
+        None => system.clock = Some(Clock { source: data }),
+    }
+}

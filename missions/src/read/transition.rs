@@ -1,0 +1,171 @@
+//! `<transition>` → [`Transition`].
+
+use std::sync::Arc as Shared;
+use std::time::Duration;
+
+use crate::code::Code;
+use crate::fields::{Fields, digits, duration};
+use crate::finding::{Finding, Findings};
+use crate::mission::{Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, Transition};
+use crate::source::{Source, Spanned};
+use crate::tree::Element;
+
+/// Reads one; None if it has no name.
+pub(super) fn read(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Transition> {
+    let mut fields = Fields::new(element, source, findings);
+    let name = fields.required_name("name");
+    let mut arcs = short_form(&mut fields);
+    let autonomy_at = ["operator", "autonomy"].iter().find_map(|name| fields.attribute_at(name));
+    let named = name.is_some();
+    let mut transition = Transition {
+        name: name.unwrap_or_else(|| Spanned::new(String::new(), fields.at())),
+        arcs: Vec::new(),
+        on: fields.dotted("on").map(|on| ReportRef { component: on.component, event: on.port }),
+        interval: interval(&mut fields),
+        when: fields.text("when"),
+        priority: fields.converted("priority", priority).map_or(0, |priority| priority.value),
+        class: super::mission::class(&mut fields),
+        autonomy: autonomy(&mut fields),
+        lost_link: fields
+            .choice("lost-link", &[("fire", LostLink::Fire), ("wait", LostLink::Wait)]),
+        not_before: fields.converted("not-before", date),
+        not_after: fields.converted("not-after", date),
+        missed: fields.choice(
+            "missed",
+            &[("fire", Missed::Fire), ("skip", Missed::Skip), ("fail", Missed::Fail)],
+        ),
+        on_stop_fail: fields.name("on-stop-fail"),
+        on_start_fail: fields.name("on-start-fail"),
+        overrun: fields.name("overrun"),
+        autonomy_at,
+    };
+    for child in fields.finish(&["arc", "read", "inhibitor", "reset"]) {
+        arcs.extend(arc(child, source, findings));
+    }
+    refuse_repeats(&arcs, findings);
+    transition.arcs = arcs;
+    named.then_some(transition)
+}
+
+fn short_form(fields: &mut Fields<'_, '_>) -> Vec<Arc> {
+    let arc = |kind| move |place| Arc { kind, place, weight: 1 };
+    let from: Vec<_> = fields.names("from").into_iter().map(arc(ArcKind::Take)).collect();
+    from.into_iter().chain(fields.names("to").into_iter().map(arc(ArcKind::Put))).collect()
+}
+
+/// `<arc from=…/>`, `<arc to=…/>`, `<read place=…/>`, `<inhibitor place=…/>`, `<reset place=…/>`.
+fn arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Arc> {
+    let mut fields = Fields::new(element, source, findings);
+    let (kind, place) = match element.name.as_str() {
+        "read" => (ArcKind::Read, fields.required_name("place")),
+        "inhibitor" => (ArcKind::Inhibitor, fields.required_name("place")),
+        "reset" => (ArcKind::Reset, fields.required_name("place")),
+        _ => {
+            fields.only_one_of(&["from", "to"]);
+            match (fields.name("from"), fields.name("to")) {
+                (None, Some(to)) => (ArcKind::Put, Some(to)),
+                (None, None) => {
+                    let finding =
+                        Finding::new(Code::NoArcs, &fields.at(), "this arc joins no place");
+                    fields.report(finding.remedy("write from=\"…\" or to=\"…\""));
+                    (ArcKind::Take, None)
+                }
+                (from, _) => (ArcKind::Take, from),
+            }
+        }
+    };
+    let weight = if kind == ArcKind::Reset { None } else { fields.count("weight", 1) };
+    fields.finish(&[]);
+    Some(Arc { kind, place: place?, weight: weight.map_or(1, |weight| weight.value) })
+}
+
+fn refuse_repeats(arcs: &[Arc], findings: &mut Findings) {
+    let mut seen = std::collections::BTreeMap::new();
+    for arc in arcs {
+        if let Some(first) = seen.insert((arc.kind, arc.place.value.as_str()), &arc.place.at) {
+            let message = format!("{} is joined twice in the same way", arc.place.value);
+            let finding = Finding::new(Code::DuplicateArc, &arc.place.at, message);
+            findings
+                .push(finding.remedy("write one arc with a weight").related(first, "first here"));
+        }
+    }
+}
+
+/// `timeout="T"` is `[T,T]`, `after="T"` is `[T,∞)`, `interval="[a,b]"` is itself.
+fn interval(fields: &mut Fields<'_, '_>) -> Option<Spanned<Interval>> {
+    fields.only_one_of(&["timeout", "after", "interval"]);
+    let timeout = fields.duration("timeout").map(|t| t.with(exactly(t.value)));
+    let after =
+        fields.duration("after").map(|t| t.with(Interval { earliest: t.value, latest: None }));
+    let interval = fields.converted("interval", interval_of);
+    timeout.or(after).or(interval)
+}
+
+fn exactly(after: Duration) -> Interval {
+    Interval { earliest: after, latest: Some(after) }
+}
+
+fn interval_of(text: &str) -> Result<Interval, String> {
+    let expected = || "an interval such as [2s,5s] or [2s,inf) is expected".to_owned();
+    let inner =
+        text.strip_prefix('[').and_then(|text| text.split_once(',')).ok_or_else(expected)?;
+    let earliest = duration(inner.0.trim())?;
+    if inner.1.trim() == "inf)" {
+        return Ok(Interval { earliest, latest: None });
+    }
+    let latest = duration(inner.1.strip_suffix(']').ok_or_else(expected)?.trim())?;
+    if latest < earliest {
+        return Err("the interval ends before it begins".into());
+    }
+    Ok(Interval { earliest, latest: Some(latest) })
+}
+
+fn priority(text: &str) -> Result<i32, String> {
+    digits(text.strip_prefix('-').unwrap_or(text))
+        .and_then(|_| text.parse().ok())
+        .ok_or_else(|| "a whole number is expected".into())
+}
+
+/// `operator="true"` is `autonomy="operator"`.
+fn autonomy(fields: &mut Fields<'_, '_>) -> Autonomy {
+    fields.only_one_of(&["operator", "autonomy"]);
+    let operator = fields.flag("operator", false);
+    let within = fields.duration("answer-within").map(|within| within.value);
+    let unanswered = fields.choice("unanswered", &[("fire", true), ("decline", false)]);
+    let confirm = Autonomy::Confirm {
+        within,
+        fire_unanswered: unanswered.is_some_and(|unanswered| unanswered.value),
+    };
+    let chosen = fields.choice(
+        "autonomy",
+        &[("auto", Autonomy::Auto), ("confirm", confirm), ("operator", Autonomy::Operator)],
+    );
+    match chosen {
+        Some(chosen) => chosen.value,
+        None if operator => Autonomy::Operator,
+        None => Autonomy::Auto,
+    }
+}
+
+/// `2026-11-21T14:30Z`, with seconds and their fraction if wanted.
+fn date(text: &str) -> Result<String, String> {
+    let shape: String = text.chars().map(|c| if c.is_ascii_digit() { '0' } else { c }).collect();
+    let seconds = shape.strip_prefix("0000-00-00T00:00").and_then(|rest| rest.strip_suffix('Z'));
+    let fits = seconds.is_some_and(|seconds| match seconds.strip_prefix(":00") {
+        None => seconds.is_empty(),
+        Some("") => true,
+        Some(rest) => {
+            rest.len() > 1
+                && rest.strip_prefix('.').is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
+        }
+    });
+    if fits {
+        Ok(text.to_owned())
+    } else {
+        Err("a date in UTC is expected, such as 2026-11-21T14:30:00Z".into())
+    }
+}

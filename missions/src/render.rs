@@ -1,0 +1,196 @@
+//! Findings as people read them: the line of the file, the piece underlined, and what to do.
+//!
+//! ```text
+//! error[E0104]: the input slam.scan is fed twice
+//!   --> rover.xml:12:33
+//!    |
+//! 12 |     <link from="rear.scan" to="slam.scan"/>
+//!    |                                ^^^^^^^^^
+//!    = help: remove one of the two links
+//! ```
+
+use std::fmt::Write;
+
+use crate::finding::{Finding, Findings, Severity};
+use crate::source::Location;
+
+/// Characters of a line that are shown; a longer line is cut around the piece that matters.
+const SHOWN_WIDTH: usize = 110;
+
+/// Whether to write colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colours {
+    /// ANSI escapes.
+    Yes,
+    /// Plain text.
+    No,
+}
+
+impl Colours {
+    fn paint(self, style: &str, text: &str) -> String {
+        match self {
+            Colours::Yes => format!("\x1b[{style}m{text}\x1b[0m"),
+            Colours::No => text.to_owned(),
+        }
+    }
+}
+
+impl Findings {
+    /// All findings, one below the other, and a line that counts them; empty if there are none.
+    pub fn render(&self, colours: Colours) -> String {
+        let mut out = String::new();
+        for finding in self {
+            out += &finding.render(colours);
+            out.push('\n');
+        }
+        out += &self.summary();
+        out
+    }
+
+    /// `2 errors, 1 warning`, with a line break; empty if nothing was found.
+    fn summary(&self) -> String {
+        let count = |severity| match self.count(severity) {
+            0 => None,
+            1 => Some(format!("1 {severity}")),
+            n => Some(format!("{n} {severity}s")),
+        };
+        let counts: Vec<_> = [Severity::Error, Severity::Warning, Severity::Note]
+            .into_iter()
+            .filter_map(count)
+            .collect();
+        if counts.is_empty() { String::new() } else { counts.join(", ") + "\n" }
+    }
+}
+
+impl Finding {
+    /// This finding in several lines.
+    pub fn render(&self, colours: Colours) -> String {
+        let style = match self.severity() {
+            Severity::Error => "1;31",
+            Severity::Warning => "1;33",
+            Severity::Note => "1;36",
+        };
+        let head = format!("{}[{}]", self.severity(), self.code.as_str());
+        let message = printable(&self.message);
+        let mut out =
+            format!("{}: {}\n", colours.paint(style, &head), colours.paint("1", &message));
+        let mut margin = 0;
+        if let Some(at) = &self.at {
+            margin = at.line_column().0.to_string().len();
+            snippet(&mut out, at, "-->", "", ("^", style), colours);
+        }
+        for (at, label) in &self.related {
+            snippet(&mut out, at, ":::", label, ("-", "1;34"), colours);
+        }
+        if !self.remedy.is_empty() {
+            let remedy = printable(&self.remedy);
+            let _ = writeln!(out, "{:margin$} {} {remedy}", "", colours.paint("1;34", "= help:"));
+        }
+        out
+    }
+}
+
+/// One line of the file with the location underlined.
+fn snippet(
+    out: &mut String,
+    at: &Location,
+    arrow: &str,
+    label: &str,
+    mark: (&str, &str),
+    colours: Colours,
+) {
+    let (line, _) = at.line_column();
+    let (text, line_start) = at.source.line(line);
+    let start = at.span.start() - line_start;
+    let end = (at.span.end() - line_start).min(text.len()).max(start.min(text.len()));
+    let start = start.min(end);
+    let before = text[..start].chars().count();
+    let marked = text[start..end].chars().count().max(1);
+    // A cut line shows some of what stands before the piece.
+    let skipped =
+        if before + marked > SHOWN_WIDTH { before.saturating_sub(SHOWN_WIDTH / 3) } else { 0 };
+    let shown: String = text.chars().skip(skipped).take(SHOWN_WIDTH).collect();
+    let lead = if skipped > 0 { "…" } else { "" };
+    let tail = if text.chars().count() > skipped + SHOWN_WIDTH { "…" } else { "" };
+    let number = line.to_string();
+    let margin = number.len();
+    let marks = marked.min(SHOWN_WIDTH - (before - skipped).min(SHOWN_WIDTH - 1));
+    let indent = before - skipped + lead.chars().count();
+    let bar = colours.paint("1;34", "|");
+    let arrow = colours.paint("1;34", arrow);
+    let marks = colours.paint(mark.1, &mark.0.repeat(marks));
+    let number = colours.paint("1;34", &number);
+    let _ = writeln!(out, "{:margin$}{arrow} {at}", "");
+    let _ = writeln!(out, "{:margin$} {bar}", "");
+    let _ = writeln!(out, "{number} {bar} {lead}{}{tail}", printable(&shown));
+    let _ = writeln!(
+        out,
+        "{:margin$} {bar} {}",
+        "",
+        format!("{:indent$}{marks} {label}", "").trim_end()
+    );
+}
+
+/// Control characters shown as one visible character each, so that columns stay right and no
+/// file writes escapes to a terminal.
+fn printable(text: &str) -> String {
+    let visible = |c: char| match c {
+        '\t' => ' ',
+        c if c.is_control() => '\u{b7}',
+        // Characters that turn the direction of text would hide what stands there.
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{b7}',
+        c => c,
+    };
+    text.chars().map(visible).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::code::Code;
+    use crate::source::{Source, Span};
+
+    fn rendered(text: &str, span: Span) -> String {
+        let source = Source::new("a.xml", text);
+        Finding::new(Code::BadValue, &Location::new(&source, span), "no")
+            .remedy("yes")
+            .render(Colours::No)
+    }
+
+    #[test]
+    fn the_piece_is_underlined() {
+        let shown = rendered("<a>\n\t<b ä=\"xy\"/>", Span::new(12, 14));
+        let wanted = [
+            "error[E0019]: no",
+            " --> a.xml:2:8",
+            "  |",
+            "2 |  <b ä=\"xy\"/>",
+            "  |        ^^",
+            "  = help: yes",
+            "",
+        ];
+        assert_eq!(shown, wanted.join("\n"));
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_the_piece() {
+        let text = format!("{}HERE{}", "x".repeat(5000), "y".repeat(5000));
+        let shown = rendered(&text, Span::new(5000, 5004));
+        let lines: Vec<_> = shown.lines().collect();
+        assert!(lines.iter().all(|line| line.chars().count() < SHOWN_WIDTH + 10), "{shown}");
+        let here = lines[3].chars().position(|c| c == 'H');
+        assert_eq!(here, lines[4].chars().position(|c| c == '^'));
+    }
+
+    #[test]
+    fn a_span_of_several_lines_and_an_empty_one_are_shown() {
+        assert!(rendered("ab\ncd", Span::new(1, 5)).contains("\n  |  ^\n"));
+        assert!(rendered("", Span::new(0, 0)).contains("\n  | ^\n"));
+        assert!(rendered("ab\n", Span::new(3, 3)).contains("a.xml:2:1"));
+    }
+
+    #[test]
+    fn no_escape_reaches_the_terminal() {
+        assert!(!rendered("\x1b[2J\u{202e}", Span::new(0, 1)).contains(['\x1b', '\u{202e}']));
+    }
+}

@@ -1,0 +1,187 @@
+//! The text of one file, and places in it: every name, number and finding knows where it was
+//! written. A [`Location`] keeps its [`Source`] alive, so a finding can be shown long after.
+
+use std::fmt;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// One file as it was read.
+pub struct Source {
+    path: PathBuf,
+    text: String,
+    line_starts: Vec<u32>,
+}
+
+impl Source {
+    /// Takes the text of the file called `path`. The path is shown, not opened.
+    pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Arc<Self> {
+        let text = text.into();
+        let line_starts = std::iter::once(0)
+            .chain(text.match_indices('\n').map(|(at, _)| offset(at + 1)))
+            .collect();
+        Arc::new(Self { path: path.into(), text, line_starts })
+    }
+
+    /// The path as it was given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder against which the relative paths of this file are resolved.
+    pub fn folder(&self) -> PathBuf {
+        self.path.parent().map(Path::to_path_buf).unwrap_or_default()
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Line and column of a byte offset, both counted from 1; columns count characters.
+    pub fn line_column(&self, at: usize) -> (usize, usize) {
+        let at = self.text.floor_char_boundary(at);
+        let line = self.line_starts.partition_point(|start| *start as usize <= at);
+        let start = self.line_starts[line - 1] as usize;
+        (line, self.text[start..at].chars().count() + 1)
+    }
+
+    /// The text of a line counted from 1, without its line break, and its byte offset.
+    pub(crate) fn line(&self, line: usize) -> (&str, usize) {
+        let start = self.line_starts[line - 1] as usize;
+        let end = self.line_starts.get(line).map_or(self.text.len(), |next| *next as usize);
+        (self.text[start..end].trim_end_matches(['\n', '\r']), start)
+    }
+}
+
+impl fmt::Debug for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Source({})", self.path.display())
+    }
+}
+
+/// Bytes `start..end` of a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Span {
+    start: u32,
+    end: u32,
+}
+
+impl Span {
+    /// The bytes from `start` up to, not including, `end`.
+    pub fn new(start: usize, end: usize) -> Self {
+        Self { start: offset(start), end: offset(end.max(start)) }
+    }
+
+    /// The first byte.
+    pub fn start(self) -> usize {
+        self.start as usize
+    }
+
+    /// The byte after the last.
+    pub fn end(self) -> usize {
+        self.end as usize
+    }
+}
+
+/// A piece of a file.
+#[derive(Clone, Debug)]
+pub struct Location {
+    /// The file.
+    pub source: Arc<Source>,
+    /// The bytes in it.
+    pub span: Span,
+}
+
+impl Location {
+    /// The bytes `span` of `source`, cut to what the source has.
+    pub fn new(source: &Arc<Source>, span: Span) -> Self {
+        let text = source.text();
+        let end = text.floor_char_boundary(span.end().min(text.len()));
+        let start = text.floor_char_boundary(span.start().min(end));
+        Self { source: Arc::clone(source), span: Span::new(start, end) }
+    }
+
+    /// The text that stands there.
+    pub fn text(&self) -> &str {
+        &self.source.text()[self.span.start()..self.span.end()]
+    }
+
+    /// Line and column of the first character, counted from 1.
+    pub fn line_column(&self) -> (usize, usize) {
+        self.source.line_column(self.span.start())
+    }
+
+    /// A part of this location: `range` in bytes from its start.
+    pub(crate) fn part(&self, start: usize, end: usize) -> Self {
+        let from = self.span.start();
+        let end = (from + end).min(self.span.end());
+        Self::new(&self.source, Span::new((from + start).min(end), end))
+    }
+}
+
+/// `file:line:column`.
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, column) = self.line_column();
+        write!(f, "{}:{line}:{column}", self.source.path().display())
+    }
+}
+
+/// A value and where it was written.
+#[derive(Clone, Debug)]
+pub struct Spanned<T> {
+    /// What was written.
+    pub value: T,
+    /// Where.
+    pub at: Location,
+}
+
+impl<T> Spanned<T> {
+    /// `value`, written at `at`.
+    pub fn new(value: T, at: Location) -> Self {
+        Self { value, at }
+    }
+
+    /// The same place with another value.
+    pub(crate) fn with<U>(&self, value: U) -> Spanned<U> {
+        Spanned::new(value, self.at.clone())
+    }
+}
+
+impl<T> Deref for Spanned<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+/// Offsets fit `u32` because no source is longer than the 1 MiB limit (longer ones are cut).
+fn offset(at: usize) -> u32 {
+    u32::try_from(at).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_count_characters_and_lines_start_at_one() {
+        let source = Source::new("a.xml", "äb\n\ncd");
+        assert_eq!(source.line_column(0), (1, 1));
+        assert_eq!(source.line_column(2), (1, 2));
+        assert_eq!(source.line_column(4), (2, 1));
+        assert_eq!(source.line_column(6), (3, 2));
+        assert_eq!(source.line_column(99), (3, 3));
+        assert_eq!(source.line(1).0, "äb");
+        assert_eq!(source.line(3).0, "cd");
+    }
+
+    #[test]
+    fn a_location_never_leaves_its_source() {
+        let source = Source::new("a.xml", "äb");
+        let at = Location::new(&source, Span::new(1, 99));
+        assert_eq!(at.text(), "äb");
+        assert_eq!(at.to_string(), "a.xml:1:1");
+    }
+}

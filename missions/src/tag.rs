@@ -1,0 +1,257 @@
+//! One start tag → name and attributes, each with its span; and references in text → characters.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::source::{Location, Source, Span};
+use crate::tree::{Attribute, Element};
+use crate::xml::MAX_ATTRIBUTES;
+
+/// What a start tag holds.
+pub(crate) struct Tag {
+    pub(crate) element: Element,
+    /// Whether all of it was understood.
+    pub(crate) sound: bool,
+    pub(crate) too_many_attributes: bool,
+}
+
+/// Walks through the text of a tag.
+pub(crate) struct TagReader<'a> {
+    source: &'a Arc<Source>,
+    span: Span,
+    /// Offset in the source of what is read next.
+    at: usize,
+    /// Offset in the source of `>` or `/>`.
+    end: usize,
+    /// Whether every value was understood.
+    sound: bool,
+}
+
+impl<'a> TagReader<'a> {
+    /// `span` is the whole tag with its angle brackets.
+    pub(crate) fn new(source: &'a Arc<Source>, span: Span) -> Self {
+        let text = &source.text()[span.start()..span.end()];
+        let inner = text.strip_suffix('>').unwrap_or(text);
+        let inner = inner.strip_suffix('/').unwrap_or(inner);
+        Self {
+            source,
+            span,
+            at: span.start() + 1,
+            end: span.start() + inner.len().max(1),
+            sound: true,
+        }
+    }
+
+    /// `span` is a whole XML declaration, which is written like a tag.
+    pub(crate) fn declaration(source: &'a Arc<Source>, span: Span) -> Self {
+        let (start, end) = (span.start() + "<?".len(), span.end() - "?>".len());
+        Self { source, span, at: start.min(end), end, sound: true }
+    }
+
+    pub(crate) fn read(mut self, findings: &mut Findings) -> Tag {
+        let name_span = self.until(|c| c.is_ascii_whitespace());
+        let name = self.slice(name_span).to_owned();
+        let mut tag = Tag {
+            element: Element {
+                name,
+                name_span,
+                span: self.span,
+                attributes: Vec::new(),
+                children: Vec::new(),
+            },
+            sound: true,
+            too_many_attributes: false,
+        };
+        if !is_xml_name(&tag.element.name) {
+            let finding =
+                self.finding(Code::Malformed, name_span, "this is not a name of an element");
+            findings.push(finding.remedy("write a literal < as &lt;"));
+            tag.sound = false;
+        }
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+        loop {
+            let gap = self.skip_space();
+            tag.sound &= self.sound;
+            if self.at >= self.end {
+                return tag;
+            }
+            if tag.element.attributes.len() >= MAX_ATTRIBUTES {
+                let message =
+                    format!("<{}> has more than {MAX_ATTRIBUTES} attributes", tag.element.name);
+                let finding = self.finding(Code::TooManyAttributes, name_span, message);
+                findings.push(finding.remedy("no element of an Armor file needs so many"));
+                tag.too_many_attributes = true;
+                return tag;
+            }
+            let Some(attribute) = self.attribute(gap, findings) else {
+                tag.sound = false;
+                return tag;
+            };
+            match seen.get(&attribute.name) {
+                Some(first) => {
+                    let message = format!("{} is written twice", attribute.name);
+                    let first = Location::new(self.source, *first);
+                    let finding =
+                        self.finding(Code::DuplicateAttribute, attribute.name_span, message);
+                    findings.push(finding.remedy("keep one of them").related(&first, "first here"));
+                }
+                None => {
+                    seen.insert(attribute.name.clone(), attribute.name_span);
+                    tag.element.attributes.push(attribute);
+                }
+            }
+        }
+    }
+
+    fn attribute(&mut self, gap: bool, findings: &mut Findings) -> Option<Attribute> {
+        let name_span = self.until(|c| c.is_ascii_whitespace() || matches!(c, '=' | '"' | '\''));
+        let name = self.slice(name_span).to_owned();
+        let malformed = |reader: &Self, span, message: &str| {
+            reader
+                .finding(Code::Malformed, span, message)
+                .remedy("write attributes as name=\"value\"")
+        };
+        if !is_xml_name(&name) {
+            let span = Span::new(name_span.start(), name_span.end().max(self.at + 1).min(self.end));
+            findings.push(malformed(self, span, "this is not a name of an attribute"));
+            return None;
+        }
+        if !gap {
+            findings.push(malformed(self, name_span, "a space is missing before this attribute"));
+        }
+        self.skip_space();
+        if !self.rest().starts_with('=') {
+            findings.push(malformed(self, name_span, "this attribute has no value"));
+            return None;
+        }
+        self.at += 1;
+        self.skip_space();
+        let Some(quote) = self.rest().chars().next().filter(|c| matches!(c, '"' | '\'')) else {
+            findings.push(malformed(
+                self,
+                name_span,
+                "the value of this attribute is not in quotes",
+            ));
+            return None;
+        };
+        self.at += 1;
+        let value_span = self.until(|c| c == quote);
+        if self.at >= self.end {
+            findings.push(malformed(self, value_span, "the quote of this value is not closed"));
+            return None;
+        }
+        self.at += 1;
+        let at = Location::new(self.source, value_span);
+        if let Some(less) = at.text().find('<') {
+            let finding = Finding::new(
+                Code::Malformed,
+                &at.part(less, less + 1),
+                "< may not stand in a value",
+            );
+            findings.push(finding.remedy("write it as &lt;"));
+        }
+        let (value, sound) = unescape(&at, findings);
+        self.sound &= sound;
+        Some(Attribute { name, value, name_span, value_span })
+    }
+
+    fn until(&mut self, stop: impl Fn(char) -> bool) -> Span {
+        let rest = self.rest();
+        let len = rest.find(stop).unwrap_or(rest.len());
+        let span = Span::new(self.at, self.at + len);
+        self.at += len;
+        span
+    }
+
+    fn skip_space(&mut self) -> bool {
+        let rest = self.rest();
+        let len = rest.len() - rest.trim_start_matches([' ', '\t', '\r', '\n']).len();
+        self.at += len;
+        len > 0
+    }
+
+    fn rest(&self) -> &'a str {
+        &self.source.text()[self.at.min(self.end)..self.end]
+    }
+
+    fn slice(&self, span: Span) -> &'a str {
+        &self.source.text()[span.start()..span.end()]
+    }
+
+    fn finding(&self, code: Code, span: Span, message: impl Into<String>) -> Finding {
+        Finding::new(code, &Location::new(self.source, span), message)
+    }
+}
+
+/// Replaces the five entities of XML and character references, and white space by spaces as XML
+/// wants it of attributes. False if a reference is unknown; each such one is a finding.
+pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> (String, bool) {
+    let raw = at.text();
+    let mut out = String::with_capacity(raw.len());
+    let mut sound = true;
+    let mut rest = 0;
+    while let Some(found) = raw[rest..].find('&') {
+        let start = rest + found;
+        push_normalised(&mut out, &raw[rest..start]);
+        // No reference is longer than this; a lone & must not scan the whole text.
+        let window = raw.len().min(start + 16);
+        let len = raw.as_bytes()[start..window].iter().position(|b| *b == b';').map(|len| len + 1);
+        let character = len.and_then(|len| reference(&raw[start + 1..start + len - 1]));
+        let len = len.unwrap_or(1);
+        match character {
+            Some(c) => out.push(c),
+            None => {
+                let here = at.part(start, start + len);
+                let message = format!("{} is not known; entities are never expanded", here.text());
+                let finding = Finding::new(Code::UnknownEntity, &here, message);
+                findings.push(finding.remedy("write & as &amp;"));
+                sound = false;
+            }
+        }
+        rest = start + len;
+    }
+    push_normalised(&mut out, &raw[rest..]);
+    (out, sound)
+}
+
+fn push_normalised(out: &mut String, text: &str) {
+    let mut previous = ' ';
+    for c in text.chars() {
+        match c {
+            '\n' if previous == '\r' => {}
+            '\n' | '\r' | '\t' => out.push(' '),
+            other => out.push(other),
+        }
+        previous = c;
+    }
+}
+
+fn reference(name: &str) -> Option<char> {
+    let number = |digits: &str, radix| {
+        let plain = !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
+        let code = plain.then(|| u32::from_str_radix(digits, radix).ok()).flatten()?;
+        char::from_u32(code)
+            .filter(|c| *c >= ' ' || "\t\n\r".contains(*c))
+            .filter(|c| !matches!(c, '\u{fffe}' | '\u{ffff}'))
+    };
+    match name {
+        "lt" => Some('<'),
+        "gt" => Some('>'),
+        "amp" => Some('&'),
+        "apos" => Some('\''),
+        "quot" => Some('"'),
+        _ => match name.strip_prefix('#')? {
+            hex if hex.starts_with('x') => number(&hex[1..], 16),
+            decimal => number(decimal, 10),
+        },
+    }
+}
+
+/// Whether XML would take it as a name (of letters, digits, `_-.:`, not starting with a digit).
+fn is_xml_name(name: &str) -> bool {
+    let start = |c: char| c.is_alphabetic() || matches!(c, '_' | ':');
+    let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | ':' | '-' | '.' | '\u{b7}');
+    name.starts_with(start) && name.chars().all(part)
+}

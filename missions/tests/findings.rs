@@ -1,0 +1,315 @@
+//! One file, one fault, one finding: the right code at the marked piece of text.
+// A test may panic where a program may not.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use armor_missions::{Colours, Manifests, Override, Reading, check, read};
+use armor_wire::manifest::Manifest;
+
+/// Reads `file`, in which `[[…]]` marks what is to be underlined.
+fn reading(file: &str, manifests: Option<&Manifests>) -> (Reading, usize) {
+    let mark = file.find("[[").unwrap_or(0);
+    let plain = file.replace("[[", "").replace("]]", "");
+    let reading = read(Path::new("a.xml"), &mut |path| {
+        if path == Path::new("a.xml") {
+            Ok(plain.clone().into())
+        } else {
+            Err(std::io::ErrorKind::NotFound.into())
+        }
+    });
+    (check(reading, &[], manifests), mark)
+}
+
+/// The file has exactly one finding, of this code, at its mark.
+fn one(code: &str, file: &str) {
+    one_with(code, file, None);
+}
+
+fn one_with(code: &str, file: &str, manifests: Option<&Manifests>) {
+    let (reading, mark) = reading(file, manifests);
+    let shown = reading.findings.render(Colours::No);
+    let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    assert_eq!(codes, [code], "{file}\n{shown}");
+    let finding = reading.findings.iter().next().unwrap();
+    assert!(!finding.remedy.is_empty(), "{shown}");
+    if file.contains("[[") {
+        let at = finding.at.as_ref().unwrap();
+        let wanted = file.split("[[").nth(1).unwrap().split("]]").next().unwrap();
+        assert_eq!((at.span.start(), at.text()), (mark, wanted), "{shown}");
+    }
+}
+
+fn system(inner: &str) -> String {
+    format!("<armor version=\"1\"><system>{inner}</system></armor>")
+}
+
+fn mission(inner: &str) -> String {
+    let components = r#"<component name="go" kind="k"/><component name="stop" kind="k"/><component name="free" kind="k" controllable="false"/>"#;
+    format!(
+        "<armor version=\"1\"><system>{components}</system><mission safe=\"a\"><place name=\"a\" initial=\"true\"/>{inner}</mission></armor>"
+    )
+}
+
+#[test]
+fn bytes_and_xml() {
+    one("E0004", "");
+    one("E0004", "<armor version=\"1\"><system/></armor>[[<]]");
+    one("E0004", "<armor version=\"1\"><system/></armor><[[armor]]/>");
+    one("E0004", "<armor version=\"1\"><system/></armor>[[more]]");
+    one("E0004", &system(r#"<component [[name]] kind="k"/>"#));
+    one(
+        "E0004",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="1[[<]]2"/></component>"#,
+        ),
+    );
+    one("E0004", &system(r#"<component name="a"[[kind]]="k"/>"#));
+    one("E0004", &system("[[<!-- a -- b -->]]"));
+    one("E0005", "[[<!DOCTYPE]] armor [<!ENTITY a \"b\">]><armor version=\"1\"><system/></armor>");
+    one(
+        "E0009",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="[[&nbsp;]]"/></component>"#,
+        ),
+    );
+    one(
+        "E0009",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="a [[&]] b"/></component>"#,
+        ),
+    );
+    one("E0010", &system("<!-- [[\u{7}]] -->"));
+    one("E0011", &system(r#"<component name="a" kind="k" [[name]]="b"/>"#));
+    one("E0012", "<armor version=\"1\"><[[system]]></armor>");
+    one("E0012", &system("[[</component>]]"));
+    one("E0013", &system(r#"<component name="a" kind="k" [[my:note]]="x"/>"#));
+    one("E0013", "<armor version=\"1\" [[xmlns]]=\"urn:a\"><system/></armor>");
+}
+
+#[test]
+fn vocabulary() {
+    one("E0014", &system("[[hello]]"));
+    one("E0015", &system("<[[componant]]/>"));
+    one("E0016", &system(r#"<component name="a" kind="k" [[kond]]="x"/>"#));
+    one("E0017", &system(r#"<[[component]] name="a"/>"#));
+    one("E0018", &system(r#"<component name="[[a b]]" kind="k"/>"#));
+    one("E0018", &system(r#"<component name="a" kind="[[]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" rate="[[10]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" rate="[[10s]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" restart="[[maybe]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" controllable="[[yes]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k"/><link from="[[a]]" to="a.x"/>"#));
+    one(
+        "E0019",
+        &system(r#"<component name="a" kind="k"/><link from="a.x" to="a.y" keep="[[none]]"/>"#),
+    );
+    one("E0019", &mission(r#"<transition name="t" from="a" timeout="[[1e300h]]"/>"#));
+    one("E0019", &mission(r#"<transition name="t" from="a" interval="[[5s]]"/>"#));
+    one("E0019", &mission(r#"<transition name="t" from="a" not-before="[[tomorrow]]"/>"#));
+    one("E0019", &mission("<[[check]]> </check>"));
+    one("E0020", "<[[robot]]/>");
+    one("E0020", "<armor version=\"[[2]]\"><system/></armor>");
+    one("E0021", "<armor version=\"1\"><system/><[[system]]/></armor>");
+    one("E0022", "<[[armor]] version=\"1\"/>");
+    one("E0026", &mission(r#"<transition name="t" from="a" timeout="1s" [[after]]="2s"/>"#));
+}
+
+#[test]
+fn other_files() {
+    one("E0023", "<armor version=\"1\"><mission system=\"[[gone.xml]]\"/></armor>");
+    one("E0024", "<armor version=\"1\"><mission system=\"[[./a.xml]]\"/></armor>");
+    one(
+        "E0025",
+        "<armor version=\"1\"><system/><mission safe=\"a\" system=\"[[b.xml]]\"><place name=\"a\" initial=\"true\"/></mission></armor>",
+    );
+    let reading = read(Path::new("a.xml"), &mut |path| {
+        let other = if path.ends_with("a.xml") { "b.xml" } else { "a.xml" };
+        Ok(format!("<armor version=\"1\"><mission system=\"{other}\"/></armor>").into())
+    });
+    let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    assert_eq!(codes, ["E0024"]);
+    let reading = read(Path::new("a.xml"), &mut |_| Err(std::io::ErrorKind::NotFound.into()));
+    assert_eq!(reading.findings.iter().next().unwrap().code.as_str(), "E0003");
+}
+
+#[test]
+fn systems() {
+    one("E0101", &system(r#"<component name="a" kind="k"/><component name="[[a]]" kind="j"/>"#));
+    one(
+        "E0102",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="1"/><parameter name="[[p]]" value="2"/></component>"#,
+        ),
+    );
+    one(
+        "E0103",
+        &system(r#"<component name="laser" kind="k"/><link from="[[lasr]].x" to="laser.y"/>"#),
+    );
+    one(
+        "E0104",
+        &system(
+            r#"<component name="a" kind="k"/><link from="a.x" to="a.z"/><link from="a.y" to="[[a.z]]"/>"#,
+        ),
+    );
+    one("E0115", &system(r#"<component name="[[registry]]" kind="k"/>"#));
+    one("E0103", &system(r#"<clock source="[[sim]].time"/>"#));
+}
+
+#[test]
+fn missions() {
+    one("E0201", &mission(r#"<place name="[[a]]"/>"#));
+    one("E0202", &mission(r#"<transition name="t" from="a"/><transition name="[[t]]" from="a"/>"#));
+    one("E0203", &mission(r#"<transition name="t" from="a" to="[[b]]"/>"#));
+    one(
+        "E0203",
+        &mission(r#"<transition name="t" from="a"><inhibitor place="[[b]]"/></transition>"#),
+    );
+    one("E0203", &mission(r#"<transition name="t" from="a" overrun="[[b]]"/>"#));
+    one("E0103", &mission(r#"<transition name="t" from="a" on="[[robot]].done"/>"#));
+    one("E0103", &mission(r#"<exclusive components="go [[robot]]"/>"#));
+    one("E0205", &mission(r#"<transition name="[[t]]"/>"#));
+    one("E0205", &mission(r#"<transition name="t" from="a"><[[arc]]/></transition>"#));
+    one("E0206", &mission(r#"<exclusive components="go [[free]]"/>"#));
+    one("E0208", &mission(r#"<exclusive components="go stop [[go]]"/>"#));
+    one(
+        "E0207",
+        &mission(
+            r#"<exclusive components="go stop"/><place name="b" components="go [[stop]]"/><transition name="t" from="a" to="b"/>"#,
+        ),
+    );
+    one(
+        "E0207",
+        &mission(
+            r#"<exclusive components="go stop"/><place name="b" initial="true" components="go"/><place name="c" initial="true" components="[[stop]]"/>"#,
+        ),
+    );
+    one(
+        "E0209",
+        &mission(
+            r#"<place name="b" initial="true" components="go"><parameter component="[[stop]]" name="p" value="1"/></place>"#,
+        ),
+    );
+    one("E0210", &mission(r#"<variable name="v"/><variable name="[[v]]"/>"#));
+    one("E0211", &mission(r#"<transition name="t" from="a"><arc from="[[a]]"/></transition>"#));
+    one("W0212", &mission(r#"<place name="[[b]]"/>"#));
+    one(
+        "W0214",
+        &mission(
+            r#"<place name="b" components="go"/><transition name="s" from="a" to="b"/><transition name="t" from="a" on="[[go]].done"/>"#,
+        ),
+    );
+    one("W0215", &mission(r#"<[[exclusive]] components="go"/>"#));
+    one(
+        "E0204",
+        "<armor version=\"1\"><system/><[[mission]] safe=\"a\"><place name=\"a\"/></mission></armor>",
+    );
+    one(
+        "W0213",
+        "<armor version=\"1\"><system/><[[mission]]><place name=\"a\" initial=\"true\"/></mission></armor>",
+    );
+    one(
+        "E0203",
+        "<armor version=\"1\"><system/><mission safe=\"a\" goal=\"[[b]]\"><place name=\"a\" initial=\"true\"/></mission></armor>",
+    );
+}
+
+fn manifests() -> Manifests {
+    let port = |id: &str, name: &str, required: bool| {
+        format!(
+            r#"{{"id":"{id}","type":"{name}","schema":"{name}{{}}","schema_hash":"00000000000000{:02x}","required":{required}}}"#,
+            name.len()
+        )
+    };
+    let text = format!(
+        r#"{{"armor_manifest":1,"kind":"k","summary":"","inputs":[{},{}],"outputs":[{},{}],"parameters":[
+            {{"name":"speed","type":"number","unit":"m/s","default":"1","minimum":0.1,"maximum":2}},
+            {{"name":"colour","type":"choice","choices":["red","blue"],"default":"red"}},
+            {{"name":"count","type":"integer","default":"3"}},
+            {{"name":"file","type":"path","doc":"the log"}}]}}"#,
+        port("in", "Scan", true),
+        port("extra", "Map", false),
+        port("out", "Scan", false),
+        port("map", "Map", false),
+    );
+    let manifest: Manifest = serde_json::from_str(&text).unwrap();
+    Manifests::from([("k".into(), manifest)])
+}
+
+#[test]
+fn systems_against_manifests() {
+    let manifests = manifests();
+    let with = |code: &str, parameters: &str, links: &str| {
+        let file = format!(
+            r#"<component name="a" kind="k"><parameter name="file" value="x"/>{parameters}</component>{links}"#
+        );
+        one_with(code, &system(&file), Some(&manifests));
+    };
+    let fed = r#"<link from="a.out" to="a.in"/>"#;
+    with("E0106", "", &format!(r#"{fed}<link from="a.[[oot]]" to="a.extra"/>"#));
+    with("E0107", "", &format!(r#"{fed}<link from="[[a.in]]" to="a.extra"/>"#));
+    with("E0108", "", &format!(r#"{fed}<link from="a.out" to="[[a.extra]]"/>"#));
+    with("E0110", r#"<parameter name="[[sped]]" value="1"/>"#, fed);
+    with("E0112", r#"<parameter name="speed" value="[[fast]]"/>"#, fed);
+    with("E0112", r#"<parameter name="speed" value="[[1m]]"/>"#, fed);
+    with("E0112", r#"<parameter name="count" value="[[1.5]]"/>"#, fed);
+    with("E0113", r#"<parameter name="speed" value="[[3m/s]]"/>"#, fed);
+    with("E0113", r#"<parameter name="colour" value="[[green]]"/>"#, fed);
+    one_with("E0105", &system(r#"<component name="a" kind="[[kk]]"/>"#), Some(&manifests));
+    let no_input =
+        r#"<component name="[[a]]" kind="k"><parameter name="file" value="x"/></component>"#;
+    one_with("E0109", &system(no_input), Some(&manifests));
+    let no_file = format!(r#"<component name="[[a]]" kind="k"/>{fed}"#);
+    one_with("E0111", &system(&no_file), Some(&manifests));
+    let right = r#"<component name="a" kind="k"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
+    let (reading, _) = reading(&system(&format!("{right}{fed}")), Some(&manifests));
+    assert!(reading.findings.is_empty(), "{}", reading.findings.render(Colours::No));
+}
+
+#[test]
+fn all_findings_come_at_once_sorted_and_as_json() {
+    let file = system(
+        "\n<component name=\"a\" kind=\"k\" rate=\"x\"/>\n<component name=\"a\" kind=\"k\"/>\n<link from=\"b.x\" to=\"c.y\"/>",
+    );
+    let (reading, _) = reading(&file, None);
+    let json: Vec<serde_json::Value> =
+        reading.findings.iter().map(|finding| serde_json::to_value(finding).unwrap()).collect();
+    let codes: Vec<_> = json.iter().map(|finding| finding["code"].as_str().unwrap()).collect();
+    assert_eq!(codes, ["E0019", "E0101", "E0103", "E0103"]);
+    assert_eq!(json[0]["line"], 2);
+    assert_eq!(json[0]["column"], 36);
+    assert_eq!(json[0]["end_column"], 37);
+    assert_eq!(json[0]["text"], "x");
+    assert_eq!(json[0]["file"], "a.xml");
+    assert_eq!(json[0]["severity"], "error");
+    assert_eq!(json[1]["related"][0]["line"], 2);
+    assert_eq!(json[3]["text"], "c");
+}
+
+#[test]
+fn overrides_go_over_the_file() {
+    let file = system(
+        r#"<component name="player" kind="k"><parameter name="file" value="a.log"/></component>"#,
+    );
+    let set = |text: &str| {
+        let over = Override::parse(text, Path::new("/home")).unwrap();
+        let reading = read(Path::new("m/a.xml"), &mut |_| Ok(file.clone().into()));
+        check(reading, &[over], None)
+    };
+    let reading = set("player.file=b.log=c");
+    assert!(reading.is_valid());
+    let parameter =
+        reading.configuration.as_ref().unwrap().system.components[0].parameter("file").unwrap();
+    assert_eq!((&*parameter.value.value, &*parameter.folder), ("b.log=c", Path::new("/home")));
+    let reading = set("plaier.file=b.log");
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("error[E0103]") && shown.contains("did you mean player?"), "{shown}");
+    assert!(shown.contains(" --> --set:1:1\n"), "{shown}");
+    for bad in ["", "=", "a=b", ".b=c", "a.b", "a b.c=d"] {
+        assert_eq!(
+            Override::parse(bad, Path::new("")).unwrap_err().code.as_str(),
+            "E0114",
+            "{bad}"
+        );
+    }
+}
