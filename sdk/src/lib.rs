@@ -1,1 +1,80 @@
-//! armor-sdk.
+//! What a component is written against: twelve functions, the standard messages, and links that
+//! take data straight from one process to another.
+//!
+//! ```no_run
+//! use armor_sdk::prelude::*;
+//!
+//! struct Blinker {
+//!     armor: Armor,
+//!     on: bool,
+//! }
+//!
+//! impl Component for Blinker {
+//!     const KIND: &'static str = "blinker";
+//!     const SUMMARY: &'static str = "Says on and off in turn.";
+//!
+//!     fn new(armor: Armor) -> Result<Self, Fault> {
+//!         armor.provide::<Flag>("light")?;
+//!         Ok(Self { armor, on: false })
+//!     }
+//!
+//!     fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+//!         self.on = !self.on;
+//!         self.armor.send_data("light", &Flag { data: self.on })?;
+//!         Ok(Outcome::CarryOn)
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     armor_sdk::run::<Blinker>()
+//! }
+//! ```
+//!
+//! Start reading with [`Component`] and [`Armor`]. Tools (the executive, the launcher, the command
+//! line) use [`directory`], [`control`], [`tap`] and [`node`].
+
+// Derived code names this crate by its public path, also inside the crate itself.
+extern crate self as armor_sdk;
+
+mod armor;
+mod clock;
+mod component;
+mod configuration;
+mod describe;
+mod launch;
+mod link;
+mod parameter;
+mod ports;
+mod runtime;
+mod service;
+mod session;
+mod shared;
+mod socket;
+
+pub mod control;
+pub mod directory;
+pub mod log;
+pub mod messages;
+pub mod node;
+pub mod tap;
+
+pub use armor::{Armor, DeclareError, SendError};
+pub use armor_wire as wire;
+pub use armor_wire::{Array, Message};
+pub use clock::Clock;
+pub use component::{Call, Component, Data, Fault, Header, Outcome};
+pub use describe::manifest_of;
+pub use launch::{run, run_with};
+pub use link::Sent;
+pub use parameter::{Parameter, Value, ValueError};
+pub use ports::{InputType, Latched, Optional, OutputType};
+pub use socket::ConnectError;
+
+/// Everything a component's source file needs.
+pub mod prelude {
+    pub use crate::messages::*;
+    pub use crate::{
+        Armor, Array, Call, Component, Data, Fault, Header, Latched, Message, Optional, Outcome,
+        Parameter, Value,
+    };
+}

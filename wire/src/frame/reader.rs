@@ -93,6 +93,19 @@ impl FrameReader {
         self.arriving.is_some() || self.end > self.start
     }
 
+    /// Whether the next frame is followed by a whole data frame: it is then not the newest.
+    pub fn is_superseded(&self) -> bool {
+        let len_of = |bytes: &[u8]| {
+            let len = bytes.first_chunk::<4>()?;
+            Some(PREFIX_LEN + u32::from_le_bytes(*len) as usize)
+        };
+        let have = &self.small[self.start..self.end];
+        let next = if self.arriving.is_some() { None } else { len_of(have) };
+        let Some(rest) = next.and_then(|len| have.get(len..)) else { return false };
+        rest.get(4) == Some(&(FrameKind::Data as u8))
+            && len_of(rest).is_some_and(|len| len <= rest.len())
+    }
+
     /// The next whole frame, or `None` if more bytes are needed.
     ///
     /// # Errors

@@ -1,0 +1,249 @@
+//! The connection to configd: how this component is connected, and its parameters.
+
+use std::collections::{HashMap, VecDeque};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::{Duration, Instant};
+
+use armor_wire::backoff::Backoff;
+use armor_wire::codec;
+use armor_wire::config::{Assigned, Reply, Request, Settings};
+use armor_wire::frame::{Frame, FrameKind};
+use armor_wire::hello::{Hello, Purpose};
+use armor_wire::manifest::{ParameterManifest, ParameterValue};
+
+use crate::component::Fault;
+use crate::parameter::Value;
+use crate::session::{self, Writer};
+use crate::shared::Shared;
+use crate::socket;
+
+/// Name under which configd is found.
+pub(crate) const CONFIGD: &str = "configd";
+
+/// Parameters asked for and arrived.
+#[derive(Default)]
+pub(crate) struct Parameters {
+    state: Mutex<State>,
+    changed: Condvar,
+    /// Some have arrived and are not handed over yet.
+    arrived: AtomicBool,
+}
+
+#[derive(Default)]
+struct State {
+    /// Asked for, not answered. ArMoR's counter, with names.
+    asked: Vec<String>,
+    arrived: VecDeque<(String, Value)>,
+    faults: Vec<String>,
+    writer: Option<Writer>,
+    problem: String,
+    next_request: u64,
+    settings: Option<mpsc::Sender<Result<Settings, String>>>,
+}
+
+impl Parameters {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Asks for a parameter.
+    pub fn ask(&self, name: &str) {
+        let mut state = self.lock();
+        if !state.asked.iter().any(|asked| asked == name) {
+            state.asked.push(name.into());
+        }
+        state.send(|request| Request::Parameter { request, name: name.into() });
+    }
+
+    /// The names asked for so far that have no answer.
+    pub fn asked(&self) -> Vec<String> {
+        self.lock().asked.clone()
+    }
+
+    /// Waits until all that was asked for has arrived.
+    pub fn wait(&self, limit: Duration) -> Result<(), Fault> {
+        let deadline = Instant::now() + limit;
+        let mut state = self.lock();
+        loop {
+            if !state.faults.is_empty() {
+                return Err(state.faults.join("; ").into());
+            }
+            if state.asked.is_empty() {
+                return Ok(());
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                let names = state.asked.join(", ");
+                let problem = &state.problem;
+                return Err(format!(
+                    "configd has not answered within {limit:?} ({names}) {problem}"
+                )
+                .into());
+            }
+            state =
+                self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    pub fn has_arrived(&self) -> bool {
+        self.arrived.load(Ordering::Acquire)
+    }
+
+    pub fn take(&self) -> Option<(String, Value)> {
+        let mut state = self.lock();
+        let next = state.arrived.pop_front();
+        self.arrived.store(!state.arrived.is_empty(), Ordering::Release);
+        next
+    }
+
+    /// Takes in an answer, by the parameter's declaration.
+    pub fn answer(&self, shared: &Shared, name: &str, assigned: Option<&Assigned>) {
+        let value = value_of(&shared.declared, name, assigned).map_err(|problem| {
+            format!("parameter `{name}` of component `{}`: {problem}", shared.name)
+        });
+        let mut state = self.lock();
+        state.asked.retain(|asked| asked != name);
+        match value {
+            Ok(value) => state.arrived.push_back((name.into(), value)),
+            Err(fault) => {
+                tracing::error!("{fault}");
+                state.faults.push(fault);
+            }
+        }
+        self.arrived.store(!state.arrived.is_empty(), Ordering::Release);
+        drop(state);
+        self.changed.notify_all();
+        shared.wake_main();
+    }
+}
+
+impl State {
+    fn send(&mut self, request: impl FnOnce(u64) -> Request) {
+        self.next_request += 1;
+        if let Some(writer) = &self.writer {
+            // A failure ends the connection; what was asked is asked again on the next one.
+            let _ = writer.send(&request(self.next_request));
+        }
+    }
+}
+
+fn value_of(
+    declared: &[ParameterManifest],
+    name: &str,
+    assigned: Option<&Assigned>,
+) -> Result<Value, String> {
+    let declaration = declared.iter().find(|parameter| parameter.name == name);
+    let (text, base, origin) = match assigned {
+        Some(assigned) => (assigned.text.clone(), assigned.base.clone(), assigned.origin.clone()),
+        None => {
+            let default = declaration.and_then(|parameter| parameter.default.clone());
+            let text =
+                default.ok_or("is not set and has no default; set it in the file or with --set")?;
+            (text, String::new(), "its default".into())
+        }
+    };
+    let value = match declaration {
+        Some(parameter) => {
+            parameter.parse(&text).map_err(|problem| format!("{problem} ({origin})"))?
+        }
+        None => ParameterValue::Text(text),
+    };
+    Ok(Value::new(value, Path::new(&base)))
+}
+
+/// Answers from the command line instead of configd: for a component run by hand.
+pub(crate) fn answer_alone(shared: &Shared, set: &HashMap<String, String>) {
+    for name in shared.parameters.asked() {
+        let assigned = set.get(&name).map(|text| Assigned {
+            text: text.clone(),
+            base: String::new(),
+            origin: "--set".into(),
+        });
+        shared.parameters.answer(shared, &name, assigned.as_ref());
+    }
+}
+
+/// Keeps a connection to configd, and returns the settings once they have come.
+pub(crate) fn start(
+    shared: &Arc<Shared>,
+) -> std::io::Result<mpsc::Receiver<Result<Settings, String>>> {
+    let (sender, receiver) = mpsc::channel();
+    shared.parameters.lock().settings = Some(sender);
+    let shared = Arc::clone(shared);
+    std::thread::Builder::new()
+        .name("configd".into())
+        .stack_size(256 << 10)
+        .spawn(move || run(&shared))?;
+    Ok(receiver)
+}
+
+fn run(shared: &Arc<Shared>) {
+    let mut backoff =
+        Backoff::new(Duration::from_millis(20), Duration::from_secs(1), shared.instance ^ 1);
+    while !shared.is_ending() {
+        match connect(shared) {
+            Ok(()) => backoff.reset(),
+            Err(problem) => shared.parameters.lock().problem = problem,
+        }
+        std::thread::sleep(backoff.delay());
+    }
+}
+
+fn connect(shared: &Arc<Shared>) -> Result<(), String> {
+    let found = shared
+        .directory()
+        .component(CONFIGD, Duration::from_secs(5))
+        .map_err(|error| error.to_string())?;
+    let hello = Hello::new(&shared.name, shared.instance, Purpose::Config);
+    let dialled =
+        socket::dial(&found.endpoint, &hello, false).map_err(|error| error.to_string())?;
+    let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
+    let parameters = &shared.parameters;
+    {
+        let mut state = parameters.lock();
+        state.writer = Some(writer.clone());
+        state.problem.clear();
+        if state.settings.is_some() {
+            state.send(|request| Request::Settings { request });
+        }
+        for name in state.asked.clone() {
+            state.send(|request| Request::Parameter { request, name });
+        }
+    }
+    let reason =
+        session::converse(dialled, &writer, |frame| receive(shared, frame), || Duration::MAX);
+    let mut state = parameters.lock();
+    state.writer = None;
+    state.problem = format!("the connection to configd ended: {reason}");
+    if !shared.is_ending() {
+        tracing::warn!("{}", state.problem);
+    }
+    Ok(())
+}
+
+fn receive(shared: &Arc<Shared>, frame: &Frame<'_>) -> Result<(), String> {
+    if frame.kind != FrameKind::Control {
+        return Err(format!("a {:?} frame from configd", frame.kind));
+    }
+    match codec::decode_control(frame.body).map_err(|error| error.to_string())? {
+        Reply::Settings { settings, .. } => {
+            if let Some(waiting) = shared.parameters.lock().settings.take() {
+                let _ = waiting.send(Ok(settings));
+            }
+        }
+        Reply::Parameter { name, assigned, .. } => {
+            shared.parameters.answer(shared, &name, assigned.as_ref());
+        }
+        Reply::Refused { refusal, .. } => {
+            if let Some(waiting) = shared.parameters.lock().settings.take() {
+                let _ = waiting.send(Err(refusal.to_string()));
+            } else {
+                tracing::error!("configd refuses: {refusal}");
+            }
+        }
+        Reply::Beat => {}
+    }
+    Ok(())
+}

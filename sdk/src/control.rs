@@ -1,0 +1,142 @@
+//! The other end of a component's control connection: for the executive, the launcher and tools.
+
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::time::Duration;
+
+use armor_wire::codec;
+use armor_wire::frame::FrameKind;
+use armor_wire::hello::{Hello, Purpose};
+use armor_wire::registry::ComponentEntry;
+use thiserror::Error;
+
+pub use armor_wire::control::{
+    Answer, Command, InputStatus, LinkStatus, OutputStatus, ReportKind, Role, RunState, Status,
+};
+
+use crate::session::{self, Writer};
+use crate::socket::{self, ConnectError, fresh_instance};
+
+/// What happens on a control connection.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ControlEvent {
+    /// The component says something.
+    Answer(Answer),
+    /// The connection has ended, and why.
+    Closed(String),
+}
+
+/// Why a component has not told its status.
+#[derive(Debug, Error)]
+pub enum StatusError {
+    /// The connection has ended.
+    #[error("the connection has ended: {0}")]
+    Closed(#[from] io::Error),
+    /// It does not answer.
+    #[error("no answer within {0:?}")]
+    Timeout(Duration),
+}
+
+type StatusAnswers = Arc<Mutex<Vec<(u64, mpsc::Sender<Status>)>>>;
+
+/// A control connection to one component. Closed when dropped.
+pub struct ControlConnection {
+    writer: Writer,
+    next_request: AtomicU64,
+    answers: StatusAnswers,
+}
+
+impl ControlConnection {
+    /// Connects to the process `entry`; `sink` is told everything, on a thread of its own.
+    ///
+    /// # Errors
+    /// [`ConnectError`] if it cannot be reached or is another process by now.
+    pub fn connect(
+        entry: &ComponentEntry,
+        role: Role,
+        from: &str,
+        mut sink: impl FnMut(ControlEvent) + Send + 'static,
+    ) -> Result<Self, ConnectError> {
+        let hello = Hello::new(from, fresh_instance(), Purpose::Control { role });
+        let dialled = socket::dial(&entry.endpoint, &hello, false)?;
+        let unreachable =
+            |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
+        if dialled.welcome.instance != entry.instance {
+            let text = format!("`{}` now listens there", dialled.welcome.name);
+            return Err(unreachable(io::Error::new(io::ErrorKind::NotConnected, text)));
+        }
+        let writer = Writer::new(&dialled.stream).map_err(unreachable)?;
+        let answers = StatusAnswers::default();
+        let (reading, waiting) = (writer.clone(), Arc::clone(&answers));
+        std::thread::Builder::new()
+            .name("control".into())
+            .stack_size(256 << 10)
+            .spawn(move || {
+                let reason = session::converse(
+                    dialled,
+                    &reading,
+                    |frame| {
+                        if frame.kind != FrameKind::Control {
+                            return Err(format!(
+                                "a {:?} frame on a control connection",
+                                frame.kind
+                            ));
+                        }
+                        let answer =
+                            codec::decode_control(frame.body).map_err(|e| e.to_string())?;
+                        hand_out(&waiting, &answer);
+                        sink(ControlEvent::Answer(answer));
+                        Ok(())
+                    },
+                    || Duration::MAX,
+                );
+                waiting.lock().unwrap_or_else(PoisonError::into_inner).clear();
+                sink(ControlEvent::Closed(reason));
+            })
+            .map_err(unreachable)?;
+        Ok(Self { writer, next_request: AtomicU64::new(1), answers })
+    }
+
+    /// Sends a command.
+    ///
+    /// # Errors
+    /// If the connection has ended; the sink is told too.
+    pub fn send(&self, command: &Command) -> io::Result<()> {
+        self.writer.send(command)
+    }
+
+    /// Asks for everything about the component.
+    ///
+    /// # Errors
+    /// [`StatusError`] if the connection ends or the answer does not come in time.
+    pub fn status(&self, timeout: Duration) -> Result<Status, StatusError> {
+        let request = self.next_request.fetch_add(1, Ordering::Relaxed);
+        let (sender, receiver) = mpsc::channel();
+        self.answers.lock().unwrap_or_else(PoisonError::into_inner).push((request, sender));
+        self.send(&Command::Status { request })?;
+        receiver.recv_timeout(timeout).map_err(|error| match error {
+            mpsc::RecvTimeoutError::Timeout => StatusError::Timeout(timeout),
+            mpsc::RecvTimeoutError::Disconnected => {
+                StatusError::Closed(io::ErrorKind::ConnectionAborted.into())
+            }
+        })
+    }
+}
+
+impl Drop for ControlConnection {
+    fn drop(&mut self) {
+        self.writer.close();
+    }
+}
+
+fn hand_out(waiting: &StatusAnswers, answer: &Answer) {
+    if let Answer::Status { request, status } = answer {
+        waiting.lock().unwrap_or_else(PoisonError::into_inner).retain(|(asked, sender)| {
+            if asked == request {
+                let _ = sender.send(status.clone());
+            }
+            asked != request
+        });
+    }
+}

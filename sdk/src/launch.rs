@@ -1,0 +1,245 @@
+//! From the command line to a running component, and to its end.
+
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use armor_wire::config::{InputSettings, Settings};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::name;
+use armor_wire::quantity;
+use armor_wire::registry::DEFAULT_PORT;
+use lexopt::prelude::{Long, ValueExt};
+
+use crate::armor::Armor;
+use crate::component::{Component, Fault};
+use crate::configuration;
+use crate::describe::{declared, manifest_of};
+use crate::log;
+use crate::node::{self, NodeOptions};
+use crate::runtime::Runtime;
+use crate::shared::Shared;
+use crate::socket::fresh_instance;
+
+/// How long the registry and configd may take at the start.
+const START_LIMIT: Duration = Duration::from_secs(20);
+/// How long the last data and reports may take to leave at the end.
+const LEAVE_LIMIT: Duration = Duration::from_millis(500);
+/// Exit code after a panic in the component's code, as Rust's own.
+const PANICKED: u8 = 101;
+
+#[derive(Default)]
+struct Options {
+    describe: bool,
+    name: String,
+    registry: String,
+    alone: bool,
+    rate_hz: Option<f64>,
+    links: Vec<InputSettings>,
+    set: HashMap<String, String>,
+}
+
+const USAGE: &str = "\
+usage: [--describe] [--name NAME] [--registry HOST:PORT]
+  --describe              print the manifest as JSON and exit
+  --name NAME             name in the system (default: the kind)
+  --registry HOST:PORT    the registry (default: $ARMOR_REGISTRY, else 127.0.0.1:7411)
+without configd, for trying a component by hand:
+  --alone                 ask no configd
+  --rate 10Hz             how often exec is called
+  --link INPUT=DATA[,keep=all][,wake=spin]
+  --set PARAMETER=VALUE";
+
+/// Runs a component as this process, by its command line. For `main`.
+pub fn run<C: Component>() -> ExitCode {
+    run_with::<C>(std::env::args_os().skip(1))
+}
+
+/// As [`run`], with the arguments after the program's name.
+pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let options = match parse(C::KIND, arguments) {
+        Ok(Some(options)) => options,
+        Ok(None) => {
+            println!("{}: {}\n{USAGE}", C::KIND, C::SUMMARY);
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("{error}\n{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    if options.describe {
+        return describe::<C>();
+    }
+    log::init();
+    match start::<C>(&options) {
+        Ok(code) => code,
+        Err(fault) => {
+            tracing::error!("{fault}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn describe<C: Component>() -> ExitCode {
+    let manifest = manifest_of::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
+    match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("{}: {fault}", C::KIND);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn parse(
+    kind: &str,
+    arguments: impl IntoIterator<Item = OsString>,
+) -> Result<Option<Options>, lexopt::Error> {
+    let registry =
+        std::env::var("ARMOR_REGISTRY").unwrap_or_else(|_| format!("127.0.0.1:{DEFAULT_PORT}"));
+    let mut options = Options { name: kind.into(), registry, ..Options::default() };
+    let mut parser = lexopt::Parser::from_args(arguments);
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Long("help") => return Ok(None),
+            Long("describe") => options.describe = true,
+            Long("alone") => options.alone = true,
+            Long("name") => options.name = parser.value()?.parse()?,
+            Long("registry") => options.registry = parser.value()?.parse()?,
+            Long("rate") => {
+                let rate = parser.value()?.parse_with(quantity::hertz)?;
+                options.rate_hz = Some(rate);
+            }
+            Long("link") => options.links.push(parser.value()?.parse_with(parse_link)?),
+            Long("set") => {
+                let text: String = parser.value()?.parse()?;
+                let (name, value) = text.split_once('=').ok_or("--set takes PARAMETER=VALUE")?;
+                options.set.insert(name.into(), value.into());
+            }
+            other => return Err(other.unexpected()),
+        }
+    }
+    if !name::is_name(&options.name) {
+        return Err(
+            format!("`{}` is not a name; use letters, digits, _ and -", options.name).into()
+        );
+    }
+    Ok(Some(options))
+}
+
+fn parse_link(text: &str) -> Result<InputSettings, String> {
+    let mut parts = text.split(',');
+    let (id, data) = parts
+        .next()
+        .and_then(|link| link.split_once('='))
+        .ok_or("a link is INPUT=COMPONENT.OUTPUT")?;
+    let (id, data) = (id.to_owned(), data.to_owned());
+    let mut settings = InputSettings { id, data, keep: Keep::Latest, wake: Wake::Sleep };
+    for part in parts {
+        match part.split_once('=') {
+            Some(("keep", keep)) => settings.keep = keep.parse()?,
+            Some(("wake", wake)) => settings.wake = wake.parse()?,
+            _ => return Err(format!("`{part}` is neither keep=… nor wake=…")),
+        }
+    }
+    Ok(settings)
+}
+
+fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
+    let instance = fresh_instance();
+    let shared = Arc::new(Shared::new(&options.name, C::KIND, instance, declared::<C>(), false)?);
+    end_on_signals(&shared)?;
+    let node = NodeOptions { registry: options.registry.clone(), ..NodeOptions::default() };
+    node::connect(&shared, &node, START_LIMIT)?;
+    let settings = if options.alone { None } else { Some(configuration::start(&shared)?) };
+    let armor = Armor { shared: Arc::clone(&shared) };
+    let alone = options.alone.then(|| Arc::clone(&shared)).map(|shared| {
+        let set = options.set.clone();
+        // The constructor may wait for its parameters: answer from beside it.
+        std::thread::spawn(move || {
+            while shared.state().0 == armor_wire::control::RunState::Starting {
+                configuration::answer_alone(&shared, &set);
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        })
+    });
+    let user = C::new(armor)?;
+    shared.parameters.wait(START_LIMIT)?;
+    let settings = match settings {
+        Some(settings) => settings
+            .recv_timeout(START_LIMIT)
+            .map_err(|_| format!("configd has not told how `{}` is connected", options.name))??,
+        None => Settings {
+            rate_hz: options.rate_hz,
+            inputs: options.links.clone(),
+            ..Settings::default()
+        },
+    };
+    apply(&shared, &settings)?;
+    node::serve_outputs(&shared);
+    let runtime = Arc::new(Runtime::new(Box::new(user), Arc::clone(&shared), settings.rate_hz));
+    for (index, input) in shared.inputs().into_iter().enumerate() {
+        let runtime = Arc::clone(&runtime);
+        std::thread::Builder::new()
+            .name(format!("in {}", input.id))
+            .spawn(move || input.run(index, &runtime))?;
+    }
+    let crashed = runtime.run();
+    drop(alone);
+    leave(&shared);
+    Ok(if crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
+}
+
+fn apply(shared: &Shared, settings: &Settings) -> Result<(), Fault> {
+    shared.set_controlled(settings.controlled);
+    let inputs = shared.inputs();
+    for fed in &settings.inputs {
+        let input = inputs.iter().find(|input| input.id == fed.id).ok_or_else(|| {
+            format!(
+                "the file feeds input `{}.{}`, which `{}` does not have",
+                shared.name, fed.id, shared.kind
+            )
+        })?;
+        input.connect(fed.clone());
+    }
+    for input in inputs.iter().filter(|input| input.required && input.data().is_none()) {
+        tracing::warn!("input `{}.{}` is required but nothing feeds it", shared.name, input.id);
+    }
+    Ok(())
+}
+
+/// SIGTERM and SIGINT end the component in order: its actuators come to rest first.
+fn end_on_signals(shared: &Arc<Shared>) -> std::io::Result<()> {
+    let (mut reader, writer) = UnixStream::pair()?;
+    signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, writer.try_clone()?)?;
+    signal_hook::low_level::pipe::register(signal_hook::consts::SIGINT, writer)?;
+    let shared = Arc::clone(shared);
+    std::thread::Builder::new().name("signals".into()).stack_size(64 << 10).spawn(move || {
+        let mut byte = [0];
+        while std::io::Read::read(&mut reader, &mut byte).is_ok_and(|len| len > 0) {
+            shared.end();
+        }
+    })?;
+    Ok(())
+}
+
+/// Gives the last data and reports time to leave, then leaves the registry.
+fn leave(shared: &Shared) {
+    let deadline = Instant::now() + LEAVE_LIMIT;
+    while Instant::now() < deadline {
+        let mut flushed = true;
+        for output in shared.outputs() {
+            flushed &= output.flush();
+        }
+        if flushed && shared.reports().waiting.is_empty() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    shared.directory().close();
+}

@@ -1,0 +1,13 @@
+//! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
+
+mod inbox;
+mod input;
+mod output;
+mod queue;
+mod wire_out;
+
+pub(crate) use input::Input;
+pub use output::Sent;
+pub(crate) use output::{Output, Publish, PublishError};
+pub(crate) use queue::Queue;
+pub(crate) use wire_out::LinkOut;

@@ -1,0 +1,349 @@
+//! An input: finds who provides its data, links to it, reads, and comes back when it is lost.
+//!
+//! One thread per input reads and, when the component is free, runs its code then and there: no hand
+//! over between threads on the way of a message.
+
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use armor_wire::backoff::Backoff;
+use armor_wire::config::InputSettings;
+use armor_wire::control::InputStatus;
+use armor_wire::frame::{self, DataHeader, FrameKind};
+use armor_wire::hello::{Hello, LinkRequest, Purpose};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::liveness::SILENCE;
+use armor_wire::message::Message;
+use armor_wire::schema;
+use rustix::net::{RecvFlags, SendFlags, recv, send};
+
+use super::inbox::{Inbox, Item};
+use crate::runtime::Runtime;
+use crate::session::is_timeout;
+use crate::socket::{self, Dialled};
+
+/// How often a spinning reader looks at the clock, in polls.
+const SPINS_PER_CLOCK: u32 = 1 << 12;
+
+/// An input of this process.
+pub(crate) struct Input {
+    pub id: String,
+    pub required: bool,
+    pub type_name: &'static str,
+    pub schema: String,
+    state: Mutex<State>,
+    inbox: Mutex<Inbox>,
+    room: Condvar,
+    received: AtomicU64,
+    lost: AtomicU64,
+    dropped: AtomicU64,
+}
+
+#[derive(Default)]
+struct State {
+    settings: Option<InputSettings>,
+    stream: Option<Arc<TcpStream>>,
+    connections: u64,
+    problem: String,
+    last: Option<Last>,
+}
+
+/// The last data that arrived.
+#[derive(Clone, Copy)]
+struct Last {
+    instance: u64,
+    sequence: u64,
+    /// The component has been frozen since: what was published meanwhile is not lost.
+    paused: bool,
+}
+
+impl Input {
+    pub fn new<T: Message>(id: &str, required: bool) -> Self {
+        Self {
+            id: id.into(),
+            required,
+            type_name: T::NAME,
+            schema: T::schema().to_string(),
+            state: Mutex::default(),
+            inbox: Mutex::new(Inbox::new(Keep::Latest)),
+            room: Condvar::new(),
+            received: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How the file feeds this input.
+    pub fn connect(&self, settings: InputSettings) {
+        self.inbox().set_keep(settings.keep);
+        self.lock().settings = Some(settings);
+    }
+
+    /// System-wide name of the data that feeds it.
+    pub fn data(&self) -> Option<String> {
+        self.lock().settings.as_ref().map(|settings| settings.data.clone())
+    }
+
+    pub fn status(&self) -> InputStatus {
+        let state = self.lock();
+        let settings = state.settings.as_ref();
+        InputStatus {
+            id: self.id.clone(),
+            data: settings.map(|s| s.data.clone()).unwrap_or_default(),
+            connected: state.stream.is_some(),
+            received: self.received.load(Ordering::Relaxed),
+            lost: self.lost.load(Ordering::Relaxed),
+            dropped: self.dropped.load(Ordering::Relaxed),
+            connections: state.connections,
+            problem: state.problem.clone(),
+        }
+    }
+
+    /// Tells the publisher to stop or to go on sending.
+    pub fn pause(&self, pause: bool) {
+        let mut state = self.lock();
+        if pause && let Some(last) = &mut state.last {
+            last.paused = true;
+        }
+        let kind = if pause { FrameKind::Pause } else { FrameKind::Resume };
+        signal(state.stream.as_deref(), kind);
+        drop(state);
+        if pause {
+            // Whatever still waits belongs to the activation that has ended.
+            self.inbox().clear();
+            self.room.notify_all();
+        }
+    }
+
+    /// Says to the publisher that this process is alive; called by the service thread.
+    pub fn beat(&self) {
+        signal(self.lock().stream.as_deref(), FrameKind::Beat);
+    }
+
+    /// Hands waiting data to `deliver` until there are none.
+    pub fn drain(&self, mut deliver: impl FnMut(&Item)) {
+        loop {
+            let item = self.inbox().pop();
+            let Some(item) = item else { return };
+            self.room.notify_all();
+            deliver(&item);
+            self.received.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Reads for the life of the process.
+    pub fn run(self: &Arc<Self>, index: usize, runtime: &Arc<Runtime>) {
+        let Some(settings) = self.lock().settings.clone() else { return };
+        let seed = runtime.shared.instance ^ index as u64;
+        let mut backoff = Backoff::new(Duration::from_millis(10), Duration::from_secs(1), seed);
+        loop {
+            let start = Instant::now();
+            let reason = match self.link(&settings, runtime) {
+                Ok(dialled) => {
+                    let reason = self.read(dialled, index, &settings, runtime);
+                    self.lock().stream = None;
+                    tracing::info!("link from {} closed: {reason}", settings.data);
+                    reason
+                }
+                Err(reason) => {
+                    if self.lock().problem != reason {
+                        tracing::warn!("no link from {} yet: {reason}", settings.data);
+                    }
+                    reason
+                }
+            };
+            self.lock().problem = reason;
+            if start.elapsed() > Duration::from_secs(2) {
+                backoff.reset();
+            }
+            std::thread::sleep(backoff.delay());
+        }
+    }
+
+    fn link(&self, settings: &InputSettings, runtime: &Runtime) -> Result<Dialled, String> {
+        let answer = runtime.shared.directory().look(&settings.data, &self.schema);
+        let found =
+            answer.recv().map_err(|e| e.to_string())?.map_err(|refusal| refusal.to_string())?;
+        let link = LinkRequest {
+            data: settings.data.clone(),
+            instance: found.provider.instance,
+            schema: self.schema.clone(),
+            schema_hash: schema::hash_text(&self.schema),
+            keep: settings.keep,
+            wake: settings.wake,
+            paused: !runtime.shared.is_active(),
+        };
+        let hello = Hello::new(
+            &runtime.shared.name,
+            runtime.shared.instance,
+            Purpose::Link { link: link.clone() },
+        );
+        let dialled = socket::dial(&found.provider.endpoint, &hello, true)
+            .map_err(|error| error.to_string())?;
+        let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
+        let mut state = self.lock();
+        state.stream = Some(Arc::new(stream));
+        state.connections += 1;
+        state.problem.clear();
+        drop(state);
+        // The state may have changed since the request was written.
+        if runtime.shared.is_active() == link.paused {
+            self.pause(!link.paused);
+        }
+        Ok(dialled)
+    }
+
+    fn read(
+        &self,
+        mut dialled: Dialled,
+        index: usize,
+        settings: &InputSettings,
+        runtime: &Arc<Runtime>,
+    ) -> String {
+        let Dialled { stream, reader, .. } = &mut dialled;
+        if let Err(error) = stream.set_read_timeout(Some(Duration::from_millis(500))) {
+            return error.to_string();
+        }
+        let mut heard = Instant::now();
+        let mut first = true;
+        loop {
+            let mut guard = None;
+            loop {
+                let superseded = settings.keep == Keep::Latest && reader.is_superseded();
+                let frame = match reader.next_frame() {
+                    Ok(Some(frame)) => frame,
+                    Ok(None) => break,
+                    Err(error) => return error.to_string(),
+                };
+                if frame.kind == FrameKind::Beat {
+                    continue;
+                }
+                let (header, payload) = match frame.data() {
+                    Ok(data) => data,
+                    Err(error) => return error.to_string(),
+                };
+                let Some(lost) = self.follow(&header, std::mem::take(&mut first)) else { continue };
+                if superseded {
+                    self.dropped.fetch_add(1, Ordering::Relaxed);
+                    continue;
+                }
+                if guard.is_none() {
+                    guard = runtime.try_enter();
+                }
+                self.hand_over(&mut guard, index, header, lost, payload, runtime);
+            }
+            drop(guard);
+            runtime.after_release();
+            match self.receive(stream, reader, settings.wake, runtime, heard) {
+                Ok(0) => return "the publisher closed it".into(),
+                Ok(len) => {
+                    reader.filled(len);
+                    heard = Instant::now();
+                }
+                Err(error) if is_timeout(&error) => {
+                    if heard.elapsed() >= SILENCE {
+                        return "the publisher fell silent".into();
+                    }
+                }
+                Err(error) => return error.to_string(),
+            }
+        }
+    }
+
+    /// Runs the component's code on the data, or keeps it until the component is free.
+    fn hand_over(
+        &self,
+        guard: &mut Option<crate::runtime::Guard<'_>>,
+        index: usize,
+        header: DataHeader,
+        lost: u64,
+        payload: &[u8],
+        runtime: &Runtime,
+    ) {
+        if let Some(core) = guard
+            && self.inbox().is_empty()
+        {
+            core.data(index, header, lost, payload);
+            self.received.fetch_add(1, Ordering::Relaxed);
+            if runtime.main_waits() {
+                *guard = None;
+                runtime.after_release();
+            }
+            return;
+        }
+        let mut inbox = self.inbox();
+        while inbox.is_full() && runtime.shared.is_active() {
+            runtime.nudge();
+            inbox = self
+                .room
+                .wait_timeout(inbox, Duration::from_millis(100))
+                .unwrap_or_else(PoisonError::into_inner)
+                .0;
+        }
+        let dropped = inbox.push(Item { header, lost, bytes: payload.to_vec() });
+        drop(inbox);
+        self.dropped.fetch_add(dropped, Ordering::Relaxed);
+        runtime.backlog_grew();
+    }
+
+    /// Follows the sequence: how many are missing before this one, or `None` if it was seen before.
+    fn follow(&self, header: &DataHeader, first: bool) -> Option<u64> {
+        let mut state = self.lock();
+        let lost = match state.last {
+            Some(last) if last.instance == header.instance => {
+                if header.sequence <= last.sequence {
+                    return None;
+                }
+                // After a reconnect the publisher marks a new start, but to us it is a gap.
+                let meant = last.paused || (header.fresh && !first);
+                if meant { 0 } else { header.sequence - last.sequence - 1 }
+            }
+            _ => 0,
+        };
+        state.last =
+            Some(Last { instance: header.instance, sequence: header.sequence, paused: false });
+        self.lost.fetch_add(lost, Ordering::Relaxed);
+        Some(lost)
+    }
+
+    fn receive(
+        &self,
+        stream: &TcpStream,
+        reader: &mut frame::FrameReader,
+        wake: Wake,
+        runtime: &Runtime,
+        heard: Instant,
+    ) -> std::io::Result<usize> {
+        if wake == Wake::Sleep || !runtime.shared.is_active() {
+            return Ok(recv(stream, reader.space(), RecvFlags::empty())?.1);
+        }
+        loop {
+            for _ in 0..SPINS_PER_CLOCK {
+                match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
+                    Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
+                    result => return Ok(result?.1),
+                }
+            }
+            if !runtime.shared.is_active() || heard.elapsed() >= SILENCE {
+                return Err(std::io::ErrorKind::WouldBlock.into());
+            }
+        }
+    }
+}
+
+fn signal(stream: Option<&TcpStream>, kind: FrameKind) {
+    if let Some(stream) = stream {
+        // Eight bytes: they fit, or the connection is as good as dead and its reader will notice.
+        let _ = send(stream, &frame::signal(kind), SendFlags::DONTWAIT | SendFlags::NOSIGNAL);
+    }
+}

@@ -1,0 +1,199 @@
+//! What waits to be written to one link: gathered small frames, or what a slow subscriber has not
+//! taken yet. Pure: the socket is a function that takes bytes.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::Arc;
+
+use armor_wire::frame::PREFIX_LEN;
+use armor_wire::keep::Keep;
+
+/// Gathered frames are written when this much has come together; one socket write of it costs little
+/// more than one of a single small frame.
+pub(crate) const GATHER_LEN: usize = 60 << 10;
+/// A `keep="all"` sender waits while more than this waits.
+pub(crate) const ALL_LEN: usize = 256 << 10;
+
+enum Chunk {
+    /// A frame that several links share.
+    Shared(Arc<Vec<u8>>),
+    /// Small frames, this link's own.
+    Own(Vec<u8>),
+}
+
+impl Chunk {
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Shared(bytes) => bytes,
+            Self::Own(bytes) => bytes,
+        }
+    }
+}
+
+/// The frames that wait on one link.
+pub(crate) struct Queue {
+    keep: Keep,
+    chunks: VecDeque<(Chunk, u32)>,
+    /// How much of the first chunk is written.
+    written: usize,
+    bytes: usize,
+    /// The socket has refused bytes; until it has taken all, frames wait and the policy holds.
+    congested: bool,
+    spare: Vec<u8>,
+}
+
+impl Queue {
+    pub fn new(keep: Keep) -> Self {
+        Self {
+            keep,
+            chunks: VecDeque::new(),
+            written: 0,
+            bytes: 0,
+            congested: false,
+            spare: Vec::new(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.chunks.is_empty()
+    }
+
+    /// Whether the subscriber is slow, as opposed to frames being gathered.
+    pub fn is_congested(&self) -> bool {
+        self.congested
+    }
+
+    /// Bytes that wait.
+    pub fn len(&self) -> usize {
+        self.bytes
+    }
+
+    /// Frames that wait.
+    pub fn frames(&self) -> usize {
+        self.chunks.iter().map(|(_, frames)| *frames as usize).sum()
+    }
+
+    /// Adds a copy of a small frame. Returns how many frames were dropped for it.
+    pub fn push(&mut self, frame: &[u8]) -> u64 {
+        self.bytes += frame.len();
+        let single = self.congested && self.keep != Keep::All;
+        if let Some((Chunk::Own(last), frames)) = self.chunks.back_mut()
+            && !single
+            && last.len() + frame.len() <= GATHER_LEN + frame.len().min(GATHER_LEN)
+            && last.len() < GATHER_LEN
+        {
+            last.extend_from_slice(frame);
+            *frames += 1;
+            return 0;
+        }
+        let mut own = std::mem::take(&mut self.spare);
+        own.clear();
+        own.extend_from_slice(frame);
+        self.chunks.push_back((Chunk::Own(own), 1));
+        self.trim()
+    }
+
+    /// Adds a frame that other links share, of which `written` bytes are already out (the queue must
+    /// then be empty). Returns how many frames were dropped for it.
+    pub fn push_shared(&mut self, frame: Arc<Vec<u8>>, written: usize) -> u64 {
+        self.bytes += frame.len() - written;
+        if self.chunks.is_empty() {
+            self.written = written;
+        }
+        self.congested |= written > 0;
+        self.chunks.push_back((Chunk::Shared(frame), 1));
+        self.trim()
+    }
+
+    /// The socket has refused bytes of a frame that is about to be pushed.
+    pub fn congest(&mut self) {
+        self.congested = true;
+    }
+
+    /// Drops the oldest frames beyond what the policy keeps; never one that is partly written.
+    fn trim(&mut self) -> u64 {
+        let most = match self.keep {
+            Keep::All => return 0,
+            Keep::Latest => 1,
+            Keep::Last { count } => count as usize,
+        };
+        if !self.congested {
+            return 0;
+        }
+        let first = usize::from(self.written > 0);
+        let mut dropped = 0;
+        while self.chunks.len() > first + most {
+            if let Some((chunk, frames)) = self.chunks.remove(first) {
+                self.bytes -= chunk.bytes().len();
+                dropped += u64::from(frames);
+            }
+        }
+        dropped
+    }
+
+    /// Gives bytes to `write` until all are written or it would block. Returns how many frames were
+    /// dropped because it blocked, or `write`'s error.
+    pub fn drain(&mut self, mut write: impl FnMut(&[u8]) -> io::Result<usize>) -> io::Result<u64> {
+        while let Some((chunk, _)) = self.chunks.front() {
+            let bytes = chunk.bytes();
+            match write(&bytes[self.written..]) {
+                Ok(len) => {
+                    self.written += len;
+                    self.bytes -= len;
+                    if self.written == bytes.len() {
+                        self.written = 0;
+                        if let Some((Chunk::Own(own), _)) = self.chunks.pop_front() {
+                            self.spare = own;
+                        }
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    self.congested = true;
+                    self.split();
+                    return Ok(self.trim());
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        self.congested = false;
+        Ok(0)
+    }
+
+    /// Makes every chunk a single frame, so that single frames can be dropped.
+    fn split(&mut self) {
+        if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames == 1) {
+            return;
+        }
+        let (mut written, mut partial) = (self.written, 0);
+        let mut chunks = VecDeque::new();
+        for (chunk, frames) in self.chunks.drain(..) {
+            if frames == 1 {
+                if std::mem::take(&mut written) > 0 {
+                    partial = self.written;
+                }
+                chunks.push_back((chunk, 1));
+                continue;
+            }
+            let mut rest = chunk.bytes();
+            while let Some(len) = frame_len(rest).filter(|len| *len <= rest.len()) {
+                let (frame, after) = rest.split_at(len);
+                if written >= len {
+                    written -= len;
+                } else {
+                    if written > 0 {
+                        partial = std::mem::take(&mut written);
+                    }
+                    chunks.push_back((Chunk::Own(frame.to_vec()), 1));
+                }
+                rest = after;
+            }
+        }
+        (self.chunks, self.written) = (chunks, partial);
+    }
+}
+
+fn frame_len(bytes: &[u8]) -> Option<usize> {
+    let len = bytes.first_chunk::<4>()?;
+    Some(PREFIX_LEN + u32::from_le_bytes(*len) as usize)
+}

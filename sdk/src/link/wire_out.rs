@@ -1,0 +1,276 @@
+//! The publisher's end of one link, and how a large message is written to several of them without
+//! being copied first.
+
+use std::io;
+use std::net::{Shutdown, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use armor_wire::bincode;
+use armor_wire::bincode::enc::write::Writer;
+use armor_wire::control::LinkStatus;
+use armor_wire::frame::{FLAG_FRESH, FrameKind, FrameReader};
+use armor_wire::keep::Keep;
+use armor_wire::liveness::Liveness;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::{SendFlags, send};
+
+use super::queue::{GATHER_LEN, Queue};
+
+/// How long a sender helps a large frame along while the subscriber keeps taking it. A subscriber
+/// that takes nothing costs this once; what it has not taken then waits in its queue.
+const PATIENCE: Duration = Duration::from_micros(250);
+
+/// The publisher's end of a link.
+pub(crate) struct LinkOut {
+    pub stream: Arc<TcpStream>,
+    pub to: String,
+    pub keep: Keep,
+    pub queue: Queue,
+    pub reader: FrameReader,
+    pub liveness: Liveness,
+    pub paused: bool,
+    /// The next frame does not follow the one before it, and that is meant.
+    pub fresh: bool,
+    /// The call of user code in which this link was last written to; later data of the same call
+    /// are gathered.
+    pub last_call: u64,
+    pub sent: u64,
+    pub dropped: u64,
+    /// Sequence of the last data given to this link.
+    pub last_sequence: Option<u64>,
+    pub broken: bool,
+}
+
+/// What became of one frame on one link.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Offered {
+    Sent,
+    /// It waits; `true` if the service thread must be told to watch the socket.
+    Queued(bool),
+    Gathered,
+    Skipped,
+}
+
+impl LinkOut {
+    /// Writes what is there without waiting. A failure breaks the link.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
+        match send(&*self.stream, bytes, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+            Ok(len) => len,
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
+            Err(_) => {
+                self.break_off();
+                0
+            }
+        }
+    }
+
+    pub fn break_off(&mut self) {
+        self.broken = true;
+        let _ = self.stream.shutdown(Shutdown::Both);
+    }
+
+    /// Sends, gathers or queues a small frame.
+    pub fn offer(&mut self, frame: &mut [u8], call: u64) -> Offered {
+        if self.paused || self.broken {
+            return Offered::Skipped;
+        }
+        self.sent += 1;
+        if std::mem::take(&mut self.fresh) {
+            frame[5] |= FLAG_FRESH;
+            let offered = self.offer_marked(frame, call);
+            frame[5] &= !FLAG_FRESH;
+            return offered;
+        }
+        self.offer_marked(frame, call)
+    }
+
+    fn offer_marked(&mut self, frame: &[u8], call: u64) -> Offered {
+        if !self.queue.is_empty() {
+            self.dropped += self.queue.push(frame);
+            if self.queue.is_congested() || self.queue.len() < GATHER_LEN {
+                return if self.queue.is_congested() {
+                    Offered::Queued(false)
+                } else {
+                    Offered::Gathered
+                };
+            }
+            return if self.drain() { Offered::Sent } else { Offered::Queued(true) };
+        }
+        if call != 0 && self.last_call == call {
+            self.dropped += self.queue.push(frame);
+            return Offered::Gathered;
+        }
+        self.last_call = call;
+        let written = self.write(frame);
+        if written == frame.len() || self.broken {
+            return Offered::Sent;
+        }
+        self.queue.congest();
+        self.dropped += self.queue.push_shared(Arc::new(frame.to_vec()), written);
+        Offered::Queued(true)
+    }
+
+    /// Writes what waits; whether all of it is out.
+    pub fn drain(&mut self) -> bool {
+        let stream = Arc::clone(&self.stream);
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        match self.queue.drain(|bytes| Ok(send(&*stream, bytes, flags)?)) {
+            Ok(dropped) => self.dropped += dropped,
+            Err(_) => self.break_off(),
+        }
+        self.queue.is_empty()
+    }
+
+    pub fn status(&self) -> LinkStatus {
+        LinkStatus {
+            to: self.to.clone(),
+            keep: self.keep.to_string(),
+            sent: self.sent - self.dropped,
+            dropped: self.dropped,
+            queued: self.queue.frames() as u64,
+            paused: self.paused,
+        }
+    }
+
+    /// Takes in what the subscriber says. Whether it has just resumed.
+    pub fn listen(&mut self, now: Duration) -> bool {
+        let mut resumed = false;
+        match rustix::net::recv(
+            &*self.stream,
+            self.reader.space(),
+            rustix::net::RecvFlags::DONTWAIT,
+        ) {
+            Ok((0, _)) => self.break_off(),
+            Ok((len, _)) => {
+                self.reader.filled(len);
+                self.liveness.heard(now);
+            }
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => return false,
+            Err(_) => self.break_off(),
+        }
+        loop {
+            match self.reader.next_frame().map(|frame| frame.map(|frame| frame.kind)) {
+                Ok(None) => return resumed,
+                Ok(Some(FrameKind::Beat)) => {}
+                Ok(Some(FrameKind::Pause)) => self.paused = true,
+                Ok(Some(FrameKind::Resume)) => {
+                    resumed |= self.paused;
+                    self.fresh |= self.paused;
+                    self.paused = false;
+                }
+                Ok(Some(_)) | Err(_) => {
+                    tracing::warn!(
+                        "`{}` sends what a subscriber does not send; link closed",
+                        self.to
+                    );
+                    self.break_off();
+                    return false;
+                }
+            }
+        }
+    }
+}
+
+/// Writes one large frame to several links at once, piece by piece as it is encoded: bulk arrays go
+/// from the message to the socket without a copy in between.
+pub(crate) struct Stream<'a> {
+    links: Vec<(&'a mut LinkOut, usize)>,
+    small: Vec<u8>,
+    /// Bytes of the frame that were handed to the links so far.
+    total: usize,
+}
+
+/// Pieces from this size on are not copied together.
+const BULK_LEN: usize = 4 << 10;
+
+impl<'a> Stream<'a> {
+    /// Begins a frame with `header`.
+    pub fn new(links: Vec<&'a mut LinkOut>, header: &[u8]) -> Self {
+        let links = links.into_iter().map(|link| (link, 0)).collect();
+        Self { links, small: header.to_vec(), total: 0 }
+    }
+
+    /// Writes the rest. Returns the links that could not take the whole frame, with how much they
+    /// have taken.
+    pub fn finish(mut self) -> Vec<(&'a mut LinkOut, usize)> {
+        self.hand_over(&[]);
+        let total = self.total;
+        self.links.retain(|(link, written)| *written < total && !link.broken);
+        self.links
+    }
+
+    /// Gives the copied-together bytes and then `bulk` to every link that has kept up so far.
+    fn hand_over(&mut self, bulk: &[u8]) {
+        let start = self.total;
+        let small = std::mem::take(&mut self.small);
+        self.total += small.len() + bulk.len();
+        let total = self.total;
+        let mut last_progress = None;
+        loop {
+            let mut progress = false;
+            let mut waiting = Vec::new();
+            for (link, written) in &mut self.links {
+                // A link that fell behind in an earlier piece gets the frame from its queue.
+                if *written < start || *written == total || link.broken {
+                    continue;
+                }
+                while *written < total {
+                    let len = send_pieces(link, &small, bulk, *written - start);
+                    if len == 0 {
+                        break;
+                    }
+                    *written += len;
+                    progress = true;
+                }
+                if *written < total && !link.broken {
+                    waiting.push(Arc::clone(&link.stream));
+                }
+            }
+            let now = Instant::now();
+            let since = *last_progress.get_or_insert(now);
+            if progress {
+                last_progress = Some(now);
+            }
+            if waiting.is_empty() || (!progress && now.duration_since(since) >= PATIENCE) {
+                break;
+            }
+            let mut fds: Vec<_> =
+                waiting.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
+            let patience = Timespec { tv_sec: 0, tv_nsec: i64::from(PATIENCE.subsec_nanos()) };
+            let _ = poll(&mut fds, Some(&patience));
+        }
+        self.small = small;
+        self.small.clear();
+    }
+}
+
+fn send_pieces(link: &mut LinkOut, small: &[u8], bulk: &[u8], from: usize) -> usize {
+    if from >= small.len() {
+        return link.write(&bulk[from - small.len()..]);
+    }
+    let pieces = [io::IoSlice::new(&small[from..]), io::IoSlice::new(bulk)];
+    let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+    match rustix::net::sendmsg(&*link.stream, &pieces, &mut Default::default(), flags) {
+        Ok(len) => len,
+        Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
+        Err(_) => {
+            link.break_off();
+            0
+        }
+    }
+}
+
+impl Writer for Stream<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        if bytes.len() < BULK_LEN {
+            self.small.extend_from_slice(bytes);
+            if self.small.len() >= GATHER_LEN {
+                self.hand_over(&[]);
+            }
+        } else {
+            self.hand_over(bytes);
+        }
+        Ok(())
+    }
+}

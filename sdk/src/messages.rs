@@ -1,0 +1,21 @@
+//! The standard messages, named and laid out as in ROS's `geometry_msgs`, `nav_msgs` and
+//! `sensor_msgs`; units and axes by REP-103, frames by REP-105.
+//!
+//! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix epoch)
+//! and `frame` (the frame's name).
+
+mod geometry;
+mod navigation;
+mod sensing;
+mod standard;
+
+pub use geometry::{
+    Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
+    Twist, TwistWithCovariance, Vector3,
+};
+pub use navigation::{MapMetaData, OccupancyGrid, Odometry, Path};
+pub use sensing::{
+    BatteryState, CompressedImage, Image, Imu, LaserScan, NavSatFix, NavSatService, NavSatStatus,
+    PowerSupplyStatus,
+};
+pub use standard::{Count, Flag, Log, Number, Text};

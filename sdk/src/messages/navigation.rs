@@ -1,0 +1,81 @@
+//! Maps, paths and odometry (`nav_msgs`).
+
+use armor_wire::{Array, Message};
+
+use super::geometry::{Pose, Pose2D, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance};
+
+/// How a map lies in its frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct MapMetaData {
+    /// System time in seconds when the map was made.
+    #[message(unit = "s")]
+    pub map_load_time: f64,
+    /// Side of a cell in metres.
+    #[message(unit = "m")]
+    pub resolution: f32,
+    /// Cells along x.
+    pub width: u32,
+    /// Cells along y.
+    pub height: u32,
+    /// Pose of the corner of cell (0, 0) in the map's frame.
+    pub origin: Pose,
+}
+
+/// Which parts of the plane are occupied.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct OccupancyGrid {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the map.
+    pub frame: String,
+    /// How it lies there.
+    pub info: MapMetaData,
+    /// Row-major from the origin, x first: -1 unknown, 0 free … 100 occupied.
+    pub data: Array<i8>,
+}
+
+/// Poses to follow, in order.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Path {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the path.
+    pub frame: String,
+    /// The poses.
+    pub poses: Vec<PoseStamped>,
+}
+
+/// Where the robot has got to and how fast it is, as its own motion tells.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Odometry {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame the pose is in, usually `odom`.
+    pub frame: String,
+    /// Frame the velocity is in and whose pose it is, usually `base_link`.
+    pub child_frame: String,
+    /// Pose of the child frame.
+    pub pose: PoseWithCovariance,
+    /// Velocity of the child frame, in the child frame.
+    pub twist: TwistWithCovariance,
+}
+
+impl Odometry {
+    /// Odometry on the plane, with unknown covariances (all zero).
+    pub fn planar(stamp: f64, frame: &str, child_frame: &str, pose: Pose2D, twist: Twist) -> Self {
+        Self {
+            stamp,
+            frame: frame.into(),
+            child_frame: child_frame.into(),
+            pose: PoseWithCovariance { pose: Pose::planar(pose), ..Default::default() },
+            twist: TwistWithCovariance { twist, ..Default::default() },
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! What sensors give (`sensor_msgs`).
+
+use armor_wire::{Array, Message};
+
+use super::geometry::{Quaternion, Vector3};
+
+/// One sweep of a planar laser range-finder.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct LaserScan {
+    /// System time in seconds of the first ray.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the laser; angles are about its z axis, 0 along x, counter-clockwise.
+    pub frame: String,
+    /// Angle of the first ray.
+    #[message(unit = "rad")]
+    pub angle_min: f32,
+    /// Angle of the last ray.
+    #[message(unit = "rad")]
+    pub angle_max: f32,
+    /// Angle from one ray to the next.
+    #[message(unit = "rad")]
+    pub angle_increment: f32,
+    /// Time from one ray to the next.
+    #[message(unit = "s")]
+    pub time_increment: f32,
+    /// Time from one sweep to the next.
+    #[message(unit = "s")]
+    pub scan_time: f32,
+    /// Shortest range that can be measured.
+    #[message(unit = "m")]
+    pub range_min: f32,
+    /// Longest range that can be measured.
+    #[message(unit = "m")]
+    pub range_max: f32,
+    /// Strength of the return of each ray; empty if not measured.
+    pub intensities: Array<f32>,
+    /// Range of each ray; outside of `range_min..=range_max` or not finite: nothing seen.
+    #[message(unit = "m")]
+    pub ranges: Array<f32>,
+}
+
+/// An uncompressed image.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Image {
+    /// System time in seconds of the exposure.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Optical frame of the camera: z ahead, x right, y down.
+    pub frame: String,
+    /// Rows.
+    pub height: u32,
+    /// Columns.
+    pub width: u32,
+    /// Layout of a pixel: `rgb8`, `bgr8`, `mono8`, `mono16`, …
+    pub encoding: String,
+    /// 1 if pixels of more than one byte are big-endian.
+    pub is_bigendian: u8,
+    /// Length of a row in bytes.
+    #[message(unit = "B")]
+    pub step: u32,
+    /// The rows, top first.
+    pub data: Array<u8>,
+}
+
+/// A compressed image.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct CompressedImage {
+    /// System time in seconds of the exposure.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Optical frame of the camera.
+    pub frame: String,
+    /// `jpeg` or `png`.
+    pub format: String,
+    /// The file.
+    pub data: Array<u8>,
+}
+
+/// What an inertial measurement unit gives.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Imu {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the unit.
+    pub frame: String,
+    /// Its orientation in the world; the covariance's first element is -1 if it has none.
+    pub orientation: Quaternion,
+    /// Row-major 3x3 about x, y, z.
+    pub orientation_covariance: [f64; 9],
+    /// How fast it turns.
+    #[message(unit = "rad/s")]
+    pub angular_velocity: Vector3,
+    /// Row-major 3x3 about x, y, z.
+    pub angular_velocity_covariance: [f64; 9],
+    /// How it accelerates, gravity included.
+    #[message(unit = "m/s2")]
+    pub linear_acceleration: Vector3,
+    /// Row-major 3x3 along x, y, z.
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
+impl Default for Imu {
+    fn default() -> Self {
+        Self {
+            stamp: 0.0,
+            frame: String::new(),
+            orientation: Quaternion::default(),
+            orientation_covariance: [0.0; 9],
+            angular_velocity: Vector3::default(),
+            angular_velocity_covariance: [0.0; 9],
+            linear_acceleration: Vector3::default(),
+            linear_acceleration_covariance: [0.0; 9],
+        }
+    }
+}
+
+/// Kind of a satellite fix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum NavSatStatus {
+    /// No position.
+    #[default]
+    NoFix,
+    /// An unaugmented position.
+    Fix,
+    /// With satellite-based augmentation.
+    SbasFix,
+    /// With ground-based augmentation.
+    GbasFix,
+}
+
+/// Satellite systems used; the numbers are `sensor_msgs/NavSatStatus`' bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct NavSatService {
+    /// 1 GPS, 2 GLONASS, 4 Compass, 8 Galileo, added up.
+    pub bits: u16,
+}
+
+/// A position from satellites, WGS 84.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct NavSatFix {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the antenna.
+    pub frame: String,
+    /// Kind of the fix.
+    pub status: NavSatStatus,
+    /// Systems used.
+    pub service: NavSatService,
+    /// Degrees, north positive.
+    #[message(unit = "deg")]
+    pub latitude: f64,
+    /// Degrees, east positive.
+    #[message(unit = "deg")]
+    pub longitude: f64,
+    /// Metres above the ellipsoid; NaN if unknown.
+    #[message(unit = "m")]
+    pub altitude: f64,
+    /// Row-major 3x3 over east, north, up, in m².
+    pub position_covariance: [f64; 9],
+    /// 0 unknown, 1 approximated, 2 diagonal known, 3 known.
+    pub position_covariance_type: u8,
+}
+
+/// What the power supply is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum PowerSupplyStatus {
+    /// Not known.
+    #[default]
+    Unknown,
+    /// It is being charged.
+    Charging,
+    /// It is being used.
+    Discharging,
+    /// It is neither charged nor used.
+    NotCharging,
+    /// It is full.
+    Full,
+}
+
+/// State of a battery. A number that is not measured is NaN.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct BatteryState {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame, or place, of the battery.
+    pub frame: String,
+    /// Voltage.
+    #[message(unit = "V")]
+    pub voltage: f32,
+    /// Temperature.
+    #[message(unit = "degC")]
+    pub temperature: f32,
+    /// Current; negative when discharging.
+    #[message(unit = "A")]
+    pub current: f32,
+    /// Charge it holds now.
+    #[message(unit = "Ah")]
+    pub charge: f32,
+    /// Charge it held when last full.
+    #[message(unit = "Ah")]
+    pub capacity: f32,
+    /// Charge it was made for.
+    #[message(unit = "Ah")]
+    pub design_capacity: f32,
+    /// 0..=1.
+    pub percentage: f32,
+    /// What it is doing.
+    pub power_supply_status: PowerSupplyStatus,
+    /// Whether there is one.
+    pub present: bool,
+}

@@ -1,0 +1,343 @@
+//! The running component: its code, guarded so that only one thread is ever in it, and the loop that
+//! ticks it and changes its state.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+
+use armor_wire::control::{ReportKind, RunState};
+use armor_wire::frame::DataHeader;
+
+use crate::component::{Call, Component, Data, Fault, Header, Outcome};
+use crate::link::Input;
+use crate::parameter::Value;
+use crate::shared::{Shared, Wanted};
+
+/// How often a component without a rate and without a connected input is called.
+const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
+
+/// A component without its type.
+pub(crate) trait UserCode: Send {
+    fn parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault>;
+    fn data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault>;
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault>;
+}
+
+impl<C: Component> UserCode for C {
+    fn parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        self.parameter_received(name, value)
+    }
+    fn data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        self.data_received(header, data)
+    }
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        Component::exec(self, call)
+    }
+}
+
+/// The component and what only the thread inside it may touch.
+pub(crate) struct Core {
+    user: Box<dyn UserCode>,
+    shared: Arc<Shared>,
+    inputs: Vec<(Arc<Input>, String)>,
+    state: RunState,
+    activation: u64,
+    /// `exec` follows each data.
+    on_data: bool,
+}
+
+/// Holds the component; releasing it may find more to do, see [`Runtime::after_release`].
+pub(crate) struct Guard<'a>(MutexGuard<'a, Core>);
+
+impl Guard<'_> {
+    /// Hands data to the component, if it is active.
+    pub fn data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+        self.0.data(index, header, lost, payload);
+    }
+}
+
+/// A component at work.
+pub(crate) struct Runtime {
+    pub shared: Arc<Shared>,
+    core: Mutex<Core>,
+    inputs: Vec<Arc<Input>>,
+    /// Somebody has put data into an inbox that may not have been seen yet.
+    backlog: AtomicUsize,
+    /// The main loop wants the component next.
+    main_waits: AtomicBool,
+    period: Option<Duration>,
+}
+
+impl Runtime {
+    pub fn new(user: Box<dyn UserCode>, shared: Arc<Shared>, rate_hz: Option<f64>) -> Self {
+        let inputs = shared.inputs();
+        let named: Vec<_> = inputs
+            .iter()
+            .map(|input| (Arc::clone(input), input.data().unwrap_or_default()))
+            .collect();
+        let fed = named.iter().any(|(_, data)| !data.is_empty());
+        let period = match rate_hz {
+            Some(rate_hz) => Some(Duration::from_secs_f64(1.0 / rate_hz)),
+            None if fed => None,
+            None => Some(DEFAULT_PERIOD),
+        };
+        let core = Core {
+            user,
+            shared: Arc::clone(&shared),
+            inputs: named,
+            state: RunState::Starting,
+            activation: 0,
+            on_data: period.is_none(),
+        };
+        Self {
+            shared,
+            core: Mutex::new(core),
+            inputs,
+            backlog: AtomicUsize::new(0),
+            main_waits: AtomicBool::new(false),
+            period,
+        }
+    }
+
+    /// Enters the component if nobody is in it.
+    pub fn try_enter(&self) -> Option<Guard<'_>> {
+        if self.main_waits() {
+            return None;
+        }
+        match self.core.try_lock() {
+            Ok(core) => Some(Guard(core)),
+            Err(TryLockError::Poisoned(poisoned)) => Some(Guard(poisoned.into_inner())),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+
+    pub fn main_waits(&self) -> bool {
+        self.main_waits.load(Ordering::Relaxed)
+    }
+
+    /// Called after putting data into an inbox: whoever is or was in the component will see it.
+    pub fn backlog_grew(&self) {
+        self.backlog.fetch_add(1, Ordering::SeqCst);
+        self.after_release();
+    }
+
+    /// Called after leaving the component: takes care of what arrived while its lock was held.
+    ///
+    /// The adder adds, then tries the lock; the holder unlocks, then looks at the count. Whichever
+    /// comes last sees the other's step, so nothing is left lying.
+    pub fn after_release(&self) {
+        loop {
+            fence(Ordering::SeqCst);
+            if self.backlog.load(Ordering::SeqCst) == 0 || self.main_waits() {
+                return;
+            }
+            let Some(mut guard) = self.try_enter() else { return };
+            self.drain(&mut guard.0);
+        }
+    }
+
+    fn drain(&self, core: &mut Core) {
+        self.backlog.store(0, Ordering::SeqCst);
+        for (index, input) in self.inputs.iter().enumerate() {
+            input.drain(|item| core.data(index, item.header, item.lost, &item.bytes));
+        }
+    }
+
+    /// Wakes the main loop.
+    pub fn nudge(&self) {
+        self.shared.wake_main();
+    }
+
+    /// Runs the component until it is told to end. Returns whether its code has panicked.
+    pub fn run(&self) -> bool {
+        self.shared.set_main(std::thread::current());
+        let mut next_tick = Instant::now();
+        let mut initial = Some(self.shared.starts_active());
+        loop {
+            self.main_waits.store(true, Ordering::SeqCst);
+            let mut core = self.core.lock().unwrap_or_else(PoisonError::into_inner);
+            self.main_waits.store(false, Ordering::SeqCst);
+            core.parameters();
+            if let Some(active) = initial.take() {
+                if active {
+                    core.activate(0, &self.inputs);
+                } else {
+                    core.enter_state(RunState::Frozen, &self.inputs);
+                }
+                next_tick = Instant::now();
+            }
+            let was_active = core.state == RunState::Active;
+            self.obey(&mut core);
+            if core.state == RunState::Active && !was_active {
+                next_tick = Instant::now();
+            }
+            self.drain(&mut core);
+            let mut wait = Duration::from_millis(500);
+            if core.state == RunState::Active
+                && let Some(period) = self.period
+            {
+                let now = Instant::now();
+                if now >= next_tick {
+                    core.exec(Call::Tick);
+                    // A late tick is not made up for: the next one keeps the beat.
+                    let behind = now.duration_since(next_tick);
+                    next_tick += period;
+                    if behind > period {
+                        next_tick = now + period;
+                    }
+                }
+                wait = next_tick.saturating_duration_since(Instant::now()).min(wait);
+            }
+            let (crashed, ending) = (self.shared.has_crashed(), self.shared.is_ending());
+            if crashed || ending {
+                if ending && !crashed {
+                    core.stop();
+                }
+                return crashed;
+            }
+            drop(core);
+            self.after_release();
+            if !wait.is_zero() && !self.shared.has_orders() {
+                std::thread::park_timeout(wait);
+            }
+        }
+    }
+
+    fn obey(&self, core: &mut Core) {
+        while let Some(wanted) = self.shared.take_wanted() {
+            match wanted {
+                Wanted::Activate(activation) => core.activate(activation, &self.inputs),
+                Wanted::Freeze(activation) => {
+                    core.stop();
+                    core.activation = activation.max(core.activation);
+                    core.enter_state(RunState::Frozen, &self.inputs);
+                }
+            }
+        }
+    }
+}
+
+impl Core {
+    fn data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+        if self.shared.has_parameters() {
+            self.parameters();
+        }
+        if self.state != RunState::Active {
+            return;
+        }
+        let (input, name) = &self.inputs[index];
+        let header = Header {
+            id: &input.id,
+            data: name,
+            sequence: header.sequence,
+            stamp_s: header.stamp_s,
+            instance: header.instance,
+            lost,
+        };
+        let user = &mut self.user;
+        let on_data = self.on_data;
+        let shared = &self.shared;
+        let result = call(shared, || {
+            user.data(&header, &Data { bytes: payload })?;
+            if on_data {
+                shared.counted_exec(|| user.exec(Call::Data))
+            } else {
+                Ok(Outcome::CarryOn)
+            }
+        });
+        self.conclude(result);
+    }
+
+    fn parameters(&mut self) {
+        while let Some((name, value)) = self.shared.take_parameter() {
+            let user = &mut self.user;
+            let result = call(&self.shared, || {
+                user.parameter(&name, &value)
+                    .map(|()| Outcome::CarryOn)
+                    .map_err(|fault| format!("parameter `{name}`: {fault}").into())
+            });
+            self.conclude(result);
+        }
+    }
+
+    fn exec(&mut self, why: Call) {
+        let user = &mut self.user;
+        let shared = &self.shared;
+        let result = call(shared, || shared.counted_exec(|| user.exec(why)));
+        if why == Call::Stopping {
+            // Its activation is over: nothing it returns can matter any more, except a failure.
+            if let Err(failure) = result {
+                self.shared.failed(&failure);
+            }
+        } else {
+            self.conclude(result);
+        }
+    }
+
+    fn activate(&mut self, activation: u64, inputs: &[Arc<Input>]) {
+        self.activation = activation;
+        let running = self.state == RunState::Active;
+        self.enter_state(RunState::Active, inputs);
+        if !running {
+            self.exec(Call::Started);
+        }
+    }
+
+    /// The last call before the component is frozen or ended.
+    fn stop(&mut self) {
+        if matches!(self.state, RunState::Active | RunState::Done | RunState::Failed) {
+            self.exec(Call::Stopping);
+        }
+    }
+
+    fn enter_state(&mut self, state: RunState, inputs: &[Arc<Input>]) {
+        let was_active = self.state == RunState::Active;
+        self.state = state;
+        self.shared.publish_state(state, self.activation);
+        if was_active != (state == RunState::Active) {
+            for input in inputs {
+                input.pause(state != RunState::Active);
+            }
+        }
+    }
+
+    fn conclude(&mut self, result: Result<Outcome, String>) {
+        let (state, report) = match result {
+            Ok(Outcome::CarryOn) => return,
+            Ok(Outcome::Event { name, value }) => {
+                self.shared.report(self.activation, ReportKind::Event { name, value });
+                return;
+            }
+            Ok(Outcome::Done) => (RunState::Done, ReportKind::Done),
+            Ok(Outcome::Failed(reason)) => (RunState::Failed, ReportKind::Failed { reason }),
+            Err(reason) => {
+                self.shared.failed(&reason);
+                (RunState::Failed, ReportKind::Failed { reason })
+            }
+        };
+        tracing::info!("reports {report:?}");
+        self.shared.report(self.activation, report);
+        let inputs: Vec<_> = self.inputs.iter().map(|(input, _)| Arc::clone(input)).collect();
+        self.enter_state(state, &inputs);
+    }
+}
+
+/// Runs user code; a panic in it becomes an error, and the process ends after reporting it.
+fn call(shared: &Shared, run: impl FnOnce() -> Result<Outcome, Fault>) -> Result<Outcome, String> {
+    let in_call = shared.begin_call();
+    let result = catch_unwind(AssertUnwindSafe(run));
+    drop(in_call);
+    match result {
+        Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
+        Err(panic) => {
+            let text = panic
+                .downcast_ref::<&str>()
+                .map(|text| (*text).to_owned())
+                .or_else(|| panic.downcast_ref::<String>().cloned())
+                .unwrap_or_default();
+            shared.set_crashed();
+            Err(format!("panicked: {text}"))
+        }
+    }
+}

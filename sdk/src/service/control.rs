@@ -1,0 +1,240 @@
+//! Control connections: the executive's orders, the launcher's, and observers' questions.
+
+use std::net::TcpStream;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use armor_wire::codec;
+use armor_wire::control::{Answer, Command, ReportKind, Role, RunState};
+use armor_wire::frame::{self, FrameKind, FrameReader};
+use armor_wire::liveness::{BEAT, Liveness};
+use rustix::event::PollFd;
+use rustix::net::{RecvFlags, SendFlags, recv, send};
+
+use super::handshake::Admitted;
+use crate::shared::{Shared, Wanted};
+
+/// Most control connections: the executive, the launcher, and plenty of observers.
+const MAX_CONNECTIONS: usize = 64;
+/// Unsent bytes after which an observer that does not read is cut off.
+const MAX_UNSENT_LEN: usize = 4 << 20;
+
+struct Connection {
+    stream: TcpStream,
+    reader: FrameReader,
+    role: Role,
+    from: String,
+    liveness: Liveness,
+    unsent: Vec<u8>,
+    /// Reports up to this number were sent on this connection.
+    reported: u64,
+    broken: bool,
+}
+
+pub(super) struct ControlServer {
+    shared: Arc<Shared>,
+    connections: Vec<Connection>,
+    told: (RunState, u64),
+    last_beat: Instant,
+    /// The call that ran at the last beat, and since when it has been seen running.
+    call: Option<(u64, Instant)>,
+}
+
+impl ControlServer {
+    pub fn new(shared: Arc<Shared>) -> Self {
+        let told = shared.state();
+        Self { shared, connections: Vec::new(), told, last_beat: Instant::now(), call: None }
+    }
+
+    pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
+        fds.extend(
+            self.connections.iter().map(|c| super::watched(&c.stream, !c.unsent.is_empty())),
+        );
+    }
+
+    pub fn add(&mut self, admitted: Admitted) {
+        if self.connections.len() >= MAX_CONNECTIONS {
+            tracing::warn!(
+                "`{}` is refused: {MAX_CONNECTIONS} control connections are open",
+                admitted.from
+            );
+            return;
+        }
+        let Admitted { stream, reader, role, from } = admitted;
+        if role == Role::Executive {
+            // Only one commands; the newest is the one that lives.
+            self.connections.retain(|connection| connection.role != Role::Executive);
+        }
+        let liveness = Liveness::new(self.shared.clock.monotonic());
+        let mut connection = Connection {
+            stream,
+            reader,
+            role,
+            from,
+            liveness,
+            unsent: Vec::new(),
+            reported: 0,
+            broken: false,
+        };
+        connection.queue(&self.state_answer(self.shared.state()));
+        self.connections.push(connection);
+    }
+
+    fn state_answer(&self, (state, activation): (RunState, u64)) -> Answer {
+        Answer::State { state, activation, controllable: self.shared.is_controllable() }
+    }
+
+    pub fn serve(&mut self) {
+        let now = self.shared.clock.monotonic();
+        for index in 0..self.connections.len() {
+            for command in self.connections[index].listen(now) {
+                self.obey(index, command);
+            }
+        }
+        self.send_reports();
+        let state = self.shared.state();
+        if state != self.told {
+            self.told = state;
+            let answer = self.state_answer(state);
+            self.tell_all(&answer);
+        }
+        self.beat();
+        for connection in &mut self.connections {
+            connection.flush();
+            connection.broken |= connection.liveness.is_silent(now);
+        }
+        self.connections.retain(|connection| !connection.broken);
+    }
+
+    fn obey(&mut self, index: usize, command: Command) {
+        let connection = &mut self.connections[index];
+        match (command, connection.role) {
+            (Command::Activate { activation }, Role::Executive) => {
+                if self.shared.is_controllable() {
+                    self.shared.order(Wanted::Activate(activation));
+                } else {
+                    self.confirm(index);
+                }
+            }
+            (Command::Freeze { activation }, Role::Executive) => {
+                if self.shared.is_controllable() {
+                    self.shared.order(Wanted::Freeze(activation));
+                } else {
+                    self.confirm(index);
+                }
+            }
+            (Command::Terminate, Role::Executive | Role::Launcher) => self.shared.end(),
+            (Command::Acknowledge { report }, Role::Executive) => {
+                self.shared.reports().waiting.retain(|waiting| waiting.number > report);
+            }
+            (Command::Status { request }, _) => {
+                let status = self.shared.status();
+                connection.queue(&Answer::Status { request, status });
+            }
+            (Command::Beat, _) => {}
+            (command, role) => {
+                tracing::warn!("`{}`, an {role:?}, may not order {command:?}", connection.from);
+                connection.broken = true;
+            }
+        }
+    }
+
+    fn confirm(&mut self, index: usize) {
+        let answer = self.state_answer(self.shared.state());
+        self.connections[index].queue(&answer);
+    }
+
+    /// Reports go before the state they led to, so that `done` is known when `Done` is seen.
+    fn send_reports(&mut self) {
+        let Some(executive) = self.connections.iter_mut().find(|c| c.role == Role::Executive)
+        else {
+            return;
+        };
+        let waiting: Vec<_> = self
+            .shared
+            .reports()
+            .waiting
+            .iter()
+            .filter(|report| report.number > executive.reported)
+            .cloned()
+            .collect();
+        for report in waiting {
+            executive.reported = report.number;
+            let outcome: ReportKind = report.outcome;
+            let activation = report.activation;
+            executive.queue(&Answer::Report { report: report.number, activation, outcome });
+        }
+    }
+
+    fn beat(&mut self) {
+        if self.last_beat.elapsed() < BEAT {
+            return;
+        }
+        self.last_beat = Instant::now();
+        self.call = match (self.shared.running_call(), self.call) {
+            (Some(now), Some((before, since))) if now == before => Some((before, since)),
+            (Some(now), _) => Some((now, Instant::now())),
+            (None, _) => None,
+        };
+        let call_s = self.call.map_or(0.0, |(_, since)| since.elapsed().as_secs_f64());
+        self.tell_all(&Answer::Beat { call_s });
+    }
+
+    fn tell_all(&mut self, answer: &Answer) {
+        for connection in &mut self.connections {
+            connection.queue(answer);
+        }
+    }
+}
+
+impl Connection {
+    fn queue(&mut self, answer: &Answer) {
+        if let Err(error) = frame::append(FrameKind::Control, answer, &mut self.unsent) {
+            tracing::error!("an answer to `{}` is too long: {error}", self.from);
+        }
+        self.broken |= self.unsent.len() > MAX_UNSENT_LEN;
+    }
+
+    fn flush(&mut self) {
+        while !self.unsent.is_empty() && !self.broken {
+            let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+            match send(&self.stream, &self.unsent, flags) {
+                Ok(len) => {
+                    self.unsent.drain(..len);
+                }
+                Err(rustix::io::Errno::AGAIN) => return,
+                Err(rustix::io::Errno::INTR) => {}
+                Err(_) => self.broken = true,
+            }
+        }
+    }
+
+    fn listen(&mut self, now: Duration) -> Vec<Command> {
+        let mut commands = Vec::new();
+        match recv(&self.stream, self.reader.space(), RecvFlags::DONTWAIT) {
+            Ok((0, _)) => self.broken = true,
+            Ok((len, _)) => {
+                self.reader.filled(len);
+                self.liveness.heard(now);
+            }
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => return commands,
+            Err(_) => self.broken = true,
+        }
+        loop {
+            let command = match self.reader.next_frame() {
+                Ok(None) => return commands,
+                Ok(Some(frame)) if frame.kind == FrameKind::Beat => continue,
+                Ok(Some(frame)) if frame.kind == FrameKind::Control => {
+                    codec::decode_control(frame.body).ok()
+                }
+                Ok(Some(_)) | Err(_) => None,
+            };
+            let Some(command) = command else {
+                tracing::warn!("`{}` does not speak the control protocol; closed", self.from);
+                self.broken = true;
+                return commands;
+            };
+            commands.push(command);
+        }
+    }
+}

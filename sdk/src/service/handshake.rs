@@ -1,0 +1,220 @@
+//! New connections, until it is known what they are for. A stranger gets two seconds, 64 KiB, and one
+//! line in the log.
+
+use std::io::Write;
+use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use armor_wire::codec::MAX_HELLO_LEN;
+use armor_wire::control::Role;
+use armor_wire::frame::{self, FrameKind, FrameReader};
+use armor_wire::hello::{
+    HandshakeError, Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome,
+};
+use armor_wire::keep::Keep;
+use armor_wire::liveness::Liveness;
+use rustix::event::PollFd;
+use rustix::net::{RecvFlags, recv};
+
+use crate::link::{LinkOut, Queue};
+use crate::shared::Shared;
+use crate::socket;
+
+/// How long a handshake may take.
+const LIMIT: Duration = Duration::from_secs(2);
+/// Most unfinished handshakes; a flood of strangers waits in the kernel's backlog instead.
+const MAX_PENDING: usize = 64;
+/// Most strangers whose faults are remembered, so that each is logged once.
+const MAX_LOGGED: usize = 128;
+
+struct Pending {
+    stream: TcpStream,
+    peer: SocketAddr,
+    reader: FrameReader,
+    since: Instant,
+}
+
+/// A control connection that has been welcomed.
+pub(super) struct Admitted {
+    pub stream: TcpStream,
+    pub reader: FrameReader,
+    pub role: Role,
+    pub from: String,
+}
+
+pub(super) struct Handshakes {
+    shared: Arc<Shared>,
+    pending: Vec<Pending>,
+    logged: Vec<(std::net::IpAddr, String)>,
+}
+
+enum Progress {
+    Wait,
+    Close(String),
+    Hello(Box<Hello>),
+    Refuse(Refusal),
+}
+
+impl Handshakes {
+    pub fn new(shared: Arc<Shared>) -> Self {
+        Self { shared, pending: Vec::new(), logged: Vec::new() }
+    }
+
+    pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
+        fds.extend(self.pending.iter().map(|pending| super::watched(&pending.stream, false)));
+    }
+
+    pub fn add(&mut self, stream: TcpStream, peer: SocketAddr) {
+        if self.pending.len() >= MAX_PENDING {
+            // The oldest has had its chance.
+            let oldest = self.pending.remove(0);
+            self.log(oldest.peer, "too many unfinished handshakes");
+        }
+        if stream.set_nonblocking(true).is_ok() {
+            let reader = FrameReader::with_limit(MAX_HELLO_LEN);
+            self.pending.push(Pending { stream, peer, reader, since: Instant::now() });
+        }
+    }
+
+    /// Reads what has arrived; links are added to their outputs, control connections returned.
+    pub fn serve(&mut self) -> Vec<Admitted> {
+        let mut admitted = Vec::new();
+        for mut pending in std::mem::take(&mut self.pending) {
+            match pending.progress() {
+                Progress::Wait => self.pending.push(pending),
+                Progress::Close(reason) => self.log(pending.peer, &reason),
+                Progress::Refuse(refusal) => self.refuse(pending, &refusal),
+                Progress::Hello(hello) => match self.admit(*hello, &pending) {
+                    Ok(Some((role, from))) => {
+                        let Pending { stream, mut reader, .. } = pending;
+                        reader.lift_limit();
+                        admitted.push(Admitted { stream, reader, role, from });
+                    }
+                    Ok(None) => {}
+                    Err(refusal) => self.refuse(pending, &refusal),
+                },
+            }
+        }
+        admitted
+    }
+
+    fn admit(&self, hello: Hello, pending: &Pending) -> Result<Option<(Role, String)>, Refusal> {
+        let stream = &pending.stream;
+        match hello.purpose {
+            Purpose::Link { link } => self.admit_link(&link, &hello.from, stream).map(|()| None),
+            Purpose::Control { role } => {
+                self.welcome(stream, String::new(), false)?;
+                Ok(Some((role, hello.from)))
+            }
+            Purpose::Registry { .. } | Purpose::Config => {
+                let text = format!(
+                    "this is the component `{}`, which serves links and control",
+                    self.shared.name
+                );
+                Err(Refusal::new(RefusalCode::WrongPurpose, text))
+            }
+        }
+    }
+
+    fn admit_link(
+        &self,
+        link: &LinkRequest,
+        from: &str,
+        stream: &TcpStream,
+    ) -> Result<(), Refusal> {
+        let ours = self.shared.instance;
+        if link.instance != 0 && link.instance != ours {
+            let text =
+                format!("this is `{}`, but not the process start that was meant", self.shared.name);
+            return Err(Refusal::new(RefusalCode::WrongInstance, text));
+        }
+        let outputs = self.shared.outputs();
+        let output =
+            outputs.iter().find(|output| output.entry.data == link.data).ok_or_else(|| {
+                let text =
+                    format!("component `{}` does not provide `{}`", self.shared.name, link.data);
+                Refusal::new(RefusalCode::UnknownData, text)
+            })?;
+        output.accepts(link, from)?;
+        self.welcome(stream, output.entry.schema.clone(), true)?;
+        let stream =
+            stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
+        let keep = if link.keep == (Keep::Last { count: 0 }) { Keep::Latest } else { link.keep };
+        output.add(LinkOut {
+            stream: Arc::new(stream),
+            to: from.into(),
+            keep,
+            queue: Queue::new(keep),
+            reader: FrameReader::new(),
+            liveness: Liveness::new(self.shared.clock.monotonic()),
+            paused: link.paused,
+            fresh: true,
+            last_call: 0,
+            sent: 0,
+            dropped: 0,
+            last_sequence: None,
+            broken: false,
+        });
+        Ok(())
+    }
+
+    fn welcome(
+        &self,
+        mut stream: &TcpStream,
+        schema: String,
+        buffers: bool,
+    ) -> Result<(), Refusal> {
+        let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
+        let welcome =
+            Welcome { name: self.shared.name.clone(), instance: self.shared.instance, schema };
+        let bytes =
+            frame::to_bytes(FrameKind::Welcome, &welcome).map_err(|e| failed(e.to_string()))?;
+        // A blocking socket from here on; every later write says for itself that it does not wait.
+        stream.set_nonblocking(false).map_err(|e| failed(e.to_string()))?;
+        socket::tune(stream, buffers).map_err(|e| failed(e.to_string()))?;
+        stream.write_all(&bytes).map_err(|e| failed(e.to_string()))
+    }
+
+    fn refuse(&mut self, pending: Pending, refusal: &Refusal) {
+        self.log(pending.peer, &refusal.text);
+        if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, refusal) {
+            let _ = (&pending.stream).write(&bytes);
+        }
+    }
+
+    fn log(&mut self, peer: SocketAddr, fault: &str) {
+        let known = self.logged.iter().any(|(ip, text)| *ip == peer.ip() && text == fault);
+        if !known {
+            tracing::warn!("connection from {peer} closed: {fault}");
+            if self.logged.len() >= MAX_LOGGED {
+                self.logged.remove(0);
+            }
+            self.logged.push((peer.ip(), fault.into()));
+        }
+    }
+}
+
+impl Pending {
+    fn progress(&mut self) -> Progress {
+        match recv(&self.stream, self.reader.space(), RecvFlags::DONTWAIT) {
+            Ok((0, _)) => return Progress::Close("it left during the handshake".into()),
+            Ok((len, _)) => self.reader.filled(len),
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => {}
+            Err(error) => return Progress::Close(error.to_string()),
+        }
+        let frame = match self.reader.next_frame() {
+            Ok(Some(frame)) => frame,
+            Ok(None) if self.since.elapsed() >= LIMIT => {
+                return Progress::Close(format!("no handshake within {LIMIT:?}"));
+            }
+            Ok(None) => return Progress::Wait,
+            Err(error) => return Progress::Close(error.to_string()),
+        };
+        match Hello::read(&frame) {
+            Ok(hello) => Progress::Hello(Box::new(hello)),
+            Err(HandshakeError::Refused(refusal)) => Progress::Refuse(refusal),
+            Err(error) => Progress::Close(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! A look at the data of one output without being a component: for `echo`, `hz` and recordings.
+
+use std::io::Read;
+use std::time::{Duration, Instant};
+
+use armor_wire::frame::{self, DataHeader, FrameError, FrameKind};
+use armor_wire::hello::{Hello, LinkRequest, Purpose};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::schema::{self, Schema};
+use thiserror::Error;
+
+use crate::directory::{Directory, DirectoryError};
+use crate::session::is_timeout;
+use crate::socket::{self, ConnectError, Dialled, fresh_instance};
+
+/// Why data cannot be looked at.
+#[derive(Debug, Error)]
+pub enum TapError {
+    /// The registry does not know it.
+    #[error(transparent)]
+    Directory(#[from] DirectoryError),
+    /// Its provider cannot be reached.
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    /// The provider's schema cannot be read.
+    #[error("the schema of the data cannot be read: {0}")]
+    Schema(#[from] schema::ParseError),
+    /// The provider does not speak the protocol.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The link has ended.
+    #[error("the link has ended: {0}")]
+    Ended(String),
+}
+
+/// One data, as published.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TapData {
+    /// Sequence, stamp and publisher.
+    pub header: DataHeader,
+    /// The encoded message.
+    pub payload: Vec<u8>,
+    /// How many were lost right before it.
+    pub lost: u64,
+}
+
+/// A link that belongs to a tool.
+pub struct Tap {
+    dialled: Dialled,
+    schema: Schema,
+    type_name: String,
+    heard: Instant,
+    spoke: Instant,
+    last: Option<u64>,
+}
+
+impl Tap {
+    /// Links to `data`; waits for a provider until `timeout`.
+    ///
+    /// # Errors
+    /// [`TapError`] if nobody provides it or its provider cannot be reached.
+    pub fn open(
+        directory: &Directory,
+        data: &str,
+        keep: Keep,
+        timeout: Duration,
+    ) -> Result<Self, TapError> {
+        let found = directory.lookup(data, timeout)?;
+        let link = LinkRequest {
+            data: data.into(),
+            instance: found.provider.instance,
+            schema: String::new(),
+            schema_hash: 0,
+            keep,
+            wake: Wake::Sleep,
+            paused: false,
+        };
+        let from = format!("tool-{}", std::process::id());
+        let hello = Hello::new(&from, fresh_instance(), Purpose::Link { link });
+        let dialled = socket::dial(&found.provider.endpoint, &hello, true)?;
+        let schema = schema::parse(&dialled.welcome.schema)?;
+        let now = Instant::now();
+        let type_name = found.entry.type_name;
+        Ok(Self { dialled, schema, type_name, heard: now, spoke: now, last: None })
+    }
+
+    /// Layout of the data.
+    pub fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    /// Name of its type.
+    pub fn type_name(&self) -> &str {
+        &self.type_name
+    }
+
+    /// The next data; `None` if none comes within `timeout`.
+    ///
+    /// # Errors
+    /// [`TapError`] if the link has ended.
+    pub fn next(&mut self, timeout: Duration) -> Result<Option<TapData>, TapError> {
+        let ended = |reason: String| TapError::Ended(reason);
+        let deadline = Instant::now() + timeout;
+        loop {
+            while let Some(frame) = self.dialled.reader.next_frame()? {
+                if frame.kind == FrameKind::Beat {
+                    continue;
+                }
+                let (header, payload) = frame.data()?;
+                let lost = match self.last {
+                    Some(last) if !header.fresh => header.sequence.saturating_sub(last + 1),
+                    _ => 0,
+                };
+                self.last = Some(header.sequence);
+                return Ok(Some(TapData { header, payload: payload.to_vec(), lost }));
+            }
+            let now = Instant::now();
+            if now >= deadline {
+                return Ok(None);
+            }
+            if now.duration_since(self.spoke) >= BEAT {
+                let beat = frame::signal(FrameKind::Beat);
+                std::io::Write::write_all(&mut &self.dialled.stream, &beat)
+                    .map_err(|error| ended(error.to_string()))?;
+                self.spoke = now;
+            }
+            let wait = deadline.duration_since(now).min(BEAT).max(Duration::from_millis(1));
+            self.dialled.stream.set_read_timeout(Some(wait)).map_err(|e| ended(e.to_string()))?;
+            match (&self.dialled.stream).read(self.dialled.reader.space()) {
+                Ok(0) => return Err(ended("the provider closed it".into())),
+                Ok(len) => {
+                    self.dialled.reader.filled(len);
+                    self.heard = Instant::now();
+                }
+                Err(error) if is_timeout(&error) && self.heard.elapsed() < SILENCE => {}
+                Err(error) if is_timeout(&error) => {
+                    return Err(ended("the provider fell silent".into()));
+                }
+                Err(error) => return Err(ended(error.to_string())),
+            }
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Keeps `docs/protocol.md` true: every schema, golden vector and limit in it is what this crate
+//! produces, and none is missing.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+
+use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
+use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::registry::{ComponentEntry, DataEntry};
+use armor_wire::{Array, Message, WireType, codec, config, control, registry, schema};
+
+const DOCUMENT: &str = include_str!("../../docs/protocol.md");
+
+/// The fenced blocks whose info string is `KIND NAME`, by name, without white space.
+fn blocks(kind: &str) -> BTreeMap<String, String> {
+    let mut found = BTreeMap::new();
+    let mut lines = DOCUMENT.lines();
+    while let Some(line) = lines.next() {
+        let Some(info) = line.strip_prefix("```").filter(|info| !info.is_empty()) else { continue };
+        let body: String = lines.by_ref().take_while(|line| *line != "```").collect();
+        if let Some((_, name)) = info.split_once(' ').filter(|(first, _)| *first == kind) {
+            found.insert(name.to_owned(), body.split_whitespace().collect());
+        }
+    }
+    found
+}
+
+fn check<'a>(kind: &str, expected: impl IntoIterator<Item = (&'a str, String)>) {
+    let expected: BTreeMap<_, _> =
+        expected.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
+    let found = blocks(kind);
+    for (name, text) in &expected {
+        assert_eq!(found.get(name), Some(text), "{kind} {name} in docs/protocol.md");
+    }
+    assert_eq!(found.len(), expected.len(), "{kind}s in docs/protocol.md: {:?}", found.keys());
+}
+
+fn text<T: WireType>() -> String {
+    T::schema().to_string()
+}
+
+#[test]
+fn the_schemas_are_those_of_the_types() {
+    check(
+        "schema",
+        [
+            ("Hello", text::<Hello>()),
+            ("Welcome", text::<Welcome>()),
+            ("Refusal", text::<Refusal>()),
+            ("registry::Request", text::<registry::Request>()),
+            ("registry::Reply", text::<registry::Reply>()),
+            ("config::Request", text::<config::Request>()),
+            ("config::Reply", text::<config::Reply>()),
+            ("control::Command", text::<control::Command>()),
+            ("control::Answer", text::<control::Answer>()),
+        ],
+    );
+}
+
+/// Every kind of value once.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+struct Sample {
+    flag: bool,
+    #[message(unit = "m/s")]
+    speed: f32,
+    text: String,
+    maybe: Option<u16>,
+    none: Option<u16>,
+    bytes: Array<u8>,
+    pair: [i16; 2],
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+enum Level {
+    Low,
+    High { margin: f64 },
+}
+
+fn sample() -> Sample {
+    Sample {
+        flag: true,
+        speed: 0.5,
+        text: "é!".into(),
+        maybe: Some(258),
+        none: None,
+        bytes: Array::from(vec![0, 127, 255]),
+        pair: [-1, 1],
+        levels: vec![Level::High { margin: -2.0 }, Level::Low],
+    }
+}
+
+fn entry() -> ComponentEntry {
+    ComponentEntry {
+        name: "laser".into(),
+        kind: "simulator".into(),
+        instance: 0x0123_4567_89ab_cdef,
+        pid: 4711,
+        host: "robot".into(),
+        endpoint: "127.0.0.1:20001".into(),
+    }
+}
+
+fn hello() -> Hello {
+    let link = LinkRequest {
+        data: "laser.scan".into(),
+        instance: 0x0123_4567_89ab_cdef,
+        schema: String::new(),
+        schema_hash: 0,
+        keep: Keep::Last { count: 50 },
+        wake: Wake::Sleep,
+        paused: false,
+    };
+    Hello::new("echo-12", 7, Purpose::Link { link })
+}
+
+fn lookup() -> registry::Request {
+    registry::Request::Lookup {
+        request: 1,
+        data: "laser.scan".into(),
+        schema: String::new(),
+        wait: true,
+    }
+}
+
+fn found() -> registry::Reply {
+    let entry_of_data = DataEntry {
+        data: "laser.scan".into(),
+        type_name: "Count".into(),
+        schema: "Count{count:u64}".into(),
+        latched: false,
+    };
+    registry::Reply::Found { request: 1, entry: entry_of_data, provider: entry() }
+}
+
+fn welcome() -> Welcome {
+    Welcome { name: "laser".into(), instance: 0x0123_4567_89ab_cdef, schema: "u8".into() }
+}
+
+fn refusal() -> Refusal {
+    Refusal::new(RefusalCode::UnknownData, "no laser.scan here")
+}
+
+fn header() -> DataHeader {
+    DataHeader { sequence: 3, stamp_s: 1.5, instance: 0x0123_4567_89ab_cdef, fresh: true }
+}
+
+fn parameter() -> config::Reply {
+    let assigned = config::Assigned {
+        text: "10Hz".into(),
+        base: "/srv".into(),
+        origin: "rover.xml:4:7".into(),
+    };
+    config::Reply::Parameter { request: 2, name: "rate".into(), assigned: Some(assigned) }
+}
+
+fn report() -> control::Answer {
+    let outcome = control::ReportKind::Event { name: "seen".into(), value: 0.25 };
+    control::Answer::Report { report: 1, activation: 2, outcome }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn framed<T: WireType>(kind: FrameKind, value: &T) -> String {
+    hex(&frame::to_bytes(kind, value).expect("short"))
+}
+
+#[test]
+fn the_golden_vectors_are_what_we_write() {
+    let payload = codec::encode(&sample()).expect("short");
+    let data = [&header().to_bytes(payload.len())[..], &payload].concat();
+    check(
+        "vector",
+        [
+            ("sample", hex(&payload)),
+            ("beat", hex(&frame::signal(FrameKind::Beat))),
+            ("data", hex(&data)),
+            ("hello", framed(FrameKind::Hello, &hello())),
+            ("welcome", framed(FrameKind::Welcome, &welcome())),
+            ("refusal", framed(FrameKind::Refusal, &refusal())),
+            ("lookup", framed(FrameKind::Control, &lookup())),
+            ("found", framed(FrameKind::Control, &found())),
+            ("parameter", framed(FrameKind::Control, &parameter())),
+            ("report", framed(FrameKind::Control, &report())),
+        ],
+    );
+}
+
+fn bytes_of(vector: &str) -> Vec<u8> {
+    let text = &blocks("vector")[vector];
+    let digits = |at: usize| u8::from_str_radix(&text[at..at + 2], 16).expect("hexadecimal");
+    (0..text.len()).step_by(2).map(digits).collect()
+}
+
+fn check_read<T>(vector: &str, kind: FrameKind, read: impl Fn(&Frame<'_>) -> T, expected: &T)
+where
+    T: PartialEq + Debug,
+{
+    let bytes = bytes_of(vector);
+    let mut reader = FrameReader::new();
+    reader.space()[..bytes.len()].copy_from_slice(&bytes);
+    reader.filled(bytes.len());
+    let frame = reader.next_frame().expect("well-formed").expect("whole");
+    assert_eq!(frame.kind, kind);
+    assert_eq!(read(&frame), *expected, "{vector}");
+    assert!(!reader.is_mid_frame());
+}
+
+#[test]
+fn the_golden_vectors_are_read_as_what_they_are() {
+    fn body<T: WireType>(frame: &Frame<'_>) -> T {
+        codec::decode_control(frame.body).expect("a value")
+    }
+    check_read("hello", FrameKind::Hello, |frame| Hello::read(frame).expect("a hello"), &hello());
+    check_read("welcome", FrameKind::Welcome, body, &welcome());
+    check_read("refusal", FrameKind::Refusal, body, &refusal());
+    check_read("lookup", FrameKind::Control, body, &lookup());
+    check_read("found", FrameKind::Control, body, &found());
+    check_read("parameter", FrameKind::Control, body, &parameter());
+    check_read("report", FrameKind::Control, body, &report());
+    let data = |frame: &Frame<'_>| {
+        let (header, payload) = frame.data().expect("data");
+        (header, codec::decode::<Sample>(payload).expect("a sample"))
+    };
+    check_read("data", FrameKind::Data, data, &(header(), sample()));
+    check_read("beat", FrameKind::Beat, |frame| frame.body.len(), &0);
+}
+
+#[test]
+fn the_sample_has_the_schema_hash_and_json_of_the_document() {
+    let sample_schema = Sample::schema();
+    let json = schema::to_json(&sample_schema, &bytes_of("sample")).expect("a sample");
+    assert_eq!(blocks("text")["sample-schema"], sample_schema.to_string());
+    assert_eq!(blocks("text")["sample-hash"], format!("{:016x}", sample_schema.hash()));
+    let written: serde_json::Value =
+        serde_json::from_str(&blocks("json")["sample"]).expect("JSON in docs/protocol.md");
+    assert_eq!(written, json);
+}
+
+#[test]
+fn the_limits_are_the_constants() {
+    let limits = [
+        ("MAX_HELLO_LEN", codec::MAX_HELLO_LEN),
+        ("MAX_CONTROL_LEN", codec::MAX_CONTROL_LEN),
+        ("MAX_DATA_LEN", codec::MAX_DATA_LEN),
+        ("MAX_FROM_LEN", armor_wire::hello::MAX_FROM_LEN),
+        ("MAX_NAME_LEN", armor_wire::name::MAX_NAME_LEN),
+        ("MAX_TEXT_LEN", schema::MAX_TEXT_LEN),
+        ("MAX_DEPTH", schema::MAX_DEPTH),
+        ("MAX_LABEL_LEN", schema::MAX_LABEL_LEN),
+        ("MAX_UNIT_LEN", schema::MAX_UNIT_LEN),
+        ("MAX_FIXED_COUNT", armor_wire::message::MAX_FIXED_COUNT),
+        ("MAX_KEEP", armor_wire::keep::MAX_KEEP as usize),
+        ("BEAT", armor_wire::liveness::BEAT.as_millis() as usize),
+        ("MISSED_BEATS", armor_wire::liveness::MISSED_BEATS as usize),
+        ("SILENCE", armor_wire::liveness::SILENCE.as_millis() as usize),
+        ("VERSION", armor_wire::hello::VERSION.into()),
+        ("DEFAULT_PORT", registry::DEFAULT_PORT.into()),
+    ];
+    let rows: BTreeMap<_, _> = DOCUMENT
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split_once("` | "))
+        .filter(|(name, _)| name.bytes().all(|b| b.is_ascii_uppercase() || b == b'_'))
+        .map(|(name, rest)| (name, rest.split(' ').next().unwrap_or_default().replace(',', "")))
+        .collect();
+    for (name, value) in limits {
+        assert_eq!(rows.get(name), Some(&value.to_string()), "{name} in docs/protocol.md");
+    }
+    assert_eq!(rows.len(), limits.len(), "{:?}", rows.keys());
+}
