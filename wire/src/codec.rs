@@ -154,3 +154,67 @@ impl Writer for Append<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Array;
+
+    fn check_refused<T: WireType + std::fmt::Debug>(bytes: &[u8], why: &str) {
+        let error = decode::<T>(bytes).expect_err(why).to_string();
+        assert!(error.contains(why), "{error}");
+    }
+
+    #[test]
+    fn a_count_is_believed_only_as_far_as_the_bytes_go() {
+        let lies = [9_u64, 1 << 20, 1 << 40, u64::MAX / 8 + 1, u64::MAX];
+        for count in lies {
+            let bytes = [&count.to_le_bytes()[..], &[1; 8]].concat();
+            let why = if count >= u64::MAX / 8 { "" } else { "UnexpectedEnd" };
+            check_refused::<String>(&bytes, why);
+            check_refused::<Vec<u8>>(&bytes, why);
+            check_refused::<Array<f64>>(&bytes, why);
+            check_refused::<Vec<Vec<Vec<bool>>>>(&bytes, why);
+            check_refused::<Vec<Option<[f64; 36]>>>(&bytes, why);
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_value_is_refused() {
+        check_refused::<bool>(&[2], "InvalidBooleanValue");
+        check_refused::<Option<u8>>(&[2, 0], "InvalidBooleanValue");
+        check_refused::<[u16; 2]>(&[0; 3], "UnexpectedEnd");
+        check_refused::<String>(&[1, 0, 0, 0, 0, 0, 0, 0, 255], "Utf8");
+        check_refused::<u8>(&[1, 2, 3], "2 bytes are left over");
+        let long = vec![0; MAX_CONTROL_LEN + 1];
+        assert!(decode_control::<Array<u8>>(&long).is_err());
+    }
+
+    #[test]
+    fn a_value_that_is_too_large_is_not_written() {
+        let most = Array::from(vec![7_u8; MAX_DATA_LEN - 8]);
+        let mut bytes = vec![1];
+        encode_into(&most, &mut bytes).expect("just fits");
+        assert_eq!(bytes.len(), 1 + MAX_DATA_LEN);
+        assert_eq!(encoded_len(&most).expect("just fits"), MAX_DATA_LEN);
+        let more = (0..2).map(|_| vec![7_u8; MAX_DATA_LEN / 2]).collect::<Vec<_>>();
+        let mut bytes = vec![1];
+        assert!(encode_into(&more, &mut bytes).is_err());
+        assert_eq!(bytes, [1]);
+        assert!(encoded_len(&more).is_err());
+    }
+
+    #[test]
+    fn a_bulk_array_is_written_in_one_piece() {
+        struct Pieces(Vec<usize>);
+        impl Writer for Pieces {
+            fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+                self.0.push(bytes.len());
+                Ok(())
+            }
+        }
+        let mut pieces = Pieces(Vec::new());
+        write(&Array::from(vec![0.5_f32; 1000]), &mut pieces).expect("no limit");
+        assert_eq!(pieces.0, [8, 4000]);
+    }
+}

@@ -126,3 +126,23 @@ fn a_data_header_comes_back_as_it_was() {
     let beat = Frame { kind: FrameKind::Beat, ..frame };
     assert!(matches!(beat.data(), Err(FrameError::Unexpected { .. })));
 }
+
+#[test]
+fn a_frame_is_superseded_when_a_whole_data_frame_follows_it() {
+    let cases: [(&[Vec<u8>], bool); 5] = [
+        (&[], false),
+        (&[data_frame(5, 1)[..30].to_vec()], false),
+        (&[signal(FrameKind::Beat).to_vec()], false),
+        (&[data_frame(0, 1)], true),
+        (&[data_frame(5, 1), data_frame(5, 2)], true),
+    ];
+    for (following, expected) in cases {
+        let bytes = [data_frame(5, 0), following.concat()].concat();
+        let mut reader = FrameReader::new();
+        assert!(!reader.is_superseded());
+        reader.space()[..bytes.len()].copy_from_slice(&bytes);
+        reader.filled(bytes.len());
+        assert_eq!(reader.is_superseded(), expected, "{} bytes follow", bytes.len() - 37);
+        assert!(reader.next_frame().is_ok_and(|frame| frame.is_some()));
+    }
+}

@@ -1,0 +1,198 @@
+//! Hundreds of thousands of random and damaged inputs, from a fixed seed, on everything that reads a
+//! stranger's bytes: nothing panics, and a short input takes little memory.
+//!
+//! `HOSTILE_SEED` and `HOSTILE_INPUTS` choose others; `fuzz/` goes on for hours.
+
+mod entry;
+
+use std::alloc::System;
+
+use armor_wire::control::{Answer, Command, ReportKind};
+use armor_wire::frame::{DataHeader, FrameKind, signal, to_bytes};
+use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::message::WireType;
+use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::{codec, config};
+use cap::Cap;
+
+#[global_allocator]
+static MEMORY: Cap<System> = Cap::new(System, usize::MAX);
+
+/// Memory that a stream of frames may take whatever its length: the first buffers of two readers.
+const FRAMES_LEN: usize = 3 << 20;
+/// Memory that anything else may take whatever the input: a buffer for the longest hello.
+const FIXED_LEN: usize = 80 << 10;
+/// Memory per byte of input, over all that is read from it; JSON takes most: an object of a name
+/// and a value for a byte that may be a field of its own.
+const LEN_PER_BYTE: usize = 2 << 10;
+/// Memory per byte of input when it is decoded as each of ten types.
+const LEN_PER_CONTROL_BYTE: usize = 16;
+
+/// xorshift64*.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() >> 33) as usize % end.max(1)
+    }
+}
+
+fn component() -> ComponentEntry {
+    let endpoint = "127.0.0.1:20001".into();
+    let (name, kind, host) = ("laser".into(), "simulator".into(), "robot".into());
+    ComponentEntry { name, kind, instance: 9, pid: 4711, host, endpoint }
+}
+
+/// Well-formed inputs to damage: values, frames, schema texts, and payloads with their schema.
+fn seeds() -> Vec<Vec<u8>> {
+    fn add<T: WireType>(seeds: &mut Vec<Vec<u8>>, kind: FrameKind, value: &T) {
+        let body = codec::encode(value).expect("short");
+        let schema = T::schema().to_string();
+        seeds.push([schema.as_bytes(), &[0], &body].concat());
+        seeds.push(schema.into());
+        let frame = to_bytes(kind, value).expect("short");
+        seeds.push([&[3], &frame[..], &signal(FrameKind::Beat), &frame].concat());
+        seeds.push(frame);
+        seeds.push(body);
+    }
+    let link = LinkRequest {
+        data: "laser.scan".into(),
+        instance: 9,
+        schema: "[f32]".into(),
+        schema_hash: 5,
+        keep: Keep::Last { count: 50 },
+        wake: Wake::Spin,
+        paused: true,
+    };
+    let schema = "Count{count:u64}".into();
+    let entry = DataEntry { data: "a.b".into(), type_name: "Count".into(), schema, latched: true };
+    let listing = Reply::Listing {
+        request: 1,
+        components: vec![component(); 3],
+        data: vec![entry.clone(); 4],
+    };
+    let refusal = Refusal::new(RefusalCode::Limit, "too many");
+    let settings = config::Settings {
+        rate_hz: Some(10.0),
+        inputs: vec![config::InputSettings {
+            id: "scan".into(),
+            data: "laser.scan".into(),
+            keep: Keep::All,
+            wake: Wake::Sleep,
+        }],
+        ..Default::default()
+    };
+    let outcome = ReportKind::Failed { reason: "no".into() };
+    let mut seeds = Vec::new();
+    let registered = Purpose::Registry { entry: Some(component()) };
+    add(&mut seeds, FrameKind::Hello, &Hello::new("a", 1, Purpose::Link { link }));
+    add(&mut seeds, FrameKind::Hello, &Hello::new("laser", 9, registered));
+    add(&mut seeds, FrameKind::Refusal, &refusal);
+    add(&mut seeds, FrameKind::Control, &listing);
+    add(&mut seeds, FrameKind::Control, &Request::Provide { request: 1, entry });
+    add(&mut seeds, FrameKind::Control, &config::Reply::Settings { request: 1, settings });
+    add(&mut seeds, FrameKind::Control, &Command::Status { request: 8 });
+    add(&mut seeds, FrameKind::Control, &Answer::Report { report: 1, activation: 2, outcome });
+    let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
+    seeds.push([&[200], &header.to_bytes(4)[..], b"data"].concat());
+    for text in ["[[[?u8]]]", "S{a:[E<A,B{x:[string]}>],b:[[f64;3];3]}", "2.5m/s", "10min"] {
+        seeds.push(text.into());
+        seeds.push([text.as_bytes(), &[0; 40]].concat());
+    }
+    seeds
+}
+
+/// Damages `input` in one to eight places: bytes, lengths, cuts, repetitions, splices.
+fn damage(input: &mut Vec<u8>, seeds: &[Vec<u8>], random: &mut Random) {
+    for _ in 0..=random.below(8) {
+        let at = random.below(input.len() + 1);
+        match random.below(8) {
+            0 => input.truncate(at),
+            1 => input.insert(at, random.next() as u8),
+            2 if at < input.len() => drop(input.remove(at)),
+            3 => {
+                let piece: Vec<_> = input[at..].iter().copied().take(random.below(40)).collect();
+                input.splice(at..at, piece.iter().copied().cycle().take(piece.len() * 5));
+            }
+            4 => {
+                let other = &seeds[random.below(seeds.len())];
+                input.truncate(at);
+                input.extend(&other[random.below(other.len())..]);
+            }
+            5 if at + 8 <= input.len() => {
+                let lie = [u64::MAX, 1 << 40, 1 << 20, 255, 0][random.below(5)];
+                input[at..at + 8].copy_from_slice(&lie.to_le_bytes());
+            }
+            6 if at < input.len() => input[at] = b"[]{}<>?;,:()0aEu8\n"[random.below(18)],
+            _ if at < input.len() => input[at] ^= 1 << random.below(8),
+            _ => {}
+        }
+    }
+    input.truncate(4096);
+}
+
+fn from_environment(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+// One test, so that nobody else's memory is counted.
+#[test]
+fn damaged_input_neither_panics_nor_takes_much_memory() {
+    let seed = from_environment("HOSTILE_SEED", 0x5eed);
+    let inputs = from_environment("HOSTILE_INPUTS", 100_000);
+    println!(
+        "HOSTILE_SEED={seed} HOSTILE_INPUTS={inputs}, each to {} readers",
+        entry::ENTRIES.len()
+    );
+    let (mut random, seeds) = (Random(seed | 1), seeds());
+    let (mut worst, mut most) = (0, 0);
+    for round in 0..inputs {
+        let mut input = seeds[random.below(seeds.len())].clone();
+        // The undamaged ones first: they show that the bounds are not met by refusing everything.
+        match usize::try_from(round).ok().and_then(|round| seeds.get(round)) {
+            Some(seed) => input.clone_from(seed),
+            None if round % 16 == 0 => {
+                input = (0..random.below(300)).map(|_| random.next() as u8).collect();
+            }
+            None => damage(&mut input, &seeds, &mut random),
+        }
+        for (name, run) in entry::ENTRIES {
+            let before = MEMORY.total_allocated();
+            run(&input);
+            let taken = MEMORY.total_allocated() - before;
+            let fixed = if name == "frames" { FRAMES_LEN } else { FIXED_LEN };
+            let allowed = fixed + LEN_PER_BYTE * input.len();
+            assert!(taken <= allowed, "{name}: {taken} bytes for {input:?}");
+            most = most.max(taken);
+        }
+        let before = MEMORY.total_allocated();
+        decode_all(&input);
+        let taken = MEMORY.total_allocated() - before;
+        assert!(taken <= LEN_PER_CONTROL_BYTE * (input.len() + 100), "{taken} bytes for {input:?}");
+        worst = worst.max(taken / (input.len() + 100));
+    }
+    println!("most memory for one input {most} bytes; to decode it as ten types {worst} per byte");
+}
+
+/// Decodes only: without JSON the bound is tight.
+fn decode_all(bytes: &[u8]) {
+    let _ = codec::decode_control::<Hello>(bytes);
+    let _ = codec::decode_control::<armor_wire::hello::Welcome>(bytes);
+    let _ = codec::decode_control::<Refusal>(bytes);
+    let _ = codec::decode_control::<Request>(bytes);
+    let _ = codec::decode_control::<Reply>(bytes);
+    let _ = codec::decode_control::<config::Request>(bytes);
+    let _ = codec::decode_control::<config::Reply>(bytes);
+    let _ = codec::decode_control::<Command>(bytes);
+    let _ = codec::decode_control::<Answer>(bytes);
+    // Lists in lists, and items far larger in memory than on the wire.
+    let _ = codec::decode::<Vec<Vec<Vec<String>>>>(bytes);
+}
