@@ -2,6 +2,7 @@
 //! hands the daemon nothing but typed events.
 //!
 //! Start with [`server`]: a daemon is a loop over [`Server::event`] and [`Server::act`] around a pure
+//! state machine. [`registration`] is the other direction: being found under a name.
 
 mod connection;
 pub mod event;
@@ -10,6 +11,7 @@ pub mod limits;
 pub mod listen;
 mod outgoing;
 mod random;
+pub mod registration;
 mod seats;
 pub mod server;
 
@@ -17,4 +19,5 @@ pub use event::{Action, CloseReason, Event, PeerId};
 pub use limits::Limits;
 pub use listen::{ListenError, listen};
 pub use random::random_id;
+pub use registration::{Registration, Standing};
 pub use server::Server;

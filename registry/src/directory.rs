@@ -306,3 +306,6 @@ impl Directory {
         self.actions.push(Action::Send { peer, message });
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -56,6 +56,11 @@ impl Lookups {
         Ok(())
     }
 
+    #[cfg(test)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.wanted.is_empty() && self.waiting.is_empty()
+    }
+
     /// The lookups that waited for `data`.
     pub(super) fn take(&mut self, data: &str) -> Vec<Lookup> {
         let taken = self.waiting.remove(data).unwrap_or_default();

@@ -1,19 +1,37 @@
-//! A plain blocking client.
+//! A plain blocking client that beats by itself once it is welcome.
 
-use std::io::{Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::{Arc, LazyLock, Mutex, Weak};
+use std::thread;
 use std::time::Duration;
 
 use armor_wire::codec;
 use armor_wire::frame::{self, Frame, FrameKind, FrameReader};
-use armor_wire::hello::{self, HandshakeError, Hello, Purpose};
+use armor_wire::hello::{self, HandshakeError, Hello, Purpose, Welcome};
+use armor_wire::liveness::BEAT;
 use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
 
 /// How long anything may take before a test counts as failed.
 pub const DEADLINE: Duration = Duration::from_secs(20);
 
+/// The streams of welcomed clients; one thread beats on all of them.
+static BEATING: LazyLock<Mutex<Vec<Weak<TcpStream>>>> = LazyLock::new(|| {
+    thread::spawn(|| {
+        loop {
+            thread::sleep(BEAT);
+            let streams = BEATING.lock().unwrap().clone();
+            for stream in streams.iter().filter_map(Weak::upgrade) {
+                // A client that was closed finds out when it reads.
+                let _ = (&*stream).write_all(&frame::signal(FrameKind::Beat));
+            }
+        }
+    });
+    Mutex::default()
+});
+
 pub struct Client {
-    pub stream: TcpStream,
+    pub stream: Arc<TcpStream>,
     frames: FrameReader,
 }
 
@@ -29,11 +47,17 @@ impl Client {
     pub fn connect(address: SocketAddr, purpose: Purpose) -> Result<Self, HandshakeError> {
         let mut client = Self::stranger(address);
         client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
-        client.next(|frame| match frame.kind {
-            FrameKind::Beat => None,
-            _ => Some(hello::read_answer(&frame)),
-        })?;
+        client.answer()?;
         Ok(client)
+    }
+
+    /// The answer to the hello.
+    pub fn answer(&mut self) -> Result<Welcome, HandshakeError> {
+        let welcome = self.next(|frame| Some(hello::read_answer(&frame)))?;
+        let mut beating = BEATING.lock().unwrap();
+        beating.retain(|stream| stream.strong_count() > 0);
+        beating.push(Arc::downgrade(&self.stream));
+        Ok(welcome)
     }
 
     /// A connection on which nothing was said yet.
@@ -41,7 +65,7 @@ impl Client {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(DEADLINE)).unwrap();
         stream.set_write_timeout(Some(DEADLINE)).unwrap();
-        Self { stream, frames: FrameReader::new() }
+        Self { stream: Arc::new(stream), frames: FrameReader::new() }
     }
 
     pub fn send(&mut self, request: &Request) {
@@ -49,20 +73,30 @@ impl Client {
     }
 
     pub fn say<T: armor_wire::WireType>(&mut self, kind: FrameKind, value: &T) {
-        self.stream.write_all(&frame::to_bytes(kind, value).unwrap()).unwrap();
+        self.write(&frame::to_bytes(kind, value).unwrap()).unwrap();
     }
 
-    /// The next reply; beats are answered and passed over.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        (&*self.stream).write_all(bytes)
+    }
+
+    /// The next reply; beats are passed over.
     pub fn reply(&mut self) -> Reply {
-        let mut beats = self.stream.try_clone().unwrap();
         self.next(|frame| match frame.kind {
-            FrameKind::Beat => {
-                beats.write_all(&frame::signal(FrameKind::Beat)).unwrap();
-                None
-            }
+            FrameKind::Beat => None,
             FrameKind::Control => Some(codec::decode_control(frame.body).unwrap()),
             other => panic!("a {other:?} frame"),
         })
+    }
+
+    /// Reads until the registry closes the connection; whatever it says before does not matter.
+    pub fn expect_closed(self) {
+        let mut bytes = Vec::new();
+        match (&*self.stream).read_to_end(&mut bytes) {
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => {}
+            Err(error) => panic!("not closed: {error}"),
+        }
     }
 
     fn next<T>(&mut self, mut take: impl FnMut(Frame<'_>) -> Option<T>) -> T {
@@ -72,7 +106,7 @@ impl Client {
                     return taken;
                 }
             }
-            let len = self.stream.read(self.frames.space()).unwrap();
+            let len = (&*self.stream).read(self.frames.space()).unwrap();
             assert!(len > 0, "the registry closed the connection");
             self.frames.filled(len);
         }

@@ -3,6 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
 mod client;
+mod crowd;
+mod hostile;
+mod restart;
 
 use std::net::SocketAddr;
 

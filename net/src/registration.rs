@@ -1,0 +1,204 @@
+//! Being found under a name: keeps a process registered at the registry for as long as it runs,
+//! whatever happens to the registry.
+
+use std::convert::Infallible;
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use armor_wire::backoff::Backoff;
+use armor_wire::codec::MAX_CONTROL_LEN;
+use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
+use armor_wire::hello::{HandshakeError, Hello, Purpose, Refusal, Welcome, read_answer};
+use armor_wire::liveness::Liveness;
+use armor_wire::registry::ComponentEntry;
+use thiserror::Error;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio::time::{self, Instant, MissedTickBehavior};
+use tracing::{info, warn};
+
+use crate::limits::LOOK;
+use crate::listen::tune;
+
+/// Pause after the first failure. A registry that is restarted at once is found again at once.
+const FIRST_PAUSE: Duration = Duration::from_millis(50);
+/// Longest pause. A registry that is back is found within 2 s, connecting included.
+const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+/// How long connecting and the handshake may take each; a host that is cut off answers neither.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Where a registration stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Standing {
+    /// The registry is not there, or not any more; it is tried on.
+    Away,
+    /// The registry knows the process.
+    Registered {
+        /// The registry's process start.
+        registry: u64,
+    },
+    /// The registry says no; it is tried on, because a name can become free.
+    Refused(Refusal),
+}
+
+/// A registration that is kept up. Dropping it ends it.
+pub struct Registration {
+    standing: watch::Receiver<Standing>,
+    task: JoinHandle<()>,
+}
+
+impl Registration {
+    /// Registers `entry`, in a task of its own on the current tokio runtime.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime.
+    pub fn keep(registry: SocketAddr, entry: ComponentEntry) -> Self {
+        let (telling, standing) = watch::channel(Standing::Away);
+        let task = tokio::spawn(keep(registry, entry, telling));
+        Self { standing, task }
+    }
+
+    /// Where it stands now.
+    pub fn standing(&self) -> Standing {
+        self.standing.borrow().clone()
+    }
+
+    /// Waits until it stands differently than at the last call.
+    pub async fn changed(&mut self) -> Standing {
+        if self.standing.changed().await.is_err() {
+            // The task ends only with `self`.
+            std::future::pending::<()>().await;
+        }
+        self.standing.borrow_and_update().clone()
+    }
+}
+
+impl Drop for Registration {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+/// Why a session with the registry ended.
+#[derive(Debug, Error)]
+enum SessionError {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    Handshake(#[from] HandshakeError),
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    #[error("no answer")]
+    NoAnswer(#[from] time::error::Elapsed),
+    #[error("it is silent")]
+    Silent,
+    #[error("nobody listens there")]
+    Echo,
+}
+
+async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sender<Standing>) {
+    let mut backoff = Backoff::new(FIRST_PAUSE, LONGEST_PAUSE, entry.instance);
+    let mut logged = String::new();
+    loop {
+        let Err(error) = session(registry, &entry, &telling).await;
+        if matches!(*telling.borrow(), Standing::Registered { .. }) {
+            backoff.reset();
+            logged.clear();
+        }
+        let text = error.to_string();
+        if logged != text {
+            warn!(%registry, name = %entry.name, %error, "not registered; trying on");
+            logged = text;
+        }
+        let standing = match error {
+            SessionError::Handshake(HandshakeError::Refused(refusal)) => Standing::Refused(refusal),
+            _ => Standing::Away,
+        };
+        telling.send_if_modified(|before| {
+            let is_news = *before != standing;
+            *before = standing;
+            is_news
+        });
+        time::sleep(backoff.delay()).await;
+    }
+}
+
+/// One connection to the registry, from connecting to its end.
+async fn session(
+    registry: SocketAddr,
+    entry: &ComponentEntry,
+    telling: &watch::Sender<Standing>,
+) -> Result<Infallible, SessionError> {
+    let mut stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??;
+    if stream.local_addr()? == stream.peer_addr()? {
+        return Err(SessionError::Echo);
+    }
+    tune(&stream)?;
+    let purpose = Purpose::Registry { entry: Some(entry.clone()) };
+    let hello = Hello::new(&entry.name, entry.instance, purpose);
+    let mut frames = FrameReader::with_limit(MAX_CONTROL_LEN);
+    let bytes = frame::to_bytes(FrameKind::Hello, &hello)?;
+    let welcome = time::timeout(PATIENCE, async {
+        stream.write_all(&bytes).await?;
+        read_welcome(&mut stream, &mut frames).await
+    });
+    let welcome = welcome.await??;
+    info!(%registry, name = %entry.name, "registered");
+    telling.send_replace(Standing::Registered { registry: welcome.instance });
+    attend(&mut stream, &mut frames).await
+}
+
+async fn read_welcome(
+    stream: &mut TcpStream,
+    frames: &mut FrameReader,
+) -> Result<Welcome, SessionError> {
+    loop {
+        if let Some(frame) = frames.next_frame()? {
+            return Ok(read_answer(&frame)?);
+        }
+        fill(stream, frames).await?;
+    }
+}
+
+/// Beats, and listens for beats, until the connection ends.
+async fn attend(
+    stream: &mut TcpStream,
+    frames: &mut FrameReader,
+) -> Result<Infallible, SessionError> {
+    let epoch = Instant::now();
+    let mut liveness = Liveness::new(epoch.elapsed());
+    let mut look = time::interval(LOOK);
+    look.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    loop {
+        tokio::select! {
+            // What has arrived is read before the silence is judged: this process may have slept.
+            biased;
+            filled = fill(stream, frames) => filled?,
+            _ = look.tick() => {}
+        }
+        let now = epoch.elapsed();
+        while frames.next_frame()?.is_some() {
+            liveness.heard(now);
+        }
+        if liveness.is_silent(now) {
+            return Err(SessionError::Silent);
+        }
+        if liveness.owes_beat(now) {
+            time::timeout(PATIENCE, stream.write_all(&frame::signal(FrameKind::Beat))).await??;
+            liveness.spoke(now);
+        }
+    }
+}
+
+async fn fill(stream: &mut TcpStream, frames: &mut FrameReader) -> Result<(), SessionError> {
+    match stream.read(frames.space()).await? {
+        0 => Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
+        len => {
+            frames.filled(len);
+            Ok(())
+        }
+    }
+}

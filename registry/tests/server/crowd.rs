@@ -1,0 +1,42 @@
+//! Many at once.
+
+use armor_wire::frame::FrameKind;
+use armor_wire::hello::Hello;
+
+use super::*;
+
+const CROWD: usize = 300;
+
+#[test]
+fn three_hundred_register_at_once_and_all_find_each_other() {
+    let (_registry, address) = registry();
+    // All hellos are on their way before the first answer is read.
+    let mut crowd: Vec<_> = (0..CROWD)
+        .map(|n| {
+            let mut client = Client::stranger(address);
+            let entry = entry(&format!("c{n}"), 1 + n as u64);
+            let purpose = Purpose::Registry { entry: Some(entry) };
+            client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
+            client
+        })
+        .collect();
+    for (n, client) in crowd.iter_mut().enumerate() {
+        client.answer().unwrap();
+        let data = format!("c{}.scan", (n + 1) % CROWD);
+        client.send(&Request::Lookup { request: 2, data, schema: String::new(), wait: true });
+        client.send(&Request::Provide { request: 1, entry: scan(&format!("c{n}")) });
+    }
+    for (n, client) in crowd.iter_mut().enumerate() {
+        let (mut provided, mut found) = (false, false);
+        while !(provided && found) {
+            match client.reply() {
+                Reply::Provided { request: 1 } => provided = true,
+                Reply::Found { request: 2, provider, .. } => {
+                    assert_eq!(provider.name, format!("c{}", (n + 1) % CROWD));
+                    found = true;
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
