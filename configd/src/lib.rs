@@ -1,0 +1,16 @@
+//! configd: owns the system's file and answers what components ask of it. It takes a new version
+//! of the file only when all of it is valid, and otherwise keeps the last good one.
+//!
+//! Start with [`versions`], the pure state machine; [`serve`] puts it on a socket and watches the
+//! file.
+
+mod answers;
+mod background;
+mod files;
+mod serve;
+pub mod versions;
+mod watch;
+
+pub use background::Background;
+pub use serve::{Options, ServeError, serve};
+pub use versions::{Action, Event, Notice, Rules, Versions};

@@ -1,0 +1,271 @@
+//! The state machine in memory: readings instead of a disk, events instead of sockets.
+
+use std::path::Path;
+use std::time::Duration;
+
+use armor_missions::read;
+use armor_net::CloseReason;
+use armor_wire::config::{Assigned, InputSettings, Settings};
+use armor_wire::keep::{Keep, Wake};
+
+use super::*;
+
+const FILE: &str = r#"<armor version="1">
+  <system>
+    <component name="player" kind="player">
+      <parameter name="file" value="logs/a.log"/>
+      <parameter name="speed" value="2"/>
+    </component>
+    <component name="mapper" kind="mapper" rate="10Hz"/>
+    <component name="view" kind="view" controllable="false"/>
+    <link from="player.scan" to="mapper.scan" keep="all"/>
+    <link from="player.odometry" to="mapper.odometry" keep="50" wake="spin"/>
+  </system>
+  <mission safe="end">
+    <place name="play" initial="true" components="player"/>
+    <place name="end"/>
+    <transition name="over" from="play" to="end" on="player.done"/>
+  </mission>
+</armor>"#;
+
+fn reading(text: &str) -> Reading {
+    read(Path::new("m/a.xml"), &mut |_| Ok(text.into()))
+}
+
+fn saved(text: &str) -> Event {
+    Event::Read(Box::new(reading(text)))
+}
+
+fn versions_under(rules: Rules) -> Versions {
+    let rules = Rules { root: "/robot".into(), ..rules };
+    Versions::new(7, rules, reading(FILE)).unwrap_or_else(|findings| panic!("{findings:?}")).0
+}
+
+fn versions() -> Versions {
+    versions_under(Rules::default())
+}
+
+fn connect(
+    versions: &mut Versions,
+    peer: u64,
+    from: &str,
+    purpose: Purpose,
+) -> armor_net::Action<Reply> {
+    let (peer, address) = (PeerId(peer), ([127, 0, 0, 1], 4000).into());
+    let hello = Hello::new(from, 1, purpose);
+    let connected = armor_net::Event::Connected { peer, address, hello };
+    match versions.handle(Event::Peer(connected)).pop() {
+        Some(Action::Peer(action)) => action,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn ask(versions: &mut Versions, peer: u64, message: Request) -> Reply {
+    let (peer, arrived) = (PeerId(peer), Duration::ZERO);
+    let asked = armor_net::Event::Message { peer, arrived, message };
+    match versions.handle(Event::Peer(asked)).pop() {
+        Some(Action::Peer(armor_net::Action::Send { peer: to, message })) => {
+            assert_eq!(to, peer);
+            message
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+fn settings(versions: &mut Versions, from: &str) -> Settings {
+    connect(versions, 1, from, Purpose::Config);
+    match ask(versions, 1, Request::Settings { request: 3 }) {
+        Reply::Settings { request: 3, settings } => settings,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn parameter(versions: &mut Versions, from: &str, name: &str) -> Option<Assigned> {
+    connect(versions, 1, from, Purpose::Config);
+    match ask(versions, 1, Request::Parameter { request: 4, name: name.into() }) {
+        Reply::Parameter { request: 4, name: given, assigned } if given == name => assigned,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_component_learns_how_it_runs_and_is_connected() {
+    let mut versions = versions();
+    let input = |id: &str, data: &str, keep, wake| InputSettings {
+        id: id.into(),
+        data: data.into(),
+        keep,
+        wake,
+    };
+    let wanted = Settings {
+        version: 1,
+        rate_hz: Some(10.0),
+        controlled: false,
+        inputs: vec![
+            input("scan", "player.scan", Keep::All, Wake::Sleep),
+            input("odometry", "player.odometry", Keep::Last { count: 50 }, Wake::Spin),
+        ],
+        watchdog_s: None,
+    };
+    assert_eq!(settings(&mut versions, "mapper"), wanted);
+    assert!(settings(&mut versions, "player").controlled);
+    assert!(!settings(&mut versions, "view").controlled);
+}
+
+#[test]
+fn a_parameter_comes_with_its_folder_and_place_or_is_not_assigned() {
+    let mut versions = versions();
+    let wanted = Assigned {
+        text: "logs/a.log".into(),
+        base: "/robot/m".into(),
+        origin: "m/a.xml:4:37".into(),
+    };
+    assert_eq!(parameter(&mut versions, "player", "file"), Some(wanted));
+    assert_eq!(parameter(&mut versions, "player", "loop"), None);
+}
+
+#[test]
+fn who_is_not_in_the_file_is_told_so_until_it_is() {
+    let mut versions = versions();
+    connect(&mut versions, 1, "plaier", Purpose::Config);
+    match ask(&mut versions, 1, Request::Settings { request: 5 }) {
+        Reply::Refused { request: 5, refusal } => {
+            assert_eq!(
+                refusal.text,
+                "m/a.xml holds no component called `plaier`; it holds: player, mapper, view"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    versions.handle(saved(&FILE.replace("\"view\" ", "\"plaier\" ")));
+    let answer = ask(&mut versions, 1, Request::Settings { request: 6 });
+    assert!(matches!(answer, Reply::Settings { request: 6, .. }), "{answer:?}");
+}
+
+#[test]
+fn who_comes_for_something_else_is_refused() {
+    let action = connect(&mut versions(), 1, "tool", Purpose::Registry { entry: None });
+    assert!(matches!(action, armor_net::Action::Refuse { .. }), "{action:?}");
+}
+
+#[test]
+fn only_a_valid_version_is_taken() {
+    let mut versions = versions();
+    let mut read = |text: &str| match versions.handle(saved(text)).pop() {
+        None => "nothing".to_owned(),
+        Some(Action::Tell(Notice::Taken { version, .. })) => format!("taken {version}"),
+        Some(Action::Tell(Notice::Restored { version })) => format!("restored {version}"),
+        Some(Action::Tell(Notice::Refused { kept, findings })) => {
+            let codes: Vec<_> = findings.iter().map(|finding| finding.code.as_str()).collect();
+            format!("refused, kept {kept}: {}", codes.join(" "))
+        }
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(read(&FILE[..200]), "refused, kept 1: E0004");
+    assert_eq!(read(""), "refused, kept 1: E0004");
+    assert_eq!(read(FILE), "restored 1");
+    assert_eq!(read(FILE), "nothing");
+    assert_eq!(read(&FILE.replace("10Hz", "20Hz")), "taken 2");
+    let two_faults = FILE.replace("10Hz", "10").replace("end\">", "fin\">");
+    assert_eq!(read(&two_faults), "refused, kept 2: E0019 E0203");
+    assert_eq!(read(FILE), "taken 3");
+    assert_eq!(versions.number(), 3);
+    assert_eq!(settings(&mut versions, "mapper").version, 3);
+}
+
+#[test]
+fn overrides_go_over_every_version() {
+    let over = Override::parse("player.file=b.log", Path::new("/home")).unwrap();
+    let mut versions = versions_under(Rules { overrides: vec![over], ..Rules::default() });
+    let wanted = Assigned { text: "b.log".into(), base: "/home".into(), origin: "--set".into() };
+    assert_eq!(parameter(&mut versions, "player", "file").as_ref(), Some(&wanted));
+    versions.handle(saved(&FILE.replace("a.log", "c.log")));
+    assert_eq!(versions.number(), 2);
+    assert_eq!(parameter(&mut versions, "player", "file"), Some(wanted));
+    // A version without the component that is set is not taken.
+    versions.handle(saved(&FILE.replace("player", "gamer")));
+    assert_eq!(versions.number(), 2);
+}
+
+#[test]
+fn what_is_not_played_is_not_taken() {
+    let rules = Rules { played: Some(vec![Feature::Priority]), ..Rules::default() };
+    let mut versions = versions_under(rules);
+    versions.handle(saved(&FILE.replace("on=\"player.done\"", "priority=\"2\" timeout=\"1s\"")));
+    assert_eq!(versions.number(), 2);
+    versions.handle(saved(&FILE.replace("on=\"player.done\"", "when=\"x\"")));
+    assert_eq!(versions.number(), 2);
+}
+
+fn live_manifests() -> Manifests {
+    use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
+    let port = |id: &str| PortManifest {
+        id: id.into(),
+        type_name: "T".into(),
+        schema: String::new(),
+        schema_hash: 1,
+        doc: String::new(),
+        required: false,
+        latched: false,
+    };
+    let parameter = |name: &str, live| ParameterManifest {
+        name: name.into(),
+        kind: ParameterType::Text,
+        unit: String::new(),
+        default: Some("1".into()),
+        minimum: None,
+        maximum: None,
+        choices: Vec::new(),
+        doc: String::new(),
+        live,
+    };
+    let manifest = |kind: &str| Manifest {
+        armor_manifest: 1,
+        kind: kind.into(),
+        summary: String::new(),
+        inputs: vec![port("scan"), port("odometry")],
+        outputs: vec![port("scan"), port("odometry")],
+        parameters: vec![parameter("file", false), parameter("speed", true)],
+    };
+    ["player", "mapper", "view"].map(|kind| (kind.to_owned(), manifest(kind))).into()
+}
+
+#[test]
+fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
+    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let mut versions = versions_under(rules);
+    for (peer, name) in [(1, "player"), (2, "player"), (3, "mapper")] {
+        connect(&mut versions, peer, name, Purpose::Config);
+    }
+    for name in ["file", "speed"] {
+        for peer in [1, 3] {
+            ask(&mut versions, peer, Request::Parameter { request: 1, name: name.into() });
+        }
+    }
+    let sent = |actions: Vec<Action>| -> Vec<_> {
+        let messages = actions.into_iter().filter_map(|action| match action {
+            Action::Peer(armor_net::Action::Send { peer, message }) => Some((peer.0, message)),
+            _ => None,
+        });
+        messages.collect()
+    };
+    let changed = FILE.replace("value=\"2\"", "value=\"3\"").replace("a.log", "b.log");
+    let messages = sent(versions.handle(saved(&changed)));
+    match messages.as_slice() {
+        [(1, Reply::Parameter { request: 0, name, assigned: Some(assigned) })] => {
+            assert_eq!((name.as_str(), assigned.text.as_str()), ("speed", "3"));
+        }
+        other => panic!("{other:?}"),
+    }
+    versions.handle(Event::Peer(armor_net::Event::Closed {
+        peer: PeerId(1),
+        reason: CloseReason::Ended,
+    }));
+    assert!(sent(versions.handle(saved(FILE))).is_empty());
+}
+
+#[test]
+fn an_invalid_first_version_is_refused_with_its_findings() {
+    let refused = Versions::new(7, Rules::default(), reading("<armor"));
+    assert!(refused.err().is_some_and(|findings| findings.has_errors()));
+}
