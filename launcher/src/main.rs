@@ -1,2 +1,68 @@
-//! The `armor` binary.
-fn main() {}
+//! The `armor` program: starts, watches and stops a system, looks into a running one, and holds the
+//! daemons and the stock components as subcommands, so that one file is all a robot needs.
+//!
+//! Start with [`arguments`] (what can be asked), then [`run`] and its `supervisor` (what keeps a
+//! system running).
+
+mod arguments;
+mod check;
+mod daemon;
+mod exit;
+mod guard;
+mod kinds;
+mod look;
+mod new;
+mod played;
+mod print;
+mod run;
+#[cfg(test)]
+mod scratch;
+mod system;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{CommandFactory, Parser};
+
+use arguments::{Arguments, Command, Format, Mission};
+use exit::Ending;
+
+fn main() -> ExitCode {
+    let Arguments { format, command } = Arguments::parse();
+    if format == Format::Dot && !matches!(command, Command::Graph(_)) {
+        let text = "only `armor graph` has --format dot";
+        Arguments::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
+    }
+    dispatch(command, format).unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        Ending::Failed.into()
+    })
+}
+
+fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
+    let ending = match command {
+        Command::Run(arguments) => run::run(&arguments, format)?,
+        Command::Check(arguments) => check::run(&arguments, format)?,
+        Command::Ps(running) => look::ps::run(&running, format)?,
+        Command::Describe(arguments) => look::describe::run(&arguments, format)?,
+        Command::Graph(running) => look::graph::run(&running, format)?,
+        Command::Echo(arguments) => look::echo::run(&arguments)?,
+        Command::Hz(arguments) => look::hz::run(&arguments, format)?,
+        Command::Mission(Mission::Show { follow, running }) => {
+            look::mission::show(&running, follow, format)?
+        }
+        Command::New(arguments) => new::run(&arguments)?,
+        Command::Completions { shell } => {
+            let mut program = Arguments::command();
+            clap_complete::generate(shell, &mut program, "armor", &mut std::io::stdout());
+            Ending::Fine
+        }
+        Command::Registry(arguments) => daemon::registry(&arguments)?,
+        Command::Configd(arguments) => daemon::configd(&arguments)?,
+        Command::Component(arguments) => return daemon::component(arguments),
+        Command::Guard(arguments) => return guard::run(&arguments),
+        Command::Undertaker => return Ok(run::undertaker::run()),
+        Command::Executive(_) => anyhow::bail!("the executive is not part of this build yet"),
+    };
+    Ok(ending.into())
+}

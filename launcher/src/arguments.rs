@@ -1,0 +1,257 @@
+//! The command line: what can be asked of `armor`, in the words of `armor --help`.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use armor_wire::{name::is_name, quantity};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+/// Robots from components: independent processes, direct links, and a mission that turns them on
+/// and off.
+#[derive(Debug, Parser)]
+#[command(name = "armor", version, propagate_version = true)]
+pub struct Arguments {
+    /// What is printed: text for people, or JSON Lines on stdout for programs.
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORMAT")]
+    pub format: Format,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What is printed on stdout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object per line.
+    Json,
+    /// Graphviz, for `armor graph`.
+    Dot,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Start a system and its mission, watch it, stop it in order.
+    Run(Run),
+    /// Check a file and print all findings.
+    Check(Check),
+    /// Show the processes of a running system.
+    Ps(Running),
+    /// Show a kind of component: its ports and parameters. Without KIND: all kinds.
+    Describe(Describe),
+    /// Show the links of a running system, with what they sent, dropped and lost.
+    Graph(Running),
+    /// Print data as it is published.
+    Echo(Echo),
+    /// Measure how often data is published.
+    Hz(Hz),
+    /// Look at the mission of a running system.
+    #[command(subcommand)]
+    Mission(Mission),
+    /// Write the project of a new component.
+    New(New),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Run the registry by itself.
+    Registry(Registry),
+    /// Run the configuration daemon by itself.
+    Configd(Configd),
+    /// Run the executive by itself.
+    Executive(Executive),
+    /// Run one stock component by itself.
+    Component(Component),
+    /// Run a program that does not outlive its parent.
+    #[command(hide = true)]
+    Guard(Guard),
+    /// Kill the groups named on stdin when stdin ends.
+    #[command(hide = true)]
+    Undertaker,
+}
+
+/// Which kinds of components there are beside the stock.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Kinds {
+    /// Folder of component executables; may be given several times.
+    #[arg(long = "components", value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct Run {
+    /// The system or mission file.
+    pub file: PathBuf,
+    /// Give a parameter another value than the file does.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    /// Stop after this time, such as 30s or 5min.
+    #[arg(long = "for", value_name = "TIME", value_parser = duration)]
+    pub time: Option<Duration>,
+    /// Open no windows.
+    #[arg(long)]
+    pub headless: bool,
+    /// Folder for what the run produces. Default: out/NAME.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub kinds: Kinds,
+    /// Where the registry listens. Default: port 7411 of this host, or the next free one.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub registry: Option<SocketAddr>,
+    /// Call the system this instead of what the file says.
+    #[arg(long, value_name = "NAME", value_parser = name)]
+    pub system: Option<String>,
+}
+
+#[derive(Args, Debug)]
+pub struct Check {
+    /// The system or mission file.
+    pub file: PathBuf,
+    /// Give a parameter another value than the file does.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    #[command(flatten)]
+    pub kinds: Kinds,
+}
+
+#[derive(Args, Debug)]
+pub struct Describe {
+    /// The kind.
+    pub kind: Option<String>,
+    #[command(flatten)]
+    pub kinds: Kinds,
+}
+
+/// Which running system is meant.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Running {
+    /// The system with this name; needed if several run.
+    #[arg(long, value_name = "NAME")]
+    pub system: Option<String>,
+    /// The system whose registry listens here.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY")]
+    pub registry: Option<SocketAddr>,
+}
+
+#[derive(Args, Debug)]
+pub struct Echo {
+    /// Unique name of the data, COMPONENT.OUTPUT.
+    pub data: String,
+    /// Stop after so many.
+    #[arg(long, short = 'n', value_name = "N")]
+    pub count: Option<u64>,
+    #[command(flatten)]
+    pub running: Running,
+}
+
+#[derive(Args, Debug)]
+pub struct Hz {
+    /// Unique name of the data, COMPONENT.OUTPUT.
+    pub data: String,
+    /// Stop after so many windows of one second.
+    #[arg(long, short = 'n', value_name = "N")]
+    pub count: Option<u64>,
+    #[command(flatten)]
+    pub running: Running,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Mission {
+    /// Show which places are marked and what can fire.
+    Show {
+        /// Print again at every change.
+        #[arg(long, short)]
+        follow: bool,
+        #[command(flatten)]
+        running: Running,
+    },
+}
+
+#[derive(Args, Debug)]
+pub struct New {
+    /// Name of the component: its kind, its folder and its package.
+    pub name: String,
+    /// Folder to write. Default: NAME in the current one.
+    #[arg(long, value_name = "DIR")]
+    pub path: Option<PathBuf>,
+    /// Folder of armor-sdk. Default: the one this program was built with.
+    #[arg(long, value_name = "DIR")]
+    pub sdk: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct Registry {
+    /// Where it listens.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
+    pub listen: SocketAddr,
+}
+
+#[derive(Args, Debug)]
+pub struct Configd {
+    /// The system or mission file.
+    pub file: PathBuf,
+    /// Where the registry listens.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
+    pub registry: SocketAddr,
+    /// Give a parameter another value than the file does.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    #[command(flatten)]
+    pub kinds: Kinds,
+}
+
+#[derive(Args, Debug)]
+pub struct Executive {
+    /// The mission file.
+    pub file: PathBuf,
+    /// Where the registry listens.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
+    pub registry: SocketAddr,
+    /// Give a parameter another value than the file does.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    /// File of the journal, from which a restarted executive goes on.
+    #[arg(long, value_name = "FILE")]
+    pub journal: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+#[command(disable_help_flag = true)]
+pub struct Component {
+    /// The kind.
+    pub kind: String,
+    /// Passed on: --name NAME, --registry ADDRESS:PORT, --describe.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<std::ffi::OsString>,
+}
+
+#[derive(Args, Debug)]
+pub struct Guard {
+    /// Process id of the parent that must be alive.
+    pub parent: i32,
+    /// The program and its arguments.
+    #[arg(last = true, required = true)]
+    pub program: Vec<std::ffi::OsString>,
+}
+
+fn default_registry() -> SocketAddr {
+    SocketAddr::from(([127, 0, 0, 1], armor_wire::registry::DEFAULT_PORT))
+}
+
+fn duration(text: &str) -> Result<Duration, String> {
+    let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
+    Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
+}
+
+fn name(text: &str) -> Result<String, String> {
+    if is_name(text) {
+        Ok(text.into())
+    } else {
+        Err("a name starts with a letter and has letters, digits, _ and - (at most 64)".into())
+    }
+}

@@ -1,0 +1,117 @@
+//! The daemons and the stock components, each as a program of its own: what the launcher starts,
+//! and what can be started by hand on any host.
+
+use std::net::SocketAddr;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use armor_configd::Notice;
+use armor_net::Registration;
+use armor_wire::registry::ComponentEntry;
+use tokio::signal::unix::{SignalKind, signal};
+use tracing::{info, warn};
+
+use crate::arguments;
+use crate::check;
+use crate::exit::Ending;
+use crate::kinds::Catalogue;
+use crate::kinds::stock::STOCK;
+use crate::played::PLAYED;
+
+/// Runs the registry until it is asked to end.
+///
+/// # Errors
+/// If it cannot listen.
+pub fn registry(arguments: &arguments::Registry) -> Result<Ending> {
+    armor_sdk::log::init();
+    let options =
+        armor_registry::Options { listen: arguments.listen, ..armor_registry::Options::default() };
+    until_asked(async {
+        Ok(armor_registry::serve(options, |_| {}).await.map(|never| match never {})?)
+    })
+}
+
+/// Runs configd until it is asked to end.
+///
+/// # Errors
+/// If the file is not valid, or configd cannot listen.
+pub fn configd(arguments: &arguments::Configd) -> Result<Ending> {
+    armor_sdk::log::init();
+    let folder = std::env::current_dir().context("the current folder is gone")?;
+    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    if let Some(finding) = malformed.first() {
+        bail!("{finding}");
+    }
+    let files = armor_missions::load(&arguments.file).files;
+    let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
+    let options = armor_configd::Options {
+        overrides,
+        manifests: Some(kinds.manifests()),
+        played: Some(PLAYED.to_vec()),
+        ..armor_configd::Options::new(&arguments.file)
+    };
+    let registry = arguments.registry;
+    // Kept to the end: dropping it ends the registration.
+    let mut registrations = Vec::new();
+    let tell = |notice| match notice {
+        Notice::Ready { address } => {
+            registrations.push(Registration::keep(registry, entry("configd", address)));
+        }
+        Notice::Taken { version: 1, .. } => {}
+        Notice::Taken { version, findings } => {
+            findings.iter().for_each(|finding| warn!("{finding}"));
+            info!(version, "a new version of the file is in force");
+        }
+        Notice::Refused { kept, findings } => {
+            findings.iter().for_each(|finding| warn!("{finding}"));
+            warn!(kept, "the file is not valid; the last good version stays in force");
+        }
+        Notice::Restored { version } => info!(version, "the file is again what is in force"),
+    };
+    until_asked(async {
+        Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
+    })
+}
+
+/// How a daemon is found.
+fn entry(name: &str, address: SocketAddr) -> ComponentEntry {
+    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    ComponentEntry {
+        name: name.into(),
+        kind: name.into(),
+        instance: armor_net::random_id(),
+        pid: std::process::id(),
+        host,
+        endpoint: address.to_string(),
+    }
+}
+
+/// Runs a stock component.
+///
+/// # Errors
+/// If there is no such kind.
+pub fn component(arguments: arguments::Component) -> Result<ExitCode> {
+    let kind = arguments.kind;
+    let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
+        let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();
+        bail!("no stock component is called {kind}; there are {}", known.join(", "));
+    };
+    Ok((stock.run)(arguments.arguments))
+}
+
+/// Serves until SIGTERM or SIGINT.
+fn until_asked(serving: impl Future<Output = Result<()>>) -> Result<Ending> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("the event loop cannot be started")?;
+    runtime.block_on(async {
+        let mut terminate = signal(SignalKind::terminate())?;
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        tokio::select! {
+            result = serving => result.map(|()| Ending::Fine),
+            _ = terminate.recv() => Ok(Ending::Fine),
+            _ = interrupt.recv() => Ok(Ending::Interrupted),
+        }
+    })
+}

@@ -1,0 +1,31 @@
+//! How `armor` ends, as a number that scripts can rely on.
+
+use std::process::ExitCode;
+
+/// What a command came to. Wrong usage is 2 and ends in the command line's own parser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// 0: all is fine; a mission reached its goal.
+    Fine,
+    /// 1: the check or the run failed.
+    Failed,
+    /// 130: interrupted.
+    Interrupted,
+}
+
+impl Ending {
+    /// The number.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Fine => 0,
+            Self::Failed => 1,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+impl From<Ending> for ExitCode {
+    fn from(ending: Ending) -> Self {
+        Self::from(ending.code())
+    }
+}

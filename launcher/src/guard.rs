@@ -1,0 +1,37 @@
+//! `armor guard PARENT -- PROGRAM …`: becomes PROGRAM, in a process group of its own, and is killed
+//! by the kernel when the thread that started it ends. So nothing outlives a killed launcher, not
+//! even an executable that knows nothing of Armor.
+
+use std::ffi::OsString;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal, setpgid};
+
+use crate::arguments;
+
+/// Becomes the program. Returns only if that is not possible.
+pub fn run(guard: &arguments::Guard) -> Result<std::process::ExitCode> {
+    set_parent_process_death_signal(Some(Signal::KILL)).context("asking for the death signal")?;
+    // The parent may have died before the signal was asked for; then it never comes.
+    if getppid() != Pid::from_raw(guard.parent) {
+        bail!("process {}, which started this one, is gone", guard.parent);
+    }
+    setpgid(None, None).context("making a process group")?;
+    let (program, arguments) =
+        guard.program.split_first().context("no program is given after `--`")?;
+    let error = Command::new(program).args(arguments).exec();
+    Err(error).with_context(|| format!("{} cannot be started", program.to_string_lossy()))
+}
+
+/// The arguments that start `program` under the guard of process `parent`.
+pub fn arguments<'a>(
+    parent: u32,
+    program: &'a OsString,
+    arguments: &'a [OsString],
+) -> impl Iterator<Item = OsString> + 'a {
+    ["guard".into(), parent.to_string().into(), "--".into(), program.clone()]
+        .into_iter()
+        .chain(arguments.iter().cloned())
+}

@@ -1,0 +1,129 @@
+//! `armor hz DATA`: how often data is published, in windows of one second.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use serde::Serialize;
+
+use super::{Observed, printed, say};
+use crate::arguments::{Format, Hz};
+use crate::exit::Ending;
+
+const WINDOW: Duration = Duration::from_secs(1);
+
+/// Periods between the arrivals of one window.
+#[derive(Debug, Default)]
+struct Window {
+    arrivals_s: Vec<f64>,
+    /// The last arrival of the window before, from which the first period counts.
+    before_s: Option<f64>,
+    lost: u64,
+}
+
+/// What is said of one window.
+#[derive(Debug, PartialEq, Serialize)]
+struct Summary {
+    rate_hz: f64,
+    period_min_s: Option<f64>,
+    period_max_s: Option<f64>,
+    period_std_s: Option<f64>,
+    received: usize,
+    lost: u64,
+}
+
+/// Prints one line per window.
+///
+/// # Errors
+/// If nobody provides the data, or the link ends.
+pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
+    let mut tap = Observed::find(&arguments.running, "hz")?.tap(&arguments.data)?;
+    let start = Instant::now();
+    let mut window = Window::default();
+    let mut windows = 0;
+    let mut print = || -> Result<()> {
+        while arguments.count.is_none_or(|count| windows < count) {
+            let end = start + WINDOW * u32::try_from(windows + 1).unwrap_or(u32::MAX);
+            let left = end.saturating_duration_since(Instant::now());
+            if !left.is_zero() {
+                if let Some(item) = tap.next(left)? {
+                    window.add(start.elapsed().as_secs_f64(), item.lost);
+                }
+                continue;
+            }
+            let summary = window.close();
+            windows += 1;
+            match format {
+                Format::Json => say(serde_json::to_string(&summary)?)?,
+                _ => say(&summary)?,
+            }
+        }
+        Ok(())
+    };
+    printed(print())
+}
+
+impl Window {
+    fn add(&mut self, arrived_s: f64, lost: u64) {
+        self.arrivals_s.push(arrived_s);
+        self.lost += lost;
+    }
+
+    /// Sums up, and begins the next window.
+    fn close(&mut self) -> Summary {
+        let arrivals_s = std::mem::take(&mut self.arrivals_s);
+        let times: Vec<f64> = self.before_s.iter().chain(&arrivals_s).copied().collect();
+        let periods: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        self.before_s = times.last().copied();
+        let count = periods.len() as f64;
+        let sum: f64 = periods.iter().sum();
+        let mean = sum / count;
+        let variance = periods.iter().map(|period| (period - mean).powi(2)).sum::<f64>() / count;
+        let some = |value: f64| (!periods.is_empty()).then_some(value);
+        Summary {
+            // Over the periods, not the window: a window of 1 s cuts a rate of 0.7 Hz to 0 or 1.
+            rate_hz: if sum > 0.0 { count / sum } else { 0.0 },
+            period_min_s: some(periods.iter().copied().fold(f64::INFINITY, f64::min)),
+            period_max_s: some(periods.iter().copied().fold(0.0, f64::max)),
+            period_std_s: some(variance.sqrt()),
+            received: arrivals_s.len(),
+            lost: std::mem::take(&mut self.lost),
+        }
+    }
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ms = |seconds: Option<f64>| {
+            seconds.map_or("      -".into(), |seconds| format!("{:7.2}", seconds * 1e3))
+        };
+        write!(
+            f,
+            "{:9.2} Hz   period {} to {} ms, std {} ms   {} received, {} lost",
+            self.rate_hz,
+            ms(self.period_min_s),
+            ms(self.period_max_s),
+            ms(self.period_std_s),
+            self.received,
+            self.lost
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_comes_from_periods_also_across_windows() {
+        let mut window = Window::default();
+        window.add(0.5, 0);
+        let first = window.close();
+        assert_eq!((first.rate_hz, first.period_min_s, first.received), (0.0, None, 1));
+        window.add(1.0, 2);
+        window.add(1.5, 0);
+        let second = window.close();
+        assert_eq!((second.rate_hz, second.received, second.lost), (2.0, 2, 2));
+        assert_eq!((second.period_min_s, second.period_std_s), (Some(0.5), Some(0.0)));
+        assert_eq!(window.close().received, 0, "each window begins empty");
+    }
+}

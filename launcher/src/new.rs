@@ -1,0 +1,102 @@
+//! `armor new NAME`: the project of a component that builds and runs.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use armor_wire::name::is_name;
+
+use crate::arguments;
+use crate::exit::Ending;
+
+/// Where armor-sdk was when this program was built.
+const BUILT_WITH_SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../sdk");
+/// The files of a project, with `{{name}}`, `{{Type}}` and `{{sdk}}` to be filled in.
+const FILES: [(&str, &str); 4] = [
+    ("Cargo.toml", include_str!("new/Cargo.toml.txt")),
+    ("src/main.rs", include_str!("new/main.rs.txt")),
+    ("README.md", include_str!("new/README.md.txt")),
+    (".gitignore", "/target\n"),
+];
+
+/// Writes the project.
+///
+/// # Errors
+/// If the name is none, the folder is there already, or armor-sdk is not found.
+pub fn run(arguments: &arguments::New) -> Result<Ending> {
+    let name = &arguments.name;
+    if !is_name(name) || name != &name.to_lowercase() {
+        bail!(
+            "`{name}` cannot be the name of a kind: it starts with a letter and has small letters, \
+             digits, _ and -"
+        );
+    }
+    let sdk = sdk(arguments.sdk.as_deref())?;
+    let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
+    if folder.exists() {
+        bail!("{} is there already; remove it or give another --path", folder.display());
+    }
+    for (file, text) in FILES {
+        let text = text
+            .replace("{{name}}", name)
+            .replace("{{Type}}", &type_name(name))
+            .replace("{{sdk}}", &sdk.display().to_string());
+        let path = folder.join(file);
+        let written = fs::create_dir_all(path.parent().unwrap_or(&folder))
+            .and_then(|()| fs::write(&path, text));
+        written.with_context(|| format!("{} cannot be written", path.display()))?;
+    }
+    println!("{} is written. Next:", folder.display());
+    println!("  cd {} && cargo test && cargo run -- --describe", folder.display());
+    println!("and read its README.md.");
+    Ok(Ending::Fine)
+}
+
+fn sdk(given: Option<&Path>) -> Result<PathBuf> {
+    let path = given.unwrap_or(Path::new(BUILT_WITH_SDK));
+    match path.canonicalize() {
+        Ok(path) if path.join("Cargo.toml").is_file() => Ok(path),
+        _ => bail!("armor-sdk is not in {}; say where with --sdk DIR", path.display()),
+    }
+}
+
+/// `laser-scanner` is a `LaserScanner`.
+fn type_name(name: &str) -> String {
+    let words = name.split(['-', '_']).filter(|word| !word.is_empty());
+    words.map(|word| word[..1].to_uppercase() + &word[1..]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scratch::Scratch;
+
+    fn new(name: &str, path: PathBuf) -> Result<Ending> {
+        run(&arguments::New { name: name.into(), path: Some(path), sdk: None })
+    }
+
+    #[test]
+    fn a_project_is_written_once_and_has_nothing_left_to_fill_in() {
+        let scratch = Scratch::new("new");
+        let folder = scratch.path().join("laser-scanner");
+        new("laser-scanner", folder.clone()).expect("written");
+        for (file, _) in FILES {
+            let text = fs::read_to_string(folder.join(file)).expect("it is there");
+            assert!(!text.contains("{{"), "{file}: {text}");
+        }
+        let main = fs::read_to_string(folder.join("src/main.rs")).expect("it is there");
+        assert!(main.contains("struct LaserScanner"), "{main}");
+        let error = new("laser-scanner", folder).expect_err("it is there already");
+        assert!(error.to_string().contains("--path"), "{error}");
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused() {
+        let scratch = Scratch::new("new-bad");
+        for name in ["", "9lives", "../up", "a b", "Laser", "größe"] {
+            let folder = scratch.path().join("x");
+            assert!(new(name, folder.clone()).is_err(), "{name}");
+            assert!(!folder.exists());
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Tables for people.
+
+/// Lines up `rows` under `headings`; numbers to the right.
+pub fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
+    let widths: Vec<usize> = (0..headings.len())
+        .map(|column| {
+            let cells = rows.iter().filter_map(|row| row.get(column));
+            let longest = cells.map(|cell| cell.chars().count()).max().unwrap_or(0);
+            longest.max(headings[column].chars().count())
+        })
+        .collect();
+    let right: Vec<bool> = (0..headings.len())
+        .map(|column| {
+            let mut cells = rows.iter().filter_map(|row| row.get(column)).peekable();
+            cells.peek().is_some() && cells.all(|cell| is_number(cell))
+        })
+        .collect();
+    let headings: Vec<String> = headings.iter().map(ToString::to_string).collect();
+    let mut out = String::new();
+    for row in [&headings].into_iter().chain(rows) {
+        let mut line = String::new();
+        for (column, cell) in row.iter().enumerate() {
+            let width = widths[column];
+            line +=
+                &if right[column] { format!("{cell:>width$}") } else { format!("{cell:width$}") };
+            line += "  ";
+        }
+        out += line.trim_end();
+        out.push('\n');
+    }
+    out
+}
+
+/// A number, with or without a unit, or nothing known.
+fn is_number(cell: &str) -> bool {
+    cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// A duration as people say it.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 60.0 => format!("{s:.1} s"),
+        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
+        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
+    }
+}
+
+/// A short time, in the unit that suits it.
+pub fn short(seconds: f64) -> String {
+    match seconds.abs() {
+        s if s < 1e-3 => format!("{:.0} us", seconds * 1e6),
+        s if s < 1.0 => format!("{:.1} ms", seconds * 1e3),
+        _ => format!("{seconds:.2} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up_and_numbers_stand_to_the_right() {
+        let rows = [["laser", "7"], ["größe", "1234"]].map(|row| row.map(String::from).to_vec());
+        let expected = "NAME   PID\nlaser     7\ngröße  1234\n".replace("PID\n", " PID\n");
+        assert_eq!(table(&["NAME", "PID"], &rows), expected);
+    }
+
+    #[test]
+    fn times_are_said_in_the_unit_that_suits_them() {
+        let said = [3.21, 75.0, 7384.0].map(duration);
+        assert_eq!(said, ["3.2 s", "1 min 15 s", "2 h 03 min"]);
+        assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
+    }
+}

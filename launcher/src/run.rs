@@ -1,0 +1,108 @@
+//! `armor run FILE`: checks the file, starts what it names, and watches it to the end.
+
+mod logs;
+mod out;
+mod plan;
+mod port;
+pub mod process;
+mod pulse;
+mod supervise;
+mod supervisor;
+pub mod undertaker;
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, Result};
+use serde_json::json;
+
+use crate::arguments::{self, Format};
+use crate::check;
+use crate::exit::Ending;
+use crate::system::run_file::{self, Record, RunFile};
+use logs::Log;
+use plan::Plan;
+use port::Lease;
+use supervisor::{Level, Verdict};
+
+/// Runs the system to its end.
+///
+/// # Errors
+/// If it cannot be started at all.
+pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
+    let checked = check::load(&arguments.file, &arguments.overrides, &arguments.kinds)?;
+    checked.print_problems(format);
+    let Some(configuration) = checked.accepted() else {
+        return Ok(Ending::Failed);
+    };
+    let name =
+        arguments.system.clone().unwrap_or_else(|| plan::name_of(configuration, &arguments.file));
+    let out = out::Folder::take(arguments.out.as_deref(), &name)?;
+    let lease = Lease::take(arguments.registry)?;
+    let plan = Plan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
+    let record = Record {
+        system: name.clone(),
+        pid: std::process::id(),
+        registry: lease.address,
+        started_s: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64(),
+        file: arguments.file.clone(),
+        out: out.path().into(),
+    };
+    let _run_file = RunFile::write(&run_file::directory()?, &record)?;
+
+    let (log, sinks) = Log::start(&out.path().join("logs"), &plan.names(), format)?;
+    let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());
+    log.say(plan::LAUNCHER, Level::Info, text);
+    if !lease.is_default() && arguments.registry.is_none() {
+        let text = "the usual port is taken, probably by another system; tools find both";
+        log.say(plan::LAUNCHER, Level::Info, text);
+    }
+    // The main thread starts every process: the kernel kills them when the thread that did ends.
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("the launcher cannot start its event loop")?;
+    let verdict = runtime.block_on(supervise::supervise(plan, arguments.time, &log));
+    runtime.shutdown_background();
+    if let Ok(verdict) = &verdict {
+        log.say(plan::LAUNCHER, Level::Info, format!("{name}: {}", in_words(verdict)));
+    }
+    sinks.close();
+    let verdict = verdict?;
+    let ending = ending(&verdict);
+    if format == Format::Json {
+        let code = ending.code();
+        println!("{}", json!({"event": "end", "how": in_words(&verdict), "code": code}));
+    }
+    Ok(ending)
+}
+
+fn ending(verdict: &Verdict) -> Ending {
+    match verdict {
+        Verdict::Goal => Ending::Fine,
+        Verdict::Interrupted => Ending::Interrupted,
+        Verdict::Safe | Verdict::Failed | Verdict::Essential(_) => Ending::Failed,
+        Verdict::TimeUp { failed } | Verdict::AllEnded { failed } => {
+            if failed.is_empty() {
+                Ending::Fine
+            } else {
+                Ending::Failed
+            }
+        }
+    }
+}
+
+fn in_words(verdict: &Verdict) -> String {
+    let with = |text: &str, failed: &[String]| match failed {
+        [] => text.into(),
+        failed => format!("{text}; failed for good: {}", failed.join(", ")),
+    };
+    match verdict {
+        Verdict::Goal => "the mission reached its goal".into(),
+        Verdict::Safe => "the mission ended in its safe place".into(),
+        Verdict::Failed => "the mission failed".into(),
+        Verdict::Interrupted => "interrupted".into(),
+        Verdict::TimeUp { failed } => with("the time is over", failed),
+        Verdict::AllEnded { failed } => with("every component has ended", failed),
+        Verdict::Essential(name) => format!("{name} failed for good, and nothing works without it"),
+    }
+}

@@ -1,0 +1,67 @@
+//! How many lines one process may have: a burst, then a rate.
+
+use std::time::Duration;
+
+/// Lines at once.
+const BURST: f64 = 10_000.0;
+/// Lines per second in the long run: far more than anybody reads, far less than fills a disk.
+const RATE_HZ: f64 = 2_000.0;
+/// How often a process that floods is told of.
+const CONFESS_EVERY: Duration = Duration::from_secs(1);
+
+/// A bucket of lines that fills with time.
+pub struct Budget {
+    lines: f64,
+    filled: Duration,
+    left_out: u64,
+    confessed: Duration,
+}
+
+impl Budget {
+    /// A full bucket.
+    pub fn new(now: Duration) -> Self {
+        Self { lines: BURST, filled: now, left_out: 0, confessed: now }
+    }
+
+    /// Whether one more line may pass; if not, it is counted.
+    pub fn take(&mut self, now: Duration) -> bool {
+        let passed = now.saturating_sub(self.filled).as_secs_f64();
+        self.filled = now;
+        self.lines = (self.lines + passed * RATE_HZ).min(BURST);
+        if self.lines < 1.0 {
+            self.left_out += 1;
+            return false;
+        }
+        self.lines -= 1.0;
+        true
+    }
+
+    /// How many lines were left out since this was last asked, if it is time to say it.
+    pub fn confession(&mut self, now: Duration, last: bool) -> Option<u64> {
+        let due = last || now.saturating_sub(self.confessed) >= CONFESS_EVERY;
+        if self.left_out == 0 || !due {
+            return None;
+        }
+        self.confessed = now;
+        Some(std::mem::take(&mut self.left_out))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_is_cut_to_the_rate_and_every_line_counted() {
+        let mut budget = Budget::new(Duration::ZERO);
+        let mut passed = 0;
+        let mut left_out = 0;
+        for millisecond in 0..10_000 {
+            let now = Duration::from_millis(millisecond);
+            passed += (0..100).filter(|_| budget.take(now)).count();
+            left_out += budget.confession(now, millisecond == 9_999).unwrap_or(0);
+        }
+        assert!((29_990..=30_010).contains(&passed), "{passed}");
+        assert_eq!(passed as u64 + left_out, 1_000_000);
+    }
+}

@@ -1,0 +1,135 @@
+//! A line as people or programs get it on stdout.
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+
+use serde_json::json;
+
+use super::{Line, Stream};
+use crate::arguments::Format;
+
+/// Longest name that the others are lined up with.
+const MAX_WIDTH: usize = 20;
+/// Colours that can be told apart on black and on white (xterm's 256).
+const COLOURS: [u8; 12] = [33, 35, 36, 63, 67, 71, 99, 133, 137, 143, 168, 173];
+
+/// How lines look.
+pub struct Renderer {
+    format: Format,
+    colours: bool,
+    width: usize,
+}
+
+impl Renderer {
+    /// With colours if stdout is a terminal and `NO_COLOR` is not set.
+    pub fn for_stdout(names: &[&str], format: Format) -> Self {
+        let colours = std::io::stdout().is_terminal()
+            && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        Self::new(names, format, colours)
+    }
+
+    /// As told.
+    pub fn new(names: &[&str], format: Format, colours: bool) -> Self {
+        let width = names.iter().map(|name| name.len()).max().unwrap_or(0).min(MAX_WIDTH);
+        Self { format, colours, width }
+    }
+
+    /// Appends the line with its end.
+    pub fn render(&self, line: &Line, out: &mut String) {
+        let result = match self.format {
+            Format::Json => writeln!(out, "{}", json(line)),
+            _ if self.colours => {
+                let (name, level) = (colour_of(&line.name), level_colour(line.level));
+                writeln!(
+                    out,
+                    "\x1b[2m{:8.3}\x1b[0m \x1b[38;5;{name}m{:width$}\x1b[0m {level}{:>5}\x1b[0m {}",
+                    line.time_s,
+                    line.name,
+                    line.level,
+                    line.text,
+                    width = self.width
+                )
+            }
+            _ => writeln!(out, "{}", Plain(line, self.width)),
+        };
+        result.expect("a string takes any text");
+    }
+
+    /// Appends that lines were left out because nobody took them.
+    pub fn left_out(&self, count: u64, out: &mut String) {
+        let text = format!("{count} lines were left out: the terminal is too slow (see the files)");
+        let line = Line::said(0.0, "launcher", super::Level::Warn, text);
+        self.render(&line, out);
+    }
+}
+
+/// `12.345 simulator   INFO message`.
+pub struct Plain<'a>(pub &'a Line, pub usize);
+
+impl std::fmt::Display for Plain<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(line, width) = self;
+        write!(f, "{:8.3} {:width$} {:>5} {}", line.time_s, line.name, line.level, line.text)
+    }
+}
+
+fn json(line: &Line) -> serde_json::Value {
+    let stream = match line.stream {
+        Stream::Out => "stdout",
+        Stream::Err => "stderr",
+        Stream::Launcher => "launcher",
+    };
+    json!({
+        "event": "log",
+        "time_s": (line.time_s * 1e3).round() / 1e3,
+        "name": &*line.name,
+        "stream": stream,
+        "level": if line.level.is_empty() { None } else { Some(line.level) },
+        "message": line.text,
+    })
+}
+
+/// The same name has the same colour in every run.
+fn colour_of(name: &str) -> u8 {
+    COLOURS[(armor_wire::schema::hash_text(name) % COLOURS.len() as u64) as usize]
+}
+
+fn level_colour(level: &str) -> &'static str {
+    match level {
+        "ERROR" => "\x1b[31m",
+        "WARN" => "\x1b[33m",
+        "INFO" => "",
+        _ => "\x1b[2m",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(format: Format, colours: bool, expected: &str) {
+        let line = Line::read(12.3456, "laser".into(), Stream::Err, b"INFO up port=7");
+        let mut out = String::new();
+        Renderer::new(&["laser", "simulator"], format, colours).render(&line, &mut out);
+        assert_eq!(out, expected);
+    }
+
+    #[test]
+    fn a_line_for_people_for_terminals_and_for_programs() {
+        check(Format::Text, false, "  12.346 laser      INFO up port=7\n");
+        check(
+            Format::Json,
+            false,
+            concat!(
+                r#"{"event":"log","level":"INFO","message":"up port=7","name":"laser","#,
+                r#""stream":"stderr","time_s":12.346}"#,
+                "\n"
+            ),
+        );
+        let colour = colour_of("laser");
+        let text = format!(
+            "\x1b[2m  12.346\x1b[0m \x1b[38;5;{colour}mlaser    \x1b[0m  INFO\x1b[0m up port=7\n"
+        );
+        check(Format::Text, true, &text);
+    }
+}

@@ -1,0 +1,145 @@
+//! What a file comes to: the processes that have to run, and how each is started.
+
+use std::ffi::OsString;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use armor_missions::Configuration;
+use armor_missions::model::{Component, Restart};
+use armor_wire::name::is_name;
+
+use super::process::{Start, own_program};
+use super::supervisor::{Duty, Role};
+use crate::arguments;
+use crate::kinds::{Catalogue, Origin};
+
+/// The launcher's own name in the log.
+pub const LAUNCHER: &str = "launcher";
+/// Names that components cannot have.
+const RESERVED: [&str; 4] = ["registry", "configd", "executive", LAUNCHER];
+
+/// The processes of a run; both lists in the same order.
+#[derive(Debug)]
+pub struct Plan {
+    /// What is supervised.
+    pub duties: Vec<Duty>,
+    /// How it is started.
+    pub starts: Vec<Start>,
+    /// Where the registry listens.
+    pub registry: SocketAddr,
+}
+
+/// The name of a run: the mission's, the system's, or the file's.
+pub fn name_of(configuration: &Configuration, file: &Path) -> String {
+    let mission = configuration.mission.as_ref().and_then(|mission| mission.name.as_ref());
+    let named = mission.or(configuration.system.name.as_ref()).map(|name| name.value.clone());
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    named.or(stem.filter(|stem| is_name(stem))).unwrap_or_else(|| "system".into())
+}
+
+impl Plan {
+    /// The processes that `configuration` needs.
+    ///
+    /// # Errors
+    /// If a component has a name that the system needs itself.
+    pub fn new(
+        configuration: &Configuration,
+        catalogue: &Catalogue,
+        arguments: &arguments::Run,
+        registry: SocketAddr,
+        out: &Path,
+    ) -> Result<Self> {
+        let mut plan = Self { duties: Vec::new(), starts: Vec::new(), registry };
+        let file = arguments.file.as_os_str();
+        let at = registry.to_string();
+        let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
+        let sets: Vec<OsString> = sets.collect();
+
+        plan.daemon("registry", Role::Registry, vec!["--listen".into(), (&at).into()]);
+        let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
+        configd.extend(sets.iter().cloned());
+        for directory in &arguments.kinds.directories {
+            configd.extend(["--components".into(), directory.into()]);
+        }
+        plan.daemon("configd", Role::Configd, configd);
+        for component in &configuration.system.components {
+            plan.component(component, catalogue, &at)?;
+        }
+        if configuration.mission.is_some() {
+            let journal = fresh_journal(out)?;
+            let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
+            executive.extend(["--journal".into(), journal.into_os_string()]);
+            executive.extend(sets);
+            plan.daemon("executive", Role::Executive, executive);
+        }
+        let mut environment = vec![
+            ("ARMOR_REGISTRY".to_owned(), OsString::from(&at)),
+            ("ARMOR_OUT".to_owned(), out.as_os_str().to_owned()),
+        ];
+        if arguments.headless {
+            environment.push(("ARMOR_HEADLESS".to_owned(), "1".into()));
+        }
+        for start in &mut plan.starts {
+            start.environment.clone_from(&environment);
+        }
+        Ok(plan)
+    }
+
+    /// Everybody who will speak in the log.
+    pub fn names(&self) -> Vec<&str> {
+        [LAUNCHER].into_iter().chain(self.duties.iter().map(|duty| duty.name.as_str())).collect()
+    }
+
+    fn daemon(&mut self, name: &str, role: Role, mut arguments: Vec<OsString>) {
+        arguments.insert(0, name.into());
+        self.add(name, role, Restart::Always, own_program(), arguments);
+    }
+
+    fn component(&mut self, component: &Component, catalogue: &Catalogue, at: &str) -> Result<()> {
+        let (name, kind) = (&component.name.value, &component.kind.value);
+        if RESERVED.contains(&name.as_str()) {
+            bail!(
+                "{}: the name {name} belongs to the system itself; rename the component",
+                component.name.at
+            );
+        }
+        let found = catalogue.kinds.get(kind);
+        let found =
+            found.with_context(|| format!("{}: no kind is called {kind}", component.kind.at))?;
+        let mut arguments: Vec<OsString> =
+            ["--name", name.as_str(), "--registry", at].map(OsString::from).to_vec();
+        let program = match &found.origin {
+            Origin::Stock => {
+                arguments.splice(0..0, ["component".into(), kind.into()]);
+                own_program()
+            }
+            Origin::Executable(path) => path.clone(),
+        };
+        self.add(name, Role::Component, component.restart, program, arguments);
+        Ok(())
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        role: Role,
+        restart: Restart,
+        program: PathBuf,
+        arguments: Vec<OsString>,
+    ) {
+        self.duties.push(Duty { name: name.into(), role, restart });
+        let environment = Vec::new();
+        self.starts.push(Start { name: name.into(), program, arguments, environment });
+    }
+}
+
+/// The executive's journal is for its restarts within one run; a new run begins a new mission.
+fn fresh_journal(out: &Path) -> Result<PathBuf> {
+    let journal = out.join("executive.journal");
+    match std::fs::remove_file(&journal) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error)
+            .with_context(|| format!("the old journal {} cannot be removed", journal.display())),
+        _ => Ok(journal),
+    }
+}

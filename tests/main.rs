@@ -1,0 +1,4 @@
+//! Whole-system tests: the real `armor` program and real processes, from outside.
+
+mod command_line;
+mod fixture;
