@@ -203,3 +203,6 @@ fn turn_away(stream: &TcpStream) {
         let _ = SockRef::from(stream).send(&bytes);
     }
 }
+
+#[cfg(test)]
+mod tests;

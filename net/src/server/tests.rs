@@ -1,0 +1,174 @@
+//! The server against plain sockets, in one thread.
+
+use armor_wire::frame::FrameReader;
+use armor_wire::hello::{self, Hello, Purpose, Welcome};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+use super::*;
+use crate::listen::listen;
+
+/// How long anything may take before a test counts as failed.
+const DEADLINE: Duration = Duration::from_secs(20);
+
+struct Peer {
+    stream: TcpStream,
+    frames: FrameReader,
+}
+
+impl Peer {
+    async fn say<T: WireType>(&mut self, kind: FrameKind, value: &T) {
+        self.stream.write_all(&frame::to_bytes(kind, value).unwrap()).await.unwrap();
+    }
+
+    /// The kind and body of the next frame; `None` at the end.
+    async fn hear(&mut self) -> Option<(FrameKind, Vec<u8>)> {
+        loop {
+            if let Some(frame) = self.frames.next_frame().unwrap() {
+                return Some((frame.kind, frame.body.to_vec()));
+            }
+            let len = self.stream.read(self.frames.space()).await.ok().filter(|len| *len > 0)?;
+            self.frames.filled(len);
+        }
+    }
+}
+
+fn run(test: impl Future<Output = ()>) {
+    let mut runtime = tokio::runtime::Builder::new_current_thread();
+    let runtime = runtime.enable_all().build().unwrap();
+    runtime.block_on(async { time::timeout(DEADLINE, test).await.expect("in time") });
+}
+
+async fn server() -> (Server<u64, u64>, std::net::SocketAddr) {
+    let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+    let address = listener.local_addr().unwrap();
+    (Server::new(listener, Limits::default()), address)
+}
+
+/// A peer that has said hello, and its name at the server.
+async fn join(server: &mut Server<u64, u64>, address: std::net::SocketAddr) -> (Peer, PeerId) {
+    let stream = TcpStream::connect(address).await.unwrap();
+    let mut peer = Peer { stream, frames: FrameReader::new() };
+    let purpose = Purpose::Registry { entry: None };
+    peer.say(FrameKind::Hello, &Hello::new("test", 1, purpose)).await;
+    match server.event().await {
+        Event::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn welcome(peer: PeerId) -> Action<u64> {
+    let welcome = Welcome { name: "daemon".into(), instance: 5, schema: String::new() };
+    Action::Welcome { peer, welcome }
+}
+
+#[test]
+fn what_is_said_arrives_in_order_both_ways() {
+    run(async {
+        let (mut server, address) = server().await;
+        let (mut peer, id) = join(&mut server, address).await;
+        server.act(welcome(id));
+        for number in 0..1000 {
+            peer.say(FrameKind::Control, &number).await;
+            server.act(Action::Send { peer: id, message: number });
+        }
+        for number in 0..1000 {
+            let event = server.event().await;
+            let Event::Message { peer, message, .. } = event else { panic!("{event:?}") };
+            assert_eq!((peer, message), (id, number));
+        }
+        assert_eq!(peer.hear().await.unwrap().0, FrameKind::Welcome);
+        for number in 0..1000_u64 {
+            let (kind, body) = peer.hear().await.unwrap();
+            assert_eq!((kind, body), (FrameKind::Control, number.to_le_bytes().to_vec()));
+        }
+    });
+}
+
+#[test]
+fn a_refused_peer_hears_why_and_is_heard_no_more() {
+    run(async {
+        let (mut server, address) = server().await;
+        let (mut peer, id) = join(&mut server, address).await;
+        let refusal = Refusal::new(RefusalCode::DuplicateName, "taken");
+        peer.say(FrameKind::Control, &1_u64).await;
+        server.act(Action::Refuse { peer: id, refusal: refusal.clone() });
+        server.act(Action::Send { peer: id, message: 7 });
+        let (kind, body) = peer.hear().await.unwrap();
+        let heard = hello::read_answer(&frame::Frame { kind, flags: 0, body: &body });
+        assert_eq!(heard.unwrap_err().to_string(), refusal.text);
+        assert!(peer.hear().await.is_none());
+        // The next event is of another connection.
+        join(&mut server, address).await;
+    });
+}
+
+#[test]
+fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
+    run(async {
+        let (mut server, address) = server().await;
+        let (mut silent, id) = join(&mut server, address).await;
+        server.act(welcome(id));
+        assert_eq!(silent.hear().await.unwrap().0, FrameKind::Welcome);
+        assert_eq!(silent.hear().await.unwrap().0, FrameKind::Beat);
+        let event = server.event().await;
+        assert!(
+            matches!(event, Event::Closed { peer, reason: CloseReason::Silent } if peer == id),
+            "{event:?}"
+        );
+        while silent.hear().await.is_some() {}
+    });
+}
+
+#[test]
+fn who_leaves_is_reported_once_with_the_reason() {
+    run(async {
+        let (mut server, address) = server().await;
+        let (whole, first) = join(&mut server, address).await;
+        let (mut half, second) = join(&mut server, address).await;
+        half.stream.write_all(&[9, 0, 0, 0]).await.unwrap();
+        drop((whole, half));
+        let mut reasons = Vec::new();
+        for _ in 0..2 {
+            let event = server.event().await;
+            let Event::Closed { peer, reason } = event else { panic!("{event:?}") };
+            reasons.push((peer, reason.to_string()));
+        }
+        reasons.sort();
+        let expected = [(first, CloseReason::Ended), (second, CloseReason::Truncated)];
+        assert_eq!(reasons, expected.map(|(peer, reason)| (peer, reason.to_string())));
+        server.act(Action::Send { peer: first, message: 1 });
+        join(&mut server, address).await;
+    });
+}
+
+#[test]
+fn an_answer_that_no_frame_holds_ends_the_connection_and_says_so() {
+    run(async {
+        let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let mut server = Server::<u64, String>::new(listener, Limits::default());
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        let hello = Hello::new("test", 1, Purpose::Config);
+        stream.write_all(&frame::to_bytes(FrameKind::Hello, &hello).unwrap()).await.unwrap();
+        let Event::Connected { peer, .. } = server.event().await else { panic!("no hello") };
+        server.act(Action::Send { peer, message: "x".repeat(2 << 20) });
+        let event = server.event().await;
+        assert!(
+            matches!(event, Event::Closed { reason: CloseReason::Unsendable(_), .. }),
+            "{event:?}"
+        );
+    });
+}
+
+#[test]
+fn dropping_the_server_closes_everything_and_frees_the_port() {
+    run(async {
+        let (mut server, address) = server().await;
+        let (mut peer, _) = join(&mut server, address).await;
+        let mut stranger = TcpStream::connect(address).await.unwrap();
+        drop(server);
+        assert!(peer.hear().await.is_none());
+        assert!(!matches!(stranger.read(&mut [0; 8]).await, Ok(len) if len > 0));
+        listen(address).await.unwrap();
+    });
+}
