@@ -30,3 +30,8 @@ pub use message::{Message, WireType};
 
 #[doc(hidden)]
 pub use bincode;
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

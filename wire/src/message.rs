@@ -111,7 +111,9 @@ macro_rules! numbers {
                 let len = count.checked_mul($len).ok_or(DecodeError::LimitExceeded)?;
                 let blob = decoder.reader().peek_read(len);
                 let blob = blob.ok_or(DecodeError::UnexpectedEnd { additional: len })?;
-                let items = bytemuck::pod_collect_to_vec::<u8, Self>(blob);
+                // Where the bytes happen to be aligned, without zeroing the memory first.
+                let items = bytemuck::try_cast_slice(blob)
+                    .map_or_else(|_| bytemuck::pod_collect_to_vec(blob), <[Self]>::to_vec);
                 decoder.reader().consume(len);
                 Ok(items)
             }
