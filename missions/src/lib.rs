@@ -45,7 +45,7 @@ pub use overrides::Override;
 pub use read::{MAX_ELEMENTS, MAX_LINKS};
 pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
-pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES};
+pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES};
 
 /// The schema of the format, for other XML tools.
 pub const SCHEMA: &str = include_str!("../armor.xsd");

@@ -17,6 +17,9 @@ use crate::tree::{Element, Node, Tree};
 pub const MAX_FILE_BYTES: usize = 1 << 20;
 /// Deepest nesting of elements; the format itself needs five.
 pub const MAX_DEPTH: usize = 32;
+/// Most pieces (elements, texts, comments) of one file. A long file has a third of it; beyond, short
+/// elements would cost a hundred times their length in memory.
+pub const MAX_PIECES: usize = 100_000;
 /// Most attributes of one element; the format itself needs twenty.
 pub const MAX_ATTRIBUTES: usize = 64;
 
@@ -61,13 +64,14 @@ struct Builder<'a> {
     findings: &'a mut Findings,
     open: Vec<Element>,
     root: Option<Element>,
+    pieces: usize,
     /// Whether the tree still says what the file says; if not, it is not handed on.
     sound: bool,
 }
 
 impl<'a> Builder<'a> {
     fn new(source: &'a Arc<Source>, findings: &'a mut Findings) -> Self {
-        Self { source, findings, open: Vec::new(), root: None, sound: true }
+        Self { source, findings, open: Vec::new(), root: None, pieces: 0, sound: true }
     }
 
     fn run(mut self) -> Option<Element> {
@@ -104,6 +108,15 @@ impl<'a> Builder<'a> {
 
     /// Takes one event; false if reading on makes no sense.
     fn event(&mut self, event: &Event<'_>, span: Span) -> bool {
+        self.pieces += 1;
+        if self.pieces > MAX_PIECES {
+            let message =
+                format!("the file has more than {MAX_PIECES} elements, texts and comments");
+            let finding =
+                self.finding(Code::TooMany, Span::new(span.start(), span.start() + 1), message);
+            self.report(finding.remedy("this is the format's limit"));
+            return false;
+        }
         match event {
             Event::Start(_) | Event::Empty(_) => {
                 return self.start(matches!(event, Event::Empty(_)), span);

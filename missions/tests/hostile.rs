@@ -77,11 +77,11 @@ fn a_billion_laughs() {
 #[test]
 fn more_faults_than_anyone_reads() {
     let reading = read_all(
-        format!("<armor version='1'><system>{}</system></armor>", "<x/>".repeat(200_000))
-            .as_bytes(),
+        format!("<armor version='1'><system>{}</system></armor>", "<x/>".repeat(20_000)).as_bytes(),
     );
     assert_eq!(reading.findings.iter().count(), MAX_FINDINGS + 1);
     assert_eq!(reading.findings.iter().filter(|f| f.code.as_str() == "N0999").count(), 1);
+    refused("E0008", format!("<a>{}</a>", "<b/>".repeat(200_000)).as_bytes());
     refused("E0010", &[7; 1 << 20]);
     refused("E0009", format!("<a>{}</a>", "&".repeat((1 << 20) - 7)).as_bytes());
     refused("E0012", format!("<a>{}", "</b>".repeat((1 << 18) - 1)).as_bytes());
@@ -102,6 +102,14 @@ fn as_many_of_each_as_fit() {
         "<armor version='1'><system><component name='a' kind='k'/><component name='b' kind='k'/></system><mission safe='p0'>{sets}{places}</mission></armor>"
     );
     refused("E0207", file.as_bytes());
+    let places: String =
+        (0..2000).map(|n| format!("<place name='p{n}' components='a b'/>")).collect();
+    let waiting: String =
+        (0..4000).map(|n| format!("<transition name='t{n}' from='x{n}' on='b.done'/>")).collect();
+    let file = format!(
+        "<armor version='1'><system><component name='a' kind='k'/><component name='b' kind='k'/></system><mission safe='p0'>{places}{waiting}</mission></armor>"
+    );
+    refused("E0203", file.as_bytes());
     let long = "x".repeat(500_000);
     refused("E0103", format!("<armor version='1'><system><component name='{long}' kind='k'/><link from='a.b' to='c.d'/></system></armor>").as_bytes());
 }

@@ -1,6 +1,6 @@
 //! The system against the manifests of its kinds: ports, types and parameters.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
 
@@ -34,10 +34,12 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     if let Some(clock) = &system.clock {
         find_output(&clock.source, &kinds, findings);
     }
+    let ends = system.links.iter().map(|link| &link.to);
+    let fed = ends.map(|to| (to.component.value.as_str(), to.port.value.as_str())).collect();
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             check_parameters(component, manifest, findings);
-            required_inputs(component, manifest, &system.links, findings);
+            required_inputs(component, manifest, &fed, findings);
         }
     }
     let places = configuration.mission.iter().flat_map(|mission| &mission.places);
@@ -150,15 +152,11 @@ fn missing_port(
 fn required_inputs(
     component: &Component,
     manifest: &Manifest,
-    links: &[Link],
+    fed: &BTreeSet<(&str, &str)>,
     findings: &mut Findings,
 ) {
     let name = &component.name;
-    let fed = |input: &PortManifest| {
-        links
-            .iter()
-            .any(|link| link.to.component.value == name.value && link.to.port.value == input.id)
-    };
+    let fed = |input: &PortManifest| fed.contains(&(name.value.as_str(), input.id.as_str()));
     for input in manifest.inputs.iter().filter(|input| input.required && !fed(input)) {
         let message =
             format!("nothing feeds {}.{}, which {} needs", name.value, input.id, manifest.kind);

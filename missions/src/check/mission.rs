@@ -1,39 +1,29 @@
 //! What a mission must hold: names once, places and components that exist, a start, and
 //! exclusions that the places themselves keep.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::{Names, reach};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{Mission, Place, Transition};
+use crate::mission::{ArcKind, Mission, Place, Transition};
 use crate::model::System;
 use crate::source::Spanned;
 
 pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings) {
-    let places = mission.places.iter().map(|place| &place.name);
-    let places = Names::collect("a place", Code::DuplicatePlace, places, findings);
     let transitions = mission.transitions.iter().map(|transition| &transition.name);
     Names::collect("a transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
     Names::collect("a variable", Code::DuplicateVariable, variables, findings);
-    // Duplicates among the components are the system's findings.
-    let components = system.components.iter().map(|component| &component.name);
-    let components = Names::collect(
-        "a component",
-        Code::DuplicateComponent,
-        components,
-        &mut Findings::default(),
-    );
-
+    let known = Known::of(mission, system, findings);
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
-        places.expect(place, Code::UnknownPlace, findings);
+        known.expect_place(place, findings);
     }
     for place in &mission.places {
-        check_place(place, &places, &components, system, findings);
+        known.check_place(place, findings);
     }
     for transition in &mission.transitions {
-        check_transition(transition, mission, &places, &components, findings);
+        known.check_transition(transition, findings);
     }
     for exclusive in &mission.exclusives {
         if exclusive.components.len() < 2 {
@@ -41,97 +31,119 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
             let finding = Finding::new(Code::ExclusiveAlone, &exclusive.at, message);
             findings.push(finding.remedy("name at least two components"));
         }
-        expect_controllable(&exclusive.components, &components, system, findings);
+        known.expect_controllable(&exclusive.components, findings);
     }
     start_and_end(mission, findings);
     exclusives_kept(mission, findings);
     reach::check(mission, findings);
 }
 
-fn check_place(
-    place: &Place,
-    places: &Names<'_>,
-    components: &Names<'_>,
-    system: &System,
-    findings: &mut Findings,
-) {
-    expect_controllable(&place.components, components, system, findings);
-    if let Some(target) = &place.on_failure {
-        places.expect(target, Code::UnknownPlace, findings);
+/// What names may be used, and what is known of them.
+struct Known<'a> {
+    places: Names<'a>,
+    components: Names<'a>,
+    /// The components that no mission may control.
+    fixed: BTreeSet<&'a str>,
+    /// The places that activate a component; those in none are always active.
+    active_in: BTreeMap<&'a str, BTreeSet<&'a str>>,
+}
+
+impl<'a> Known<'a> {
+    fn of(mission: &'a Mission, system: &'a System, findings: &mut Findings) -> Self {
+        let places = mission.places.iter().map(|place| &place.name);
+        let components = system.components.iter().map(|component| &component.name);
+        let fixed = system.components.iter().filter(|component| !component.controllable);
+        let mut active_in: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for place in &mission.places {
+            for component in &place.components {
+                active_in.entry(&component.value).or_default().insert(&place.name.value);
+            }
+        }
+        // Duplicates among the components are the system's findings.
+        let unheard = &mut Findings::default();
+        Self {
+            places: Names::collect("a place", Code::DuplicatePlace, places, findings),
+            components: Names::collect(
+                "a component",
+                Code::DuplicateComponent,
+                components,
+                unheard,
+            ),
+            fixed: fixed.map(|component| component.name.value.as_str()).collect(),
+            active_in,
+        }
     }
-    let mut assigned = BTreeMap::new();
-    for given in &place.parameters {
-        let known = components.expect(&given.component, Code::UnknownComponent, findings);
-        if known && !place.activates(&given.component.value) {
+
+    fn expect_place(&self, name: &Spanned<String>, findings: &mut Findings) {
+        self.places.expect(name, Code::UnknownPlace, findings);
+    }
+
+    fn expect_component(&self, name: &Spanned<String>, findings: &mut Findings) -> bool {
+        self.components.expect(name, Code::UnknownComponent, findings)
+    }
+
+    fn expect_controllable(&self, names: &[Spanned<String>], findings: &mut Findings) {
+        for name in names {
+            self.expect_component(name, findings);
+            if self.fixed.contains(name.value.as_str()) {
+                let message = format!("{} has controllable=\"false\"", name.value);
+                let finding = Finding::new(Code::NotControllable, &name.at, message);
+                findings.push(finding.remedy("take it out of here, or let the mission control it"));
+            }
+        }
+    }
+
+    fn is_active_in(&self, component: &str, place: &str) -> bool {
+        self.active_in.get(component).is_some_and(|places| places.contains(place))
+    }
+
+    fn check_place(&self, place: &Place, findings: &mut Findings) {
+        self.expect_controllable(&place.components, findings);
+        place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
+        let mut assigned = BTreeMap::new();
+        for given in &place.parameters {
+            let (component, name) = (&given.component, &given.parameter.name);
+            let exists = self.expect_component(component, findings);
+            if exists && !self.is_active_in(&component.value, &place.name.value) {
+                let message = format!("{} does not activate {}", place.name.value, component.value);
+                let finding = Finding::new(Code::ForeignParameter, &component.at, message);
+                let remedy =
+                    "activate the component in this place, or set the parameter in the system";
+                findings.push(finding.remedy(remedy));
+            }
+            let key = (component.value.as_str(), name.value.as_str());
+            if let Some(first) = assigned.insert(key, &name.at) {
+                let message = format!("{}.{} is set twice in one place", key.0, key.1);
+                let finding = Finding::new(Code::DuplicateParameter, &name.at, message);
+                findings.push(finding.remedy("keep one of them").related(first, "first here"));
+            }
+        }
+    }
+
+    fn check_transition(&self, transition: &Transition, findings: &mut Findings) {
+        let name = &transition.name;
+        if transition.arcs.is_empty() {
+            let message = format!("{} joins no places", name.value);
+            let finding = Finding::new(Code::NoArcs, &name.at, message);
+            findings.push(finding.remedy("write from=\"…\" and to=\"…\""));
+        }
+        let targets = [&transition.on_stop_fail, &transition.on_start_fail, &transition.overrun];
+        let arcs = transition.arcs.iter().map(|arc| &arc.place);
+        arcs.chain(targets.into_iter().flatten())
+            .for_each(|place| self.expect_place(place, findings));
+        let Some(on) = &transition.on else { return };
+        let reporter = &on.component;
+        if !self.expect_component(reporter, findings) {
+            return;
+        }
+        let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
+        let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
+        if self.active_in.contains_key(reporter.value.as_str()) && !heard {
             let message =
-                format!("{} does not activate {}", place.name.value, given.component.value);
-            let finding = Finding::new(Code::ForeignParameter, &given.component.at, message);
-            let remedy =
-                "name the component in the place's components, or set the parameter in the system";
-            findings.push(finding.remedy(remedy));
+                format!("{} is active in no place that {} starts from", reporter.value, name.value);
+            let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
+            findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
         }
-        let name = &given.parameter.name;
-        let key = (given.component.value.as_str(), name.value.as_str());
-        if let Some(first) = assigned.insert(key, &name.at) {
-            let message = format!("{}.{} is set twice in one place", key.0, key.1);
-            let finding = Finding::new(Code::DuplicateParameter, &name.at, message);
-            findings.push(finding.remedy("keep one of them").related(first, "first here"));
-        }
-    }
-}
-
-fn expect_controllable(
-    names: &[Spanned<String>],
-    components: &Names<'_>,
-    system: &System,
-    findings: &mut Findings,
-) {
-    for name in names {
-        let known = components.expect(name, Code::UnknownComponent, findings);
-        let fixed =
-            known && system.component(&name.value).is_some_and(|component| !component.controllable);
-        if fixed {
-            let message = format!("{} has controllable=\"false\"", name.value);
-            let finding = Finding::new(Code::NotControllable, &name.at, message);
-            findings.push(finding.remedy("take it out of here, or let the mission control it"));
-        }
-    }
-}
-
-fn check_transition(
-    transition: &Transition,
-    mission: &Mission,
-    places: &Names<'_>,
-    components: &Names<'_>,
-    findings: &mut Findings,
-) {
-    if transition.arcs.is_empty() {
-        let message = format!("{} joins no places", transition.name.value);
-        let finding = Finding::new(Code::NoArcs, &transition.name.at, message);
-        findings.push(finding.remedy("write from=\"…\" and to=\"…\""));
-    }
-    let targets = [&transition.on_stop_fail, &transition.on_start_fail, &transition.overrun];
-    let targets = targets.into_iter().flatten();
-    for place in transition.arcs.iter().map(|arc| &arc.place).chain(targets) {
-        places.expect(place, Code::UnknownPlace, findings);
-    }
-    let Some(on) = &transition.on else { return };
-    let reporter = &on.component;
-    if !components.expect(reporter, Code::UnknownComponent, findings) {
-        return;
-    }
-    // A component in no place is always active and may report at any time.
-    let heard =
-        |name: &str| mission.place(name).is_some_and(|place| place.activates(&reporter.value));
-    if mission.controls(&reporter.value)
-        && !transition.arcs.iter().any(|arc| heard(&arc.place.value))
-    {
-        let message = format!(
-            "{} is active in no place that {} starts from",
-            reporter.value, transition.name.value
-        );
-        let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
-        findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
     }
 }
 
