@@ -1,7 +1,10 @@
 //! What every whole-system test needs: a folder of its own, and `armor` started in it.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
 
 /// A folder for one test, removed when the test is over. Its runs are not seen by others.
 pub struct Folder(PathBuf);
@@ -50,4 +53,141 @@ pub fn ended(command: &mut Command) -> (i32, String, String) {
     let Output { status, stdout, stderr } = command.output().expect("armor starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("armor prints UTF-8");
     (status.code().expect("it ends by itself"), text(stdout), text(stderr))
+}
+
+/// How long anything may take before a test gives up: generous, for a busy machine.
+pub const DEADLINE: Duration = Duration::from_secs(60);
+
+/// Looks until `found` has something.
+pub fn wait_for<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = found() {
+            return found;
+        }
+        assert!(start.elapsed() < DEADLINE, "{what} did not happen");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// A running `armor run`, which ends with the test.
+pub struct Run {
+    child: Child,
+    out: PathBuf,
+}
+
+impl Folder {
+    /// Makes `components/NAME`, a kind without ports that runs `script` in `sh`.
+    pub fn script(&self, kind: &str, script: &str) {
+        let manifest = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"a script","inputs":[],"outputs":[],"parameters":[]}}"#
+        );
+        let text = format!(
+            "#!/bin/sh\nif [ \"$1\" = --describe ]; then echo '{manifest}'; exit; fi\n{script}\n"
+        );
+        let path = self.0.join("components").join(kind);
+        std::fs::create_dir_all(self.0.join("components")).expect("writable");
+        // Written by another process: a file that this one has open for writing cannot be executed,
+        // and a test on another thread may start a process at any moment.
+        let written = Command::new("/bin/sh")
+            .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
+            .arg(&path)
+            .arg(&text)
+            .status();
+        assert!(written.expect("sh runs").success());
+    }
+
+    /// Writes `NAME.xml`: a system of components, each `name kind` and attributes.
+    pub fn system(&self, name: &str, components: &[&str]) -> String {
+        let mut text = format!("<armor version=\"1\">\n  <system name=\"{name}\">\n");
+        for component in components {
+            let mut words = component.splitn(3, ' ');
+            let mut next = || words.next().unwrap_or_default();
+            let (name, kind, rest) = (next(), next(), next());
+            text += &format!("    <component name=\"{name}\" kind=\"{kind}\" {rest}/>\n");
+        }
+        text += "  </system>\n</armor>\n";
+        let file = format!("{name}.xml");
+        self.write(&file, &text);
+        file
+    }
+
+    /// Starts `armor run` with `arguments`, writing into `out`.
+    pub fn run(&self, out: &str, arguments: &[&str]) -> Run {
+        let out = self.0.join(out);
+        let mut command = self.armor(&["run", "--out"]);
+        command.arg(&out).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+        let child = command.spawn().expect("armor starts");
+        Run { child, out }
+    }
+}
+
+impl Run {
+    /// The launcher's process id.
+    pub fn pid(&self) -> i32 {
+        i32::try_from(self.child.id()).expect("a process id")
+    }
+
+    /// The folder that it writes into.
+    pub fn out(&self) -> &Path {
+        &self.out
+    }
+
+    /// Everything that was logged so far.
+    pub fn log(&self) -> String {
+        std::fs::read_to_string(self.out.join("logs/all.log")).unwrap_or_default()
+    }
+
+    /// Waits until the log has `text`, `times` times.
+    pub fn logged(&self, text: &str, times: usize) {
+        wait_for(&format!("{text:?} {times} times in {}", self.out.display()), || {
+            (self.log().matches(text).count() >= times).then_some(())
+        });
+    }
+
+    /// Sends a signal to the launcher.
+    pub fn signal(&self, signal: Signal) {
+        send(self.pid(), signal);
+    }
+
+    /// Waits for the end: its code.
+    pub fn code(&mut self) -> Option<i32> {
+        wait_for("the end of the run", || self.child.try_wait().expect("it is ours")).code()
+    }
+
+    /// The processes that the launcher has started and that live.
+    pub fn children(&self) -> Vec<i32> {
+        let processes = std::fs::read_dir("/proc").expect("/proc");
+        let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+        pids.filter(|pid| parent(*pid) == Some(self.pid())).collect()
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Sends a signal.
+pub fn send(pid: i32, signal: Signal) {
+    let pid = Pid::from_raw(pid).expect("a process id");
+    // It may have ended by itself; the test then sees that.
+    let _ = kill_process(pid, signal);
+}
+
+/// Whether a process lives; a zombie does not.
+pub fn lives(pid: i32) -> bool {
+    stat(pid).is_some_and(|fields| fields[0] != "Z")
+}
+
+/// The fields after the name: state, parent, …
+fn stat(pid: i32) -> Option<Vec<String>> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    Some(text.rsplit_once(')')?.1.split_whitespace().map(String::from).collect())
+}
+
+fn parent(pid: i32) -> Option<i32> {
+    stat(pid)?.get(1)?.parse().ok()
 }

@@ -1,12 +1,11 @@
-//! Where the registry listens: as told, or a free port that no other launcher of this user takes.
+//! Where the registry listens: as told, or a free port that no other launcher of this host takes.
 
-use std::fs::File;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{self, UnixListener};
 
 use anyhow::{Context, Result, bail};
 use armor_wire::registry::DEFAULT_PORT;
-
-use crate::system::run_file;
 
 /// The last port that is tried.
 const LAST_PORT: u16 = DEFAULT_PORT + 100;
@@ -16,8 +15,8 @@ const LAST_PORT: u16 = DEFAULT_PORT + 100;
 pub struct Lease {
     /// Where the registry is to listen.
     pub address: SocketAddr,
-    /// Locked; two launchers that start at once do not take the same port.
-    _lock: Option<File>,
+    /// Two launchers that start at once must not take the same port.
+    _claim: Option<UnixListener>,
 }
 
 impl Lease {
@@ -41,21 +40,27 @@ impl Lease {
             TcpListener::bind(address).with_context(|| {
                 format!("the registry cannot listen on {address}; give another --registry")
             })?;
-            return Ok(Self { address, _lock: None });
+            return Ok(Self { address, _claim: None });
         }
-        let directory = run_file::directory()?;
         for port in DEFAULT_PORT..=LAST_PORT {
-            let lock = File::create(directory.join(format!("port-{port}.lock")))
-                .with_context(|| format!("{} cannot be written", directory.display()))?;
-            let address = SocketAddr::from((IpAddr::V4(Ipv4Addr::LOCALHOST), port));
-            if lock.try_lock().is_ok() && TcpListener::bind(address).is_ok() {
-                return Ok(Self { address, _lock: Some(lock) });
+            let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+            if let Ok(claim) = claim(port)
+                && TcpListener::bind(address).is_ok()
+            {
+                return Ok(Self { address, _claim: Some(claim) });
             }
         }
         bail!(
             "the ports {DEFAULT_PORT} to {LAST_PORT} are all taken; stop a system or give --registry"
         )
     }
+}
+
+/// Takes a name that only one process of the host (of its network namespace, as with ports) can
+/// have, and that the kernel gives back whatever happens to it. The port itself is for the registry.
+fn claim(port: u16) -> std::io::Result<UnixListener> {
+    let name = format!("armor-registry-{port}");
+    UnixListener::bind_addr(&net::SocketAddr::from_abstract_name(name)?)
 }
 
 #[cfg(test)]

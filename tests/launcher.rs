@@ -1,0 +1,163 @@
+//! The launcher and its processes: started, watched, stopped, killed; with components that are plain
+//! scripts, for those must be looked after as well.
+
+use rustix::process::Signal;
+
+use crate::fixture::{Folder, ended, lives, send, wait_for};
+
+/// Leaves its process id and that of a child of its own, which ignores what a script can ignore.
+const FAMILY: &str = "trap '' TERM HUP INT; sleep 600 & echo $$ $! > \"$ARMOR_OUT/family\"; wait";
+
+#[test]
+fn a_killed_launcher_leaves_nothing_behind() {
+    let folder = Folder::new("kill");
+    folder.script("family", FAMILY);
+    let mut run = folder.run("out", &[&folder.system("family", &["a family"])]);
+    let family = wait_for("the family", || {
+        let text = std::fs::read_to_string(run.out().join("family")).ok()?;
+        let pids: Vec<i32> = text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect();
+        (pids.len() == 2).then_some(pids)
+    });
+    let mut all = run.children();
+    all.extend(family);
+    assert!(all.len() >= 5, "registry, configd, undertaker, the script and its child: {all:?}");
+    run.signal(Signal::KILL);
+    assert_eq!(run.code(), None, "it ends by the signal");
+    wait_for("the end of all", || all.iter().all(|pid| !lives(*pid)).then_some(()));
+    let (code, _, err) = ended(&mut folder.armor(&["ps"]));
+    assert_eq!(code, 1);
+    assert!(err.contains("no system is running"), "its run file is stale: {err}");
+}
+
+#[test]
+fn an_interrupt_stops_in_order_and_the_second_one_at_once() {
+    let folder = Folder::new("interrupt");
+    folder.script(
+        "polite",
+        "trap 'echo goodbye; exit 0' TERM; echo here; while :; do sleep 0.05; done",
+    );
+    folder.script("stubborn", "trap '' TERM; echo here; while :; do sleep 0.05; done");
+    let polite = folder.system("polite", &["a polite", "b polite"]);
+    let mut run = folder.run("polite", &[&polite]);
+    run.logged("here", 2);
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), Some(130), "{}", run.log());
+    assert_eq!(run.log().matches("goodbye").count(), 2, "{}", run.log());
+
+    let mut run = folder.run("stubborn", &[&folder.system("stubborn", &["a stubborn"])]);
+    run.logged("here", 1);
+    let all = run.children();
+    run.signal(Signal::INT);
+    run.logged("stopping", 1);
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), Some(130), "{}", run.log());
+    wait_for("the end of all", || all.iter().all(|pid| !lives(*pid)).then_some(()));
+}
+
+#[test]
+fn who_keeps_dying_is_given_up_and_the_rest_goes_on() {
+    let folder = Folder::new("dying");
+    folder.script("dying", "echo born; exit 7");
+    folder.script("done", "echo born; exit 0");
+    let file = folder.system("dying", &["a dying", "b done", "c dying restart=\"never\""]);
+    let mut run = folder.run("out", &[&file]);
+    assert_eq!(run.code(), Some(1), "{}", run.log());
+    let log = run.log();
+    let births = |name: &str| {
+        let about = format!(" {name} ");
+        log.lines().filter(|line| line.ends_with("born") && line.contains(&about)).count()
+    };
+    assert_eq!((births("a"), births("b"), births("c")), (5, 1, 1), "{log}");
+    assert!(log.contains("given up"), "{log}");
+}
+
+#[test]
+fn a_flood_of_lines_holds_up_nobody_and_is_counted() {
+    let folder = Folder::new("flood");
+    folder.script("flood", "exec yes 'a line of many'");
+    folder.script(
+        "calm",
+        "i=0; while [ $i -lt 20 ]; do i=$((i+1)); echo \"calm $i\"; sleep 0.05; done",
+    );
+    let mut run =
+        folder.run("out", &[&folder.system("flood", &["a flood", "b calm"]), "--for", "4s"]);
+    assert_eq!(run.code(), Some(0));
+    let log = run.log();
+    for i in 1..=20 {
+        assert!(
+            log.lines().any(|line| line.ends_with(&format!("calm {i}"))),
+            "calm {i} is missing"
+        );
+    }
+    assert!(log.contains("lines were left out"));
+    let lines = log.matches("a line of many").count();
+    assert!((1_000..60_000).contains(&lines), "{lines} lines are kept");
+}
+
+#[test]
+fn programs_get_json_lines_and_the_end_with_its_code() {
+    let folder = Folder::new("json");
+    folder.script("odd", "printf 'WARN quote \" and \\\\ and \\377\\n' >&2; exit 0");
+    let file = folder.system("odd", &["a odd"]);
+    let (code, out, err) = ended(&mut folder.armor(&["run", &file, "--format", "json"]));
+    assert_eq!(code, 0, "{err}");
+    let lines: Vec<serde_json::Value> =
+        out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines")).collect();
+    let odd = lines.iter().find(|line| line["name"] == "a" && line["stream"] == "stderr");
+    let odd = odd.expect("the component's line");
+    assert_eq!(odd["level"], "WARN");
+    assert_eq!(odd["message"], "quote \" and \\ and \u{fffd}");
+    let end = lines.last().expect("lines");
+    assert_eq!((&end["event"], &end["code"]), (&"end".into(), &0.into()));
+    assert!(folder.path().join("out/odd/logs/a.log").exists(), "the default folder");
+}
+
+#[test]
+fn two_runs_of_one_system_work_beside_each_other() {
+    let folder = Folder::new("twice");
+    folder.script("sleeper", "echo here; exec sleep 600");
+    let file = folder.system("twice", &["a sleeper"]);
+    let runs = ["one", "two"].map(|out| folder.run(out, &[&file]));
+    for run in &runs {
+        run.logged("here", 1);
+    }
+    let (code, _, err) = ended(&mut folder.armor(&["ps"]));
+    assert_eq!(code, 1);
+    let addresses: Vec<&str> = err
+        .split_whitespace()
+        .filter(|word| word.parse::<std::net::SocketAddr>().is_ok())
+        .collect();
+    assert_eq!(addresses.len(), 2, "{err}");
+    for address in addresses {
+        let (code, out, err) = ended(&mut folder.armor(&["ps", "--registry", address]));
+        assert_eq!(code, 0, "{err}");
+        assert!(out.contains("configd"), "{out}");
+    }
+}
+
+#[test]
+fn killed_daemons_come_back_where_they_were() {
+    let folder = Folder::new("daemons");
+    folder.script("sleeper", "echo here; exec sleep 600");
+    let mut run = folder.run("out", &[&folder.system("daemons", &["a sleeper"])]);
+    run.logged("here", 1);
+    let pid_of = |daemon: &str| {
+        run.children().into_iter().find(|pid| {
+            let command =
+                std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+            command.split('\0').nth(1) == Some(daemon)
+        })
+    };
+    for daemon in ["registry", "configd"] {
+        let before = wait_for(daemon, || pid_of(daemon));
+        send(before, Signal::KILL);
+        wait_for("another one", || pid_of(daemon).filter(|pid| *pid != before));
+        wait_for("the system is whole again", || {
+            let (code, out, _) = ended(&mut folder.armor(&["ps"]));
+            (code == 0 && out.contains("configd")).then_some(())
+        });
+    }
+    run.signal(Signal::TERM);
+    assert_eq!(run.code(), Some(130));
+    assert_eq!(run.log().matches("here").count(), 1, "the component never noticed");
+}
