@@ -8,7 +8,7 @@ use armor_missions::{Colours, Feature, Findings, Manifests, Override};
 use armor_net::{Limits, ListenError, Server, listen, random_id};
 use armor_wire::config::{Reply, Request};
 use thiserror::Error;
-use tracing::{info, warn};
+use tracing::info;
 
 use crate::files::Files;
 use crate::versions::{Action, Event, Notice, Rules, Versions};
@@ -79,13 +79,13 @@ pub async fn serve(
     let instance = random_id();
     let (mut versions, findings) =
         Versions::new(instance, rules, first).map_err(ServeError::Refused)?;
-    findings.iter().for_each(|finding| warn!("{finding}"));
     let listener = listen(options.listen).await?;
     let address = listener.local_addr()?;
     let mut server = Server::<Request, Reply>::new(listener, options.limits);
     let mut readings = watch(files);
     info!(%address, instance, "configd listens");
     tell(Notice::Ready { address });
+    tell(Notice::Taken { version: versions.number(), findings });
     loop {
         let event = tokio::select! {
             event = server.event() => Event::Peer(event),

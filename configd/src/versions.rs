@@ -30,7 +30,7 @@ pub enum Action {
     Tell(Notice),
 }
 
-/// What whoever runs configd is told.
+/// What whoever runs configd is told; it is for them to log it.
 #[derive(Clone, Debug)]
 pub enum Notice {
     /// Components can connect.
@@ -179,11 +179,6 @@ impl Versions {
         let (configuration, findings) = match judge(&self.rules, reading) {
             Ok(valid) => valid,
             Err(findings) => {
-                tracing::error!(
-                    kept = self.number,
-                    "the file is not valid; the last good version stays"
-                );
-                findings.iter().for_each(|finding| tracing::error!("{finding}"));
                 self.refused = true;
                 return vec![Action::Tell(Notice::Refused { kept: self.number, findings })];
             }
@@ -195,7 +190,6 @@ impl Versions {
         }
         self.refused = false;
         self.number += 1;
-        tracing::info!(version = self.number, "a new version of the file is in force");
         let before = std::mem::replace(&mut self.in_force, configuration);
         let mut actions = vec![Action::Tell(Notice::Taken { version: self.number, findings })];
         actions.extend(self.changes_of_live_parameters(&before));

@@ -42,7 +42,9 @@ impl Folder {
     }
 
     fn configd(&self) -> Background {
-        Background::start(Options::new(self.file())).unwrap()
+        let configd = Background::start(Options::new(self.file())).unwrap();
+        expect_taken(&configd, 1);
+        configd
     }
 
     /// Written beside it, synced, and renamed over it, as careful editors do.
