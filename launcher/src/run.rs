@@ -24,6 +24,9 @@ use plan::Plan;
 use port::Lease;
 use supervisor::{Level, Verdict};
 
+/// Threads for connecting to components, so that some that hang do not hold up the others.
+const CONNECTING_AT_ONCE: usize = 32;
+
 /// Runs the system to its end.
 ///
 /// # Errors
@@ -59,6 +62,7 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     // The main thread starts every process: the kernel kills them when the thread that did ends.
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
+        .max_blocking_threads(CONNECTING_AT_ONCE)
         .build()
         .context("the launcher cannot start its event loop")?;
     let verdict = runtime.block_on(supervise::supervise(plan, arguments.time, &log));

@@ -5,6 +5,7 @@
 //! while a process is alive.
 
 mod child;
+mod event;
 #[cfg(test)]
 mod tests;
 
@@ -13,127 +14,13 @@ use std::time::Duration;
 use armor_missions::model::Restart;
 
 use child::{Child, State};
+pub use event::{Action, ChildId, Duty, Event, Exit, Level, Request, Role, Verdict};
 
 /// How long a process has to end after it was asked to, before it is killed.
 pub const GRACE: Duration = Duration::from_secs(5);
 /// A gap between two looks at the clock after which nobody is blamed for silence: the launcher
 /// itself was stopped, or the host asleep.
 const NAP: Duration = Duration::from_secs(1);
-
-/// A process by its place in the list of duties.
-pub type ChildId = usize;
-
-/// What a process is for; in the order of starting.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Role {
-    /// Name to endpoint. Everybody needs it to find the others.
-    Registry,
-    /// Settings and parameters.
-    Configd,
-    /// One task of the robot.
-    Component,
-    /// Plays the mission. Its own end is the end of the run.
-    Executive,
-}
-
-/// A process to be kept running.
-#[derive(Clone, Debug)]
-pub struct Duty {
-    /// Name in the system.
-    pub name: String,
-    /// What it is for.
-    pub role: Role,
-    /// What happens when a component ends by itself; daemons are always restarted.
-    pub restart: Restart,
-}
-
-/// How a process ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
-    /// By itself.
-    Code(i32),
-    /// By a signal.
-    Signal(i32),
-}
-
-/// Why the run is to stop, asked from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Request {
-    /// Ctrl-C or a signal to end. The second one kills.
-    Interrupt,
-    /// `--for` is over.
-    TimeUp,
-}
-
-/// What happened.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// Time passed. The first one starts the system.
-    Tick,
-    /// A process could not be started.
-    SpawnFailed(ChildId, String),
-    /// The process is in the registry; the registry itself: it answers.
-    Ready(ChildId),
-    /// A component's control port said something.
-    Heard(ChildId),
-    /// The registry lost a process of which no end is known; the registry itself: it is silent.
-    Vanished(ChildId),
-    /// The process ended.
-    Exited(ChildId, Exit),
-    /// The run is to stop.
-    Stop(Request),
-}
-
-/// What to do.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Start the process.
-    Spawn(ChildId),
-    /// Ask the process to end.
-    Terminate(ChildId),
-    /// Kill the process and its group.
-    Kill(ChildId),
-    /// Tell people about the process.
-    Say(Level, ChildId, String),
-    /// All processes have ended; the run is over.
-    End(Verdict),
-}
-
-/// How much a saying matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// Something failed for good.
-    Error,
-    /// Something failed and is being mended.
-    Warn,
-    /// A life event.
-    Info,
-}
-
-/// How the run went.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The mission reached its goal.
-    Goal,
-    /// The mission ended in its safe place.
-    Safe,
-    /// The mission failed.
-    Failed,
-    /// Interrupted.
-    Interrupted,
-    /// The time it was to run is over.
-    TimeUp {
-        /// Components that failed for good.
-        failed: Vec<String>,
-    },
-    /// Without a mission: every component has ended.
-    AllEnded {
-        /// Components that failed for good.
-        failed: Vec<String>,
-    },
-    /// A process that nothing works without failed for good.
-    Essential(String),
-}
 
 /// How far the run is.
 #[derive(Clone, Debug, PartialEq)]
@@ -216,7 +103,7 @@ impl Supervisor {
             self.stop(verdict);
             return;
         }
-        self.died(id, &ending(exit), exit == Exit::Code(0), now);
+        self.died(id, &exit.to_string(), exit == Exit::Code(0), now);
     }
 
     /// A process ended that was not asked to: start it again, or not.
@@ -360,20 +247,5 @@ impl Supervisor {
     fn failed_components(&self) -> Vec<String> {
         let failed = self.children.iter().filter(|child| child.state == State::Failed);
         failed.map(|child| child.duty.name.clone()).collect()
-    }
-}
-
-fn ending(exit: Exit) -> String {
-    match exit {
-        Exit::Code(0) => "ended".into(),
-        Exit::Code(code) => format!("ended with code {code}"),
-        Exit::Signal(signal) => match signal {
-            4 => "ended by signal 4 (SIGILL)".into(),
-            6 => "ended by signal 6 (SIGABRT)".into(),
-            9 => "ended by signal 9 (SIGKILL)".into(),
-            11 => "ended by signal 11 (SIGSEGV)".into(),
-            15 => "ended by signal 15 (SIGTERM)".into(),
-            other => format!("ended by signal {other}"),
-        },
     }
 }
