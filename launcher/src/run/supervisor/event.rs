@@ -1,0 +1,135 @@
+//! What the supervisor is told, what it answers, and the words for both.
+
+use std::fmt;
+
+use armor_missions::model::Restart;
+
+/// A process by its place in the list of duties.
+pub type ChildId = usize;
+
+/// What a process is for; in the order of starting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Name to endpoint. Everybody needs it to find the others.
+    Registry,
+    /// Settings and parameters.
+    Configd,
+    /// One task of the robot.
+    Component,
+    /// Plays the mission. Its own end is the end of the run.
+    Executive,
+}
+
+/// A process to be kept running.
+#[derive(Clone, Debug)]
+pub struct Duty {
+    /// Name in the system.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// What happens when a component ends by itself; daemons are always restarted.
+    pub restart: Restart,
+}
+
+/// How a process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// By itself.
+    Code(i32),
+    /// By a signal.
+    Signal(i32),
+}
+
+/// Why the run is to stop, asked from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Ctrl-C or a signal to end. The second one kills.
+    Interrupt,
+    /// `--for` is over.
+    TimeUp,
+}
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Time passed. The first one starts the system.
+    Tick,
+    /// A process could not be started.
+    SpawnFailed(ChildId, String),
+    /// The process is in the registry; the registry itself: it answers.
+    Ready(ChildId),
+    /// A component's control port said something.
+    Heard(ChildId),
+    /// The registry lost a process of which no end is known; the registry itself: it is silent.
+    Vanished(ChildId),
+    /// The process ended.
+    Exited(ChildId, Exit),
+    /// The run is to stop.
+    Stop(Request),
+}
+
+/// What to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Start the process.
+    Spawn(ChildId),
+    /// Ask the process to end.
+    Terminate(ChildId),
+    /// Kill the process and its group.
+    Kill(ChildId),
+    /// Tell people about the process.
+    Say(Level, ChildId, String),
+    /// All processes have ended; the run is over.
+    End(Verdict),
+}
+
+/// How much a saying matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Something failed for good.
+    Error,
+    /// Something failed and is being mended.
+    Warn,
+    /// A life event.
+    Info,
+}
+
+/// How the run went.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The mission reached its goal.
+    Goal,
+    /// The mission ended in its safe place.
+    Safe,
+    /// The mission failed.
+    Failed,
+    /// Interrupted.
+    Interrupted,
+    /// The time it was to run is over.
+    TimeUp {
+        /// Components that failed for good.
+        failed: Vec<String>,
+    },
+    /// Without a mission: every component has ended.
+    AllEnded {
+        /// Components that failed for good.
+        failed: Vec<String>,
+    },
+    /// A process that nothing works without failed for good.
+    Essential(String),
+}
+
+impl fmt::Display for Exit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let signal = match self {
+            Self::Code(0) => return f.write_str("ended"),
+            Self::Code(code) => return write!(f, "ended with code {code}"),
+            Self::Signal(signal) => signal,
+        };
+        let names = [(4, "ILL"), (6, "ABRT"), (9, "KILL"), (11, "SEGV"), (15, "TERM")];
+        match names.iter().find(|(number, _)| number == signal) {
+            Some((_, name)) => write!(f, "ended by signal {signal} (SIG{name})"),
+            None => write!(f, "ended by signal {signal}"),
+        }
+    }
+}
