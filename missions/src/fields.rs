@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::name::is_name;
-use armor_wire::quantity;
+use armor_wire::quantity::{self, QuantityError};
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
@@ -137,7 +137,10 @@ impl<'a, 'f> Fields<'a, 'f> {
 
     /// A rate such as `10Hz`, in hertz.
     pub(crate) fn rate_hz(&mut self, name: &'static str) -> Option<Spanned<f64>> {
-        self.converted(name, |text| quantity::hertz(text).map_err(|e| e.to_string()))
+        self.converted(name, |text| {
+            quantity::hertz(text)
+                .map_err(|error| expected(error, "a rate such as 10Hz is expected"))
+        })
     }
 
     /// A number with or without a unit, in SI.
@@ -304,8 +307,17 @@ impl<'a, 'f> Fields<'a, 'f> {
 
 /// Reads a duration such as `0.2s` or `10min`.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
+    let wanted = "a duration such as 0.2s or 10min is expected";
+    let seconds = quantity::seconds(text).map_err(|error| expected(error, wanted))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is too long"))
+}
+
+/// What to write instead: the known units if it is only the unit that is wrong.
+fn expected(error: QuantityError, wanted: &str) -> String {
+    match error {
+        QuantityError::UnknownUnit { .. } => error.to_string(),
+        _ => wanted.to_owned(),
+    }
 }
 
 /// `text` if it is one to nine digits.

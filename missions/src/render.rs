@@ -74,13 +74,16 @@ impl Finding {
         let message = printable(&self.message);
         let mut out =
             format!("{}: {}\n", colours.paint(style, &head), colours.paint("1", &message));
-        let mut margin = 0;
+        let related = self.related.iter().map(|(at, _)| at);
+        let lines = self.at.iter().chain(related).map(|at| at.line_column().0);
+        let margin = lines.max().map_or(0, |line| line.to_string().len());
         if let Some(at) = &self.at {
-            margin = at.line_column().0.to_string().len();
-            snippet(&mut out, at, "-->", "", ("^", style), colours);
+            Snippet { at, margin, arrow: "-->", mark: ("^", style), label: "" }
+                .write(&mut out, colours);
         }
         for (at, label) in &self.related {
-            snippet(&mut out, at, ":::", label, ("-", "1;34"), colours);
+            Snippet { at, margin, arrow: ":::", mark: ("-", "1;34"), label }
+                .write(&mut out, colours);
         }
         if !self.remedy.is_empty() {
             let remedy = printable(&self.remedy);
@@ -91,44 +94,43 @@ impl Finding {
 }
 
 /// One line of the file with the location underlined.
-fn snippet(
-    out: &mut String,
-    at: &Location,
-    arrow: &str,
-    label: &str,
-    mark: (&str, &str),
-    colours: Colours,
-) {
-    let (line, _) = at.line_column();
-    let (text, line_start) = at.source.line(line);
-    let start = at.span.start() - line_start;
-    let end = (at.span.end() - line_start).min(text.len()).max(start.min(text.len()));
-    let start = start.min(end);
-    let before = text[..start].chars().count();
-    let marked = text[start..end].chars().count().max(1);
-    // A cut line shows some of what stands before the piece.
-    let skipped =
-        if before + marked > SHOWN_WIDTH { before.saturating_sub(SHOWN_WIDTH / 3) } else { 0 };
-    let shown: String = text.chars().skip(skipped).take(SHOWN_WIDTH).collect();
-    let lead = if skipped > 0 { "…" } else { "" };
-    let tail = if text.chars().count() > skipped + SHOWN_WIDTH { "…" } else { "" };
-    let number = line.to_string();
-    let margin = number.len();
-    let marks = marked.min(SHOWN_WIDTH - (before - skipped).min(SHOWN_WIDTH - 1));
-    let indent = before - skipped + lead.chars().count();
-    let bar = colours.paint("1;34", "|");
-    let arrow = colours.paint("1;34", arrow);
-    let marks = colours.paint(mark.1, &mark.0.repeat(marks));
-    let number = colours.paint("1;34", &number);
-    let _ = writeln!(out, "{:margin$}{arrow} {at}", "");
-    let _ = writeln!(out, "{:margin$} {bar}", "");
-    let _ = writeln!(out, "{number} {bar} {lead}{}{tail}", printable(&shown));
-    let _ = writeln!(
-        out,
-        "{:margin$} {bar} {}",
-        "",
-        format!("{:indent$}{marks} {label}", "").trim_end()
-    );
+struct Snippet<'a> {
+    at: &'a Location,
+    /// Width of the column of line numbers.
+    margin: usize,
+    arrow: &'a str,
+    /// What underlines, and its style.
+    mark: (&'a str, &'a str),
+    label: &'a str,
+}
+
+impl Snippet<'_> {
+    fn write(&self, out: &mut String, colours: Colours) {
+        let Self { at, margin, .. } = *self;
+        let (line, _) = at.line_column();
+        let (text, line_start) = at.source.line(line);
+        let end = (at.span.end() - line_start).min(text.len());
+        let start = (at.span.start() - line_start).min(end);
+        let before = text[..start].chars().count();
+        let marked = text[start..end].chars().count().max(1);
+        // A cut line shows some of what stands before the piece.
+        let is_cut = before + marked > SHOWN_WIDTH;
+        let skipped = if is_cut { before.saturating_sub(SHOWN_WIDTH / 3) } else { 0 };
+        let shown: String = text.chars().skip(skipped).take(SHOWN_WIDTH).collect();
+        let lead = if skipped > 0 { "…" } else { "" };
+        let tail = if text.chars().count() > skipped + SHOWN_WIDTH { "…" } else { "" };
+        let marks = marked.min(SHOWN_WIDTH - (before - skipped).min(SHOWN_WIDTH - 1));
+        let indent = before - skipped + lead.chars().count();
+        let bar = colours.paint("1;34", "|");
+        let arrow = colours.paint("1;34", self.arrow);
+        let number = colours.paint("1;34", &format!("{line:>margin$}"));
+        let marks = colours.paint(self.mark.1, &self.mark.0.repeat(marks));
+        let under = format!("{:indent$}{marks} {}", "", self.label);
+        let _ = writeln!(out, "{:margin$}{arrow} {at}", "");
+        let _ = writeln!(out, "{:margin$} {bar}", "");
+        let _ = writeln!(out, "{number} {bar} {lead}{}{tail}", printable(&shown));
+        let _ = writeln!(out, "{:margin$} {bar} {}", "", under.trim_end());
+    }
 }
 
 /// Control characters shown as one visible character each, so that columns stay right and no

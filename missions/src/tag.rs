@@ -25,8 +25,6 @@ pub(crate) struct TagReader<'a> {
     at: usize,
     /// Offset in the source of `>` or `/>`.
     end: usize,
-    /// Whether every value was understood.
-    sound: bool,
 }
 
 impl<'a> TagReader<'a> {
@@ -35,19 +33,13 @@ impl<'a> TagReader<'a> {
         let text = &source.text()[span.start()..span.end()];
         let inner = text.strip_suffix('>').unwrap_or(text);
         let inner = inner.strip_suffix('/').unwrap_or(inner);
-        Self {
-            source,
-            span,
-            at: span.start() + 1,
-            end: span.start() + inner.len().max(1),
-            sound: true,
-        }
+        Self { source, span, at: span.start() + 1, end: span.start() + inner.len().max(1) }
     }
 
     /// `span` is a whole XML declaration, which is written like a tag.
     pub(crate) fn declaration(source: &'a Arc<Source>, span: Span) -> Self {
         let (start, end) = (span.start() + "<?".len(), span.end() - "?>".len());
-        Self { source, span, at: start.min(end), end, sound: true }
+        Self { source, span, at: start.min(end), end }
     }
 
     pub(crate) fn read(mut self, findings: &mut Findings) -> Tag {
@@ -73,7 +65,6 @@ impl<'a> TagReader<'a> {
         let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         loop {
             let gap = self.skip_space();
-            tag.sound &= self.sound;
             if self.at >= self.end {
                 return tag;
             }
@@ -152,8 +143,7 @@ impl<'a> TagReader<'a> {
             );
             findings.push(finding.remedy("write it as &lt;"));
         }
-        let (value, sound) = unescape(&at, findings);
-        self.sound &= sound;
+        let value = unescape(&at, findings);
         Some(Attribute { name, value, name_span, value_span })
     }
 
@@ -186,11 +176,11 @@ impl<'a> TagReader<'a> {
 }
 
 /// Replaces the five entities of XML and character references, and white space by spaces as XML
-/// wants it of attributes. False if a reference is unknown; each such one is a finding.
-pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> (String, bool) {
+/// wants it of attributes. Each unknown reference is a finding and stays as it is written, so that
+/// the rest of the file is looked at all the same.
+pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
     let raw = at.text();
     let mut out = String::with_capacity(raw.len());
-    let mut sound = true;
     let mut rest = 0;
     while let Some(found) = raw[rest..].find('&') {
         let start = rest + found;
@@ -204,16 +194,16 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> (String, bool)
             Some(c) => out.push(c),
             None => {
                 let here = at.part(start, start + len);
+                out.push_str(here.text());
                 let message = format!("{} is not known; entities are never expanded", here.text());
                 let finding = Finding::new(Code::UnknownEntity, &here, message);
                 findings.push(finding.remedy("write & as &amp;"));
-                sound = false;
             }
         }
         rest = start + len;
     }
     push_normalised(&mut out, &raw[rest..]);
-    (out, sound)
+    out
 }
 
 fn push_normalised(out: &mut String, text: &str) {

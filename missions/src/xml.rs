@@ -207,8 +207,7 @@ impl<'a> Builder<'a> {
 
     fn text(&mut self, span: Span) {
         let at = Location::new(self.source, span);
-        let (text, sound) = unescape(&at, self.findings);
-        self.sound &= sound;
+        let text = unescape(&at, self.findings);
         self.push_text(text, span);
         if let Some(end) = at.text().find("]]>") {
             let at = Span::new(span.start() + end, span.start() + end + 3);

@@ -59,6 +59,13 @@ fn the_office_says_what_the_issue_wants() {
 }
 
 #[test]
+fn the_world_of_the_office_is_there() {
+    let office = configuration(&folder().join("office.xml"));
+    let world = office.system.component("simulator").unwrap().parameter("world").unwrap();
+    assert!(world.folder.join(&world.value.value).is_file());
+}
+
+#[test]
 fn the_replay_loses_nothing() {
     let replay = configuration(&folder().join("replay.xml"));
     assert!(replay.system.links.iter().all(|link| link.keep == armor_wire::keep::Keep::All));
