@@ -1,0 +1,308 @@
+//! Mission file → plan. What the file may say and this executive does not play is refused with a
+//! finding, never passed over.
+
+use crate::plan::{ComponentId, OnResume, Plan, PlanBuilder, PlannedTransition};
+use armor_missions::mission::{ArcKind, Autonomy, Class, Mission, Place, Resume, Transition};
+use armor_missions::{Code, Feature, Finding, Findings, Location, Spanned, System};
+use armor_petri::{Interval, PlaceId};
+use std::collections::HashMap;
+
+/// What of a mission this executive plays, beyond plain ArMoR. Of [`Feature::Operator`] only that
+/// an operator's transition never fires by itself; of [`Feature::Resume`] all but `hold`.
+pub const PLAYED: &[Feature] = &[
+    Feature::Interval,
+    Feature::Priority,
+    Feature::SafetyClass,
+    Feature::Weight,
+    Feature::ReadArc,
+    Feature::InhibitorArc,
+    Feature::ResetArc,
+    Feature::Operator,
+    Feature::Overrun,
+    Feature::Period,
+    Feature::Resume,
+];
+
+impl Plan {
+    /// The plan of a mission over a system, both checked before.
+    ///
+    /// # Errors
+    /// Findings: what it does not play, and names that lead nowhere.
+    pub fn compile(system: &System, mission: &Mission) -> Result<Self, Findings> {
+        let mut compiler = Compiler::default();
+        compiler.refuse_unplayed(mission);
+        compiler.plan.mission =
+            mission.name.as_ref().map_or_else(|| "mission".to_owned(), |name| name.value.clone());
+        for component in &system.components {
+            let id = compiler.plan.component(&component.name, component.controllable);
+            compiler.components.insert(component.name.value.clone(), id);
+        }
+        mission.places.iter().for_each(|place| compiler.place(place));
+        for place in &mission.places {
+            let id = compiler.find_place(&place.name);
+            let refuge = place.on_failure.as_ref().and_then(|refuge| compiler.find_place(refuge));
+            if let Some(id) = id {
+                compiler.plan.places[id.index()].on_failure = refuge;
+            }
+        }
+        compiler.plan.goal = mission.goal.as_ref().and_then(|goal| compiler.find_place(goal));
+        compiler.plan.safe = mission.safe.as_ref().and_then(|safe| compiler.find_place(safe));
+        compiler.plan.period = mission.period.as_ref().map(|period| period.value);
+        if let Some(Resume::Safe) = mission.resume.as_deref() {
+            compiler.plan.on_resume = OnResume::Safe;
+        }
+        for exclusive in &mission.exclusives {
+            let names = exclusive.components.iter();
+            let set = names.filter_map(|name| compiler.exclusive(name)).collect();
+            compiler.plan.exclusives.push(set);
+        }
+        mission.transitions.iter().for_each(|t| compiler.transition(mission, t));
+        compiler.finish(mission)
+    }
+}
+
+#[derive(Default)]
+struct Compiler {
+    plan: PlanBuilder,
+    components: HashMap<String, ComponentId>,
+    places: HashMap<String, PlaceId>,
+    findings: std::cell::RefCell<Findings>,
+}
+
+impl Compiler {
+    fn refuse_unplayed(&self, mission: &Mission) {
+        for variable in &mission.variables {
+            self.refuse(&variable.name.at, "a variable");
+        }
+        for submission in &mission.submissions {
+            self.refuse(&submission.file.at, "a sub-mission");
+        }
+        for check in &mission.checks {
+            self.refuse(&check.at, "a check of the net");
+        }
+        for given in mission.places.iter().flat_map(|place| &place.parameters) {
+            self.refuse(&given.parameter.name.at, "a parameter set by a place");
+        }
+        if let Some(resume) = mission.resume.as_ref().filter(|r| r.value == Resume::Hold) {
+            self.refuse(&resume.at, "resume=\"hold\"");
+        }
+        for t in &mission.transitions {
+            if let Some(when) = &t.when {
+                self.refuse(&when.at, "a guard (when=\"…\")");
+            }
+            for date in [&t.not_before, &t.not_after].into_iter().flatten() {
+                self.refuse(&date.at, "an absolute date");
+            }
+            if let Some(missed) = &t.missed {
+                self.refuse(&missed.at, "an absolute date");
+            }
+            if let Some(lost) = &t.lost_link {
+                self.refuse(&lost.at, "lost-link");
+            }
+            if matches!(t.autonomy, Autonomy::Confirm { .. }) {
+                self.refuse(&t.name.at, "asking the operator to confirm");
+            }
+        }
+    }
+
+    fn refuse(&self, at: &Location, what: &str) {
+        let message = format!("{what} is understood, but not played by this version");
+        let finding = Finding::new(Code::NotPlayed, at, message);
+        self.findings.borrow_mut().push(finding.remedy("do without it for now"));
+    }
+
+    fn place(&mut self, place: &Place) {
+        let found = place.components.iter().filter_map(|name| self.find_component(name));
+        let components: Vec<_> = found.collect();
+        let id = self.plan.place(&place.name, place.initial, &components);
+        self.places.insert(place.name.value.clone(), id);
+    }
+
+    fn transition(&mut self, mission: &Mission, transition: &Transition) {
+        let found =
+            |name: &Option<Spanned<String>>| name.as_ref().and_then(|name| self.find_place(name));
+        let manual = transition.autonomy != Autonomy::Auto;
+        let on = transition
+            .on
+            .as_ref()
+            .filter(|_| !manual)
+            .and_then(|on| Some((self.find_component(&on.component)?, on.event.value.clone())));
+        let planned = PlannedTransition {
+            on,
+            on_stop_fail: found(&transition.on_stop_fail),
+            on_start_fail: found(&transition.on_start_fail),
+            overrun: found(&transition.overrun),
+        };
+        let arcs: Vec<_> = transition
+            .arcs
+            .iter()
+            .filter_map(|arc| Some((arc.kind, self.find_place(&arc.place)?, arc.weight)))
+            .collect();
+        let mut t = self.plan.net.transition(transition.name.value.as_str());
+        for (kind, place, weight) in arcs {
+            t = match kind {
+                ArcKind::Take => t.input(place, weight),
+                ArcKind::Put => t.output(place, weight),
+                ArcKind::Read => t.read(place, weight),
+                ArcKind::Inhibitor => t.inhibitor(place, weight),
+                ArcKind::Reset => t.reset(place),
+            };
+        }
+        if let Some(interval) = &transition.interval {
+            t = t.interval(Interval { earliest: interval.earliest, latest: interval.latest });
+        }
+        if is_safety(mission, transition) {
+            t = t.class(armor_petri::Class::Safety);
+        }
+        t = t.priority(transition.priority);
+        if transition.on.is_some() || manual {
+            t.gated();
+        }
+        self.plan.transitions.push(planned);
+    }
+
+    /// A component that may be excluded from running: one that something starts and stops.
+    fn exclusive(&self, name: &Spanned<String>) -> Option<ComponentId> {
+        let id = self.find_component(name)?;
+        if !self.plan.components[id.index()].is_controlled() {
+            let message = format!("{} is in no place, so it is always active", name.value);
+            let finding = Finding::new(Code::NotControllable, &name.at, message);
+            let remedy = "put it into a place, or take it out of here";
+            self.findings.borrow_mut().push(finding.remedy(remedy));
+        }
+        Some(id)
+    }
+
+    fn find_place(&self, name: &Spanned<String>) -> Option<PlaceId> {
+        let id = self.places.get(&name.value).copied();
+        if id.is_none() {
+            self.unknown(Code::UnknownPlace, name, "place");
+        }
+        id
+    }
+
+    fn find_component(&self, name: &Spanned<String>) -> Option<ComponentId> {
+        let id = self.components.get(&name.value).copied();
+        if id.is_none() {
+            self.unknown(Code::UnknownComponent, name, "component");
+        }
+        id
+    }
+
+    fn unknown(&self, code: Code, name: &Spanned<String>, what: &str) {
+        let message = format!("there is no {what} called {}", name.value);
+        let finding = Finding::new(code, &name.at, message).remedy("correct the name");
+        self.findings.borrow_mut().push(finding);
+    }
+
+    fn finish(self, mission: &Mission) -> Result<Plan, Findings> {
+        let mut findings = self.findings.into_inner();
+        if findings.has_errors() {
+            return Err(findings);
+        }
+        self.plan.build().map_err(|error| {
+            let finding = Finding::new(Code::DuplicateTransition, &mission.at, error.to_string());
+            findings.push(finding.remedy("give places and transitions names of their own"));
+            findings
+        })
+    }
+}
+
+/// What leads to a place of the safety class is of the safety class.
+fn is_safety(mission: &Mission, transition: &Transition) -> bool {
+    let safe = |name: &str| mission.place(name).is_some_and(|p| p.class == Class::Safety);
+    transition.class == Class::Safety || transition.outputs().any(|arc| safe(&arc.place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compiled(mission: &str) -> Result<Plan, Findings> {
+        let file = format!(
+            r#"<armor version="1"><system><component name="a" kind="k"/><component name="b" kind="k"/>
+            <component name="free" kind="k"/></system><mission name="m" {mission}</mission></armor>"#
+        );
+        let reading =
+            armor_missions::read("m.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
+        assert!(!reading.findings.has_errors(), "{:?}", reading.findings);
+        let configuration = reading.configuration.expect("a configuration");
+        Plan::compile(&configuration.system, configuration.mission.as_ref().expect("a mission"))
+    }
+
+    #[test]
+    fn everything_written_is_in_the_plan() {
+        let plan = compiled(
+            r#"goal="z" safe="s" period="1s"><place name="x" initial="true" components="a" on-failure="z"/>
+            <place name="z"/><place name="s" class="safety" components="b"/>
+            <exclusive components="a b"/>
+            <transition name="t" from="x" to="z" on="a.done" priority="3"/>
+            <transition name="late" from="x" to="s" timeout="5s" on-stop-fail="z" overrun="s"/>"#,
+        )
+        .expect("it plays all of that");
+        let place = |name| plan.place_named(name);
+        assert_eq!((plan.goal, plan.safe), (place("z"), place("s")));
+        let a = plan.component_named("a").expect("a");
+        assert_eq!(plan.components[a.index()].peers, [plan.component_named("b").expect("b")]);
+        assert!(!plan.components[2].is_controlled(), "in no place, so always active");
+        assert_eq!(plan.places[0].on_failure, place("z"));
+        let (t, late) = (&plan.net.transitions()[0], &plan.net.transitions()[1]);
+        assert!(t.gated && t.priority == 3 && t.class == armor_petri::Class::Ordinary);
+        assert_eq!(plan.transitions[0].on, Some((a, "done".to_owned())));
+        assert_eq!(late.class, armor_petri::Class::Safety, "it leads to a place of that class");
+        assert_eq!(late.interval, Interval::exactly(std::time::Duration::from_secs(5)));
+        assert_eq!(
+            (plan.transitions[1].on_stop_fail, plan.transitions[1].overrun),
+            (place("z"), place("s"))
+        );
+    }
+
+    #[test]
+    fn an_operator_s_transition_never_fires_by_itself() {
+        let plan = compiled(
+            r#"><place name="x" initial="true"/><place name="z"/>
+            <transition name="t" from="x" to="z" operator="true"/>"#,
+        )
+        .expect("played as far as that");
+        assert!(plan.net.transitions()[0].gated && plan.listeners.is_empty());
+    }
+
+    #[test]
+    fn what_is_not_played_is_refused_where_it_stands() {
+        for (what, mission) in [
+            (
+                "guard",
+                r#"><place name="x" initial="true"/><place name="z"/><transition name="t" from="x" to="z" when="1 &lt; 2"/>"#,
+            ),
+            (
+                "variable",
+                r#"><variable name="v" min="0" max="1"/><place name="x" initial="true"/>"#,
+            ),
+            ("hold", r#"resume="hold"><place name="x" initial="true"/>"#),
+            (
+                "date",
+                r#"><place name="x" initial="true"/><place name="z"/><transition name="t" from="x" to="z" not-before="2030-01-01T00:00:00Z"/>"#,
+            ),
+            (
+                "parameter",
+                r#"><place name="x" initial="true" components="a"><parameter component="a" name="p" value="1"/></place>"#,
+            ),
+        ] {
+            check_refused(what, mission, Code::NotPlayed);
+        }
+    }
+
+    #[test]
+    fn what_is_always_active_excludes_nothing() {
+        let mission =
+            r#"><place name="x" initial="true" components="a"/><exclusive components="a free"/>"#;
+        check_refused("free", mission, Code::NotControllable);
+    }
+
+    fn check_refused(what: &str, mission: &str, code: Code) {
+        let findings = compiled(mission).expect_err(what);
+        let found = findings.iter().next().expect("one finding");
+        assert_eq!(found.code, code, "{what}");
+        assert!(found.at.is_some() && found.message.contains(what), "{found}");
+    }
+}

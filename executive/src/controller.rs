@@ -1,0 +1,373 @@
+//! The controller: one pure state machine from events to actions.
+//!
+//! It owns a [`Ledger`] (what is decided) and a roster (what is observed), and after every event
+//! settles the difference: firings move on, transitions begin, components are told what to do.
+//! Everything decided is first an [`Action::Journal`]; nothing here knows sockets or clocks.
+
+use crate::event::{Action, Event};
+use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
+use crate::plan::{ComponentId, OnResume, Plan};
+use crate::record::{Cause, Entry, Outcome, Record, Report};
+use crate::roster::{Doing, Presence, Roster};
+use armor_petri::{PlaceId, Step, TransitionId};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Reports that changed nothing, by reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// From an activation that is over.
+    pub late: u64,
+    /// Told again, and already counted.
+    pub repeated: u64,
+    /// Nothing in the mission waits for them.
+    pub unheard: u64,
+}
+
+/// Plays one mission.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) ledger: Ledger,
+    pub(crate) roster: Roster,
+    pub(crate) now: Duration,
+    pub(crate) actions: Vec<Action>,
+    pub(crate) dropped: Dropped,
+    /// Components that had to be killed and are gone now, or that not even that is known of.
+    pub(crate) unstopped: Vec<ComponentId>,
+    /// It has been told to stop.
+    pub(crate) stopping: bool,
+    finished: bool,
+    /// With a period: when it looks at the net next, if there is something to see.
+    next_look: Option<Duration>,
+}
+
+impl Controller {
+    /// Begins a mission. The initial places are entered once every component is known to be off.
+    pub fn new(plan: Arc<Plan>, now: Duration) -> (Self, Vec<Action>) {
+        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now);
+        controller.record(Entry::Began {
+            mission: plan.mission.clone(),
+            fingerprint: plan.fingerprint(),
+        });
+        let initial = plan.place_ids().zip(plan.net.initial().iter().copied());
+        let initial: Vec<_> = initial.filter(|(_, tokens)| *tokens > 0).collect();
+        controller.begin(Cause::Start, &[], &initial, Duration::ZERO);
+        controller.settle();
+        let actions = std::mem::take(&mut controller.actions);
+        (controller, actions)
+    }
+
+    /// Goes on where a journal ends. Every component counts as running until it says otherwise.
+    ///
+    /// # Errors
+    /// If the journal is not one of this plan.
+    pub fn resume(
+        plan: Arc<Plan>,
+        records: &[Record],
+        now: Duration,
+    ) -> Result<(Self, Vec<Action>), LedgerError> {
+        if records.is_empty() {
+            return Ok(Self::new(plan, now));
+        }
+        let on_resume = plan.on_resume;
+        let ledger = Ledger::replay(plan, records)?;
+        let mut controller = Self::around(ledger, now);
+        if let Stage::Ended(outcome) = controller.ledger.stage {
+            controller.finish(outcome);
+        } else if on_resume == OnResume::Safe {
+            controller.retreat("the executive was restarted, and the mission resumes in safety");
+        }
+        controller.settle();
+        let actions = std::mem::take(&mut controller.actions);
+        Ok((controller, actions))
+    }
+
+    /// Takes in one event at `now` (mission time; it never goes back) and says what to do.
+    pub fn handle(&mut self, event: Event, now: Duration) -> Vec<Action> {
+        self.now = self.now.max(now);
+        if !self.finished {
+            self.take_in(event);
+            self.settle();
+        }
+        std::mem::take(&mut self.actions)
+    }
+
+    /// When [`Event::Timer`] is due next, if nothing else happens.
+    pub fn next_deadline(&self) -> Option<Duration> {
+        if self.finished {
+            return None;
+        }
+        let firing = self.may_fire().then(|| self.ledger.state.next_firing()).flatten();
+        let firing = match self.next_look {
+            Some(look) => firing.map(|at| at.max(look)),
+            None => firing,
+        };
+        firing.into_iter().chain(self.pushes()).chain(self.patience()).min()
+    }
+
+    /// What has been decided.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Reports that changed nothing.
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    fn around(ledger: Ledger, now: Duration) -> Self {
+        let plan = Arc::clone(&ledger.plan);
+        let now = now.max(ledger.at);
+        Self {
+            roster: Roster::new(&plan, now),
+            plan,
+            ledger,
+            now,
+            actions: Vec::new(),
+            dropped: Dropped::default(),
+            unstopped: Vec::new(),
+            stopping: false,
+            finished: false,
+            next_look: None,
+        }
+    }
+
+    fn take_in(&mut self, event: Event) {
+        let now = self.now;
+        if event != Event::Timer {
+            self.publish();
+        }
+        match event {
+            Event::Appeared { component, instance } => {
+                if self.roster.of(component).presence != Presence::Unseen
+                    && self.roster.of(component).instance != instance
+                {
+                    // Whoever waited for the old one to end has to hear of it first.
+                    self.gone(component);
+                    self.settle();
+                }
+                self.roster.appeared(component, instance, now);
+            }
+            Event::Said { component, instance, doing, activation, controllable } => {
+                if self.roster.of(component).instance == instance {
+                    let planned = self.plan.component(component).is_controlled();
+                    self.roster.of_mut(component).controllable = planned && controllable;
+                    self.roster.said(component, doing, activation);
+                }
+            }
+            Event::Reported { component, instance, serial, activation, report } => {
+                self.reported(component, (instance, serial), activation, report);
+            }
+            Event::Lost { component, instance } => {
+                let observed = self.roster.of(component);
+                if observed.instance == instance && observed.presence == Presence::Here {
+                    self.roster.left(component, Presence::Lost, now);
+                }
+            }
+            Event::Gone { component, instance } => {
+                if instance.is_none_or(|instance| self.roster.of(component).instance == instance) {
+                    self.gone(component);
+                }
+            }
+            Event::Timer => {}
+            Event::Stop => self.stopping = true,
+        }
+    }
+
+    fn gone(&mut self, component: ComponentId) {
+        let order = self.roster.of(component).order;
+        if order.is_some_and(|order| order.killed.is_some()) {
+            self.unstopped.push(component);
+        }
+        self.roster.left(component, Presence::Gone, self.now);
+    }
+
+    fn reported(
+        &mut self,
+        component: ComponentId,
+        heard: (u64, u64),
+        activation: u64,
+        report: Report,
+    ) {
+        let last = &self.ledger.activations[component.index()];
+        let controlled = self.plan.component(component).is_controlled();
+        let current = last.open && (activation == last.number || !controlled);
+        let repeated = heard.0 == last.heard.0 && heard.1 <= last.heard.1;
+        let ends = matches!(report, Report::Done | Report::Failed { .. });
+        let listened = !self.plan.listeners(component, report.name()).is_empty();
+        if repeated {
+            self.dropped.repeated += 1;
+        } else if !current {
+            self.dropped.late += 1;
+        } else if !ends && !listened {
+            self.dropped.unheard += 1;
+        } else {
+            let name = self.plan.component(component).name.clone();
+            let (instance, serial) = heard;
+            self.record(Entry::Heard { component: name, instance, serial, report });
+        }
+        self.actions.push(Action::Acknowledge { component, serial: heard.1 });
+    }
+
+    /// Goes on until nothing more can be decided without something happening first.
+    pub(crate) fn settle(&mut self) {
+        self.ledger.state.advance(self.now);
+        let mut step = Step::new(self.plan.limits.step_bound);
+        loop {
+            let before = self.actions.len();
+            self.push_orders();
+            if !self.stopping {
+                self.move_firings_on();
+                self.notice_failures();
+                self.fire_next(&mut step);
+            }
+            self.command_components();
+            if self.actions.len() == before || self.finished {
+                break;
+            }
+        }
+        self.notice_the_end();
+    }
+
+    /// Begins the transition whose turn it is, if there is one.
+    fn fire_next(&mut self, step: &mut Step) {
+        if !self.may_fire() || self.ledger.state.first_ready().is_none() {
+            self.next_look = None;
+            return;
+        }
+        if let Some(period) = self.plan.period.filter(|period| !period.is_zero())
+            && step.fired().is_empty()
+        {
+            let look = *self.next_look.get_or_insert_with(|| next_multiple(self.now, period));
+            if self.now < look {
+                return;
+            }
+            self.next_look = None;
+        }
+        let Some(id) = self.ledger.state.first_ready() else { return };
+        self.begin_transition(id);
+        let flights = self.ledger.firings.len();
+        if flights > self.plan.limits.firings {
+            self.retreat(&format!("{flights} firings in flight at once: the net has no bound"));
+        }
+        if let Err(endless) = step.count(id) {
+            let names = |id: &TransitionId| self.plan.net.transition(*id).name.clone();
+            let cycle: Vec<_> = endless.cycle.iter().map(names).collect();
+            self.retreat(&format!(
+                "{} transitions fired at one moment; these repeat without end: {}",
+                endless.bound,
+                cycle.join(" ")
+            ));
+        }
+    }
+
+    fn may_fire(&self) -> bool {
+        self.ledger.stage == Stage::Playing && !self.stopping
+    }
+
+    fn begin_transition(&mut self, id: TransitionId) {
+        let (state, net) = (&self.ledger.state, &self.plan.net);
+        let transition = net.transition(id);
+        let emptied = transition.resets.iter().filter_map(|&place| {
+            let taken = transition.inputs.iter().find(|arc| arc.0 == place);
+            let rest = state.tokens(place).saturating_sub(taken.map_or(0, |arc| arc.1));
+            (rest > 0).then_some((place, rest))
+        });
+        let from: Vec<_> = transition.inputs.iter().copied().chain(emptied).collect();
+        let mut to = transition.outputs.clone();
+        let late = state.deadline(id).map_or(Duration::ZERO, |at| self.now.saturating_sub(at));
+        if late > self.plan.limits.overrun
+            && let Some(overrun) = self.plan.transition(id).overrun
+        {
+            to.push((overrun, 1));
+        }
+        let cause = Cause::Transition(transition.name.clone());
+        self.begin(cause, &from, &to, late);
+    }
+
+    pub(crate) fn begin(
+        &mut self,
+        cause: Cause,
+        from: &[(PlaceId, u32)],
+        to: &[(PlaceId, u32)],
+        late: Duration,
+    ) {
+        self.record(Entry::Took {
+            firing: self.ledger.last_firing + 1,
+            cause,
+            from: self.ledger.tokens_named(from),
+            to: self.ledger.tokens_named(to),
+            late_s: late.as_secs_f64(),
+        });
+    }
+
+    /// Gives up every token and firing for the safe place.
+    pub(crate) fn retreat(&mut self, why: &str) {
+        if self.ledger.stage == Stage::Playing {
+            self.record(Entry::Retreated { why: why.to_owned() });
+        }
+    }
+
+    /// Decides: into the journal and into the ledger.
+    pub(crate) fn record(&mut self, entry: Entry) {
+        let record = Record { at: self.now, entry };
+        self.ledger.apply(&record).expect("whoever decides looks at the ledger first");
+        self.actions.push(Action::Journal(record));
+        self.publish();
+    }
+
+    pub(crate) fn publish(&mut self) {
+        if !self.actions.contains(&Action::Publish) {
+            self.actions.push(Action::Publish);
+        }
+    }
+
+    /// Over, once everything that does not belong to the last place is off.
+    fn notice_the_end(&mut self) {
+        if self.finished {
+            return;
+        }
+        if self.stopping {
+            if self.plan.component_ids().all(|c| self.is_settled_off(c)) {
+                self.finish(Outcome::Interrupted);
+            }
+            return;
+        }
+        let Stage::Ending(outcome) = self.ledger.stage else { return };
+        let rest =
+            || self.plan.component_ids().filter(|c| !self.plan.component(*c).places.is_empty());
+        if rest().any(|c| self.wants_off(c) && !self.is_settled_off(c)) {
+            return;
+        }
+        let still_running = rest().any(|c| self.wants_off(c) && self.roster.of(c).unstoppable);
+        let outcome = if still_running { Outcome::Failed } else { outcome };
+        self.record(Entry::Ended { outcome });
+        self.finish(outcome);
+    }
+
+    fn finish(&mut self, outcome: Outcome) {
+        self.finished = true;
+        self.publish();
+        self.actions.push(Action::Finished(outcome));
+    }
+}
+
+/// The first multiple of `period` that is not before `now`.
+fn next_multiple(now: Duration, period: Duration) -> Duration {
+    let (now, period) = (now.as_nanos(), period.as_nanos());
+    let at = now.div_ceil(period) * period;
+    Duration::from_nanos(u64::try_from(at).unwrap_or(u64::MAX))
+}
+
+impl Firing {
+    pub(crate) fn is_starting(&self) -> bool {
+        self.phase == Phase::Starting
+    }
+}
+
+impl Doing {
+    pub(crate) fn is_at_rest(self) -> bool {
+        self == Self::Frozen
+    }
+}

@@ -1,0 +1,99 @@
+//! What the controller is told, and what it wants done.
+
+use crate::plan::ComponentId;
+use crate::record::{Outcome, Record, Report};
+use crate::roster::Doing;
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The control connection to a component's process is up; what it is doing follows. A new
+    /// instance means that the old one has ended.
+    Appeared {
+        /// Whose.
+        component: ComponentId,
+        /// The process start, unique in the system.
+        instance: u64,
+    },
+    /// A component says what it is doing: first after appearing, then at every change.
+    Said {
+        /// Who.
+        component: ComponentId,
+        /// The process start.
+        instance: u64,
+        /// What.
+        doing: Doing,
+        /// In which activation.
+        activation: u64,
+        /// Whether its code lets itself be commanded.
+        controllable: bool,
+    },
+    /// A component reports.
+    Reported {
+        /// Who.
+        component: ComponentId,
+        /// The process start.
+        instance: u64,
+        /// Counts the reports of that process start, from 1.
+        serial: u64,
+        /// The activation it belongs to.
+        activation: u64,
+        /// What.
+        report: Report,
+    },
+    /// The control connection is down; the process may be running.
+    Lost {
+        /// Whose.
+        component: ComponentId,
+        /// The process start.
+        instance: u64,
+    },
+    /// The process has ended, for certain.
+    Gone {
+        /// Whose.
+        component: ComponentId,
+        /// The process start; none: whichever there was.
+        instance: Option<u64>,
+    },
+    /// Time has passed; see [`crate::Controller::next_deadline`].
+    Timer,
+    /// Everything is to come to rest; the mission stays as it is and can be resumed.
+    Stop,
+}
+
+/// Something to be done, in the order given.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Write it down, on disk, before doing what follows.
+    Journal(Record),
+    /// Tell a component to run.
+    Activate {
+        /// Who.
+        component: ComponentId,
+        /// The activation that begins.
+        activation: u64,
+    },
+    /// Tell a component to come to rest.
+    Freeze {
+        /// Who.
+        component: ComponentId,
+        /// The activation that ends.
+        activation: u64,
+    },
+    /// End the process, whether it wants or not, and say [`Event::Gone`] when it has.
+    Kill {
+        /// Whose.
+        component: ComponentId,
+    },
+    /// Tell a component that its report need not be sent again.
+    Acknowledge {
+        /// Who.
+        component: ComponentId,
+        /// The report.
+        serial: u64,
+    },
+    /// Something to be seen has changed: publish [`crate::Controller::overview`].
+    Publish,
+    /// The mission is over; the last action there is.
+    Finished(Outcome),
+}

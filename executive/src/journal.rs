@@ -1,0 +1,240 @@
+//! The journal on disk: one JSON object a line, synced before anything is done about it.
+//!
+//! A line cut off by a crash was never acted upon and is dropped when the journal is opened again.
+//! The first line of every life of the executive says where its clock stands, so that timeouts go
+//! on through a restart of the process; after a restart of the machine, time goes on where the
+//! last record left it.
+
+use crate::record::Record;
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Longest journal that is read back: some millions of firings.
+const MAX_LEN: u64 = 1 << 30;
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// As the operating system says.
+    #[error("journal {path}: {error}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What.
+        error: io::Error,
+    },
+    /// A line in its middle is not a record.
+    #[error("journal {path}: line {line} is not a record: {error}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// What.
+        error: serde_json::Error,
+    },
+    /// Longer than can be meant.
+    #[error("journal {0} is longer than 1 GiB; move it away to begin anew")]
+    TooLong(PathBuf),
+}
+
+/// Where the clock of one life of the executive stands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Life {
+    /// Names the machine's start; monotonic clocks of one start can be compared.
+    pub boot: String,
+    /// The machine's monotonic clock at mission time 0, in nanoseconds; below 0 if the mission is
+    /// older than the machine's start.
+    pub zero_ns: i64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Line {
+    Life { life: Life },
+    Record(Record),
+}
+
+/// A journal, open for writing.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+    unsynced: bool,
+}
+
+/// What a journal says.
+#[derive(Debug, Default)]
+pub struct Story {
+    /// Everything decided so far.
+    pub records: Vec<Record>,
+    /// The last life, if there was one.
+    pub life: Option<Life>,
+}
+
+impl Journal {
+    /// Opens or creates a journal and reads it.
+    ///
+    /// # Errors
+    /// If it cannot be read or written, or is not a journal.
+    pub fn open(path: &Path) -> Result<(Self, Story), JournalError> {
+        let failed = |error| JournalError::Io { path: path.to_owned(), error };
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(failed)?;
+        if file.metadata().map_err(failed)?.len() > MAX_LEN {
+            return Err(JournalError::TooLong(path.to_owned()));
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+        let story = parse(path, &bytes[..whole])?;
+        file.set_len(whole as u64).map_err(failed)?;
+        file.seek(SeekFrom::Start(whole as u64)).map_err(failed)?;
+        file.sync_all().map_err(failed)?;
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)?;
+        }
+        Ok((Self { file, path: path.to_owned(), unsynced: false }, story))
+    }
+
+    /// Says where the clock of this life stands.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn begin(&mut self, life: Life) -> Result<(), JournalError> {
+        self.line(&Line::Life { life })
+    }
+
+    /// Adds a record; it is on disk after [`Self::sync`].
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&mut self, record: Record) -> Result<(), JournalError> {
+        self.line(&Line::Record(record))
+    }
+
+    /// Waits until all that was written is on disk.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub fn sync(&mut self) -> Result<(), JournalError> {
+        if std::mem::take(&mut self.unsynced) {
+            self.file.sync_data().map_err(|error| self.failed(error))?;
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, line: &Line) -> Result<(), JournalError> {
+        let mut text = serde_json::to_vec(line).map_err(|e| self.failed(io::Error::other(e)))?;
+        text.push(b'\n');
+        self.unsynced = true;
+        self.file.write_all(&text).map_err(|error| self.failed(error))
+    }
+
+    fn failed(&self, error: io::Error) -> JournalError {
+        JournalError::Io { path: self.path.clone(), error }
+    }
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
+    let mut story = Story::default();
+    for (index, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+        if line.is_empty() {
+            continue;
+        }
+        let wrong = |error| JournalError::Line { path: path.to_owned(), line: index + 1, error };
+        match serde_json::from_slice(line).map_err(wrong)? {
+            Line::Life { life } => story.life = Some(life),
+            Line::Record(record) => story.records.push(record),
+        }
+    }
+    Ok(story)
+}
+
+/// The clock a life begins with: `monotonic` is the machine's clock now, `boot` names its start.
+/// Answers the life and the mission time now.
+pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
+    let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
+    let zero_ns = match &story.life {
+        Some(life) if life.boot == boot => life.zero_ns,
+        _ => signed(monotonic) - signed(last),
+    };
+    let now = Duration::from_nanos(u64::try_from(signed(monotonic) - zero_ns).unwrap_or(0));
+    (Life { boot: boot.to_owned(), zero_ns }, now.max(last))
+}
+
+fn signed(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{Cause, Entry, Report, Tokens};
+
+    fn records() -> Vec<Record> {
+        let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];
+        let entries = [
+            Entry::Began { mission: "m".to_owned(), fingerprint: "f".to_owned() },
+            Entry::Took {
+                firing: 1,
+                cause: Cause::Transition("t".to_owned()),
+                from: tokens.clone(),
+                to: tokens,
+                late_s: 0.5,
+            },
+            Entry::Heard {
+                component: "c".to_owned(),
+                instance: u64::MAX,
+                serial: 3,
+                report: Report::Event { name: "seen".to_owned(), value: 2.0 },
+            },
+            Entry::Put { firing: 1 },
+        ];
+        let at = |index: u64| Duration::from_nanos(index * 1_000_000_007);
+        (0..).zip(entries).map(|(index, entry)| Record { at: at(index), entry }).collect()
+    }
+
+    #[test]
+    fn what_was_written_is_read_and_a_torn_line_is_cut_off() {
+        let folder = std::env::temp_dir().join(format!("armor-journal-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("torn.jsonl");
+        let _ = std::fs::remove_file(&path);
+        let (mut journal, story) = Journal::open(&path).unwrap();
+        assert!(story.records.is_empty() && story.life.is_none());
+        let life = Life { boot: "b".to_owned(), zero_ns: -5 };
+        journal.begin(life.clone()).unwrap();
+        records().into_iter().for_each(|record| journal.write(record).unwrap());
+        journal.sync().unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let mut torn = whole.clone();
+        torn.extend(b"{\"at_ns\":12,\"entry\":\"pu");
+        std::fs::write(&path, torn).unwrap();
+        let (_, story) = Journal::open(&path).unwrap();
+        assert_eq!((story.records, story.life), (records(), Some(life)));
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        std::fs::write(&path, b"nonsense\n").unwrap();
+        assert!(matches!(Journal::open(&path), Err(JournalError::Line { line: 1, .. })));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn time_goes_on_through_a_restart_but_not_while_the_machine_is_off() {
+        let second = Duration::from_secs(1);
+        let (life, now) = clock(&Story::default(), "boot", 100 * second);
+        assert_eq!(now, Duration::ZERO);
+        let record = Record { at: 5 * second, entry: Entry::Put { firing: 1 } };
+        let story = Story { records: vec![record], life: Some(life) };
+        assert_eq!(clock(&story, "boot", 130 * second).1, 30 * second);
+        assert_eq!(clock(&story, "another", 2 * second).1, 5 * second);
+    }
+}

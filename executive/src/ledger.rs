@@ -1,0 +1,437 @@
+//! What has been decided: marking, firings in flight, activations, standing reports. It changes
+//! by records alone, so playing the journal again gives the same ledger, to the nanosecond.
+
+use crate::plan::{ComponentId, Plan};
+use crate::record::{Cause, Entry, Outcome, Record, Report, Tokens};
+use armor_petri::{PlaceId, State, TransitionId};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Why a record does not fit what came before it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LedgerError {
+    /// The journal was written for another mission, or another version of it.
+    #[error("the journal belongs to mission `{mission}` with fingerprint {fingerprint}")]
+    OtherMission {
+        /// Its mission.
+        mission: String,
+        /// Its fingerprint.
+        fingerprint: String,
+    },
+    /// A name that the plan does not have.
+    #[error("the journal speaks of `{0}`, which the mission does not have")]
+    UnknownName(String),
+    /// A number of no firing in flight.
+    #[error("the journal speaks of firing {0}, which is not in flight")]
+    UnknownFiring(u64),
+    /// The net does not allow it there.
+    #[error("the journal says that `{what}` happened, but the net does not allow it: {why}")]
+    NotAllowed {
+        /// What was to happen.
+        what: String,
+        /// What the net says.
+        why: armor_petri::FireError,
+    },
+}
+
+/// Where a firing is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Until everything that must stop has confirmed it.
+    Stopping,
+    /// Until everything that must start has confirmed it.
+    Starting,
+}
+
+/// Tokens on their way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Firing {
+    /// Why.
+    pub cause: Cause,
+    /// What was taken.
+    pub from: Vec<(PlaceId, u32)>,
+    /// What will be put.
+    pub to: Vec<(PlaceId, u32)>,
+    /// Where it is.
+    pub phase: Phase,
+    /// Since when it is there.
+    pub since: Duration,
+    /// Whether it is already on its second way.
+    pub redirected: bool,
+    /// Places whose components must be off unless something else wants them.
+    pub(crate) leaving: BTreeSet<PlaceId>,
+    /// Components that are in both, but have finished and need a fresh start.
+    pub(crate) renewing: BTreeSet<ComponentId>,
+}
+
+/// Where the mission is as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// It plays.
+    Playing,
+    /// It goes to the safe place.
+    Retreating,
+    /// Its last place is marked; what does not belong to it is being stopped.
+    Ending(Outcome),
+    /// It is over.
+    Ended(Outcome),
+}
+
+/// The last activation of a component, and what came of it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Activation {
+    pub(crate) number: u64,
+    /// Whether its reports count.
+    pub(crate) open: bool,
+    pub(crate) done: bool,
+    pub(crate) failed: Option<String>,
+    /// The last report that counted: process start and number.
+    pub(crate) heard: (u64, u64),
+}
+
+/// All that is decided, and nothing that is merely observed.
+#[derive(Clone, Debug)]
+pub struct Ledger {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) state: State,
+    pub(crate) firings: BTreeMap<u64, Firing>,
+    pub(crate) activations: Vec<Activation>,
+    /// Reports that stand until a transition consumes them.
+    pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
+    pub(crate) stage: Stage,
+    pub(crate) last_firing: u64,
+    pub(crate) last_activation: u64,
+    /// Transitions fired so far.
+    pub(crate) fired: u64,
+    /// The last words on why it retreated or gave up.
+    pub(crate) why: String,
+    pub(crate) at: Duration,
+}
+
+impl Ledger {
+    /// Before the first record: nothing is marked.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        let nothing = vec![0; plan.places.len()];
+        let state = State::with_marking(Arc::clone(&plan.net), nothing, Duration::ZERO);
+        Self {
+            state,
+            firings: BTreeMap::new(),
+            activations: plan
+                .components
+                .iter()
+                .map(|c| Activation { open: !c.is_controlled(), ..Activation::default() })
+                .collect(),
+            standing: BTreeMap::new(),
+            stage: Stage::Playing,
+            last_firing: 0,
+            last_activation: 0,
+            fired: 0,
+            why: String::new(),
+            at: Duration::ZERO,
+            plan,
+        }
+    }
+
+    /// Plays a whole journal.
+    ///
+    /// # Errors
+    /// At the first record that does not fit.
+    pub fn replay(plan: Arc<Plan>, records: &[Record]) -> Result<Self, LedgerError> {
+        let mut ledger = Self::new(plan);
+        for record in records {
+            ledger.apply(record)?;
+        }
+        Ok(ledger)
+    }
+
+    /// Takes one record in.
+    ///
+    /// # Errors
+    /// If it does not fit; the ledger is not to be used further then.
+    pub fn apply(&mut self, record: &Record) -> Result<(), LedgerError> {
+        self.at = self.at.max(record.at);
+        self.state.advance(self.at);
+        match &record.entry {
+            Entry::Began { mission, fingerprint } => self.began(mission, fingerprint)?,
+            Entry::Took { firing, cause, from, to, .. } => self.took(*firing, cause, from, to)?,
+            Entry::Stopped { firing } => {
+                let at = self.at;
+                let firing = self.firing_mut(*firing)?;
+                (firing.phase, firing.since) = (Phase::Starting, at);
+            }
+            Entry::Activating { component, activation } => {
+                self.activating(self.component(component)?, *activation);
+            }
+            Entry::Redirected { firing, to, .. } => self.redirected(*firing, to)?,
+            Entry::Put { firing } => self.put(*firing)?,
+            Entry::Heard { component, instance, serial, report } => {
+                self.heard(self.component(component)?, (*instance, *serial), report);
+            }
+            Entry::Retreated { why } => self.retreated(why),
+            Entry::GaveUp { why } => {
+                self.why.clone_from(why);
+                self.firings.clear();
+                self.stage = Stage::Ending(Outcome::Failed);
+            }
+            Entry::Ended { outcome } => self.stage = Stage::Ended(*outcome),
+        }
+        self.forget_what_no_longer_counts();
+        Ok(())
+    }
+
+    /// Tokens per place.
+    pub fn marking(&self) -> &[u32] {
+        self.state.marking()
+    }
+
+    /// Firings in flight, by number.
+    pub fn firings(&self) -> &BTreeMap<u64, Firing> {
+        &self.firings
+    }
+
+    /// Where the mission is as a whole.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The net's state: clocks and who is enabled.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Whether a marked place or a firing in flight needs the component.
+    pub(crate) fn supports(&self, component: ComponentId) -> bool {
+        self.marks(component)
+            || self.firings.values().any(|f| self.plan.activates(&f.to, component))
+    }
+
+    /// Whether a marked place has the component.
+    pub(crate) fn marks(&self, component: ComponentId) -> bool {
+        let places = &self.plan.component(component).places;
+        places.iter().any(|place| self.state.tokens(*place) > 0)
+    }
+
+    pub(crate) fn tokens_named(&self, tokens: &[(PlaceId, u32)]) -> Vec<Tokens> {
+        let name = |&(place, tokens): &(PlaceId, u32)| Tokens {
+            place: self.plan.net.place(place).to_owned(),
+            tokens,
+        };
+        tokens.iter().map(name).collect()
+    }
+
+    fn began(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
+        if mission == self.plan.mission && fingerprint == self.plan.fingerprint() {
+            return Ok(());
+        }
+        Err(LedgerError::OtherMission {
+            mission: mission.to_owned(),
+            fingerprint: fingerprint.to_owned(),
+        })
+    }
+
+    fn took(
+        &mut self,
+        number: u64,
+        cause: &Cause,
+        from: &[Tokens],
+        to: &[Tokens],
+    ) -> Result<(), LedgerError> {
+        let (from, to) = (self.resolved(from)?, self.resolved(to)?);
+        let mut leaving: BTreeSet<_> = from.iter().map(|arc| arc.0).collect();
+        match cause {
+            Cause::Transition(name) => self.take(name)?,
+            Cause::Start | Cause::Retreat => leaving = self.plan.place_ids().collect(),
+            Cause::Failure { place, .. } => {
+                for &(from, tokens) in &from {
+                    let refused = |why| LedgerError::NotAllowed { what: place.clone(), why };
+                    self.state.remove(from, tokens).map_err(refused)?;
+                }
+            }
+        }
+        self.last_firing = self.last_firing.max(number);
+        let renewing = self.finished_in(&to);
+        let firing = Firing {
+            cause: cause.clone(),
+            from,
+            to,
+            phase: Phase::Stopping,
+            since: self.at,
+            redirected: false,
+            leaving,
+            renewing,
+        };
+        self.firings.insert(number, firing);
+        Ok(())
+    }
+
+    fn take(&mut self, name: &str) -> Result<(), LedgerError> {
+        let unknown = || LedgerError::UnknownName(name.to_owned());
+        let id = self.plan.transition_named(name).ok_or_else(unknown)?;
+        let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
+        self.state.take(id).map_err(refused)?;
+        self.fired += 1;
+        if let Some(on) = &self.plan.transition(id).on {
+            let on = on.clone();
+            self.standing.remove(&on);
+            self.set_gates(&on, false);
+        }
+        Ok(())
+    }
+
+    fn activating(&mut self, component: ComponentId, number: u64) {
+        self.last_activation = self.last_activation.max(number);
+        let activation = &mut self.activations[component.index()];
+        let heard = activation.heard;
+        *activation = Activation { number, open: true, heard, ..Activation::default() };
+        self.forget_reports_of(component);
+        for firing in self.firings.values_mut() {
+            firing.renewing.remove(&component);
+        }
+    }
+
+    fn redirected(&mut self, number: u64, to: &[Tokens]) -> Result<(), LedgerError> {
+        let (to, at) = (self.resolved(to)?, self.at);
+        let renewing = self.finished_in(&to);
+        let firing = self.firing_mut(number)?;
+        firing.leaving.extend(firing.to.iter().map(|arc| arc.0));
+        (firing.to, firing.renewing) = (to, renewing);
+        (firing.phase, firing.since, firing.redirected) = (Phase::Stopping, at, true);
+        Ok(())
+    }
+
+    fn put(&mut self, number: u64) -> Result<(), LedgerError> {
+        let firing = self.firings.remove(&number).ok_or(LedgerError::UnknownFiring(number))?;
+        for &(place, tokens) in &firing.to {
+            let what = || self.plan.net.place(place).to_owned();
+            let refused = |why| LedgerError::NotAllowed { what: what(), why };
+            self.state.add(place, tokens).map_err(refused)?;
+        }
+        let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
+        if marked(self.plan.safe) {
+            self.stage = Stage::Ending(Outcome::Safe);
+        } else if marked(self.plan.goal) && self.stage == Stage::Playing {
+            self.stage = Stage::Ending(Outcome::Goal);
+        }
+        if self.stage != Stage::Playing {
+            self.firings.clear();
+        }
+        Ok(())
+    }
+
+    fn heard(&mut self, component: ComponentId, heard: (u64, u64), report: &Report) {
+        let activation = &mut self.activations[component.index()];
+        if heard.0 != 0 {
+            activation.heard = heard;
+        }
+        let mut worth = 1.0;
+        match report {
+            Report::Done => activation.done = true,
+            Report::Failed { reason } => activation.failed = Some(reason.clone()),
+            Report::Event { value, .. } => worth = *value,
+        }
+        let key = (component, report.name().to_owned());
+        self.set_gates(&key, true);
+        self.standing.insert(key, worth);
+    }
+
+    fn retreated(&mut self, why: &str) {
+        self.why = why.to_owned();
+        self.firings.clear();
+        self.state.clear();
+        let Some(safe) = self.plan.safe else {
+            self.stage = Stage::Ending(Outcome::Failed);
+            return;
+        };
+        self.stage = Stage::Retreating;
+        self.last_firing += 1;
+        let to = vec![(safe, 1)];
+        let firing = Firing {
+            cause: Cause::Retreat,
+            from: Vec::new(),
+            renewing: self.finished_in(&to),
+            to,
+            // Each component of the safe place starts as soon as those it excludes are off; a
+            // brake does not wait for a camera.
+            phase: Phase::Starting,
+            since: self.at,
+            redirected: true,
+            leaving: self.plan.place_ids().collect(),
+        };
+        self.firings.insert(self.last_firing, firing);
+    }
+
+    /// Activations that nothing needs any more have no say; nor does an event that nobody who
+    /// could fire is waiting for. `done` and `failed` stand as long as their activation.
+    fn forget_what_no_longer_counts(&mut self) {
+        for component in self.plan.component_ids() {
+            if self.plan.component(component).is_controlled()
+                && self.activations[component.index()].open
+                && !self.supports(component)
+            {
+                self.activations[component.index()].open = false;
+                self.forget_reports_of(component);
+            }
+        }
+        let idle = |key: &&(ComponentId, String)| {
+            !matches!(key.1.as_str(), "done" | "failed") && !self.has_use_for(key)
+        };
+        let idle: Vec<_> = self.standing.keys().filter(idle).cloned().collect();
+        for key in idle {
+            self.standing.remove(&key);
+            self.set_gates(&key, false);
+        }
+    }
+
+    /// Whether someone waits for this report whose places are all marked, or about to be.
+    fn has_use_for(&self, key: &(ComponentId, String)) -> bool {
+        let arriving =
+            |place| self.firings.values().any(|firing| firing.to.iter().any(|arc| arc.0 == place));
+        let waits = |id: &TransitionId| {
+            let inputs = &self.plan.net.transition(*id).inputs;
+            inputs.iter().all(|arc| self.state.tokens(arc.0) > 0 || arriving(arc.0))
+        };
+        self.plan.listeners.get(key).is_some_and(|listeners| listeners.iter().any(waits))
+    }
+
+    fn forget_reports_of(&mut self, component: ComponentId) {
+        let range = (component, String::new())..(ComponentId(component.0 + 1), String::new());
+        let keys: Vec<_> = self.standing.range(range).map(|entry| entry.0.clone()).collect();
+        for key in keys {
+            self.standing.remove(&key);
+            self.set_gates(&key, false);
+        }
+    }
+
+    fn set_gates(&mut self, key: &(ComponentId, String), open: bool) {
+        for id in self.plan.listeners.get(key).into_iter().flatten() {
+            self.state.set_gate(*id, open);
+        }
+    }
+
+    /// Those of the components to be active that have finished what they were activated for.
+    fn finished_in(&self, to: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
+        let components = to.iter().flat_map(|arc| &self.plan.place(arc.0).components);
+        let finished = |component: &&ComponentId| {
+            let activation = &self.activations[component.index()];
+            activation.done || activation.failed.is_some()
+        };
+        components.filter(finished).copied().collect()
+    }
+
+    fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
+        let unknown = |t: &Tokens| LedgerError::UnknownName(t.place.clone());
+        tokens
+            .iter()
+            .map(|t| Ok((self.plan.place_named(&t.place).ok_or_else(|| unknown(t))?, t.tokens)))
+            .collect()
+    }
+
+    fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
+        self.plan.component_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
+    }
+
+    fn firing_mut(&mut self, number: u64) -> Result<&mut Firing, LedgerError> {
+        self.firings.get_mut(&number).ok_or(LedgerError::UnknownFiring(number))
+    }
+}

@@ -1,0 +1,309 @@
+//! What the controller plays: a net, which components each place activates, what may not be
+//! active together, and how long things may take. Names are resolved; nothing here can dangle.
+
+use armor_petri::{Net, NetBuilder, PlaceId, TransitionId};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A component of one plan, numbered in the order of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ComponentId(pub u32);
+
+impl ComponentId {
+    /// The position in [`Plan::components`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// How long the controller waits, and how often it tries.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// For every component to appear after the start of the executive.
+    pub muster: Duration,
+    /// For a component that died or was cut off to be back and ready.
+    pub return_within: Duration,
+    /// For the confirmation of an activation; the first call may open hardware.
+    pub start_within: Duration,
+    /// For the confirmation of a freeze; asked twice, then the component is killed.
+    pub stop_within: Duration,
+    /// For a killed component to be gone.
+    pub kill_within: Duration,
+    /// How late a transition may fire before that is an overrun.
+    pub overrun: Duration,
+    /// Firings in flight at once; a net that needs more grows without end.
+    pub firings: usize,
+    /// Firings at one moment before they count as an endless loop.
+    pub step_bound: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            muster: Duration::from_secs(30),
+            return_within: Duration::from_secs(15),
+            start_within: Duration::from_secs(10),
+            stop_within: Duration::from_secs(1),
+            kill_within: Duration::from_secs(2),
+            overrun: Duration::from_millis(100),
+            firings: 256,
+            step_bound: 1000,
+        }
+    }
+}
+
+/// What a restarted executive does first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnResume {
+    /// It goes on with the same marking.
+    #[default]
+    Continue,
+    /// It goes to the safe place.
+    Safe,
+}
+
+/// A component as the plan sees it.
+#[derive(Clone, Debug)]
+pub struct PlannedComponent {
+    /// Its name in the system.
+    pub name: String,
+    /// Whether the file lets a mission command it. One that is in no place is left alone all the
+    /// same, and is always active.
+    pub controllable: bool,
+    /// The places that activate it.
+    pub places: Vec<PlaceId>,
+    /// The components it may never be active together with.
+    pub peers: Vec<ComponentId>,
+}
+
+impl PlannedComponent {
+    /// Whether the executive activates and freezes it.
+    pub fn is_controlled(&self) -> bool {
+        self.controllable && !self.places.is_empty()
+    }
+}
+
+/// A place as the plan sees it.
+#[derive(Clone, Debug, Default)]
+pub struct PlannedPlace {
+    /// The components that are active while it is marked.
+    pub components: Vec<ComponentId>,
+    /// Where its token goes when one of them fails for good; without it, the mission retreats.
+    pub on_failure: Option<PlaceId>,
+}
+
+/// A transition as the plan sees it, beside what the net knows.
+#[derive(Clone, Debug, Default)]
+pub struct PlannedTransition {
+    /// The report it consumes.
+    pub on: Option<(ComponentId, String)>,
+    /// Where the tokens go when a component does not stop; without it, the mission retreats.
+    pub on_stop_fail: Option<PlaceId>,
+    /// Where the tokens go when a component does not start; without it, the mission retreats.
+    pub on_start_fail: Option<PlaceId>,
+    /// The place that gets a token more when it fires late.
+    pub overrun: Option<PlaceId>,
+}
+
+/// A mission ready to be played.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(crate) mission: String,
+    pub(crate) net: Arc<Net>,
+    pub(crate) components: Vec<PlannedComponent>,
+    pub(crate) places: Vec<PlannedPlace>,
+    pub(crate) transitions: Vec<PlannedTransition>,
+    pub(crate) listeners: BTreeMap<(ComponentId, String), Vec<TransitionId>>,
+    pub(crate) goal: Option<PlaceId>,
+    pub(crate) safe: Option<PlaceId>,
+    pub(crate) period: Option<Duration>,
+    pub(crate) on_resume: OnResume,
+    pub(crate) limits: Limits,
+    names: Names,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Names {
+    components: HashMap<String, ComponentId>,
+    places: HashMap<String, PlaceId>,
+    transitions: HashMap<String, TransitionId>,
+}
+
+impl Plan {
+    /// The mission's name.
+    pub fn mission(&self) -> &str {
+        &self.mission
+    }
+
+    /// The net it plays.
+    pub fn net(&self) -> &Arc<Net> {
+        &self.net
+    }
+
+    /// The components, in the order of the file.
+    pub fn components(&self) -> &[PlannedComponent] {
+        &self.components
+    }
+
+    /// The component called `name`.
+    pub fn component_named(&self, name: &str) -> Option<ComponentId> {
+        self.names.components.get(name).copied()
+    }
+
+    /// The place called `name`.
+    pub fn place_named(&self, name: &str) -> Option<PlaceId> {
+        self.names.places.get(name).copied()
+    }
+
+    /// The transition called `name`.
+    pub fn transition_named(&self, name: &str) -> Option<TransitionId> {
+        self.names.transitions.get(name).copied()
+    }
+
+    /// Replaces the waiting times.
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sixteen hexadecimal digits that change when the net or what it activates does; a journal
+    /// belongs to one of them.
+    pub fn fingerprint(&self) -> String {
+        let text = format!(
+            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
+            self.net.places(),
+            self.net.initial(),
+            self.net.transitions(),
+            self.components,
+            self.places,
+            self.transitions,
+            (self.goal, self.safe)
+        );
+        // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.
+        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+
+    pub(crate) fn component(&self, id: ComponentId) -> &PlannedComponent {
+        &self.components[id.index()]
+    }
+
+    pub(crate) fn place(&self, id: PlaceId) -> &PlannedPlace {
+        &self.places[id.index()]
+    }
+
+    pub(crate) fn transition(&self, id: TransitionId) -> &PlannedTransition {
+        &self.transitions[id.index()]
+    }
+
+    pub(crate) fn component_ids(&self) -> impl Iterator<Item = ComponentId> + use<> {
+        (0..self.components.len() as u32).map(ComponentId)
+    }
+
+    pub(crate) fn place_ids(&self) -> impl Iterator<Item = PlaceId> + use<> {
+        (0..self.places.len() as u32).map(PlaceId)
+    }
+
+    /// Whether `component` is active while one of `places` is marked.
+    pub(crate) fn activates(&self, places: &[(PlaceId, u32)], component: ComponentId) -> bool {
+        places.iter().any(|(place, _)| self.component(component).places.contains(place))
+    }
+
+    /// The transitions that consume this report.
+    pub(crate) fn listeners(&self, component: ComponentId, report: &str) -> &[TransitionId] {
+        self.listeners.get(&(component, report.to_owned())).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether a transition that takes from `place` waits for this report.
+    pub(crate) fn is_heard_from(&self, place: PlaceId, component: ComponentId, name: &str) -> bool {
+        let takes = |id: &TransitionId| {
+            self.net.transition(*id).inputs.iter().any(|(input, _)| *input == place)
+        };
+        self.listeners(component, name).iter().any(takes)
+    }
+}
+
+/// Puts a plan together; whoever calls it has resolved the names.
+#[derive(Debug, Default)]
+pub(crate) struct PlanBuilder {
+    pub(crate) net: NetBuilder,
+    pub(crate) mission: String,
+    pub(crate) components: Vec<PlannedComponent>,
+    pub(crate) places: Vec<PlannedPlace>,
+    pub(crate) transitions: Vec<PlannedTransition>,
+    pub(crate) exclusives: Vec<Vec<ComponentId>>,
+    pub(crate) goal: Option<PlaceId>,
+    pub(crate) safe: Option<PlaceId>,
+    pub(crate) period: Option<Duration>,
+    pub(crate) on_resume: OnResume,
+    pub(crate) limits: Limits,
+}
+
+impl PlanBuilder {
+    pub(crate) fn component(&mut self, name: &str, controllable: bool) -> ComponentId {
+        let (places, peers) = (Vec::new(), Vec::new());
+        self.components.push(PlannedComponent {
+            name: name.to_owned(),
+            controllable,
+            places,
+            peers,
+        });
+        ComponentId(self.components.len() as u32 - 1)
+    }
+
+    pub(crate) fn place(&mut self, name: &str, tokens: u32, active: &[ComponentId]) -> PlaceId {
+        let id = self.net.place(name, tokens);
+        self.places.push(PlannedPlace { components: active.to_vec(), on_failure: None });
+        for component in active {
+            self.components[component.index()].places.push(id);
+        }
+        id
+    }
+
+    pub(crate) fn build(mut self) -> Result<Plan, armor_petri::NetError> {
+        for set in &self.exclusives {
+            for (one, other) in set.iter().flat_map(|one| set.iter().map(move |o| (*one, *o))) {
+                let peers = &mut self.components[one.index()].peers;
+                if one != other && !peers.contains(&other) {
+                    peers.push(other);
+                }
+            }
+        }
+        let net = self.net.build()?;
+        let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (id, transition) in net.transition_ids().zip(&self.transitions) {
+            if let Some(on) = &transition.on {
+                listeners.entry(on.clone()).or_default().push(id);
+            }
+        }
+        let names = Names {
+            components: (0..)
+                .map(ComponentId)
+                .zip(&self.components)
+                .map(|(id, c)| (c.name.clone(), id))
+                .collect(),
+            places: (0..).map(PlaceId).zip(net.places()).map(|(id, p)| (p.clone(), id)).collect(),
+            transitions: net
+                .transition_ids()
+                .map(|id| (net.transition(id).name.clone(), id))
+                .collect(),
+        };
+        Ok(Plan {
+            mission: self.mission,
+            net: Arc::new(net),
+            components: self.components,
+            places: self.places,
+            transitions: self.transitions,
+            listeners,
+            goal: self.goal,
+            safe: self.safe,
+            period: self.period,
+            on_resume: self.on_resume,
+            limits: self.limits,
+            names,
+        })
+    }
+}

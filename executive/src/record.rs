@@ -1,0 +1,181 @@
+//! What the journal says: each thing decided, before it is done. Names, not numbers, so that a
+//! person can read it and a changed file cannot be mistaken for the old one.
+
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+/// How a mission ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// At its goal.
+    Goal,
+    /// In its safe place.
+    Safe,
+    /// Neither: something could not be stopped, or the safe place could not be reached.
+    Failed,
+    /// Not at all: it was told to stop, and can be resumed.
+    Interrupted,
+}
+
+/// Tokens of one place.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tokens {
+    /// The place's name.
+    pub place: String,
+    /// How many.
+    pub tokens: u32,
+}
+
+/// Why tokens move.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The mission begins.
+    Start,
+    /// A transition of the net.
+    Transition(String),
+    /// A component of a marked place failed for good, and the place says where to go then.
+    Failure {
+        /// The place.
+        place: String,
+        /// The component.
+        component: String,
+    },
+    /// Everything is given up for the safe place.
+    Retreat,
+}
+
+/// What a component reported.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Report {
+    /// Its task is over.
+    Done,
+    /// It cannot be done.
+    Failed {
+        /// Why.
+        reason: String,
+    },
+    /// Something happened.
+    Event {
+        /// Its name.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Report {
+    /// The name that `on="component.name"` gives it.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Done => "done",
+            Self::Failed { .. } => "failed",
+            Self::Event { name, .. } => name,
+        }
+    }
+}
+
+/// One thing decided.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "entry", rename_all = "kebab-case")]
+pub enum Entry {
+    /// A mission begins; the first of every journal.
+    Began {
+        /// Its name.
+        mission: String,
+        /// Of its plan.
+        fingerprint: String,
+    },
+    /// A firing has taken its tokens; what must stop is being stopped.
+    Took {
+        /// Counts firings, from 1.
+        firing: u64,
+        /// Why.
+        cause: Cause,
+        /// What was taken.
+        from: Vec<Tokens>,
+        /// What will be put.
+        to: Vec<Tokens>,
+        /// How long after its deadline, in seconds.
+        late_s: f64,
+    },
+    /// All that had to stop for a firing has confirmed it; what must start is being started.
+    Stopped {
+        /// The firing.
+        firing: u64,
+    },
+    /// A component is about to be activated.
+    Activating {
+        /// The component.
+        component: String,
+        /// Counts activations of all components, from 1.
+        activation: u64,
+    },
+    /// A firing goes elsewhere than it was going to.
+    Redirected {
+        /// The firing.
+        firing: u64,
+        /// Where to.
+        to: Vec<Tokens>,
+        /// Why, in words.
+        why: String,
+    },
+    /// A firing is complete: its tokens are put.
+    Put {
+        /// The firing.
+        firing: u64,
+    },
+    /// A report counts.
+    Heard {
+        /// Whose.
+        component: String,
+        /// Of which process start; 0 if the executive itself says that the component failed.
+        instance: u64,
+        /// Its number in that process.
+        serial: u64,
+        /// What.
+        report: Report,
+    },
+    /// Every token and every firing is given up; the mission goes to its safe place.
+    Retreated {
+        /// Why, in words.
+        why: String,
+    },
+    /// Not even the safe place could be reached.
+    GaveUp {
+        /// Why, in words.
+        why: String,
+    },
+    /// The end.
+    Ended {
+        /// How.
+        outcome: Outcome,
+    },
+}
+
+/// One line of the journal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Mission time, since its beginning.
+    #[serde(rename = "at_ns", with = "nanoseconds")]
+    pub at: Duration,
+    /// What.
+    #[serde(flatten)]
+    pub entry: Entry,
+}
+
+/// Whole nanoseconds: exact, so that clocks come back as they were.
+mod nanoseconds {
+    use serde::{Deserialize, Deserializer, Serializer};
+    use std::time::Duration;
+
+    pub(super) fn serialize<S: Serializer>(at: &Duration, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_u64(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Duration, D::Error> {
+        u64::deserialize(from).map(Duration::from_nanos)
+    }
+}

@@ -1,0 +1,161 @@
+//! What each component is known to do, as against what was decided: present or not, running or
+//! not, and the command it has been given and not yet confirmed.
+
+use crate::plan::{ComponentId, Limits, Plan};
+use std::time::Duration;
+
+/// Whether the executive can talk to a component's process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// Not heard of since the executive started; it may be running all the same.
+    Unseen,
+    /// Its control connection is up.
+    Here,
+    /// Its control connection is down; the process may go on.
+    Lost,
+    /// Its process has ended.
+    Gone,
+}
+
+/// What a component says it is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doing {
+    /// It has not said yet, or has been commanded and not confirmed.
+    Unknown,
+    /// It waits for its settings and cannot be activated yet.
+    Starting,
+    /// It is at rest.
+    Frozen,
+    /// It runs, or has finished and not yet come to rest.
+    Active,
+}
+
+/// A command under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Order {
+    pub(crate) stop: bool,
+    pub(crate) since: Duration,
+    pub(crate) tries: u32,
+    pub(crate) killed: Option<Duration>,
+}
+
+/// One component as observed.
+#[derive(Clone, Debug)]
+pub(crate) struct Observed {
+    pub(crate) presence: Presence,
+    /// Since when it is present or not.
+    pub(crate) since: Duration,
+    pub(crate) instance: u64,
+    pub(crate) doing: Doing,
+    /// The activation it speaks of.
+    pub(crate) activation: u64,
+    /// The last activation this process start has been commanded.
+    pub(crate) commanded: u64,
+    pub(crate) controllable: bool,
+    pub(crate) order: Option<Order>,
+    /// Not even killing it was confirmed.
+    pub(crate) unstoppable: bool,
+}
+
+impl Observed {
+    /// Whether it could be running for all that is known.
+    pub(crate) fn may_be_active(&self) -> bool {
+        match self.presence {
+            Presence::Gone => false,
+            Presence::Unseen | Presence::Lost => true,
+            Presence::Here => matches!(self.doing, Doing::Unknown | Doing::Active),
+        }
+    }
+
+    /// Whether it can be given a command.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.presence == Presence::Here && !matches!(self.doing, Doing::Starting)
+    }
+
+    /// Until when the order under way is given the next push; none if there is nothing to push.
+    pub(crate) fn next_push(&self, limits: &Limits, began: Duration) -> Option<Duration> {
+        let order = self.order.filter(|order| order.stop)?;
+        if self.unstoppable {
+            return None;
+        }
+        Some(match (order.killed, self.presence) {
+            (Some(killed), _) => killed + limits.kill_within,
+            (None, Presence::Here) => order.since + limits.stop_within * order.tries,
+            (None, Presence::Unseen) => order.since.max(began + limits.muster),
+            (None, _) => order.since.max(self.since + limits.return_within),
+        })
+    }
+}
+
+/// All components as observed.
+#[derive(Clone, Debug)]
+pub(crate) struct Roster {
+    observed: Vec<Observed>,
+    /// When the executive began to look.
+    pub(crate) began: Duration,
+}
+
+impl Roster {
+    pub(crate) fn new(plan: &Plan, now: Duration) -> Self {
+        let unseen = |component: &crate::plan::PlannedComponent| Observed {
+            presence: Presence::Unseen,
+            since: now,
+            instance: 0,
+            doing: Doing::Unknown,
+            activation: 0,
+            commanded: 0,
+            controllable: component.is_controlled(),
+            order: None,
+            unstoppable: false,
+        };
+        Self { observed: plan.components.iter().map(unseen).collect(), began: now }
+    }
+
+    pub(crate) fn of(&self, component: ComponentId) -> &Observed {
+        &self.observed[component.index()]
+    }
+
+    pub(crate) fn of_mut(&mut self, component: ComponentId) -> &mut Observed {
+        &mut self.observed[component.index()]
+    }
+
+    pub(crate) fn appeared(&mut self, component: ComponentId, instance: u64, now: Duration) {
+        let observed = self.of_mut(component);
+        *observed = Observed {
+            presence: Presence::Here,
+            since: now,
+            instance,
+            doing: Doing::Unknown,
+            activation: 0,
+            commanded: 0,
+            controllable: observed.controllable,
+            order: None,
+            unstoppable: false,
+        };
+    }
+
+    /// Its connection or its process is gone. An order to stop goes on: it is about the component.
+    pub(crate) fn left(&mut self, component: ComponentId, presence: Presence, now: Duration) {
+        let observed = self.of_mut(component);
+        (observed.presence, observed.since, observed.doing) = (presence, now, Doing::Unknown);
+        if presence == Presence::Gone {
+            observed.unstoppable = false;
+            observed.order = None;
+        } else {
+            observed.order = observed.order.filter(|order| order.stop);
+        }
+    }
+
+    /// What it says counts unless it is about an activation before the one it was last given.
+    pub(crate) fn said(&mut self, component: ComponentId, doing: Doing, activation: u64) {
+        let observed = self.of_mut(component);
+        if observed.presence != Presence::Here || activation < observed.commanded {
+            return;
+        }
+        let stopping = observed.order.is_some_and(|order| order.stop);
+        (observed.doing, observed.activation) = (doing, activation);
+        if stopping != (doing == Doing::Active) {
+            observed.order = None;
+        }
+    }
+}

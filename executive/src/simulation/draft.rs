@@ -1,0 +1,123 @@
+//! Plans for tests: by hand, and at random.
+
+use super::dice::Dice;
+use crate::plan::{ComponentId, Plan, PlanBuilder, PlannedTransition};
+use armor_petri::{Class, Interval, PlaceId};
+use std::time::Duration;
+
+/// A transition for a test: from, to, and the terms in words.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Way {
+    pub(crate) from: Vec<PlaceId>,
+    pub(crate) to: Vec<PlaceId>,
+    pub(crate) on: Option<(ComponentId, &'static str)>,
+    pub(crate) after: Option<Duration>,
+    pub(crate) priority: i32,
+    pub(crate) on_stop_fail: Option<PlaceId>,
+    pub(crate) on_start_fail: Option<PlaceId>,
+    pub(crate) overrun: Option<PlaceId>,
+    pub(crate) inhibitor: Option<PlaceId>,
+    pub(crate) read: Option<PlaceId>,
+    pub(crate) reset: Option<PlaceId>,
+    pub(crate) safety: bool,
+}
+
+impl PlanBuilder {
+    pub(crate) fn way(&mut self, name: &str, way: Way) {
+        let mut t = self.net.transition(name).priority(way.priority);
+        t = way.from.iter().fold(t, |t, place| t.input(*place, 1));
+        t = way.to.iter().fold(t, |t, place| t.output(*place, 1));
+        t = way.inhibitor.into_iter().fold(t, |t, place| t.inhibitor(place, 1));
+        t = way.read.into_iter().fold(t, |t, place| t.read(place, 1));
+        t = way.reset.into_iter().fold(t, armor_petri::TransitionBuilder::reset);
+        t = way.after.into_iter().fold(t, |t, after| t.interval(Interval::exactly(after)));
+        t = if way.safety { t.class(Class::Safety) } else { t };
+        if way.on.is_some() {
+            t.gated();
+        }
+        self.transitions.push(PlannedTransition {
+            on: way.on.map(|(component, name)| (component, name.to_owned())),
+            on_stop_fail: way.on_stop_fail,
+            on_start_fail: way.on_start_fail,
+            overrun: way.overrun,
+        });
+    }
+}
+
+/// A mission nobody would draw: everything that can be in one, anywhere.
+pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
+    let mut plan = PlanBuilder { mission: "random".to_owned(), ..PlanBuilder::default() };
+    let count = 2 + dice.roll(5);
+    let components: Vec<_> = (0..count)
+        .map(|index| plan.component(&format!("c{index}"), index == 0 || !dice.one_in(12)))
+        .collect();
+    let placed: Vec<_> =
+        components.iter().copied().filter(|c| plan.components[c.index()].controllable).collect();
+    let pick = |dice: &mut Dice, most: usize| {
+        let mut some: Vec<_> =
+            (0..dice.roll(most + 1)).map(|_| placed[dice.roll(placed.len())]).collect();
+        some.sort_unstable();
+        some.dedup();
+        some
+    };
+    let mut places = Vec::new();
+    for index in 0..4 + dice.roll(5) {
+        let active = pick(dice, 2);
+        let tokens = u32::from(index == 0 || (index < 3 && dice.one_in(3)));
+        places.push(plan.place(&format!("p{index}"), tokens, &active));
+    }
+    for _ in 0..dice.roll(3) {
+        // What is always active excludes nothing: no plan has that.
+        let mut set = pick(dice, 3);
+        set.retain(|c| plan.components[c.index()].is_controlled());
+        plan.exclusives.push(set);
+    }
+    plan.goal = dice.one_in(2).then(|| places[places.len() - 1]);
+    plan.safe = (!dice.one_in(5)).then(|| places[places.len() - 2]);
+    plan.period = dice.one_in(6).then(|| Duration::from_secs(1));
+    let any_place = |dice: &mut Dice| dice.one_in(4).then(|| places[dice.roll(places.len())]);
+    for place in &places {
+        plan.places[place.index()].on_failure = any_place(dice);
+    }
+    for index in 0..4 + dice.roll(10) {
+        let way = random_way(dice, &places, &components, any_place);
+        plan.way(&format!("t{index}"), way);
+    }
+    plan.build().expect("names are numbered")
+}
+
+fn random_way(
+    dice: &mut Dice,
+    places: &[PlaceId],
+    components: &[ComponentId],
+    any_place: impl Fn(&mut Dice) -> Option<PlaceId>,
+) -> Way {
+    // Seldom the last two, where missions end.
+    let place = |dice: &mut Dice| {
+        let some = if dice.one_in(8) { places } else { &places[..places.len() - 2] };
+        some[dice.roll(some.len())]
+    };
+    let mut way = Way { from: vec![place(dice)], to: vec![place(dice)], ..Way::default() };
+    if dice.one_in(5) {
+        way.from.push(place(dice));
+    }
+    if way.from.len() > 1 || dice.one_in(8) {
+        way.to.push(place(dice));
+    }
+    let report = ["done", "done", "failed", "seen"][dice.roll(4)];
+    let on = Some((components[dice.roll(components.len())], report));
+    let after = Some(Duration::from_millis(100 + dice.roll(8000) as u64));
+    (way.on, way.after) = match dice.roll(6) {
+        0..3 => (on, None),
+        3..5 => (None, after),
+        _ => (on, after),
+    };
+    way.priority = dice.roll(3) as i32;
+    way.safety = dice.one_in(10);
+    (way.on_stop_fail, way.on_start_fail) = (any_place(dice), any_place(dice));
+    way.overrun = any_place(dice).filter(|_| dice.one_in(4));
+    way.inhibitor = any_place(dice).filter(|_| dice.one_in(3));
+    way.read = any_place(dice).filter(|_| dice.one_in(3));
+    way.reset = any_place(dice).filter(|_| dice.one_in(3));
+    way
+}
