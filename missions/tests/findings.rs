@@ -167,11 +167,26 @@ fn missions() {
     );
     one("E0203", &mission(r#"<transition name="t" from="a" overrun="[[b]]"/>"#));
     one("E0103", &mission(r#"<transition name="t" from="a" on="[[robot]].done"/>"#));
-    one("E0103", &mission(r#"<exclusive components="go [[robot]]"/>"#));
+    one(
+        "E0103",
+        &mission(
+            r#"<exclusive components="go [[robot]]"/><place name="b" initial="true" components="go"/><place name="c" initial="true"/>"#,
+        ),
+    );
     one("E0205", &mission(r#"<transition name="[[t]]"/>"#));
     one("E0205", &mission(r#"<transition name="t" from="a"><[[arc]]/></transition>"#));
-    one("E0206", &mission(r#"<exclusive components="go [[free]]"/>"#));
-    one("E0208", &mission(r#"<exclusive components="go stop [[go]]"/>"#));
+    one(
+        "E0206",
+        &mission(
+            r#"<exclusive components="go [[free]]"/><place name="b" initial="true" components="go"/><place name="c" initial="true"/>"#,
+        ),
+    );
+    one(
+        "E0208",
+        &mission(
+            r#"<exclusive components="go stop [[go]]"/><place name="b" initial="true" components="go"/><place name="c" components="stop"/><transition name="x" from="b" to="c"/>"#,
+        ),
+    );
     one(
         "E0207",
         &mission(

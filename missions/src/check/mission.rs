@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::check::{Names, reach};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
 use crate::model::System;
 use crate::source::Spanned;
 
@@ -26,12 +26,7 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
         known.check_transition(transition, findings);
     }
     for exclusive in &mission.exclusives {
-        if exclusive.components.len() < 2 {
-            let message = "an exclusive set of one component excludes nothing";
-            let finding = Finding::new(Code::ExclusiveAlone, &exclusive.at, message);
-            findings.push(finding.remedy("name at least two components"));
-        }
-        known.expect_controllable(&exclusive.components, findings);
+        known.check_exclusive(exclusive, findings);
     }
     start_and_end(mission, findings);
     exclusives_kept(mission, findings);
@@ -90,6 +85,27 @@ impl<'a> Known<'a> {
                 let finding = Finding::new(Code::NotControllable, &name.at, message);
                 findings.push(finding.remedy("take it out of here, or let the mission control it"));
             }
+        }
+    }
+
+    fn check_exclusive(&self, exclusive: &Exclusive, findings: &mut Findings) {
+        let components = &exclusive.components;
+        self.expect_controllable(components, findings);
+        if components.len() < 2 {
+            let message = "an exclusive set of one component excludes nothing";
+            let finding = Finding::new(Code::ExclusiveAlone, &exclusive.at, message);
+            findings.push(finding.remedy("name at least two components"));
+            return;
+        }
+        let names = components.iter().filter(|name| {
+            let name = name.value.as_str();
+            self.components.known.contains_key(name) && !self.fixed.contains(name)
+        });
+        for name in names.filter(|name| !self.active_in.contains_key(name.value.as_str())) {
+            let message =
+                format!("{} is in no place, so it is active together with the others", name.value);
+            let finding = Finding::new(Code::ExclusiveTogether, &name.at, message);
+            findings.push(finding.remedy("activate it in a place, or take it out of the set"));
         }
     }
 
