@@ -3,3 +3,4 @@
 mod command_line;
 mod fixture;
 mod launcher;
+mod new_component;

@@ -1,0 +1,77 @@
+//! A component of one's own: written by `armor new`, built apart from this repository, dropped into
+//! a folder, and used with nothing rebuilt.
+
+use std::path::Path;
+use std::process::Command;
+
+use rustix::process::Signal;
+
+use crate::fixture::{Folder, ended, send, wait_for};
+
+const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Builds the project; its dependencies are kept for the next time.
+fn build(project: &Path) -> std::path::PathBuf {
+    // The same versions as here, which are downloaded already.
+    let lock = Path::new(REPOSITORY).join("Cargo.lock");
+    std::fs::copy(lock, project.join("Cargo.lock")).expect("the lock file");
+    let target = Path::new(REPOSITORY).join("target/new-component");
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--offline", "--quiet"])
+        .current_dir(project)
+        .env("CARGO_TARGET_DIR", &target)
+        .status();
+    assert!(built.expect("cargo starts").success());
+    target.join("debug/odd-counter")
+}
+
+#[test]
+fn a_component_of_ones_own_is_used_and_looked_after() {
+    let folder = Folder::new("new");
+    let (code, _, err) = ended(&mut folder.armor(&["new", "odd-counter"]));
+    assert_eq!(code, 0, "{err}");
+    let executable = build(&folder.path().join("odd-counter"));
+
+    folder.script("bystander", "echo here; exec sleep 600");
+    let components = folder.path().join("components");
+    std::fs::copy(executable, components.join("odd-counter")).expect("copied");
+    let (code, out, err) = ended(&mut folder.armor(&["describe", "odd-counter"]));
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("step") && out.contains("1 to 1000"), "{out}");
+
+    let file = folder.system("counting", &["a odd-counter rate=\"20Hz\"", "b bystander"]);
+    let mut run = folder.run("out", &[&file, "--set", "a.step=3"]);
+    run.logged("here", 1);
+    counts(&folder);
+    stopped(&folder);
+    counts(&folder);
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), Some(130), "{}", run.log());
+    assert_eq!(run.log().matches("here").count(), 1, "the other one never noticed");
+}
+
+/// What is published is a multiple of the step set.
+fn counts(folder: &Folder) {
+    let (code, out, err) = ended(&mut folder.armor(&["echo", "a.count", "--count", "3"]));
+    assert_eq!(code, 0, "{err}");
+    let values: Vec<serde_json::Value> =
+        out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines")).collect();
+    let counts: Vec<u64> =
+        values.iter().filter_map(|value| value["value"]["count"].as_u64()).collect();
+    assert_eq!(counts.len(), 3, "{out}");
+    assert!(counts.iter().all(|count| count % 3 == 0), "{counts:?}");
+    assert!(counts.windows(2).all(|pair| pair[0] < pair[1]), "{counts:?}");
+}
+
+/// A component that hangs is found, killed and started again.
+fn stopped(folder: &Folder) {
+    let pid = |folder: &Folder| {
+        let (_, out, _) = ended(&mut folder.armor(&["ps", "--format", "json"]));
+        let rows = out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines"));
+        let row = rows.into_iter().find(|row: &serde_json::Value| row["name"] == "a")?;
+        i32::try_from(row["pid"].as_i64()?).ok()
+    };
+    let before = wait_for("the component is listed", || pid(folder));
+    send(before, Signal::STOP);
+    wait_for("another start of it", || pid(folder).filter(|after| *after != before));
+}
