@@ -1,6 +1,6 @@
 //! `armor check FILE`: the whole proof of a file, and all findings at once.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -11,6 +11,7 @@ use crate::arguments::{self, Format};
 use crate::exit::Ending;
 use crate::kinds::Catalogue;
 use crate::played::PLAYED;
+use crate::print;
 
 /// A file with all that was found.
 pub struct Checked {
@@ -79,7 +80,7 @@ impl Checked {
         let _ = if format == Format::Json {
             self.reading.findings.iter().try_for_each(|finding| writeln!(out, "{}", json(finding)))
         } else {
-            let colours = if err.is_terminal() && no_color() { Colours::Yes } else { Colours::No };
+            let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
             write!(err, "{}", self.reading.findings.render(colours))
         };
         for problem in &self.catalogue.problems {
@@ -94,8 +95,4 @@ impl Checked {
 
 fn json(finding: &Finding) -> String {
     serde_json::to_string(finding).unwrap_or_else(|error| error.to_string())
-}
-
-fn no_color() -> bool {
-    std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

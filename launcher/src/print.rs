@@ -1,4 +1,6 @@
-//! Tables for people.
+//! Tables, times and colours for people.
+
+use std::io::IsTerminal;
 
 /// Lines up `rows` under `headings`; numbers to the right.
 pub fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
@@ -29,6 +31,11 @@ pub fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
         out.push('\n');
     }
     out
+}
+
+/// Whether to write colours: on a terminal, unless `NO_COLOR` says no.
+pub fn coloured(stream: &impl IsTerminal) -> bool {
+    stream.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
 /// A number, with or without a unit, or nothing known.

@@ -98,7 +98,7 @@ impl Log {
             let now = self.elapsed();
             let mut flood = false;
             let mut take = |text: &[u8]| {
-                if budget.take(now) {
+                if budget.take(now, text.len()) {
                     self.push(Line::read(now.as_secs_f64(), name.clone(), stream, text));
                 } else {
                     flood = true;

@@ -1,4 +1,4 @@
-//! How many lines one process may have: a burst, then a rate.
+//! How much one process may say: a burst of lines, then a rate.
 
 use std::time::Duration;
 
@@ -6,6 +6,8 @@ use std::time::Duration;
 const BURST: f64 = 10_000.0;
 /// Lines per second in the long run: far more than anybody reads, far less than fills a disk.
 const RATE_HZ: f64 = 2_000.0;
+/// A line counts as several if it is longer, in bytes.
+const LINE_LEN: usize = 200;
 /// How often a process that floods is told of.
 const CONFESS_EVERY: Duration = Duration::from_secs(1);
 
@@ -24,15 +26,16 @@ impl Budget {
     }
 
     /// Whether one more line may pass; if not, it is counted.
-    pub fn take(&mut self, now: Duration) -> bool {
+    pub fn take(&mut self, now: Duration, len: usize) -> bool {
         let passed = now.saturating_sub(self.filled).as_secs_f64();
         self.filled = now;
         self.lines = (self.lines + passed * RATE_HZ).min(BURST);
-        if self.lines < 1.0 {
+        let cost = (1 + len / LINE_LEN) as f64;
+        if self.lines < cost {
             self.left_out += 1;
             return false;
         }
-        self.lines -= 1.0;
+        self.lines -= cost;
         true
     }
 
@@ -58,10 +61,17 @@ mod tests {
         let mut left_out = 0;
         for millisecond in 0..10_000 {
             let now = Duration::from_millis(millisecond);
-            passed += (0..100).filter(|_| budget.take(now)).count();
+            passed += (0..100).filter(|_| budget.take(now, 80)).count();
             left_out += budget.confession(now, millisecond == 9_999).unwrap_or(0);
         }
         assert!((29_990..=30_010).contains(&passed), "{passed}");
         assert_eq!(passed as u64 + left_out, 1_000_000);
+    }
+
+    #[test]
+    fn long_lines_cost_more() {
+        let mut budget = Budget::new(Duration::ZERO);
+        let passed = (0..10_000).filter(|_| budget.take(Duration::ZERO, 8_000)).count();
+        assert_eq!(passed, 10_000 / 41);
     }
 }

@@ -1,12 +1,12 @@
 //! A line as people or programs get it on stdout.
 
 use std::fmt::Write;
-use std::io::IsTerminal;
 
 use serde_json::json;
 
 use super::{Line, Stream};
 use crate::arguments::Format;
+use crate::print;
 
 /// Longest name that the others are lined up with.
 const MAX_WIDTH: usize = 20;
@@ -23,9 +23,7 @@ pub struct Renderer {
 impl Renderer {
     /// With colours if stdout is a terminal and `NO_COLOR` is not set.
     pub fn for_stdout(names: &[&str], format: Format) -> Self {
-        let colours = std::io::stdout().is_terminal()
-            && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        Self::new(names, format, colours)
+        Self::new(names, format, print::coloured(&std::io::stdout()))
     }
 
     /// As told.
