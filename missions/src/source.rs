@@ -46,6 +46,12 @@ impl Source {
         (line, self.text[start..at].chars().count() + 1)
     }
 
+    /// The text of a span, cut to what is there and to whole characters.
+    pub(crate) fn slice(&self, span: Span) -> &str {
+        let end = self.text.floor_char_boundary(span.end().min(self.text.len()));
+        &self.text[self.text.floor_char_boundary(span.start().min(end))..end]
+    }
+
     /// The text of a line counted from 1, without its line break, and its byte offset.
     pub(crate) fn line(&self, line: usize) -> (&str, usize) {
         let start = self.line_starts[line - 1] as usize;
@@ -104,7 +110,7 @@ impl Location {
 
     /// The text that stands there.
     pub fn text(&self) -> &str {
-        &self.source.text()[self.span.start()..self.span.end()]
+        self.source.slice(self.span)
     }
 
     /// Line and column of the first character, counted from 1.

@@ -30,7 +30,7 @@ pub(crate) struct TagReader<'a> {
 impl<'a> TagReader<'a> {
     /// `span` is the whole tag with its angle brackets.
     pub(crate) fn new(source: &'a Arc<Source>, span: Span) -> Self {
-        let text = &source.text()[span.start()..span.end()];
+        let text = source.slice(span);
         let inner = text.strip_suffix('>').unwrap_or(text);
         let inner = inner.strip_suffix('/').unwrap_or(inner);
         Self { source, span, at: span.start() + 1, end: span.start() + inner.len().max(1) }
@@ -44,7 +44,7 @@ impl<'a> TagReader<'a> {
 
     pub(crate) fn read(mut self, findings: &mut Findings) -> Tag {
         let name_span = self.until(|c| c.is_ascii_whitespace());
-        let name = self.slice(name_span).to_owned();
+        let name = self.source.slice(name_span).to_owned();
         let mut tag = Tag {
             element: Element {
                 name,
@@ -98,7 +98,7 @@ impl<'a> TagReader<'a> {
 
     fn attribute(&mut self, gap: bool, findings: &mut Findings) -> Option<Attribute> {
         let name_span = self.until(|c| c.is_ascii_whitespace() || matches!(c, '=' | '"' | '\''));
-        let name = self.slice(name_span).to_owned();
+        let name = self.source.slice(name_span).to_owned();
         let malformed = |reader: &Self, span, message: &str| {
             reader
                 .finding(Code::Malformed, span, message)
@@ -163,11 +163,7 @@ impl<'a> TagReader<'a> {
     }
 
     fn rest(&self) -> &'a str {
-        &self.source.text()[self.at.min(self.end)..self.end]
-    }
-
-    fn slice(&self, span: Span) -> &'a str {
-        &self.source.text()[span.start()..span.end()]
+        self.source.slice(Span::new(self.at.min(self.end), self.end))
     }
 
     fn finding(&self, code: Code, span: Span, message: impl Into<String>) -> Finding {

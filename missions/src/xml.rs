@@ -78,7 +78,8 @@ impl<'a> Builder<'a> {
         self.refuse_bad_characters();
         let text = self.source.text();
         let base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-        let mut reader = Reader::from_str(&text[base..]);
+        // The reader passes over one byte order mark itself and counts from behind it.
+        let mut reader = Reader::from_str(text);
         let config = reader.config_mut();
         config.check_end_names = false;
         config.allow_unmatched_ends = true;
@@ -166,7 +167,7 @@ impl<'a> Builder<'a> {
     }
 
     fn end(&mut self, span: Span) {
-        let text = &self.source.text()[span.start()..span.end()];
+        let text = self.source.slice(span);
         let name = text.trim_start_matches("</").trim_end_matches('>').trim_end().to_owned();
         match self.open.iter().rposition(|element| element.name == name) {
             None => {
@@ -225,7 +226,7 @@ impl<'a> Builder<'a> {
     }
 
     fn comment(&mut self, span: Span) {
-        let text = &self.source.text()[span.start()..span.end()];
+        let text = self.source.slice(span);
         let inner = text.trim_start_matches("<!").trim_end_matches('>');
         let inner = inner.get(2..inner.len().saturating_sub(2)).unwrap_or_default();
         if inner.contains("--") || inner.ends_with('-') {

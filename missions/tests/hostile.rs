@@ -125,6 +125,13 @@ fn not_text() {
 }
 
 #[test]
+fn one_byte_order_mark_and_no_more() {
+    let file = "\u{feff}<armor version='1'><system/></armor>";
+    assert!(read_all(file.as_bytes()).is_valid());
+    refused("E0004", format!("\u{feff}{file}").as_bytes());
+}
+
+#[test]
 fn a_thousand_components_and_three_thousand_links() {
     let components: String =
         (0..1000).map(|n| format!("<component name='c{n}' kind='k'/>\n")).collect();
@@ -191,7 +198,7 @@ const WORDS: &[&str] = &[
 ];
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(3000))]
 
     #[test]
     fn any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
