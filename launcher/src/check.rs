@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use armor_executive::{PLAYED, Plan};
 use armor_missions::{Colours, Configuration, Finding, Override, Reading};
 use serde_json::json;
 
 use crate::arguments::{self, Format};
 use crate::exit::Ending;
 use crate::kinds::Catalogue;
-use crate::played::PLAYED;
 use crate::print;
 
 /// A file with all that was found.
@@ -50,6 +50,13 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     let mut reading = armor_missions::check(reading, &overrides, Some(&catalogue.manifests()));
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
+    }
+    // What only the executive can say of a mission, it says of one that is sound otherwise.
+    if reading.is_valid()
+        && let Some(Configuration { system, mission: Some(mission), .. }) = &reading.configuration
+        && let Err(findings) = Plan::compile(system, mission)
+    {
+        reading.findings.extend(findings);
     }
     Ok(Checked { reading, catalogue })
 }

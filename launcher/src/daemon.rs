@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use armor_configd::Notice;
+use armor_executive::PLAYED;
 use armor_net::Registration;
 use armor_wire::registry::ComponentEntry;
 use tokio::signal::unix::{SignalKind, signal};
@@ -16,7 +17,6 @@ use crate::check;
 use crate::exit::Ending;
 use crate::kinds::Catalogue;
 use crate::kinds::stock::STOCK;
-use crate::played::PLAYED;
 
 /// Runs the registry until it is asked to end.
 ///

@@ -12,7 +12,6 @@ mod guard;
 mod kinds;
 mod look;
 mod new;
-mod played;
 mod print;
 mod run;
 #[cfg(test)]
