@@ -11,7 +11,7 @@ use crate::finding::{Finding, Findings};
 use crate::mission::Mission;
 use crate::model::{Configuration, System};
 use crate::read::{Contents, contents};
-use crate::source::{Source, Spanned};
+use crate::source::{Location, Source, Spanned};
 use crate::xml::{MAX_FILE_BYTES, parse};
 
 /// What came of reading a file.
@@ -111,18 +111,13 @@ impl Files<'_> {
         path: &Path,
         named: &Spanned<String>,
     ) -> (Option<System>, Vec<Arc<Source>>) {
-        let folder = named.at.source.folder();
-        let file = folder.join(&named.value);
-        let refuse = |code, message: String, remedy: &str| {
-            Finding::new(code, &named.at, message).remedy(remedy)
+        let file = named.at.source.folder().join(&named.value);
+        let refuse = |code, message: String| {
+            Finding::new(code, &named.at, message).remedy("name the file that holds <system>")
         };
         if plain(&file) == plain(path) {
             let message = format!("{} names itself as its system file", path.display());
-            self.findings.push(refuse(
-                Code::IncludeCycle,
-                message,
-                "name the file that holds <system>",
-            ));
+            self.findings.push(refuse(Code::IncludeCycle, message));
             return (None, Vec::new());
         }
         self.asked.push(file.clone());
@@ -131,7 +126,7 @@ impl Files<'_> {
             Err(error) => {
                 let message = format!("{} cannot be read: {error}", file.display());
                 let remedy = "the path is relative to the mission's file";
-                self.findings.push(refuse(Code::IncludeMissing, message, remedy));
+                self.findings.push(refuse(Code::IncludeMissing, message).remedy(remedy));
                 return (None, Vec::new());
             }
         };
@@ -139,27 +134,24 @@ impl Files<'_> {
             return (None, Vec::new());
         };
         if contents.system.is_none() {
-            let next = contents.mission.and_then(|mission| mission.system);
-            let back = next.filter(|next| {
-                let next = file.parent().unwrap_or(Path::new("")).join(&next.value);
-                [plain(path), plain(&file)].contains(&plain(&next))
-            });
-            self.findings.push(match back {
-                Some(back) => refuse(
-                    Code::IncludeCycle,
-                    format!("{} and {} name each other", path.display(), file.display()),
-                    "name the file that holds <system>",
-                )
-                .related(&back.at, "and back from here"),
-                None => refuse(
-                    Code::IncludeMissing,
-                    format!("{} holds no system", file.display()),
-                    "name the file that holds <system>",
-                ),
+            self.findings.push(match names_back(&contents, path, &file) {
+                Some(back) => {
+                    let message =
+                        format!("{} and {} name each other", path.display(), file.display());
+                    refuse(Code::IncludeCycle, message).related(back, "and back from here")
+                }
+                None => refuse(Code::IncludeMissing, format!("{} holds no system", file.display())),
             });
         }
         (contents.system, vec![source])
     }
+}
+
+/// Where a file, instead of holding a system, names one of the two as its system file.
+fn names_back<'a>(contents: &'a Contents, path: &Path, file: &Path) -> Option<&'a Location> {
+    let named = contents.mission.as_ref()?.system.as_ref()?;
+    let next = plain(&file.parent().unwrap_or(Path::new("")).join(&named.value));
+    [path, file].into_iter().any(|known| plain(known) == next).then_some(&named.at)
 }
 
 /// The path without `.` and `..` where that needs no disk, for telling files apart.

@@ -1,6 +1,5 @@
 //! One start tag → name and attributes, each with its span; and references in text → characters.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::code::Code;
@@ -62,13 +61,14 @@ impl<'a> TagReader<'a> {
             findings.push(finding.remedy("write a literal < as &lt;"));
             tag.sound = false;
         }
-        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+        let mut count = 0;
         loop {
-            let gap = self.skip_space();
+            let is_apart = self.skip_space();
             if self.at >= self.end {
                 return tag;
             }
-            if tag.element.attributes.len() >= MAX_ATTRIBUTES {
+            count += 1;
+            if count > MAX_ATTRIBUTES {
                 let message =
                     format!("<{}> has more than {MAX_ATTRIBUTES} attributes", tag.element.name);
                 let finding = self.finding(Code::TooManyAttributes, name_span, message);
@@ -76,75 +76,81 @@ impl<'a> TagReader<'a> {
                 tag.too_many_attributes = true;
                 return tag;
             }
-            let Some(attribute) = self.attribute(gap, findings) else {
+            let Some(attribute) = self.attribute(is_apart, findings) else {
                 tag.sound = false;
                 return tag;
             };
-            match seen.get(&attribute.name) {
-                Some(first) => {
-                    let message = format!("{} is written twice", attribute.name);
-                    let first = Location::new(self.source, *first);
-                    let finding =
-                        self.finding(Code::DuplicateAttribute, attribute.name_span, message);
-                    findings.push(finding.remedy("keep one of them").related(&first, "first here"));
-                }
-                None => {
-                    seen.insert(attribute.name.clone(), attribute.name_span);
-                    tag.element.attributes.push(attribute);
-                }
+            self.add(&mut tag.element, attribute, findings);
+        }
+    }
+
+    /// Adds the attribute, unless there is one of its name.
+    fn add(&self, element: &mut Element, attribute: Attribute, findings: &mut Findings) {
+        if let Some(first) = element.attribute(&attribute.name) {
+            let first = Location::new(self.source, first.name_span);
+            let message = format!("{} is written twice", attribute.name);
+            let finding = self.finding(Code::DuplicateAttribute, attribute.name_span, message);
+            findings.push(finding.remedy("keep one of them").related(&first, "first here"));
+        } else {
+            element.attributes.push(attribute);
+        }
+    }
+
+    /// `name="value"`; none, with a finding, if it is not of that form.
+    fn attribute(&mut self, is_apart: bool, findings: &mut Findings) -> Option<Attribute> {
+        let name_span = self.until(|c| c.is_ascii_whitespace() || matches!(c, '=' | '"' | '\''));
+        let name = self.source.slice(name_span).to_owned();
+        if !is_xml_name(&name) {
+            let span = Span::new(name_span.start(), name_span.end().max(self.at + 1).min(self.end));
+            findings.push(self.malformed(span, "this is not a name of an attribute"));
+            return None;
+        }
+        if !is_apart {
+            findings.push(self.malformed(name_span, "a space is missing before this attribute"));
+        }
+        match self.quoted() {
+            Ok(value_span) => {
+                let value = self.value(value_span, findings);
+                Some(Attribute { name, value, name_span, value_span })
+            }
+            Err(problem) => {
+                findings.push(self.malformed(name_span, problem));
+                None
             }
         }
     }
 
-    fn attribute(&mut self, gap: bool, findings: &mut Findings) -> Option<Attribute> {
-        let name_span = self.until(|c| c.is_ascii_whitespace() || matches!(c, '=' | '"' | '\''));
-        let name = self.source.slice(name_span).to_owned();
-        let malformed = |reader: &Self, span, message: &str| {
-            reader
-                .finding(Code::Malformed, span, message)
-                .remedy("write attributes as name=\"value\"")
-        };
-        if !is_xml_name(&name) {
-            let span = Span::new(name_span.start(), name_span.end().max(self.at + 1).min(self.end));
-            findings.push(malformed(self, span, "this is not a name of an attribute"));
-            return None;
-        }
-        if !gap {
-            findings.push(malformed(self, name_span, "a space is missing before this attribute"));
-        }
+    /// Where the value stands, after its `=` and in its quotes.
+    fn quoted(&mut self) -> Result<Span, &'static str> {
         self.skip_space();
         if !self.rest().starts_with('=') {
-            findings.push(malformed(self, name_span, "this attribute has no value"));
-            return None;
+            return Err("this attribute has no value");
         }
         self.at += 1;
         self.skip_space();
-        let Some(quote) = self.rest().chars().next().filter(|c| matches!(c, '"' | '\'')) else {
-            findings.push(malformed(
-                self,
-                name_span,
-                "the value of this attribute is not in quotes",
-            ));
-            return None;
-        };
+        let quote = self.rest().chars().next().filter(|c| matches!(c, '"' | '\''));
+        let quote = quote.ok_or("the value of this attribute is not in quotes")?;
         self.at += 1;
-        let value_span = self.until(|c| c == quote);
+        let span = self.until(|c| c == quote);
         if self.at >= self.end {
-            findings.push(malformed(self, value_span, "the quote of this value is not closed"));
-            return None;
+            return Err("the quotes of this attribute's value are not closed");
         }
         self.at += 1;
-        let at = Location::new(self.source, value_span);
+        Ok(span)
+    }
+
+    fn value(&self, span: Span, findings: &mut Findings) -> String {
+        let at = Location::new(self.source, span);
         if let Some(less) = at.text().find('<') {
-            let finding = Finding::new(
-                Code::Malformed,
-                &at.part(less, less + 1),
-                "< may not stand in a value",
-            );
+            let here = at.part(less, less + 1);
+            let finding = Finding::new(Code::Malformed, &here, "< may not stand in a value");
             findings.push(finding.remedy("write it as &lt;"));
         }
-        let value = unescape(&at, findings);
-        Some(Attribute { name, value, name_span, value_span })
+        unescape(&at, findings)
+    }
+
+    fn malformed(&self, span: Span, message: &str) -> Finding {
+        self.finding(Code::Malformed, span, message).remedy("write attributes as name=\"value\"")
     }
 
     fn until(&mut self, stop: impl Fn(char) -> bool) -> Span {
