@@ -93,6 +93,8 @@ struct State {
     lookups: HashMap<u64, Lookup>,
     lists: HashMap<u64, mpsc::Sender<Listing>>,
     watchers: Vec<mpsc::Sender<Change>>,
+    /// Who is there, as far as the registry has told; kept once somebody watches.
+    present: Option<Vec<ComponentEntry>>,
 }
 
 struct Inner {
@@ -255,8 +257,15 @@ impl Directory {
     pub fn watch(&self) -> mpsc::Receiver<Change> {
         let (sender, receiver) = mpsc::channel();
         let mut state = self.inner.lock();
+        if let Some(present) = &state.present {
+            for entry in present {
+                let _ = sender.send(Change::Appeared(entry.clone()));
+            }
+        } else {
+            state.present = Some(Vec::new());
+            state.send(&Request::Watch);
+        }
         state.watchers.push(sender);
-        state.send(&Request::Watch);
         receiver
     }
 
@@ -317,7 +326,8 @@ impl State {
         for request in self.lists.keys() {
             self.send(&Request::List { request: *request });
         }
-        if !self.watchers.is_empty() {
+        if let Some(present) = &mut self.present {
+            present.clear();
             self.send(&Request::Watch);
         }
     }
@@ -344,8 +354,17 @@ impl State {
                     let _ = list.send(Listing { components, data });
                 }
             }
-            Reply::Appeared { entry } => self.tell(&Change::Appeared(entry)),
-            Reply::Gone { entry } => self.tell(&Change::Gone(entry)),
+            Reply::Appeared { entry } => {
+                let present = self.present.get_or_insert_default();
+                present.retain(|other| other.name != entry.name);
+                present.push(entry.clone());
+                self.tell(&Change::Appeared(entry));
+            }
+            Reply::Gone { entry } => {
+                let present = self.present.get_or_insert_default();
+                present.retain(|other| other.instance != entry.instance);
+                self.tell(&Change::Gone(entry));
+            }
             Reply::Provided { .. } | Reply::Time { .. } | Reply::Beat => {}
         }
     }

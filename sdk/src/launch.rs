@@ -241,5 +241,5 @@ fn leave(shared: &Shared) {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    shared.directory().close();
+    shared.leave();
 }

@@ -75,7 +75,7 @@ impl Node {
 
 impl Drop for Node {
     fn drop(&mut self) {
-        self.shared.directory().close();
+        self.shared.leave();
     }
 }
 

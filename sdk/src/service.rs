@@ -52,11 +52,13 @@ struct Service {
 
 impl Service {
     fn run(mut self) {
-        loop {
+        while !self.shared.is_gone() {
             let links = self.wait();
             let _ = rustix::io::read(self.shared.wake_fd(), &mut [0u8; 8]);
             self.accept();
             for admitted in self.handshakes.serve() {
+                // What an earlier executive has still said counts before a new one takes over.
+                self.control.serve();
                 self.control.add(admitted);
             }
             if links || self.last_beat.elapsed() >= BEAT || self.shared.is_gathering() {

@@ -75,6 +75,7 @@ pub(crate) struct Shared {
     orders: Mutex<Orders>,
     has_orders: AtomicBool,
     ending: AtomicBool,
+    gone: AtomicBool,
     crashed: AtomicBool,
     main: Mutex<Option<Thread>>,
     wake: OwnedFd,
@@ -117,6 +118,7 @@ impl Shared {
             orders: Mutex::default(),
             has_orders: AtomicBool::new(false),
             ending: AtomicBool::new(false),
+            gone: AtomicBool::new(false),
             crashed: AtomicBool::new(false),
             main: Mutex::default(),
             wake: eventfd(0, EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC)?,
@@ -255,6 +257,24 @@ impl Shared {
 
     pub fn is_ending(&self) -> bool {
         self.ending.load(Ordering::SeqCst)
+    }
+
+    /// Leaves the system: the registry first, so that nobody is sent here, then every connection.
+    pub fn leave(&self) {
+        self.directory().close();
+        self.ending.store(true, Ordering::SeqCst);
+        self.gone.store(true, Ordering::SeqCst);
+        for output in self.outputs() {
+            output.close();
+        }
+        for input in self.inputs() {
+            input.close();
+        }
+        self.wake_service();
+    }
+
+    pub fn is_gone(&self) -> bool {
+        self.gone.load(Ordering::SeqCst)
     }
 
     pub fn set_crashed(&self) {

@@ -3,7 +3,7 @@
 //! One thread per input reads and, when the component is free, runs its code then and there: no hand
 //! over between threads on the way of a message.
 
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -130,6 +130,13 @@ impl Input {
         signal(self.lock().stream.as_deref(), FrameKind::Beat);
     }
 
+    /// Ends its link.
+    pub fn close(&self) {
+        if let Some(stream) = &self.lock().stream {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+
     /// Hands waiting data to `deliver` until there are none.
     pub fn drain(&self, mut deliver: impl FnMut(&Item)) {
         loop {
@@ -146,7 +153,7 @@ impl Input {
         let Some(settings) = self.lock().settings.clone() else { return };
         let seed = runtime.shared.instance ^ index as u64;
         let mut backoff = Backoff::new(Duration::from_millis(10), Duration::from_secs(1), seed);
-        loop {
+        while !runtime.shared.is_gone() {
             let start = Instant::now();
             let reason = match self.link(&settings, runtime) {
                 Ok(dialled) => {

@@ -228,6 +228,13 @@ impl Output {
         state.bury();
     }
 
+    /// Ends every link.
+    pub fn close(&self) {
+        let mut state = self.lock();
+        state.links.iter_mut().for_each(LinkOut::break_off);
+        state.bury();
+    }
+
     pub fn status(&self) -> OutputStatus {
         let state = self.lock();
         OutputStatus {

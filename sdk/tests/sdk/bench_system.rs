@@ -1,0 +1,212 @@
+//! A registry, components in threads, and a way to look at them.
+
+use std::collections::HashMap;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{LazyLock, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use armor_registry::{Background, Options};
+use armor_sdk::control::{Command, ControlConnection, ControlEvent, Role, Status};
+use armor_sdk::directory::Directory;
+use armor_sdk::prelude::*;
+use armor_sdk::wire::registry::ComponentEntry;
+
+/// Only a hang takes this long.
+pub const DEADLINE: Duration = Duration::from_secs(20);
+
+/// What a probe tells the test.
+#[derive(Debug, PartialEq)]
+pub enum Told {
+    Call(Call),
+    Data { id: String, value: u64, lost: u64, len: usize },
+    Parameter(String, f64),
+}
+
+type Script = Box<dyn FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send>;
+
+/// What a probe does, by its name: the component's type cannot carry it.
+pub struct Plan {
+    pub told: Sender<Told>,
+    pub script: Script,
+    /// Makes `data_received` wait until the test sends something or hangs up.
+    pub gate: Option<Receiver<()>>,
+}
+
+static PLANS: LazyLock<Mutex<HashMap<String, Plan>>> = LazyLock::new(Mutex::default);
+
+/// A component that does what its plan says and tells what happens to it.
+pub struct Probe {
+    armor: Armor,
+    plan: Plan,
+}
+
+#[derive(Clone, Debug, PartialEq, Message)]
+pub struct Sample {
+    pub value: u64,
+    pub bulk: Array<u8>,
+}
+
+impl Component for Probe {
+    const KIND: &'static str = "probe";
+    const SUMMARY: &'static str = "Does what a test says.";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::number("speed", "m/s").default("2m/s").range(0.0, 10.0)];
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.provide::<Sample>("out")?;
+        armor.provide::<Latched<Sample>>("state")?;
+        armor.subscribe::<Optional<Sample>>("in")?;
+        armor.subscribe::<Optional<Sample>>("in2")?;
+        armor.subscribe::<Optional<Text>>("words")?;
+        armor.get_parameter("speed")?;
+        armor.synchronize()?;
+        let name = armor.provided_data("out").unwrap_or_default().replace(".out", "");
+        let plan = PLANS.lock().unwrap().remove(&name).ok_or("no plan")?;
+        Ok(Self { armor, plan })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        let _ = self.plan.told.send(Told::Parameter(name.into(), value.number()?));
+        Ok(())
+    }
+
+    fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        let sample: Sample = data.decode()?;
+        let told = Told::Data {
+            id: header.id().into(),
+            value: sample.value,
+            lost: header.lost,
+            len: sample.bulk.len(),
+        };
+        let _ = self.plan.told.send(told);
+        if let Some(gate) = &self.plan.gate {
+            let _ = gate.recv();
+        }
+        Ok(())
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        if call != Call::Tick && call != Call::Data {
+            let _ = self.plan.told.send(Told::Call(call));
+        }
+        (self.plan.script)(&self.armor, call)
+    }
+}
+
+pub struct System {
+    pub registry: Background,
+    pub directory: Directory,
+    threads: Vec<(String, JoinHandle<()>)>,
+}
+
+impl System {
+    pub fn start() -> Self {
+        let listen = "127.0.0.1:0".parse().unwrap();
+        let registry = Background::start(Options { listen, ..Options::default() }).unwrap();
+        let directory = Directory::observer(&registry.address().to_string(), "test");
+        Self { registry, directory, threads: Vec::new() }
+    }
+
+    /// Runs a probe with `arguments` beside its name and registry.
+    pub fn run(
+        &mut self,
+        name: &str,
+        arguments: &[&str],
+        gate: Option<Receiver<()>>,
+        script: impl FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send + 'static,
+    ) -> Receiver<Told> {
+        // One process, many systems: names are made unique by the registry's port.
+        let full = self.name(name);
+        let (told, receiver) = channel();
+        let plan = Plan { told, script: Box::new(script), gate };
+        PLANS.lock().unwrap().insert(full.clone(), plan);
+        let address = self.registry.address().to_string();
+        let mut all =
+            vec!["--alone".to_owned(), "--name".into(), full.clone(), "--registry".into(), address];
+        all.extend(arguments.iter().map(|argument| (*argument).into()));
+        let thread = std::thread::spawn(move || {
+            armor_sdk::run_with::<Probe>(all.into_iter().map(Into::into));
+        });
+        self.threads.push((full, thread));
+        receiver
+    }
+
+    pub fn name(&self, name: &str) -> String {
+        format!("{name}-{}", self.registry.address().port())
+    }
+
+    /// `--link` argument from `data` (of another probe) to `input`.
+    pub fn link(&self, input: &str, from: &str, output: &str, keep: &str) -> String {
+        format!("--link={input}={}.{output},keep={keep}", self.name(from))
+    }
+
+    pub fn entry(&self, name: &str) -> ComponentEntry {
+        self.directory.component(&self.name(name), DEADLINE).unwrap()
+    }
+
+    pub fn control(&self, name: &str, role: Role) -> (ControlConnection, Receiver<ControlEvent>) {
+        let (sender, receiver) = channel();
+        let sink = move |event| {
+            let _ = sender.send(event);
+        };
+        (ControlConnection::connect(&self.entry(name), role, "test", sink).unwrap(), receiver)
+    }
+
+    pub fn status(&self, name: &str) -> Status {
+        self.control(name, Role::Observer).0.status(DEADLINE).unwrap()
+    }
+
+    /// Waits until the status of `name` is as wanted.
+    pub fn until(&self, name: &str, wanted: impl Fn(&Status) -> bool) -> Status {
+        let (control, _events) = self.control(name, Role::Observer);
+        let start = Instant::now();
+        loop {
+            let status = control.status(DEADLINE).unwrap();
+            // Ports are declared a moment after the name is registered.
+            if !status.outputs.is_empty() && wanted(&status) {
+                return status;
+            }
+            assert!(start.elapsed() < DEADLINE, "never as wanted: {status:#?}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    pub fn terminate(&mut self, name: &str) {
+        let full = self.name(name);
+        let (control, _events) = self.control(name, Role::Launcher);
+        control.send(&Command::Terminate).unwrap();
+        let at = self.threads.iter().position(|(thread, _)| *thread == full).unwrap();
+        self.threads.remove(at).1.join().unwrap();
+    }
+}
+
+impl Drop for System {
+    fn drop(&mut self) {
+        let names: Vec<String> = self.threads.iter().map(|(name, _)| name.clone()).collect();
+        for name in names {
+            let Ok(entry) = self.directory.component(&name, Duration::from_secs(1)) else {
+                continue;
+            };
+            let control = ControlConnection::connect(&entry, Role::Launcher, "test", |_| {});
+            if let Ok(control) = control {
+                let _ = control.send(&Command::Terminate);
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+    }
+}
+
+/// The next data that a probe tells of.
+pub fn data(told: &Receiver<Told>) -> (String, u64, u64) {
+    loop {
+        match told.recv_timeout(DEADLINE).expect("data in time") {
+            Told::Data { id, value, lost, .. } => return (id, value, lost),
+            Told::Call(_) | Told::Parameter(..) => {}
+        }
+    }
+}
+
+pub fn sample(value: u64, len: usize) -> Sample {
+    Sample { value, bulk: Array::from(vec![value as u8; len]) }
+}

@@ -1,0 +1,201 @@
+//! Data from one component to another: order, loss, policies, reconnects.
+
+use std::sync::mpsc::channel;
+
+use armor_sdk::prelude::*;
+
+use crate::bench_system::{DEADLINE, System, Told, data, sample};
+
+/// Sends `count` samples per tick, of `len` bytes each, up to `total`.
+fn burst(total: u64, count: u64, len: usize) -> impl FnMut(&Armor, Call) -> Result<Outcome, Fault> {
+    let mut next = 0;
+    move |armor, call| {
+        for _ in 0..count {
+            if call == Call::Tick && next < total {
+                armor.send_data("out", &sample(next, len))?;
+                next += 1;
+            }
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+/// Waits until the publisher's output has a link.
+fn linked(system: &System, name: &str, links: usize) {
+    system.until(name, |status| status.outputs[0].links.len() == links);
+}
+
+#[test]
+fn keep_all_loses_nothing_whatever_the_size() {
+    for len in [0, 100, 5_000, 20_000, 70_000, 1 << 20] {
+        let mut system = System::start();
+        let link = system.link("in", "source", "out", "all");
+        let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+        let (start, go) = channel::<()>();
+        let mut send = burst(if len > 100_000 { 200 } else { 3_000 }, 500, len);
+        let total = if len > 100_000 { 200 } else { 3_000 };
+        let mut started = false;
+        system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+            started |= go.try_recv().is_ok();
+            if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+        });
+        linked(&system, "source", 1);
+        start.send(()).unwrap();
+        for expected in 0..total {
+            assert_eq!(data(&told), ("in".into(), expected, 0), "{len} bytes");
+        }
+        let status = system.status("sink");
+        assert_eq!((status.inputs[0].lost, status.inputs[0].dropped), (0, 0));
+    }
+}
+
+#[test]
+fn every_policy_keeps_what_it_says_and_counts_the_rest() {
+    for (keep, least) in [("latest", 1), ("50", 50)] {
+        let mut system = System::start();
+        let link = system.link("in", "source", "out", keep);
+        let (open, gate) = channel();
+        let told = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
+        let (start, go) = channel::<()>();
+        let mut send = burst(5_000, 100, 2_000);
+        let mut started = false;
+        system.run("source", &["--rate=200Hz"], None, move |armor, call| {
+            started |= go.try_recv().is_ok();
+            if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+        });
+        linked(&system, "source", 1);
+        start.send(()).unwrap();
+        system.until("source", |status| status.outputs[0].published == 5_000);
+        drop(open);
+        let mut values = Vec::new();
+        loop {
+            let (_, value, _) = data(&told);
+            values.push(value);
+            if value == 4_999 {
+                break;
+            }
+        }
+        assert!(values.is_sorted_by(|a, b| a < b), "in order, each once: {values:?}");
+        assert!(values.len() >= least, "keep={keep} kept {}", values.len());
+        let newest = (5_000 - least as u64..5_000).collect::<Vec<_>>();
+        assert!(values.ends_with(&newest), "the newest {least} are kept");
+        let sink = system.until("sink", |s| s.inputs[0].received == values.len() as u64);
+        let missing = 5_000 - values.len() as u64;
+        let counted = sink.inputs[0].lost + sink.inputs[0].dropped;
+        assert_eq!(counted, missing, "keep={keep}: every loss is counted");
+    }
+}
+
+#[test]
+fn a_stuck_subscriber_delays_nobody_else() {
+    let mut system = System::start();
+    let (open, gate) = channel::<()>();
+    let slow = system.link("in", "source", "out", "latest");
+    let fast = system.link("in", "source", "out", "all");
+    let _stuck = system.run("stuck", &[&slow], Some(gate), |_, _| Ok(Outcome::CarryOn));
+    let told = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
+    let (start, go) = channel::<()>();
+    let mut send = burst(300, 10, 200_000);
+    let mut started = false;
+    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    linked(&system, "source", 2);
+    start.send(()).unwrap();
+    for expected in 0..300 {
+        assert_eq!(data(&told).1, expected);
+    }
+    drop(open);
+}
+
+#[test]
+fn a_late_subscriber_gets_the_latched_value() {
+    let mut system = System::start();
+    system.run("source", &["--rate=100Hz"], None, |armor, call| {
+        if call == Call::Started {
+            armor.send_data("state", &sample(7, 100_000))?;
+            armor.send_data("state", &sample(8, 100_000))?;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    system.until("source", |status| status.outputs[1].published == 2);
+    let link = system.link("in", "source", "state", "latest");
+    let told = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(data(&told), ("in".into(), 8, 0));
+}
+
+#[test]
+fn links_outlive_the_registry_and_new_ones_wait_for_it() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all");
+    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let mut next = 0;
+    system.run("source", &["--rate=200Hz"], None, move |armor, call| {
+        if call == Call::Tick {
+            armor.send_data("out", &sample(next, 10))?;
+            next += 1;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let first = data(&told).1;
+    let address = system.registry.address();
+    let listen = "127.0.0.1:0".parse().unwrap();
+    let options = armor_registry::Options { listen, ..armor_registry::Options::default() };
+    let other = armor_registry::Background::start(options).unwrap();
+    drop(std::mem::replace(&mut system.registry, other));
+    for expected in first + 1..first + 101 {
+        assert_eq!(data(&told).1, expected, "nothing is lost without a registry");
+    }
+    let options = armor_registry::Options { listen: address, ..armor_registry::Options::default() };
+    system.registry = armor_registry::Background::start(options).unwrap();
+    let link = system.link("in", "source", "out", "all");
+    let late = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    data(&late);
+    for expected in first + 101..first + 150 {
+        assert_eq!(data(&told).1, expected, "the old link never noticed");
+    }
+}
+
+#[test]
+fn a_restarted_publisher_is_found_again() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all");
+    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let publish = |armor: &Armor, call: Call| {
+        if call == Call::Tick {
+            armor.send_data("out", &sample(1, 10))?;
+        }
+        Ok(Outcome::CarryOn)
+    };
+    system.run("source", &["--rate=100Hz"], None, publish);
+    data(&told);
+    system.terminate("source");
+    system.until("sink", |status| !status.inputs[0].connected);
+    while told.try_recv().is_ok() {}
+    system.run("source", &["--rate=100Hz"], None, publish);
+    data(&told);
+    assert_eq!(system.status("sink").inputs[0].connections, 2);
+}
+
+#[test]
+fn a_link_of_another_type_is_refused_naming_both() {
+    let mut system = System::start();
+    system.run("source", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    system.entry("source");
+    let link = system.link("words", "source", "out", "latest");
+    system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let status = system.until("sink", |status| !status.inputs[2].problem.is_empty());
+    let problem = &status.inputs[2].problem;
+    assert!(problem.contains("Sample") && problem.contains("Text"), "{problem}");
+}
+
+#[test]
+fn parameters_arrive_before_the_first_call() {
+    let mut system = System::start();
+    let told = system.run("probe", &["--set=speed=18km/h"], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Parameter("speed".into(), 5.0)));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Call(Call::Started)));
+    let told = system.run("plain", &[], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Parameter("speed".into(), 2.0)));
+}

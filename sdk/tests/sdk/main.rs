@@ -1,0 +1,8 @@
+//! Components in threads of this process, linked through a real registry.
+
+// A test that cannot go on may panic.
+#![allow(clippy::unwrap_used)]
+
+mod bench_system;
+mod links;
+mod states;

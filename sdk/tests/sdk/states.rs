@@ -1,0 +1,144 @@
+//! Activation, freezing, reports and failures, as the executive sees them.
+
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+
+use armor_sdk::control::{Answer, Command, ControlEvent, ReportKind, Role, RunState};
+use armor_sdk::prelude::*;
+
+use crate::bench_system::{DEADLINE, System, Told, data, sample};
+
+fn state(events: &Receiver<ControlEvent>, wanted: RunState) -> u64 {
+    let start = Instant::now();
+    loop {
+        assert!(start.elapsed() < DEADLINE, "never {wanted:?}");
+        match events.recv_timeout(DEADLINE).expect("an answer") {
+            ControlEvent::Answer(Answer::State { state, activation, .. }) if state == wanted => {
+                return activation;
+            }
+            ControlEvent::Closed(reason) => panic!("closed: {reason}"),
+            ControlEvent::Answer(_) => {}
+        }
+    }
+}
+
+fn report(events: &Receiver<ControlEvent>) -> (u64, u64, ReportKind) {
+    let start = Instant::now();
+    loop {
+        assert!(start.elapsed() < DEADLINE, "no report");
+        if let ControlEvent::Answer(Answer::Report { report, activation, outcome }) =
+            events.recv_timeout(DEADLINE).expect("a report")
+        {
+            return (report, activation, outcome);
+        }
+    }
+}
+
+#[test]
+fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all");
+    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let mut next = 0;
+    system.run("source", &["--rate=500Hz"], None, move |armor, call| {
+        if call == Call::Tick {
+            armor.send_data("out", &sample(next, 10))?;
+            next += 1;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    data(&told);
+    let (control, events) = system.control("sink", Role::Executive);
+    control.send(&Command::Freeze { activation: 0 }).unwrap();
+    state(&events, RunState::Frozen);
+    system.until("source", |status| status.outputs[0].links[0].paused);
+    let before = told.try_iter().collect::<Vec<_>>();
+    assert!(before.contains(&Told::Call(Call::Stopping)));
+    let published = system.status("source").outputs[0].published;
+    system.until("source", |status| status.outputs[0].published > published + 50);
+    assert_eq!(told.try_recv().ok(), None, "no call while frozen");
+    control.send(&Command::Activate { activation: 3 }).unwrap();
+    assert_eq!(state(&events, RunState::Active), 3);
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Call(Call::Started)));
+    let (_, value, lost) = data(&told);
+    assert!(value > published, "nothing stale after a pause");
+    assert_eq!(lost, 0, "what was published during a pause is not lost");
+    assert_eq!(system.status("sink").inputs[0].lost, 0);
+}
+
+#[test]
+fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
+    let mut system = System::start();
+    let mut ticks = 0;
+    let told = system.run("worker", &["--rate=100Hz"], None, move |_, call| {
+        if call == Call::Tick {
+            ticks += 1;
+        }
+        Ok(match ticks {
+            3 if call == Call::Tick => Outcome::event("half", 0.5),
+            6 => Outcome::Done,
+            _ => Outcome::CarryOn,
+        })
+    });
+    let (first, events) = system.control("worker", Role::Executive);
+    let (number, activation, outcome) = report(&events);
+    assert_eq!((activation, &outcome), (0, &ReportKind::Event { name: "half".into(), value: 0.5 }));
+    assert_eq!(report(&events).2, ReportKind::Done);
+    system.until("worker", |status| status.state == RunState::Done);
+    drop(first);
+    let (again, events) = system.control("worker", Role::Executive);
+    assert_eq!(report(&events), (number, activation, outcome), "not acknowledged: sent again");
+    again.send(&Command::Acknowledge { report: number }).unwrap();
+    drop(again);
+    let (control, events) = system.control("worker", Role::Executive);
+    assert_eq!(report(&events).2, ReportKind::Done, "only what is not acknowledged");
+    control.send(&Command::Activate { activation: 2 }).unwrap();
+    assert_eq!(state(&events, RunState::Active), 2);
+    let calls: Vec<_> = told.try_iter().filter(|t| matches!(t, Told::Call(_))).collect();
+    assert_eq!(calls[0], Told::Call(Call::Started));
+}
+
+#[test]
+fn an_error_is_a_report_and_a_panic_too() {
+    for panics in [false, true] {
+        let mut system = System::start();
+        system.run("worker", &["--rate=100Hz"], None, move |_, call| {
+            if call == Call::Tick {
+                assert!(!panics, "the wheel came off");
+                return Err("the wheel came off".into());
+            }
+            Ok(Outcome::CarryOn)
+        });
+        let (_control, events) = system.control("worker", Role::Executive);
+        match report(&events).2 {
+            ReportKind::Failed { reason } => {
+                assert!(reason.contains("the wheel came off"), "{reason}")
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn an_observer_may_not_command() {
+    let mut system = System::start();
+    system.run("worker", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let (control, events) = system.control("worker", Role::Observer);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    loop {
+        match events.recv_timeout(DEADLINE).expect("an answer") {
+            ControlEvent::Closed(_) => break,
+            ControlEvent::Answer(Answer::State { state: RunState::Frozen, .. }) => panic!("obeyed"),
+            ControlEvent::Answer(_) => {}
+        }
+    }
+}
+
+#[test]
+fn all_components_have_the_registrys_time() {
+    let mut system = System::start();
+    system.run("worker", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let status = system.until("worker", |status| status.clock_error_s.is_some());
+    assert!(status.clock_error_s.is_some_and(|error| error < 0.1), "{status:?}");
+    assert!(status.clock_offset_s.abs() < 0.5, "one host, one clock: {status:?}");
+}
