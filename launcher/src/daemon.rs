@@ -2,11 +2,14 @@
 //! and what can be started by hand on any host.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use armor_configd::Notice;
-use armor_executive::PLAYED;
+use armor_executive::{Outcome, PLAYED, Plan};
+use armor_missions::{Colours, Findings};
 use armor_net::Registration;
 use armor_wire::registry::ComponentEntry;
 use tokio::signal::unix::{SignalKind, signal};
@@ -71,6 +74,57 @@ pub fn configd(arguments: &arguments::Configd) -> Result<Ending> {
     until_asked(async {
         Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
     })
+}
+
+/// Plays the mission to its end: code 0 at its goal, 3 in its safe place, 4 if it failed, and 130 if
+/// it was told to stop, in which case the same journal goes on with it.
+///
+/// # Errors
+/// If the mission or the journal cannot be used.
+pub fn executive(arguments: &arguments::Executive) -> Result<ExitCode> {
+    armor_sdk::log::init();
+    let folder = std::env::current_dir().context("the current folder is gone")?;
+    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    if let Some(finding) = malformed.first() {
+        bail!("{finding}");
+    }
+    let reading = armor_missions::check(armor_missions::load(&arguments.file), &overrides, None);
+    let refused = |findings: &Findings| anyhow!("{}", findings.render(Colours::No).trim_end());
+    let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
+        return Err(refused(&reading.findings));
+    };
+    let Some(mission) = &configuration.mission else {
+        bail!("{} has no mission to play", arguments.file.display());
+    };
+    let plan = Plan::compile(&configuration.system, mission).map_err(|f| refused(&f))?;
+    let journal = arguments.journal.clone().unwrap_or_else(default_journal);
+    let options = armor_executive::Options { registry: arguments.registry.to_string(), journal };
+    let outcome = armor_executive::run(plan, &options, asked_to_end()?)?;
+    Ok(ExitCode::from(match outcome {
+        Outcome::Goal => 0,
+        Outcome::Safe => 3,
+        Outcome::Failed => 4,
+        Outcome::Interrupted => Ending::Interrupted.code(),
+    }))
+}
+
+/// In the folder of the run, or the current one.
+fn default_journal() -> PathBuf {
+    PathBuf::from(std::env::var_os("ARMOR_OUT").unwrap_or_default()).join("executive.journal")
+}
+
+/// A flag that SIGTERM or SIGINT sets.
+fn asked_to_end() -> Result<&'static AtomicBool> {
+    static ASKED: AtomicBool = AtomicBool::new(false);
+    let wait = || {
+        let ended = until_asked(std::future::pending());
+        if let Err(error) = ended {
+            tracing::error!("signals cannot be caught: {error}");
+        }
+        ASKED.store(true, Ordering::Relaxed);
+    };
+    std::thread::Builder::new().name("signals".into()).spawn(wait).context("no thread")?;
+    Ok(&ASKED)
 }
 
 /// How a daemon is found.

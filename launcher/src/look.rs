@@ -55,6 +55,11 @@ impl Observed {
         Ok(Self { directory: Directory::observer(&address.to_string(), &name), name })
     }
 
+    /// System time, in seconds.
+    pub fn timestamp(&self) -> f64 {
+        self.directory.clock().timestamp()
+    }
+
     /// Everything that is registered.
     pub fn list(&self) -> Result<Listing> {
         Ok(self.directory.list(REGISTRY_WITHIN)?)

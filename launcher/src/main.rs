@@ -61,7 +61,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Component(arguments) => return daemon::component(arguments),
         Command::Guard(arguments) => return guard::run(&arguments),
         Command::Undertaker => return Ok(run::undertaker::run()),
-        Command::Executive(_) => anyhow::bail!("the executive is not part of this build yet"),
+        Command::Executive(arguments) => return daemon::executive(&arguments),
     };
     Ok(ending.into())
 }
