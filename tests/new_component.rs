@@ -48,6 +48,39 @@ fn a_component_of_ones_own_is_used_and_looked_after() {
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130), "{}", run.log());
     assert_eq!(run.log().matches("here").count(), 1, "the other one never noticed");
+
+    mission(&folder);
+}
+
+/// A mission over it goes on where it was when its executive is killed, and ends with code 0.
+fn mission(folder: &Folder) {
+    let places = r#"
+  <mission name="tour" goal="home" safe="hold">
+    <place name="one" initial="true" components="a"/>
+    <place name="two" components="b"/>
+    <place name="home"/>
+    <place name="hold"/>
+    <exclusive components="a b"/>
+    <transition name="next" from="one" to="two" timeout="2s"/>
+    <transition name="end" from="two" to="home" timeout="1s"/>
+  </mission>
+</armor>"#;
+    let file = folder.system("tour", &["a odd-counter", "b odd-counter"]);
+    let text = std::fs::read_to_string(folder.path().join(&file)).expect("readable");
+    folder.write(&file, &text.replace("</armor>", places));
+    let mut run = folder.run("tour", &[&file]);
+    let shown = wait_for("the first place", || {
+        let (_, out, _) = ended(&mut folder.armor(&["mission", "show"]));
+        out.contains("a active").then_some(out)
+    });
+    assert!(shown.contains("marked      one"), "{shown}");
+    let executive = pid(folder, "executive").expect("it is registered");
+    send(executive, Signal::KILL);
+    assert_eq!(run.code(), Some(0), "{}", run.log());
+    let log = run.log();
+    assert!(log.contains("goes on where it left off"), "{log}");
+    assert_eq!(log.matches("one -> two").count(), 1, "{log}");
+    assert!(log.contains("reached its goal"), "{log}");
 }
 
 /// What is published is a multiple of the step set.
@@ -65,13 +98,15 @@ fn counts(folder: &Folder) {
 
 /// A component that hangs is found, killed and started again.
 fn stopped(folder: &Folder) {
-    let pid = |folder: &Folder| {
-        let (_, out, _) = ended(&mut folder.armor(&["ps", "--format", "json"]));
-        let rows = out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines"));
-        let row = rows.into_iter().find(|row: &serde_json::Value| row["name"] == "a")?;
-        i32::try_from(row["pid"].as_i64()?).ok()
-    };
-    let before = wait_for("the component is listed", || pid(folder));
+    let before = wait_for("the component is listed", || pid(folder, "a"));
     send(before, Signal::STOP);
-    wait_for("another start of it", || pid(folder).filter(|after| *after != before));
+    wait_for("another start of it", || pid(folder, "a").filter(|after| *after != before));
+}
+
+/// The process id of a registered process.
+fn pid(folder: &Folder, name: &str) -> Option<i32> {
+    let (_, out, _) = ended(&mut folder.armor(&["ps", "--format", "json"]));
+    let mut rows = out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines"));
+    let row = rows.find(|row: &serde_json::Value| row["name"] == name)?;
+    i32::try_from(row["pid"].as_i64()?).ok()
 }
