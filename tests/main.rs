@@ -4,3 +4,4 @@ mod command_line;
 mod fixture;
 mod launcher;
 mod new_component;
+mod workspace;

@@ -1,0 +1,140 @@
+//! The workspace itself: who may import whom (ARCHITECTURE.md, Arrows), licences, and where the
+//! middleware ends and the algorithms begin.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Crate, and the crates of the workspace it may import. What only tests import does not count.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("armor-wire-derive", &[]),
+    ("armor-wire", &["armor-wire-derive"]),
+    ("armor-net", &["armor-wire"]),
+    ("armor-registry", &["armor-net", "armor-wire"]),
+    ("armor-missions", &["armor-wire"]),
+    ("armor-configd", &["armor-missions", "armor-net", "armor-wire"]),
+    ("armor-petri", &[]),
+    ("armor-sdk", &["armor-wire"]),
+    ("armor-executive", &["armor-petri", "armor-missions", "armor-sdk"]),
+    ("armor-grid", &[]),
+];
+/// What every component may import.
+const COMPONENT: &[&str] = &["armor-sdk", "armor-grid"];
+/// What stands above everything and is imported by nobody.
+const TOP: &[&str] = &["armor", "armor-bench", "armor-designer"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the launcher is in the workspace").into()
+}
+
+fn metadata() -> Value {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["metadata", "--format-version", "1", "--locked"])
+        .current_dir(root())
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("cargo prints JSON")
+}
+
+fn packages(metadata: &Value) -> impl Iterator<Item = &Value> {
+    metadata["packages"].as_array().into_iter().flatten()
+}
+
+#[test]
+fn crates_import_only_what_the_architecture_allows() {
+    let metadata = metadata();
+    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
+    let (mut seen, mut wrong) = (BTreeSet::new(), Vec::new());
+    for package in packages(&metadata).filter(|package| package["source"].is_null()) {
+        let name = package["name"].as_str().unwrap_or_default();
+        seen.insert(name.to_owned());
+        let folder = package["manifest_path"].as_str().unwrap_or_default();
+        let may = match allowed.get(name) {
+            Some(may) => *may,
+            None if folder.contains("/components/") => COMPONENT,
+            None if TOP.contains(&name) => continue,
+            None => panic!("{name} has no place in the architecture; give it one in ARROWS"),
+        };
+        for dependency in package["dependencies"].as_array().into_iter().flatten() {
+            let target = dependency["name"].as_str().unwrap_or_default();
+            let of_ours = target == "armor" || target.starts_with("armor-");
+            if of_ours && dependency["kind"].as_str() != Some("dev") && !may.contains(&target) {
+                wrong.push(format!("{name} -> {target}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "not allowed: {wrong:#?}");
+    for (name, _) in ARROWS {
+        assert!(seen.contains(*name), "{name} is in the architecture but not in the workspace");
+    }
+}
+
+#[test]
+fn algorithms_do_not_know_the_middleware() {
+    let mut wrong = Vec::new();
+    for kind in std::fs::read_dir(root().join("components")).expect("components").flatten() {
+        let mut folders = vec![kind.path().join("src")];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+                let path = entry.path();
+                let is_ports = path.components().any(|part| {
+                    part.as_os_str().to_string_lossy().trim_end_matches(".rs") == "ports"
+                });
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !is_ports
+                    && std::fs::read_to_string(&path).is_ok_and(|text| text.contains("armor_sdk"))
+                {
+                    wrong.push(path.display().to_string());
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "only ports.rs may name armor_sdk: {wrong:#?}");
+}
+
+#[test]
+fn every_dependency_has_a_licence_we_may_use() {
+    const ALLOWED: &[&str] = &[
+        "Apache-2.0",
+        "MIT",
+        "BSD-2-Clause",
+        "BSD-3-Clause",
+        "ISC",
+        "Unicode-3.0",
+        "Zlib",
+        "CC0-1.0",
+        "Unlicense",
+        "0BSD",
+        "Apache-2.0 WITH LLVM-exception",
+        "MIT-0",
+        "BSL-1.0",
+    ];
+    let metadata = metadata();
+    let may_use = |expression: &str| {
+        let parts = expression.replace(['(', ')'], "").replace('/', " OR ");
+        // Every AND part must offer at least one licence of the list.
+        parts.split(" AND ").all(|part| part.split(" OR ").any(|one| ALLOWED.contains(&one.trim())))
+    };
+    let wrong: Vec<_> = packages(&metadata)
+        .filter(|package| !may_use(package["license"].as_str().unwrap_or_default()))
+        .map(|package| format!("{}: {}", package["name"], package["license"]))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_folder_says_what_it_is() {
+    let metadata = metadata();
+    let missing: Vec<_> = packages(&metadata)
+        .filter(|package| package["source"].is_null())
+        .filter_map(|package| Path::new(package["manifest_path"].as_str()?).parent())
+        .filter(|folder| !folder.join("README.md").is_file())
+        .map(Path::to_path_buf)
+        .collect();
+    assert!(missing.is_empty(), "no README.md in {missing:#?}");
+}
