@@ -26,6 +26,9 @@ const FIRST_TIME_PERIOD: Duration = Duration::from_millis(25);
 /// Then this often: a clock drifts less than 100 µs in it.
 const TIME_PERIOD: Duration = Duration::from_secs(2);
 
+/// A refusal stands when it still does after this long: the holder of a name may just have died.
+const REFUSED_LIMIT: Duration = Duration::from_secs(3);
+
 /// Why the registry has no answer.
 #[derive(Debug, Error)]
 pub enum DirectoryError {
@@ -156,10 +159,11 @@ impl Directory {
     /// # Errors
     /// The registry's refusal, such as a name that is taken, or the timeout.
     pub fn wait_connected(&self, timeout: Duration) -> Result<(), DirectoryError> {
-        let deadline = Instant::now() + timeout;
+        let start = Instant::now();
         let mut state = self.inner.lock();
         while state.writer.is_none() {
-            let left = deadline.saturating_duration_since(Instant::now());
+            let limit = if state.refusal.is_some() { timeout.min(REFUSED_LIMIT) } else { timeout };
+            let left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
                 return Err(match state.refusal.take() {
                     Some(refusal) => refusal.into(),

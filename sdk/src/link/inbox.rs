@@ -74,3 +74,40 @@ impl Inbox {
         count
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn item(sequence: u64, len: usize) -> Item {
+        let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
+        Item { header, lost: 0, bytes: vec![0; len] }
+    }
+
+    fn check(keep: Keep, expected: &[u64]) {
+        let mut inbox = Inbox::new(keep);
+        let dropped: u64 = (0..6).map(|sequence| inbox.push(item(sequence, 10))).sum();
+        let kept: Vec<_> = std::iter::from_fn(|| inbox.pop()).map(|i| i.header.sequence).collect();
+        assert_eq!(kept, expected, "keep={keep}");
+        assert_eq!(dropped, 6 - expected.len() as u64, "keep={keep}");
+    }
+
+    #[test]
+    fn each_policy_keeps_the_newest_it_promises() {
+        check(Keep::Latest, &[5]);
+        check(Keep::Last { count: 3 }, &[3, 4, 5]);
+        check(Keep::All, &[0, 1, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn only_keep_all_is_ever_full() {
+        let mut all = Inbox::new(Keep::All);
+        let mut latest = Inbox::new(Keep::Latest);
+        for inbox in [&mut all, &mut latest] {
+            inbox.push(item(0, 2 << 20));
+        }
+        assert_eq!((all.is_full(), latest.is_full()), (true, false));
+        assert_eq!(all.clear(), 1);
+        assert!(!all.is_full() && all.is_empty());
+    }
+}

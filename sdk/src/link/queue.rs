@@ -197,3 +197,114 @@ fn frame_len(bytes: &[u8]) -> Option<usize> {
     let len = bytes.first_chunk::<4>()?;
     Some(PREFIX_LEN + u32::from_le_bytes(*len) as usize)
 }
+
+#[cfg(test)]
+mod tests {
+    use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FrameReader};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn frame(sequence: u64, len: usize) -> Vec<u8> {
+        let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
+        let mut frame = header.to_bytes(len).to_vec();
+        frame.resize(DATA_HEADER_LEN + len, sequence as u8);
+        frame
+    }
+
+    #[derive(Clone, Debug)]
+    enum Step {
+        /// A small frame of so many bytes.
+        Push(usize),
+        /// A frame shared between links.
+        Shared(usize),
+        /// The socket takes so many bytes, then blocks.
+        Drain(usize),
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Step>> {
+        let step = prop_oneof![
+            4 => (0usize..300).prop_map(Step::Push),
+            1 => (0usize..5000).prop_map(Step::Shared),
+            2 => (0usize..3000).prop_map(Step::Drain),
+        ];
+        proptest::collection::vec(step, 1..80)
+    }
+
+    fn check(keep: Keep, steps: &[Step]) {
+        let mut queue = Queue::new(keep);
+        let (mut out, mut next, mut dropped) = (Vec::new(), 0u64, 0u64);
+        let mut drain = |queue: &mut Queue, mut room: usize| {
+            let taken = |bytes: &[u8]| {
+                let len = bytes.len().min(room);
+                room -= len;
+                out.extend_from_slice(&bytes[..len]);
+                if len == 0 { Err(io::ErrorKind::WouldBlock.into()) } else { Ok(len) }
+            };
+            queue.drain(taken).expect("the socket only blocks")
+        };
+        for step in steps {
+            match step {
+                Step::Push(len) => {
+                    dropped += queue.push(&frame(next, *len));
+                    next += 1;
+                }
+                Step::Shared(len) => {
+                    dropped += queue.push_shared(Arc::new(frame(next, *len)), 0);
+                    next += 1;
+                }
+                Step::Drain(room) => dropped += drain(&mut queue, *room),
+            }
+        }
+        dropped += drain(&mut queue, usize::MAX);
+        assert!(queue.is_empty() && queue.len() == 0 && queue.frames() == 0);
+        let sequences = sequences(&out);
+        assert!(sequences.is_sorted_by(|a, b| a < b), "in order, each once: {sequences:?}");
+        assert_eq!(sequences.len() as u64 + dropped, next, "what is not out is counted");
+        assert!(next == 0 || sequences.last() == Some(&(next - 1)), "the newest always arrives");
+        if keep == Keep::All {
+            assert_eq!(dropped, 0);
+        }
+    }
+
+    fn sequences(mut bytes: &[u8]) -> Vec<u64> {
+        let (mut reader, mut found) = (FrameReader::new(), Vec::new());
+        loop {
+            while let Some(frame) = reader.next_frame().expect("whole frames") {
+                found.push(frame.data().expect("data").0.sequence);
+            }
+            if bytes.is_empty() {
+                return found;
+            }
+            let space = reader.space();
+            let len = space.len().min(bytes.len());
+            space[..len].copy_from_slice(&bytes[..len]);
+            reader.filled(len);
+            bytes = &bytes[len..];
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_the_socket_takes_frames_stay_whole_and_every_drop_is_counted(steps in steps()) {
+            for keep in [Keep::All, Keep::Latest, Keep::Last { count: 3 }] {
+                check(keep, &steps);
+            }
+        }
+    }
+
+    #[test]
+    fn a_slow_subscriber_keeps_the_newest() {
+        let mut queue = Queue::new(Keep::Last { count: 2 });
+        queue.congest();
+        let dropped: u64 = (0..10).map(|sequence| queue.push(&frame(sequence, 10))).sum();
+        assert_eq!((dropped, queue.frames()), (8, 2));
+    }
+
+    #[test]
+    fn gathering_drops_nothing() {
+        let mut queue = Queue::new(Keep::Latest);
+        let dropped: u64 = (0..100).map(|sequence| queue.push(&frame(sequence, 10))).sum();
+        assert_eq!((dropped, queue.frames()), (0, 100), "nobody is slow yet");
+    }
+}
