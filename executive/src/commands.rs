@@ -99,11 +99,17 @@ impl Controller {
     }
 
     fn want_off(&mut self, component: ComponentId) {
-        let observed = self.roster.of(component);
-        let stopping = observed.order.is_some_and(|order| order.stop);
-        if observed.may_be_active() && !stopping {
-            let order = Order { stop: true, since: self.now, tries: 0, killed: None };
-            self.roster.of_mut(component).order = Some(order);
+        let now = self.now;
+        let observed = self.roster.of_mut(component);
+        if !observed.may_be_active() {
+            return;
+        }
+        if !observed.order.is_some_and(|order| order.stop) {
+            observed.order = Some(Order { stop: true, since: now, tries: 0, killed: None });
+        }
+        // One that has just appeared is about to say whether there is anything to stop.
+        let said = observed.doing != Doing::Unknown || observed.commanded > 0;
+        if said && observed.is_ready() && observed.order.is_some_and(|order| order.tries == 0) {
             self.push_order(component);
         }
     }
@@ -151,9 +157,7 @@ impl Controller {
 
     fn push_order(&mut self, component: ComponentId) {
         let now = self.now;
-        let unpushed = |order: Order| order.tries == 0;
         let observed = self.roster.of_mut(component);
-        let first = observed.order.is_some_and(unpushed);
         let Some(order) = observed.order.as_mut() else { return };
         if order.killed.is_some() {
             observed.unstoppable = true;
@@ -163,14 +167,11 @@ impl Controller {
             return self.publish();
         }
         let here = observed.presence == Presence::Here;
-        if (here && order.tries < STOP_TRIES) || first {
+        if here && order.tries < STOP_TRIES {
             order.tries += 1;
-            if here {
-                let activation = observed.activation.max(observed.commanded);
-                observed.commanded = activation;
-                self.actions.push(Action::Freeze { component, activation });
-            }
-            return;
+            let activation = observed.activation.max(observed.commanded);
+            observed.commanded = activation;
+            return self.actions.push(Action::Freeze { component, activation });
         }
         order.killed = Some(now);
         let name = self.plan.component(component).name.as_str();

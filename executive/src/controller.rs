@@ -111,6 +111,11 @@ impl Controller {
         &self.ledger
     }
 
+    /// Whether it has been told to stop.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping
+    }
+
     /// Reports that changed nothing.
     pub fn dropped(&self) -> Dropped {
         self.dropped

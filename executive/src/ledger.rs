@@ -4,9 +4,12 @@
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Report, Tokens};
 use armor_petri::{PlaceId, State, TransitionId};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
+
+/// How many of the last transitions fired are remembered, for people to look at.
+const HISTORY: usize = 20;
 
 /// Why a record does not fit what came before it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -104,6 +107,8 @@ pub struct Ledger {
     pub(crate) last_activation: u64,
     /// Transitions fired so far.
     pub(crate) fired: u64,
+    /// The last of them, and when; the oldest first.
+    pub(crate) history: VecDeque<(String, Duration)>,
     /// The last words on why it retreated or gave up.
     pub(crate) why: String,
     pub(crate) at: Duration,
@@ -127,6 +132,7 @@ impl Ledger {
             last_firing: 0,
             last_activation: 0,
             fired: 0,
+            history: VecDeque::new(),
             why: String::new(),
             at: Duration::ZERO,
             plan,
@@ -271,6 +277,10 @@ impl Ledger {
         let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
         self.state.take(id).map_err(refused)?;
         self.fired += 1;
+        self.history.push_back((name.to_owned(), self.at));
+        if self.history.len() > HISTORY {
+            self.history.pop_front();
+        }
         if let Some(on) = &self.plan.transition(id).on {
             let on = on.clone();
             self.standing.remove(&on);

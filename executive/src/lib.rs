@@ -1,18 +1,25 @@
 //! The executive: plays a mission over the components of a system.
 //!
 //! [`Plan`] is what is played, [`Controller`] the pure state machine that plays it, [`Ledger`]
-//! what it has decided, record by record. Start with `controller.rs`.
+//! what it has decided, record by record; [`run`] puts it between sockets and a journal. Start with
+//! `controller.rs`.
 
 mod commands;
 mod compile;
 mod controller;
 mod event;
+mod hub;
 pub mod journal;
 mod ledger;
+mod marking;
 mod plan;
+mod process;
 mod progress;
 mod record;
 mod roster;
+mod run;
+#[cfg(test)]
+mod scenarios;
 #[cfg(test)]
 mod simulation;
 
@@ -20,8 +27,10 @@ pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
 pub use event::{Action, Event};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
+pub use marking::{EnabledTransition, Fired, InFlight, MarkedPlace, Marking, MissionComponent};
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
 pub use record::{Cause, Entry, Outcome, Record, Report, Tokens};
 pub use roster::{Doing, Presence};
+pub use run::{Options, RunError, run};

@@ -2,6 +2,7 @@
 //! person can read it and a changed file cannot be mistaken for the old one.
 
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::time::Duration;
 
 /// How a mission ends.
@@ -16,6 +17,18 @@ pub enum Outcome {
     Failed,
     /// Not at all: it was told to stop, and can be resumed.
     Interrupted,
+}
+
+impl Outcome {
+    /// The exit code of an executive whose mission ended so.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Goal => 0,
+            Self::Safe => 3,
+            Self::Failed => 4,
+            Self::Interrupted => 130,
+        }
+    }
 }
 
 /// Tokens of one place.
@@ -44,6 +57,17 @@ pub enum Cause {
     },
     /// Everything is given up for the safe place.
     Retreat,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start => f.write_str("the start"),
+            Self::Transition(name) => f.write_str(name),
+            Self::Failure { component, .. } => write!(f, "failure of {component}"),
+            Self::Retreat => f.write_str("the retreat"),
+        }
+    }
 }
 
 /// What a component reported.

@@ -80,7 +80,7 @@ impl Observed {
         }
         Some(match (order.killed, self.presence) {
             (Some(killed), _) => killed + limits.kill_within,
-            (None, Presence::Here) => order.since + limits.stop_within * order.tries,
+            (None, Presence::Here) => order.since + limits.stop_within * order.tries.max(1),
             (None, Presence::Unseen) => order.since.max(began + limits.muster),
             (None, _) => order.since.max(self.since + limits.return_within),
         })

@@ -1,0 +1,265 @@
+//! The control connections to the components: kept up while the registry knows the component,
+//! turned into events, and looked into when they break.
+
+use crate::event::Event;
+use crate::plan::{ComponentId, Plan};
+use crate::process::Process;
+use crate::record::Report;
+use crate::roster::Doing;
+use armor_sdk::control::{
+    Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
+};
+use armor_sdk::directory::Change;
+use armor_sdk::wire::registry::ComponentEntry;
+use std::sync::Arc;
+use std::sync::mpsc::{self, Sender};
+use std::time::{Duration, Instant};
+
+/// Time between two attempts to connect to a component that the registry knows.
+const RETRY: Duration = Duration::from_millis(200);
+
+/// What comes in from other threads.
+pub(crate) enum Input {
+    Registry(Change),
+    Connected { attempt: u64, component: ComponentId, made: Option<ControlConnection> },
+    Told { attempt: u64, component: ComponentId, event: ControlEvent },
+}
+
+/// What is known of one component's process.
+#[derive(Default)]
+struct Peer {
+    /// As the registry tells; none while it does not know the component.
+    entry: Option<ComponentEntry>,
+    /// The process start the connection was made to, and where it runs if that is here.
+    instance: u64,
+    process: Option<Process>,
+    /// Which attempt made the connection, or is making it.
+    attempt: u64,
+    connecting: bool,
+    connection: Option<ControlConnection>,
+    retry_at: Option<Instant>,
+    /// Its connection broke or it was killed, and it is not known yet whether it has ended.
+    doubtful: bool,
+}
+
+pub(crate) struct Hub {
+    plan: Arc<Plan>,
+    peers: Vec<Peer>,
+    inputs: Sender<Input>,
+    host: String,
+    attempts: u64,
+    /// Whether the registry can be asked.
+    registry: bool,
+}
+
+impl Hub {
+    pub(crate) fn new(plan: Arc<Plan>, inputs: Sender<Input>) -> Self {
+        let peers = plan.components.iter().map(|_| Peer::default()).collect();
+        let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+        Self { plan, peers, inputs, host, attempts: 0, registry: false }
+    }
+
+    /// Takes in what another thread says; answers what the controller should hear of it.
+    pub(crate) fn take_in(&mut self, input: Input) -> Vec<Event> {
+        match input {
+            Input::Registry(change) => self.registry_says(change),
+            Input::Connected { attempt, component, made } => {
+                self.connected(attempt, component, made).into_iter().collect()
+            }
+            Input::Told { attempt, component, event } => {
+                self.told(attempt, component, event).into_iter().collect()
+            }
+        }
+    }
+
+    /// Reconnects, and looks after processes that may have ended.
+    pub(crate) fn look_around(&mut self) -> Vec<Event> {
+        let mut events = Vec::new();
+        for component in self.plan.component_ids() {
+            let peer = &mut self.peers[component.index()];
+            if peer.retry_at.is_some_and(|at| at <= Instant::now()) {
+                peer.retry_at = None;
+                self.connect(component);
+            }
+            events.extend(self.ended(component));
+        }
+        events
+    }
+
+    /// Whether something has to be looked at before long without anybody saying so.
+    pub(crate) fn is_uneasy(&self) -> bool {
+        self.peers.iter().any(|peer| peer.retry_at.is_some() || peer.doubtful)
+    }
+
+    pub(crate) fn send(&self, component: ComponentId, command: &Command) {
+        if let Some(connection) = &self.peers[component.index()].connection
+            && let Err(error) = connection.send(command)
+        {
+            // The reading side notices the end as well, and what is lost is asked for again.
+            let name = &self.plan.component(component).name;
+            tracing::debug!(component = name.as_str(), "a command is lost: {error}");
+        }
+    }
+
+    pub(crate) fn kill(&mut self, component: ComponentId) {
+        let registry = self.registry;
+        let peer = &mut self.peers[component.index()];
+        peer.doubtful = true;
+        match peer.process {
+            Some(process) => process.kill(),
+            // On another host all one can do is ask; one the registry does not know is not there.
+            None if peer.entry.is_some() || !registry => self.send(component, &Command::Terminate),
+            None => {}
+        }
+    }
+
+    fn registry_says(&mut self, change: Change) -> Vec<Event> {
+        match change {
+            Change::Appeared(entry) => {
+                if let Some(component) = self.plan.component_named(&entry.name) {
+                    let peer = &mut self.peers[component.index()];
+                    let same =
+                        peer.entry.as_ref().is_some_and(|old| old.instance == entry.instance);
+                    if let Some(old) = peer.process.filter(|_| peer.instance != entry.instance)
+                        && self.plan.component(component).is_controlled()
+                        && old.lives()
+                    {
+                        // It lost its name to another while it could not say so, and nobody can
+                        // freeze it any more: two of one name must not run at once.
+                        tracing::warn!(component = entry.name.as_str(), "killing its predecessor");
+                        old.kill();
+                    }
+                    peer.entry = Some(entry);
+                    if !(same && (peer.connecting || peer.connection.is_some())) {
+                        self.connect(component);
+                    }
+                }
+            }
+            Change::Gone(entry) => {
+                if let Some(component) = self.plan.component_named(&entry.name) {
+                    let peer = &mut self.peers[component.index()];
+                    if peer.entry.as_ref().is_some_and(|old| old.instance == entry.instance) {
+                        (peer.entry, peer.retry_at) = (None, None);
+                    }
+                    return self.ended(component).into_iter().collect();
+                }
+            }
+            Change::RegistryLost => self.registry = false,
+            Change::RegistryFound => self.registry = true,
+        }
+        Vec::new()
+    }
+
+    /// Connects on a thread of its own: a stopped process answers nobody.
+    fn connect(&mut self, component: ComponentId) {
+        self.attempts += 1;
+        let (attempt, inputs) = (self.attempts, self.inputs.clone());
+        let peer = &mut self.peers[component.index()];
+        let Some(entry) = peer.entry.clone() else { return };
+        (peer.attempt, peer.connecting, peer.connection) = (attempt, true, None);
+        let connecting = move || {
+            // What the component says first must not overtake the connection itself.
+            let (announce, announced) = mpsc::channel::<()>();
+            let answers = inputs.clone();
+            let sink = move |event| {
+                let _ = announced.recv();
+                let _ = answers.send(Input::Told { attempt, component, event });
+            };
+            let made = ControlConnection::connect(&entry, Role::Executive, "executive", sink);
+            if let Err(error) = &made {
+                tracing::debug!(component = entry.name.as_str(), "not reached: {error}");
+            }
+            let _ = inputs.send(Input::Connected { attempt, component, made: made.ok() });
+            drop(announce);
+        };
+        let spawned = std::thread::Builder::new().name("connect".into()).spawn(connecting);
+        if let Err(error) = spawned {
+            tracing::error!("no thread for a connection: {error}");
+            let peer = &mut self.peers[component.index()];
+            (peer.connecting, peer.retry_at) = (false, Some(Instant::now() + RETRY));
+        }
+    }
+
+    fn connected(
+        &mut self,
+        attempt: u64,
+        component: ComponentId,
+        made: Option<ControlConnection>,
+    ) -> Option<Event> {
+        let here = &self.host;
+        let peer = &mut self.peers[component.index()];
+        if peer.attempt != attempt {
+            return None;
+        }
+        peer.connecting = false;
+        let entry = peer.entry.as_ref()?;
+        let predecessor = peer.process.filter(|_| peer.instance != entry.instance);
+        let made = made.filter(|_| !predecessor.is_some_and(Process::lives));
+        let Some(connection) = made else {
+            peer.retry_at = Some(Instant::now() + RETRY);
+            return None;
+        };
+        peer.connection = Some(connection);
+        (peer.instance, peer.doubtful) = (entry.instance, false);
+        peer.process = (entry.host == *here).then(|| Process::find(entry.pid)).flatten();
+        Some(Event::Appeared { component, instance: entry.instance })
+    }
+
+    fn told(&mut self, attempt: u64, component: ComponentId, event: ControlEvent) -> Option<Event> {
+        let peer = &mut self.peers[component.index()];
+        if peer.attempt != attempt {
+            return None;
+        }
+        let instance = peer.instance;
+        match event {
+            ControlEvent::Answer(answer) => event_of(component, instance, answer),
+            ControlEvent::Closed(reason) => {
+                let name = &self.plan.component(component).name;
+                tracing::debug!(component = name.as_str(), "the connection has ended: {reason}");
+                (peer.connection, peer.doubtful) = (None, true);
+                peer.retry_at = peer.entry.is_some().then(|| Instant::now() + RETRY);
+                self.ended(component).or(Some(Event::Lost { component, instance }))
+            }
+        }
+    }
+
+    /// Says once that a process in doubt has ended, if it is certain.
+    fn ended(&mut self, component: ComponentId) -> Option<Event> {
+        let registry = self.registry;
+        let peer = &mut self.peers[component.index()];
+        let certain = match peer.process {
+            Some(process) => !process.lives(),
+            // Never met: everybody who runs is in the registry.
+            None => peer.instance == 0 && peer.entry.is_none() && registry,
+        };
+        if !peer.doubtful || !certain {
+            return None;
+        }
+        (peer.doubtful, peer.connection) = (false, None);
+        let instance = (peer.instance != 0).then_some(peer.instance);
+        Some(Event::Gone { component, instance })
+    }
+}
+
+fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Event> {
+    Some(match answer {
+        Answer::State { state, activation, controllable } => {
+            let doing = match state {
+                RunState::Starting => Doing::Starting,
+                RunState::Frozen => Doing::Frozen,
+                // One that has finished has not come to rest yet.
+                RunState::Active | RunState::Done | RunState::Failed => Doing::Active,
+            };
+            Event::Said { component, instance, doing, activation, controllable }
+        }
+        Answer::Report { report: serial, activation, outcome } => {
+            let report = match outcome {
+                ReportKind::Done => Report::Done,
+                ReportKind::Failed { reason } => Report::Failed { reason },
+                ReportKind::Event { name, value } => Report::Event { name, value },
+            };
+            Event::Reported { component, instance, serial, activation, report }
+        }
+        Answer::Status { .. } | Answer::Beat { .. } => return None,
+    })
+}

@@ -1,0 +1,220 @@
+//! What the executive shows of itself: `executive.marking`, latched, at every change.
+
+use crate::controller::Controller;
+use crate::ledger::{Firing, Phase, Stage};
+use crate::plan::ComponentId;
+use crate::record::Outcome;
+use crate::roster::{Doing, Presence};
+use armor_petri::PlaceId;
+use armor_sdk::Message;
+use std::time::Duration;
+
+/// Where the mission stands. Times named `…_at_s` are mission time, in seconds since its start.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct Marking {
+    /// System time, seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// The mission.
+    pub mission: String,
+    /// Mission time now.
+    #[message(unit = "s")]
+    pub now_at_s: f64,
+    /// `playing`, `retreating`, `ending`, `stopping`, or how it ended.
+    pub stage: String,
+    /// Why it retreats or has given up; empty if it does not.
+    pub why: String,
+    /// The places that hold tokens.
+    pub places: Vec<MarkedPlace>,
+    /// Tokens on their way.
+    pub in_flight: Vec<InFlight>,
+    /// The transitions that are enabled, those that may fire first.
+    pub enabled: Vec<EnabledTransition>,
+    /// The components of the mission.
+    pub components: Vec<MissionComponent>,
+    /// Transitions fired so far.
+    pub fired: u64,
+    /// The last of them, the oldest first.
+    pub history: Vec<Fired>,
+    /// Reports dropped because their activation was over.
+    pub late_reports: u64,
+    /// Reports that nothing in the mission waited for.
+    pub unheard_reports: u64,
+}
+
+/// A place that holds tokens.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct MarkedPlace {
+    /// Its name.
+    pub place: String,
+    /// How many.
+    pub tokens: u32,
+    /// Whether all of its components run and have confirmed it.
+    pub active: bool,
+}
+
+/// A firing on its way.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct InFlight {
+    /// Counts firings.
+    pub firing: u64,
+    /// The transition, or in words what else moves the tokens.
+    pub cause: String,
+    /// Places the tokens were taken from.
+    pub from: Vec<String>,
+    /// Places they will be put into.
+    pub to: Vec<String>,
+    /// `stopping` or `starting`.
+    pub phase: String,
+    /// The components whose confirmation it waits for.
+    pub waits_for: Vec<String>,
+}
+
+/// A transition whose clock runs.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct EnabledTransition {
+    /// Its name.
+    pub transition: String,
+    /// When it became enabled.
+    #[message(unit = "s")]
+    pub enabled_at_s: f64,
+    /// When it may fire.
+    #[message(unit = "s")]
+    pub earliest_at_s: f64,
+    /// When it must have fired, if ever.
+    #[message(unit = "s")]
+    pub latest_at_s: Option<f64>,
+}
+
+/// A component and what it is known to do.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct MissionComponent {
+    /// Its name.
+    pub component: String,
+    /// Whether the mission activates and freezes it.
+    pub controlled: bool,
+    /// `active`, `frozen`, `starting`, `commanded`, `lost`, `gone`, or `unseen`.
+    pub state: String,
+    /// Its last activation by this mission; 0 if there was none.
+    pub activation: u64,
+}
+
+/// A transition that has fired.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct Fired {
+    /// Its name.
+    pub transition: String,
+    /// When.
+    #[message(unit = "s")]
+    pub fired_at_s: f64,
+}
+
+impl Controller {
+    /// What is to be shown now; `stamp` is system time, in seconds.
+    pub fn marking(&self, stamp: f64) -> Marking {
+        let (ledger, net) = (&self.ledger, &self.plan.net);
+        let places = self.plan.place_ids().filter(|place| ledger.state.tokens(*place) > 0);
+        let fired = |(transition, at): &(String, Duration)| Fired {
+            transition: transition.clone(),
+            fired_at_s: at.as_secs_f64(),
+        };
+        Marking {
+            stamp,
+            mission: self.plan.mission.clone(),
+            now_at_s: self.now.as_secs_f64(),
+            stage: self.stage_in_words().to_owned(),
+            why: ledger.why.clone(),
+            places: places.map(|place| self.marked(place)).collect(),
+            in_flight: ledger.firings.iter().map(|(id, firing)| self.flight(*id, firing)).collect(),
+            enabled: ledger.state.enabled().map(|id| enabled(net, &ledger.state, id)).collect(),
+            components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
+            fired: ledger.fired,
+            history: ledger.history.iter().map(fired).collect(),
+            late_reports: self.dropped.late,
+            unheard_reports: self.dropped.unheard,
+        }
+    }
+
+    fn stage_in_words(&self) -> &'static str {
+        match self.ledger.stage {
+            Stage::Ended(Outcome::Goal) => "goal",
+            Stage::Ended(Outcome::Safe) => "safe",
+            Stage::Ended(_) => "failed",
+            _ if self.stopping => "stopping",
+            Stage::Playing => "playing",
+            Stage::Retreating => "retreating",
+            Stage::Ending(_) => "ending",
+        }
+    }
+
+    fn marked(&self, place: PlaceId) -> MarkedPlace {
+        MarkedPlace {
+            place: self.plan.net.place(place).to_owned(),
+            tokens: self.ledger.state.tokens(place),
+            active: self.plan.place(place).components.iter().all(|c| self.is_up(*c)),
+        }
+    }
+
+    fn flight(&self, number: u64, firing: &Firing) -> InFlight {
+        let names = |arcs: &[(PlaceId, u32)]| {
+            arcs.iter().map(|arc| self.plan.net.place(arc.0).to_owned()).collect()
+        };
+        let waits = |component: &ComponentId| match firing.phase {
+            Phase::Stopping => {
+                let places = &self.plan.component(*component).places;
+                places.iter().any(|place| firing.leaving.contains(place))
+                    && self.wants_off(*component)
+                    && !self.is_settled_off(*component)
+            }
+            Phase::Starting => {
+                self.plan.activates(&firing.to, *component) && !self.is_up(*component)
+            }
+        };
+        let waits_for = self.plan.component_ids().filter(waits);
+        InFlight {
+            firing: number,
+            cause: firing.cause.to_string(),
+            from: names(&firing.from),
+            to: names(&firing.to),
+            phase: match firing.phase {
+                Phase::Stopping => "stopping".to_owned(),
+                Phase::Starting => "starting".to_owned(),
+            },
+            waits_for: waits_for.map(|id| self.plan.component(id).name.clone()).collect(),
+        }
+    }
+
+    fn observed(&self, id: ComponentId) -> MissionComponent {
+        let (planned, observed) = (self.plan.component(id), self.roster.of(id));
+        let state = match (observed.presence, observed.doing) {
+            (Presence::Unseen, _) => "unseen",
+            (Presence::Lost, _) => "lost",
+            (Presence::Gone, _) => "gone",
+            (Presence::Here, Doing::Unknown) => "commanded",
+            (Presence::Here, Doing::Starting) => "starting",
+            (Presence::Here, Doing::Frozen) => "frozen",
+            (Presence::Here, Doing::Active) => "active",
+        };
+        MissionComponent {
+            component: planned.name.clone(),
+            controlled: planned.is_controlled() && observed.controllable,
+            state: state.to_owned(),
+            activation: self.ledger.activations[id.index()].number,
+        }
+    }
+}
+
+fn enabled(
+    net: &armor_petri::Net,
+    state: &armor_petri::State,
+    id: armor_petri::TransitionId,
+) -> EnabledTransition {
+    let transition = net.transition(id);
+    let since = state.enabled_since(id).unwrap_or_default();
+    EnabledTransition {
+        transition: transition.name.clone(),
+        enabled_at_s: since.as_secs_f64(),
+        earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
+        latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
+    }
+}

@@ -1,0 +1,66 @@
+//! A process of this host: whether it still lives, for certain, and its end.
+
+use rustix::process::{Pid, Signal, kill_process};
+
+/// One process start, told from any later one with the same number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Process {
+    pid: i32,
+    started: u64,
+}
+
+impl Process {
+    /// The process that has this number now, if there is one.
+    pub(crate) fn find(pid: u32) -> Option<Self> {
+        let pid = i32::try_from(pid).ok()?;
+        Some(Self { pid, started: started(pid)? })
+    }
+
+    /// Whether it has not ended. One that only waits to be reaped has.
+    pub(crate) fn lives(self) -> bool {
+        started(self.pid) == Some(self.started)
+    }
+
+    /// Ends it, whether it wants or not.
+    pub(crate) fn kill(self) {
+        if self.lives()
+            && let Some(pid) = Pid::from_raw(self.pid)
+            && let Err(error) = kill_process(pid, Signal::KILL)
+        {
+            tracing::warn!(pid = self.pid, "cannot be killed: {error}");
+        }
+    }
+}
+
+/// When a process started, in clock ticks since the start of the machine (proc(5), field 22).
+fn started(pid: i32) -> Option<u64> {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name before may hold anything, spaces and brackets too.
+    let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
+    let state = fields.next()?;
+    if matches!(state, "Z" | "X" | "x") {
+        return None;
+    }
+    fields.nth(18)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_killed_process_no_longer_lives_even_before_it_is_reaped() {
+        let mut child = std::process::Command::new("sleep").arg("100").spawn().unwrap();
+        let process = Process::find(child.id()).unwrap();
+        assert!(process.lives());
+        process.kill();
+        let deadline = std::time::Instant::now() + std::time::Duration::from_secs(10);
+        while process.lives() {
+            assert!(std::time::Instant::now() < deadline, "it lives on");
+            std::thread::yield_now();
+        }
+        child.wait().unwrap();
+        assert!(!process.lives());
+        assert_eq!(Process::find(u32::MAX), None);
+    }
+}

@@ -1,0 +1,254 @@
+//! The executive as a process: events in, the controller, actions out. All waiting is here.
+
+use crate::controller::Controller;
+use crate::event::{Action, Event};
+use crate::hub::{Hub, Input};
+use crate::journal::{self, Journal, JournalError, Life};
+use crate::ledger::LedgerError;
+use crate::marking::Marking;
+use crate::plan::Plan;
+use crate::record::{Entry, Outcome};
+use armor_sdk::Latched;
+use armor_sdk::control::Command;
+use armor_sdk::node::{Node, NodeOptions};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+/// How long the registry may take to answer at the start.
+const REGISTRY_LIMIT: Duration = Duration::from_secs(20);
+/// How often the flag to stop is looked at, and processes in doubt.
+const LOOK_AROUND: Duration = Duration::from_millis(50);
+
+/// Where an executive finds the others and keeps its journal.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The registry, `host:port`.
+    pub registry: String,
+    /// The journal; one that is there is gone on with.
+    pub journal: PathBuf,
+}
+
+/// Why a mission is not played.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The journal cannot be used.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// The journal is not one of this mission.
+    #[error("journal {path}: {error}; move it away to begin anew")]
+    Resume {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        error: LedgerError,
+    },
+    /// The registry is not reached, or another executive is there.
+    #[error("the executive cannot register: {0}")]
+    Register(String),
+}
+
+/// Plays a mission to its end, or until `stop` is set.
+///
+/// # Errors
+/// If it cannot begin, or the journal cannot be written: nothing is done then that is not on disk.
+pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, RunError> {
+    let plan = Arc::new(plan);
+    let (mut journal, story) = Journal::open(&options.journal)?;
+    let (life, now) = journal::clock(&story, &boot(), monotonic());
+    journal.begin(life.clone())?;
+    journal.sync()?;
+    let node = register(options)?;
+    let (sender, inputs) = mpsc::channel();
+    watch(&node, sender.clone());
+    let resumed = Controller::resume(Arc::clone(&plan), &story.records, now);
+    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
+    let (controller, actions) = resumed.map_err(refused)?;
+    if !story.records.is_empty() {
+        let marking = controller.marking(0.0);
+        let places: Vec<_> = marking.places.iter().map(|marked| marked.place.as_str()).collect();
+        tracing::info!("goes on where it left off, in {}", in_words(&places));
+    }
+    let hub = Hub::new(plan, sender);
+    let mut executive = Executive { controller, hub, journal, node, life, shown: None };
+    let mut outcome = executive.perform(actions)?;
+    while outcome.is_none() {
+        outcome = executive.turn(&inputs, stop)?;
+    }
+    Ok(outcome.unwrap_or(Outcome::Failed))
+}
+
+struct Executive {
+    controller: Controller,
+    hub: Hub,
+    journal: Journal,
+    node: Node,
+    life: Life,
+    shown: Option<Marking>,
+}
+
+impl Executive {
+    /// Waits for the next thing to happen and does what follows.
+    fn turn(
+        &mut self,
+        inputs: &Receiver<Input>,
+        stop: &AtomicBool,
+    ) -> Result<Option<Outcome>, RunError> {
+        let mut wait = LOOK_AROUND;
+        if let Some(deadline) = self.controller.next_deadline() {
+            wait = wait.min(deadline.saturating_sub(self.now()));
+        }
+        let mut events = match inputs.recv_timeout(wait) {
+            Ok(input) => self.hub.take_in(input),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Vec::new(),
+        };
+        if self.hub.is_uneasy() {
+            events.extend(self.hub.look_around());
+        }
+        if (stop.load(Ordering::Relaxed) || self.node.is_ending()) && !self.controller.is_stopping()
+        {
+            events.push(Event::Stop);
+        }
+        let due = self.controller.next_deadline().is_some_and(|due| due <= self.now());
+        if events.is_empty() && due {
+            events.push(Event::Timer);
+        }
+        for event in events {
+            let now = self.now();
+            let actions = self.controller.handle(event, now);
+            if let Some(outcome) = self.perform(actions)? {
+                return Ok(Some(outcome));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Does what the controller decided. Records are on disk before anything else is done.
+    fn perform(&mut self, actions: Vec<Action>) -> Result<Option<Outcome>, RunError> {
+        let mut publish = false;
+        for action in actions {
+            if let Action::Journal(record) = action {
+                log(&record.entry);
+                self.journal.write(record)?;
+                continue;
+            }
+            if action == Action::Publish {
+                publish = true;
+                continue;
+            }
+            self.journal.sync()?;
+            match action {
+                Action::Activate { component, activation } => {
+                    self.hub.send(component, &Command::Activate { activation });
+                }
+                Action::Freeze { component, activation } => {
+                    self.hub.send(component, &Command::Freeze { activation });
+                }
+                Action::Acknowledge { component, serial } => {
+                    self.hub.send(component, &Command::Acknowledge { report: serial });
+                }
+                Action::Kill { component } => self.hub.kill(component),
+                Action::Finished(outcome) => {
+                    self.publish();
+                    return Ok(Some(outcome));
+                }
+                Action::Journal(_) | Action::Publish => {}
+            }
+        }
+        self.journal.sync()?;
+        if publish {
+            self.publish();
+        }
+        Ok(None)
+    }
+
+    /// Shows the marking, unless nothing but the time is new.
+    fn publish(&mut self) {
+        let marking = self.controller.marking(self.node.armor().timestamp());
+        let news = self.shown.as_ref().is_none_or(|shown| {
+            let (stamp, now_at_s) = (marking.stamp, marking.now_at_s);
+            Marking { stamp, now_at_s, ..shown.clone() } != marking
+        });
+        if news {
+            if let Err(error) = self.node.armor().send_data("marking", &marking) {
+                tracing::error!("the marking cannot be published: {error}");
+            }
+            self.shown = Some(marking);
+        }
+    }
+
+    /// Mission time.
+    fn now(&self) -> Duration {
+        let monotonic = i64::try_from(monotonic().as_nanos()).unwrap_or(i64::MAX);
+        Duration::from_nanos(u64::try_from(monotonic - self.life.zero_ns).unwrap_or(0))
+    }
+}
+
+fn register(options: &Options) -> Result<Node, RunError> {
+    let node = NodeOptions {
+        name: "executive".into(),
+        kind: "executive".into(),
+        registry: options.registry.clone(),
+    };
+    let declare = |armor: &armor_sdk::Armor| Ok(armor.provide::<Latched<Marking>>("marking")?);
+    Node::start(&node, REGISTRY_LIMIT, declare)
+        .map_err(|error| RunError::Register(error.to_string()))
+}
+
+/// Hands on what the registry tells, for as long as anybody listens.
+fn watch(node: &Node, inputs: mpsc::Sender<Input>) {
+    let changes = node.directory().watch();
+    let hand_on = move || {
+        for change in changes {
+            if inputs.send(Input::Registry(change)).is_err() {
+                return;
+            }
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().name("watch".into()).spawn(hand_on) {
+        tracing::error!("no thread for watching the registry: {error}");
+    }
+}
+
+/// Says in the log what people want to know of a mission.
+fn log(entry: &Entry) {
+    match entry {
+        Entry::Took { cause, from, to, late_s, .. } => {
+            let names = |tokens: &[crate::record::Tokens]| {
+                in_words(&tokens.iter().map(|t| t.place.as_str()).collect::<Vec<_>>())
+            };
+            tracing::info!("{cause}: {} -> {}", names(from), names(to));
+            if *late_s > 0.1 {
+                tracing::warn!("{cause} fires {late_s:.3} s late");
+            }
+        }
+        Entry::Heard { component, report, .. } => tracing::info!("{component} reports {report:?}"),
+        Entry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
+        Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
+        Entry::GaveUp { why } => tracing::error!("gives up: {why}"),
+        Entry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
+        Entry::Began { .. }
+        | Entry::Stopped { .. }
+        | Entry::Activating { .. }
+        | Entry::Put { .. } => {
+            tracing::debug!("{entry:?}");
+        }
+    }
+}
+
+fn in_words(places: &[&str]) -> String {
+    if places.is_empty() { "nowhere".to_owned() } else { places.join(" ") }
+}
+
+fn monotonic() -> Duration {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    Duration::try_from(now).unwrap_or_default()
+}
+
+/// Names this start of the machine.
+fn boot() -> String {
+    let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    id.trim().to_owned()
+}
