@@ -1,0 +1,73 @@
+//! The command line.
+
+use std::ffi::OsString;
+use std::time::Duration;
+
+use anyhow::{Result, bail};
+use lexopt::prelude::{Long, ValueExt};
+
+use crate::jobs::Job;
+
+pub const USAGE: &str = "\
+usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-wait S]
+  --rounds N        how often everything is measured; medians are printed (default 5)
+  --secs S          how long one figure is measured (default 1)
+  --only PART       lat, spin, flood, fan, paced, first or idle; may be repeated
+  --same-core       both processes on core 0: what the software costs, without the wake-up of a
+                    halted core; measures round trips only, unless --only says what
+  --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)";
+
+/// What is to be measured, and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub rounds: usize,
+    pub window: Duration,
+    pub same_core: bool,
+    pub quiet_wait: Duration,
+    only: Vec<String>,
+}
+
+impl Options {
+    /// The jobs of one round.
+    pub fn jobs(&self) -> impl Iterator<Item = Job> {
+        Job::all().filter(|job| match self.only.is_empty() {
+            true => !self.same_core || job.part() == "lat",
+            false => self.only.iter().any(|part| part == job.part()),
+        })
+    }
+}
+
+/// Reads the command line; `None` if help is asked for.
+pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Option<Options>> {
+    let mut options = Options {
+        rounds: 5,
+        window: Duration::from_secs(1),
+        same_core: false,
+        quiet_wait: Duration::ZERO,
+        only: Vec::new(),
+    };
+    let mut parser = lexopt::Parser::from_args(arguments);
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Long("help") => return Ok(None),
+            Long("rounds") => options.rounds = parser.value()?.parse()?,
+            Long("secs") => options.window = parser.value()?.parse_with(seconds)?,
+            Long("quiet-wait") => options.quiet_wait = parser.value()?.parse_with(seconds)?,
+            Long("same-core") => options.same_core = true,
+            Long("only") => options.only.push(parser.value()?.parse()?),
+            // `cargo bench` adds it.
+            Long("bench") => {}
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    if let Some(unknown) =
+        options.only.iter().find(|part| Job::all().all(|job| job.part() != **part))
+    {
+        bail!("there is nothing called `{unknown}` to measure\n{USAGE}");
+    }
+    Ok(Some(options))
+}
+
+fn seconds(text: &str) -> Result<Duration> {
+    Ok(Duration::try_from_secs_f64(text.parse()?)?)
+}

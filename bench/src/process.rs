@@ -1,0 +1,87 @@
+//! The processes of a measurement: started, listened to, ended.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use rustix::process::{Signal, set_parent_process_death_signal, setpriority_process};
+use rustix::thread::{CpuSet, sched_setaffinity};
+
+use crate::jobs::Side;
+use crate::readings::monotonic_ns;
+
+/// A running role. Dropping it kills it.
+pub struct Process {
+    child: Child,
+    lines: Receiver<String>,
+    /// When it was started, on the monotonic clock.
+    pub started_ns: u64,
+}
+
+/// What a role says in one line: `KEY name=1 other=2.5`.
+pub type Said = HashMap<String, f64>;
+
+impl Process {
+    /// Starts this program again in a role on a core.
+    pub fn start(core: usize, side: Side, role: &str, arguments: &[String]) -> Result<Self> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.args(["role", &core.to_string(), &side.to_string(), role]).args(arguments);
+        command.env("ARMOR_LOG", "error").stdin(Stdio::null()).stdout(Stdio::piped());
+        let started_ns = monotonic_ns();
+        let mut child = command.spawn()?;
+        let stdout = child.stdout.take().context("no pipe")?;
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self { child, lines, started_ns })
+    }
+
+    /// The next line that begins with `key`.
+    pub fn said(&self, key: &str, limit: Duration) -> Result<Said> {
+        let end = Instant::now() + limit;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let line = self.lines.recv_timeout(left).with_context(|| format!("no `{key}`"))?;
+            let mut words = line.split_whitespace();
+            if words.next() == Some(key) {
+                let pairs = words.filter_map(|word| word.split_once('='));
+                return Ok(pairs.filter_map(|(k, v)| Some((k.into(), v.parse().ok()?))).collect());
+            }
+        }
+    }
+
+    /// A line of `/proc/PID/status` that counts something, such as `VmRSS`.
+    pub fn status(&self, key: &str) -> Result<f64> {
+        let text = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()))?;
+        let line = text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
+        let number =
+            line.and_then(|line| line.split_whitespace().next()).context("no such line")?;
+        Ok(number.parse()?)
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Pins this process to a core, before it has threads, and makes it end with its parent.
+pub fn settle(core: usize) -> Result<()> {
+    set_parent_process_death_signal(Some(Signal::KILL))?;
+    let mut cores = CpuSet::new();
+    cores.set(core);
+    sched_setaffinity(None, &cores).with_context(|| format!("there is no core {core}"))?;
+    // Only root may; without it, other programs disturb more.
+    let _ = setpriority_process(None, -15);
+    Ok(())
+}
