@@ -1,0 +1,113 @@
+//! Reads a world from an SVG drawing: 1 user unit is 1 m, y up (SVG's y points down, so it is
+//! negated), shapes are outlines of solid things. What is drawn is what the robot meets: an element
+//! without a geometry here is refused, not skipped, unless it is marked as annotation.
+
+mod affine;
+mod element;
+mod fault;
+mod numbers;
+mod path_data;
+mod shapes;
+mod sheet;
+#[cfg(test)]
+mod tests;
+
+use std::io::Read;
+use std::path::Path;
+
+use quick_xml::Reader;
+
+use crate::pose::Pose2;
+pub use fault::{DrawingError, DrawingFault};
+use sheet::Sheet;
+
+/// What a drawing may hold; far beyond any building, small enough to stay quick and bounded.
+pub(crate) mod limits {
+    /// Bytes of a file: a large building drawn by hand has a tenth of it.
+    pub const BYTES: usize = 4 << 20;
+    /// Nesting, as the mission file has it.
+    pub const DEPTH: usize = 32;
+    /// Elements, annotations included.
+    pub const ELEMENTS: usize = 50_000;
+    /// Attributes of one element; drawing programs write a dozen.
+    pub const ATTRIBUTES: usize = 64;
+    /// Straight walls in all; keeps the search tree in a few tens of megabytes.
+    pub const SEGMENTS: usize = 200_000;
+    /// Distance of any point from the origin, in metres: keeps single-precision boxes within 0.1 mm.
+    pub const COORDINATE_M: f64 = 1000.0;
+}
+
+/// A straight piece of wall between two points (x, y), in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// One end.
+    pub from_m: (f64, f64),
+    /// The other end.
+    pub to_m: (f64, f64),
+}
+
+/// What a drawing says, in its own frame with y up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// Everything solid, in the order drawn; never empty.
+    pub segments: Vec<Segment>,
+    /// Where the robot begins.
+    pub start: Pose2,
+    /// The line of the start in the file.
+    pub start_line: usize,
+}
+
+impl Drawing {
+    /// Reads a drawing file.
+    ///
+    /// # Errors
+    /// The first fault found, with file and line.
+    pub fn read(path: &Path) -> Result<Self, DrawingError> {
+        let file = path.display().to_string();
+        let mut bytes = Vec::new();
+        // One byte more than allowed tells a full file from one that is too large.
+        std::fs::File::open(path)
+            .and_then(|opened| opened.take(limits::BYTES as u64 + 1).read_to_end(&mut bytes))
+            .map_err(|e| DrawingError {
+                file: file.clone(),
+                line: 0,
+                fault: DrawingFault::Unreadable(e.to_string()),
+            })?;
+        Self::parse(&file, &bytes)
+    }
+
+    /// Reads a drawing from bytes; `file` is only used to name it in errors.
+    ///
+    /// # Errors
+    /// The first fault found, with file and line.
+    pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, DrawingError> {
+        let whole_file = |fault| DrawingError { file: file.to_owned(), line: 0, fault };
+        if bytes.len() > limits::BYTES {
+            return Err(whole_file(DrawingFault::TooLarge));
+        }
+        let text = std::str::from_utf8(bytes).map_err(|_| whole_file(DrawingFault::NotUtf8))?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut sheet = Sheet::default();
+        let mut reader = Reader::from_str(text);
+        loop {
+            let offset = reader.buffer_position();
+            let done = match reader.read_event() {
+                Ok(event) => sheet.take(&event, || line_of(text, offset)),
+                Err(e) => Err(DrawingFault::Xml(e.to_string())),
+            };
+            match done {
+                Ok(false) => {}
+                Ok(true) => return sheet.finish().map_err(whole_file),
+                Err(fault) => {
+                    let line = line_of(text, offset);
+                    return Err(DrawingError { file: file.to_owned(), line, fault });
+                }
+            }
+        }
+    }
+}
+
+fn line_of(text: &str, offset: u64) -> usize {
+    let end = usize::try_from(offset).unwrap_or(usize::MAX).min(text.len());
+    1 + text.as_bytes()[..end].iter().filter(|&&byte| byte == b'\n').count()
+}

@@ -1,0 +1,86 @@
+//! From one SVG element to polylines in its own coordinates.
+
+use std::f64::consts::{PI, TAU};
+
+use super::element::Element;
+use super::fault::DrawingFault;
+use super::numbers::Numbers;
+use super::path_data;
+
+/// How far a drawn circle may be from the polygon that stands for it (metres): well below what a
+/// laser resolves.
+const CHORD_ERROR_M: f64 = 0.0005;
+
+type Polyline = Vec<(f64, f64)>;
+
+/// The outline of a shape, or nothing for an element that is not a shape. `growth` is by how much
+/// the transforms around it enlarge it.
+pub(super) fn outline(
+    element: &Element<'_>,
+    growth: f64,
+) -> Result<Option<Vec<Polyline>>, DrawingFault> {
+    Ok(Some(match element.name {
+        "line" => vec![line(element)?],
+        "polyline" => vec![points(element)?],
+        "polygon" => vec![closed(points(element)?)],
+        "rect" => vec![rect(element)?],
+        "circle" => vec![circle(element, growth)?],
+        "path" => path_data::polylines(element.text("d").unwrap_or(""))?,
+        _ => return Ok(None),
+    }))
+}
+
+fn line(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+    let end = |x, y| Ok((element.number(x)?.unwrap_or(0.0), element.number(y)?.unwrap_or(0.0)));
+    Ok(vec![end("x1", "y1")?, end("x2", "y2")?])
+}
+
+fn points(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+    let text = element.text("points").unwrap_or("");
+    let mut numbers = Numbers::new(text);
+    let values: Vec<f64> = std::iter::from_fn(|| numbers.number()).collect();
+    if !numbers.rest().is_empty() {
+        return Err(element.bad_number("points", numbers.rest()));
+    }
+    if !values.len().is_multiple_of(2) {
+        return Err(DrawingFault::OddPoints(values.len()));
+    }
+    Ok(values.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
+}
+
+fn closed(mut polyline: Polyline) -> Polyline {
+    polyline.extend(polyline.first().copied());
+    polyline
+}
+
+fn rect(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+    for radius in ["rx", "ry"] {
+        if element.number(radius)?.is_some_and(|radius| radius != 0.0) {
+            return Err(DrawingFault::RoundedCorners(radius));
+        }
+    }
+    let (x, y) = (element.number("x")?.unwrap_or(0.0), element.number("y")?.unwrap_or(0.0));
+    let (width, height) = (element.size("width")?, element.size("height")?);
+    Ok(closed(vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height)]))
+}
+
+fn circle(element: &Element<'_>, growth: f64) -> Result<Polyline, DrawingFault> {
+    let (x, y) = (element.number("cx")?.unwrap_or(0.0), element.number("cy")?.unwrap_or(0.0));
+    let radius = element.size("r")?;
+    if radius == 0.0 {
+        return Ok(Vec::new());
+    }
+    let corners = circle_corners(radius * growth);
+    let corner = |i: u32| {
+        let (sin, cos) = libm::sincos(TAU * f64::from(i) / f64::from(corners));
+        (x + radius * cos, y + radius * sin)
+    };
+    Ok(closed((0..corners).map(corner).collect()))
+}
+
+/// How many corners keep the polygon within the chord error.
+fn circle_corners(radius_m: f64) -> u32 {
+    let half_angle = libm::acos((1.0 - CHORD_ERROR_M / radius_m).clamp(-1.0, 1.0));
+    // A circle of the largest radius allowed would need some 3,000.
+    libm::ceil(PI / half_angle).clamp(12.0, 4096.0) as u32
+}

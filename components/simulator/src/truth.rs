@@ -1,0 +1,260 @@
+//! How good a map is: the world as an occupancy raster, and a map scored against it.
+//!
+//! The truth at a resolution holds what a robot can find out: free cells are those that can be
+//! reached from the start without crossing a wall, occupied are the wall cells beside them, and
+//! all else (behind walls, inside furniture, outside) is unknown. Map and truth are both in the map
+//! frame, so a map that is drawn well but turned or shifted scores badly, as it should.
+
+use armor_grid::{Cell, Geometry, Grid, Occupancy, Point2, distance_transform, traverse};
+
+use crate::world::World;
+
+/// Most cells of a truth raster: 2 cm over 80 m square.
+const MAX_CELLS: f64 = 16e6;
+
+/// Why there is no raster of a world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TruthError {
+    /// The resolution is zero, negative or not a number.
+    #[error("a cell of {0} m has no size; give the resolution in metres, as in 0.05")]
+    NoSize(f64),
+    /// The raster would be too large.
+    #[error("cells of {resolution_m} m make {cells:.0} of them; use larger cells")]
+    TooFine {
+        /// The resolution asked for, in metres per cell.
+        resolution_m: f64,
+        /// The number of cells it would take.
+        cells: f64,
+    },
+}
+
+/// How well a map agrees with the truth; every share is 0 to 1, 1 is best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapScore {
+    /// Share of the true wall cells that the map has as occupied, within the tolerance.
+    pub wall_recall: f64,
+    /// Share of the map's occupied cells that are at a true wall, within the tolerance.
+    pub wall_precision: f64,
+    /// Share of the true free cells that the map has as free; cells within the tolerance of a wall
+    /// do not count.
+    pub free_recall: f64,
+    /// Share of the map's free cells that are free in truth, within the tolerance.
+    pub free_precision: f64,
+}
+
+impl World {
+    /// The truth as a raster over the extent of the world, in the map frame.
+    ///
+    /// # Errors
+    /// The resolution (metres per cell) is no size, or too fine for the world.
+    pub fn free_space(&self, resolution_m: f64) -> Result<Grid<Occupancy>, TruthError> {
+        let geometry = raster(self, resolution_m)?;
+        let mut walls = Grid::filled(geometry, false);
+        for wall in self.segments() {
+            let (from, to) = (point(wall.from_m), point(wall.to_m));
+            for cell in traverse(&geometry, from, to) {
+                if let Some(is_wall) = walls.get_mut(cell) {
+                    *is_wall = true;
+                }
+            }
+        }
+        Ok(seen_from_start(&walls))
+    }
+}
+
+fn point((x_m, y_m): (f64, f64)) -> Point2 {
+    Point2::new(x_m, y_m)
+}
+
+/// A raster around all walls with two cells to spare, its edges on multiples of the resolution.
+fn raster(world: &World, resolution_m: f64) -> Result<Geometry, TruthError> {
+    if !(resolution_m.is_finite() && resolution_m > 0.0) {
+        return Err(TruthError::NoSize(resolution_m));
+    }
+    let extent = world.extent();
+    let first = |min_m: f64| (min_m / resolution_m).floor() - 2.0;
+    let count = |min_m: f64, max_m: f64| (max_m / resolution_m).floor() + 3.0 - first(min_m);
+    let (columns, rows) =
+        (count(extent.min_m.0, extent.max_m.0), count(extent.min_m.1, extent.max_m.1));
+    if columns * rows > MAX_CELLS {
+        return Err(TruthError::TooFine { resolution_m, cells: columns * rows });
+    }
+    let origin =
+        point((first(extent.min_m.0) * resolution_m, first(extent.min_m.1) * resolution_m));
+    Ok(Geometry { origin, resolution_m, width: columns as usize, height: rows as usize })
+}
+
+/// Floods from the start up to the walls; walls are lines of cells joined at their edges, so
+/// nothing leaks through.
+fn seen_from_start(walls: &Grid<bool>) -> Grid<Occupancy> {
+    let geometry = *walls.geometry();
+    let mut truth = Grid::filled(geometry, Occupancy::Unknown);
+    let mut next = vec![geometry.cell_at(Point2::default())];
+    while let Some(cell) = next.pop() {
+        let is_new = truth.get(cell) == Some(&Occupancy::Unknown);
+        if !is_new {
+            continue;
+        }
+        if walls[cell] {
+            truth[cell] = Occupancy::Occupied;
+        } else {
+            truth[cell] = Occupancy::Free;
+            next.extend(cell.edge_neighbours());
+        }
+    }
+    mark_corners(walls, &mut truth);
+    truth
+}
+
+/// Wall cells that touch free space with a corner only are seen too.
+fn mark_corners(walls: &Grid<bool>, truth: &mut Grid<Occupancy>) {
+    let is_corner = |truth: &Grid<Occupancy>, cell: Cell| {
+        walls[cell] && cell.neighbours().any(|beside| truth.get(beside) == Some(&Occupancy::Free))
+    };
+    for cell in walls.geometry().cells() {
+        if is_corner(truth, cell) {
+            truth[cell] = Occupancy::Occupied;
+        }
+    }
+}
+
+/// Scores a map against the truth; `tolerance_cells` is how far off something may be, in cells of
+/// the grid it is looked for in (1.5 takes in the diagonal neighbours).
+pub fn score(map: &Grid<Occupancy>, truth: &Grid<Occupancy>, tolerance_cells: f32) -> MapScore {
+    let near = |grid: &Grid<Occupancy>, wanted: Occupancy| {
+        let distance_m = distance_transform(&grid.map(|&cell| cell == wanted));
+        // A little more, for the rounding of metres to single precision.
+        let tolerance_m = (tolerance_cells + 0.01) * grid.geometry().resolution_m as f32;
+        move |at: Point2| distance_m.at(at).is_some_and(|&off_m| off_m <= tolerance_m)
+    };
+    let near_map_wall = near(map, Occupancy::Occupied);
+    let near_true_wall = near(truth, Occupancy::Occupied);
+    let near_true_free = near(truth, Occupancy::Free);
+    let is_free_in_map = |at: Point2| map.at(at) == Some(&Occupancy::Free);
+    MapScore {
+        wall_recall: share(truth, Occupancy::Occupied, |_| true, near_map_wall),
+        wall_precision: share(map, Occupancy::Occupied, |_| true, &near_true_wall),
+        free_recall: share(truth, Occupancy::Free, |at| !near_true_wall(at), is_free_in_map),
+        free_precision: share(map, Occupancy::Free, |_| true, near_true_free),
+    }
+}
+
+/// Of the cells that are `wanted` and count, the share that is good; 0 if there are none.
+fn share(
+    grid: &Grid<Occupancy>,
+    wanted: Occupancy,
+    counts: impl Fn(Point2) -> bool,
+    is_good: impl Fn(Point2) -> bool,
+) -> f64 {
+    let (mut all, mut good) = (0u32, 0u32);
+    for (cell, _) in grid.iter().filter(|(_, value)| **value == wanted) {
+        let at = grid.geometry().centre(cell);
+        if counts(at) {
+            all += 1;
+            good += u32::from(is_good(at));
+        }
+    }
+    f64::from(good) / f64::from(all.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two rooms with a door between them, a solid table, and a closed cupboard with a wall inside.
+    const ROOMS: &str = r#"<svg>
+        <rect x="0" y="0" width="6" height="4"/>
+        <path d="M3 0 V1.5 M3 2.5 V4"/>
+        <rect x="4" y="1" width="1" height="1"/>
+        <rect x="1" y="3" width="1" height="0.5"/><line x1="1.5" y1="3" x2="1.5" y2="3.5"/>
+        <circle id="start" cx="1.52" cy="2.02"/></svg>"#;
+
+    fn world() -> World {
+        World::parse("rooms.svg", ROOMS.as_bytes()).expect("a readable world")
+    }
+
+    fn truth() -> Grid<Occupancy> {
+        world().free_space(0.05).expect("a raster")
+    }
+
+    /// What is at a point of the sheet (y down), seen from the start at (1.52, 2.02).
+    fn at(truth: &Grid<Occupancy>, x: f64, y: f64) -> Occupancy {
+        *truth.at(Point2::new(x - 1.52, 2.02 - y)).expect("within the raster")
+    }
+
+    #[test]
+    fn the_raster_tells_free_walls_and_the_unseen_apart() {
+        let truth = truth();
+        for (x, y, expected) in [
+            (1.51, 2.01, Occupancy::Free),
+            (5.5, 3.5, Occupancy::Free), // through the door
+            (3.01, 1.01, Occupancy::Occupied),
+            (3.01, 2.01, Occupancy::Free),
+            (4.5, 1.5, Occupancy::Unknown), // in the table
+            (4.01, 1.5, Occupancy::Occupied),
+            (1.51, 3.25, Occupancy::Unknown), // a wall that nobody can see
+            (-0.08, 2.0, Occupancy::Unknown),
+        ] {
+            assert_eq!(at(&truth, x, y), expected, "{x} {y}");
+        }
+        let free = truth.values().iter().filter(|&&cell| cell == Occupancy::Free).count();
+        let area_m2 = free as f64 * 0.05 * 0.05;
+        // 24 m² less table and cupboard, less the cells of the walls.
+        assert!((area_m2 - 22.5).abs() < 1.0, "{area_m2}");
+    }
+
+    #[test]
+    fn a_raster_needs_a_sensible_resolution() {
+        assert!(matches!(world().free_space(0.0), Err(TruthError::NoSize(_))));
+        assert!(matches!(world().free_space(f64::NAN), Err(TruthError::NoSize(_))));
+        assert!(matches!(world().free_space(1e-5), Err(TruthError::TooFine { .. })));
+    }
+
+    #[test]
+    fn the_truth_scores_full_marks() {
+        let truth = truth();
+        let expected = MapScore {
+            wall_recall: 1.0,
+            wall_precision: 1.0,
+            free_recall: 1.0,
+            free_precision: 1.0,
+        };
+        assert_eq!(score(&truth, &truth, 0.0), expected);
+    }
+
+    #[test]
+    fn a_shifted_map_scores_by_the_tolerance() {
+        let truth = truth();
+        let mut geometry = *truth.geometry();
+        geometry.origin.x_m += 0.1;
+        let shifted =
+            Grid::from_values(geometry, truth.values().to_vec()).expect("the same number of cells");
+        let strict = score(&shifted, &truth, 1.0);
+        let lenient = score(&shifted, &truth, 2.5);
+        assert!(strict.wall_recall < 0.7 && strict.wall_precision < 0.7, "{strict:?}");
+        assert!(lenient.wall_recall > 0.99 && lenient.wall_precision > 0.99, "{lenient:?}");
+    }
+
+    #[test]
+    fn a_map_without_the_second_room_misses_half() {
+        let truth = truth();
+        let mut half = truth.clone();
+        for (cell, _) in truth.iter() {
+            if truth.geometry().centre(cell).x_m > 1.55 {
+                half[cell] = Occupancy::Unknown;
+            }
+        }
+        let half = score(&half, &truth, 1.0);
+        assert!((0.4..0.6).contains(&half.free_recall), "{half:?}");
+        assert!((0.4..0.7).contains(&half.wall_recall), "{half:?}");
+        assert_eq!((half.wall_precision, half.free_precision), (1.0, 1.0));
+    }
+
+    #[test]
+    fn an_empty_map_scores_nothing() {
+        let truth = truth();
+        let empty = truth.map(|_| Occupancy::Unknown);
+        let score = score(&empty, &truth, 2.0);
+        assert_eq!((score.wall_recall, score.wall_precision, score.free_recall), (0.0, 0.0, 0.0));
+    }
+}
