@@ -147,9 +147,10 @@ impl Bench {
             let doing = if order.stop { Doing::Frozen } else { Doing::Active };
             self.says(component, doing, commanded);
             let obeyed = self.controller.roster.of(component).order != Some(order);
-            return if obeyed {
-                self.obey()
-            };
+            if obeyed {
+                self.obey();
+            }
+            return;
         }
     }
 
@@ -383,6 +384,22 @@ fn one_that_has_finished_is_started_anew_where_it_is_wanted_again() {
         (bench.wanted(), bench.marked()),
         (vec!["activate explorer".into()], vec!["explore".into()])
     );
+}
+
+#[test]
+fn a_confirmation_told_twice_says_nothing_about_what_was_ordered_since() {
+    let office = office();
+    let (explorer, explore) = (office.explorer, office.explore);
+    let on = Some((explorer, "done"));
+    let again = Way { from: vec![explore], to: vec![explore], on, ..Way::default() };
+    let mut bench = Bench::begun(office.with("again", again));
+    let first = bench.activation(explorer);
+    bench.done(explorer);
+    bench.pass(1100 * MS);
+    bench.says(explorer, Doing::Frozen, first);
+    assert_eq!(bench.wanted(), ["freeze explorer", "freeze explorer", "activate explorer"]);
+    bench.says(explorer, Doing::Frozen, first);
+    assert!(bench.controller.roster.of(explorer).may_be_active(), "activated since");
 }
 
 #[test]
