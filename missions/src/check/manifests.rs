@@ -232,8 +232,9 @@ fn expected(parameter: &ParameterManifest) -> String {
     if let (Some(low), Some(high)) = (parameter.minimum, parameter.maximum) {
         text += &format!(" from {low} to {high} (SI)");
     }
+    text += " is expected";
     if let Some(default) = parameter.default.as_deref().filter(|default| !default.is_empty()) {
-        text += &format!("; without it {default} is taken");
+        text += &format!("; its default is {default}");
     }
-    format!("{text} is expected")
+    text
 }
