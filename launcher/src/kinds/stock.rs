@@ -27,4 +27,10 @@ macro_rules! stock {
     };
 }
 
-stock! {}
+stock! {
+    armor_driver::Driver,
+    armor_explorer::Explorer,
+    armor_homing::Homing,
+    armor_map_writer::MapWriter,
+    armor_simulator::Simulator,
+}
