@@ -178,6 +178,8 @@ impl Component for Simulator {
         let now_s = self.armor.timestamp();
         let simulation = match &mut self.simulation {
             Some(simulation) => simulation,
+            // The world could not be read, and that has been said.
+            None if call == Call::Stopping => return Ok(Outcome::CarryOn),
             None => {
                 let world = World::read(&self.world)?;
                 self.simulation.insert(Simulation::new(world, self.models, now_s)?)
