@@ -1,7 +1,8 @@
 //! Mission file → plan. What the file may say and this executive does not play is refused with a
 //! finding, never passed over.
 
-use crate::plan::{ComponentId, OnResume, Plan, PlanBuilder, PlannedTransition};
+use crate::builder::PlanBuilder;
+use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use armor_missions::mission::{ArcKind, Autonomy, Class, Mission, Place, Resume, Transition};
 use armor_missions::{Code, Feature, Finding, Findings, Location, Spanned, System};
 use armor_petri::{Interval, PlaceId};

@@ -4,11 +4,13 @@
 //! what it has decided, record by record; [`run`] puts it between sockets and a journal. Start with
 //! `controller.rs`.
 
+mod builder;
 mod commands;
 mod compile;
 mod controller;
 mod event;
 mod hub;
+mod intake;
 pub mod journal;
 mod ledger;
 mod marking;
@@ -16,6 +18,7 @@ mod plan;
 mod process;
 mod progress;
 mod record;
+mod reports;
 mod roster;
 mod run;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
-use armor_petri::{Net, NetBuilder, PlaceId, TransitionId};
+use armor_petri::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::Duration;
@@ -120,14 +120,14 @@ pub struct Plan {
     pub(crate) period: Option<Duration>,
     pub(crate) on_resume: OnResume,
     pub(crate) limits: Limits,
-    names: Names,
+    pub(crate) names: Names,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Names {
-    components: HashMap<String, ComponentId>,
-    places: HashMap<String, PlaceId>,
-    transitions: HashMap<String, TransitionId>,
+pub(crate) struct Names {
+    pub(crate) components: HashMap<String, ComponentId>,
+    pub(crate) places: HashMap<String, PlaceId>,
+    pub(crate) transitions: HashMap<String, TransitionId>,
 }
 
 impl Plan {
@@ -223,87 +223,5 @@ impl Plan {
             self.net.transition(*id).inputs.iter().any(|(input, _)| *input == place)
         };
         self.listeners(component, name).iter().any(takes)
-    }
-}
-
-/// Puts a plan together; whoever calls it has resolved the names.
-#[derive(Debug, Default)]
-pub(crate) struct PlanBuilder {
-    pub(crate) net: NetBuilder,
-    pub(crate) mission: String,
-    pub(crate) components: Vec<PlannedComponent>,
-    pub(crate) places: Vec<PlannedPlace>,
-    pub(crate) transitions: Vec<PlannedTransition>,
-    pub(crate) exclusives: Vec<Vec<ComponentId>>,
-    pub(crate) goal: Option<PlaceId>,
-    pub(crate) safe: Option<PlaceId>,
-    pub(crate) period: Option<Duration>,
-    pub(crate) on_resume: OnResume,
-    pub(crate) limits: Limits,
-}
-
-impl PlanBuilder {
-    pub(crate) fn component(&mut self, name: &str, controllable: bool) -> ComponentId {
-        let (places, peers) = (Vec::new(), Vec::new());
-        self.components.push(PlannedComponent {
-            name: name.to_owned(),
-            controllable,
-            places,
-            peers,
-        });
-        ComponentId(self.components.len() as u32 - 1)
-    }
-
-    pub(crate) fn place(&mut self, name: &str, tokens: u32, active: &[ComponentId]) -> PlaceId {
-        let id = self.net.place(name, tokens);
-        self.places.push(PlannedPlace { components: active.to_vec(), on_failure: None });
-        for component in active {
-            self.components[component.index()].places.push(id);
-        }
-        id
-    }
-
-    pub(crate) fn build(mut self) -> Result<Plan, armor_petri::NetError> {
-        for set in &self.exclusives {
-            for (one, other) in set.iter().flat_map(|one| set.iter().map(move |o| (*one, *o))) {
-                let peers = &mut self.components[one.index()].peers;
-                if one != other && !peers.contains(&other) {
-                    peers.push(other);
-                }
-            }
-        }
-        let net = self.net.build()?;
-        let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();
-        for (id, transition) in net.transition_ids().zip(&self.transitions) {
-            if let Some(on) = &transition.on {
-                listeners.entry(on.clone()).or_default().push(id);
-            }
-        }
-        let names = Names {
-            components: (0..)
-                .map(ComponentId)
-                .zip(&self.components)
-                .map(|(id, c)| (c.name.clone(), id))
-                .collect(),
-            places: (0..).map(PlaceId).zip(net.places()).map(|(id, p)| (p.clone(), id)).collect(),
-            transitions: net
-                .transition_ids()
-                .map(|id| (net.transition(id).name.clone(), id))
-                .collect(),
-        };
-        Ok(Plan {
-            mission: self.mission,
-            net: Arc::new(net),
-            components: self.components,
-            places: self.places,
-            transitions: self.transitions,
-            listeners,
-            goal: self.goal,
-            safe: self.safe,
-            period: self.period,
-            on_resume: self.on_resume,
-            limits: self.limits,
-            names,
-        })
     }
 }

@@ -5,13 +5,12 @@
 //! Start with `net.rs`, then `state.rs`; `step.rs` plays until nothing is left to do.
 
 mod agenda;
+mod builder;
 mod net;
 mod state;
 mod step;
 
-pub use net::{
-    Class, Interval, Net, NetBuilder, NetError, PlaceId, Transition, TransitionBuilder,
-    TransitionId,
-};
+pub use builder::{NetBuilder, TransitionBuilder};
+pub use net::{Class, Interval, Net, NetError, PlaceId, Transition, TransitionId};
 pub use state::{FireError, State};
 pub use step::{EndlessStep, Step};

@@ -1,7 +1,8 @@
 //! Plans for tests: by hand, and at random.
 
 use super::dice::Dice;
-use crate::plan::{ComponentId, Plan, PlanBuilder, PlannedTransition};
+use crate::builder::PlanBuilder;
+use crate::plan::{ComponentId, Plan, PlannedTransition};
 use armor_petri::{Class, Interval, PlaceId};
 use std::time::Duration;
 

@@ -1,0 +1,198 @@
+//! Describing a net piece by piece, and the checks that make the description a net.
+
+use crate::net::{Class, Interval, Net, NetError, PlaceId, Test, Transition, TransitionId};
+use std::collections::HashMap;
+
+/// Describes a net piece by piece; [`NetBuilder::build`] checks it whole.
+#[derive(Clone, Debug, Default)]
+pub struct NetBuilder {
+    places: Vec<String>,
+    initial: Vec<u32>,
+    transitions: Vec<Transition>,
+}
+
+impl NetBuilder {
+    /// Adds a place holding `tokens` at the beginning.
+    pub fn place(&mut self, name: impl Into<String>, tokens: u32) -> PlaceId {
+        self.places.push(name.into());
+        self.initial.push(tokens);
+        PlaceId(self.places.len() as u32 - 1)
+    }
+
+    /// Adds an ordinary, immediate transition without arcs; the answer adds the rest.
+    pub fn transition(&mut self, name: impl Into<String>) -> TransitionBuilder<'_> {
+        self.transitions.push(Transition {
+            name: name.into(),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            reads: Vec::new(),
+            inhibitors: Vec::new(),
+            resets: Vec::new(),
+            class: Class::Ordinary,
+            priority: 0,
+            interval: Interval::IMMEDIATE,
+            gated: false,
+        });
+        let id = TransitionId(self.transitions.len() as u32 - 1);
+        let transition = self.transitions.last_mut().expect("pushed a moment ago");
+        TransitionBuilder { transition, id }
+    }
+
+    /// The net, if the description is one. Parallel arcs are added up.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn build(mut self) -> Result<Net, NetError> {
+        unique(self.places.iter())?;
+        unique(self.transitions.iter().map(|t| &t.name))?;
+        for transition in &mut self.transitions {
+            check(transition, self.places.len() as u32)?;
+            let name = transition.name.clone();
+            let merged = |arcs: &[_]| added_up(arcs).ok_or(NetError::WeightTooLarge(name.clone()));
+            transition.inputs = merged(&transition.inputs)?;
+            transition.outputs = merged(&transition.outputs)?;
+        }
+        let mut watchers = vec![Vec::new(); self.places.len()];
+        for (index, transition) in self.transitions.iter().enumerate() {
+            let id = TransitionId(index as u32);
+            for &(place, weight) in transition.inputs.iter().chain(&transition.reads) {
+                watchers[place.index()].push((id, Test::AtLeast(weight)));
+            }
+            for &(place, weight) in &transition.inhibitors {
+                watchers[place.index()].push((id, Test::Below(weight)));
+            }
+        }
+        Ok(Net {
+            ranks: ranks(&self.transitions),
+            places: self.places,
+            initial: self.initial,
+            transitions: self.transitions,
+            watchers,
+        })
+    }
+}
+
+/// Completes one transition of a [`NetBuilder`].
+#[derive(Debug)]
+pub struct TransitionBuilder<'a> {
+    transition: &'a mut Transition,
+    id: TransitionId,
+}
+
+impl TransitionBuilder<'_> {
+    /// Takes `weight` tokens from `place`.
+    pub fn input(self, place: PlaceId, weight: u32) -> Self {
+        self.transition.inputs.push((place, weight));
+        self
+    }
+
+    /// Puts `weight` tokens into `place`.
+    pub fn output(self, place: PlaceId, weight: u32) -> Self {
+        self.transition.outputs.push((place, weight));
+        self
+    }
+
+    /// Needs `weight` tokens in `place` and leaves them there.
+    pub fn read(self, place: PlaceId, weight: u32) -> Self {
+        self.transition.reads.push((place, weight));
+        self
+    }
+
+    /// Waits while `place` holds `weight` or more tokens.
+    pub fn inhibitor(self, place: PlaceId, weight: u32) -> Self {
+        self.transition.inhibitors.push((place, weight));
+        self
+    }
+
+    /// Empties `place`.
+    pub fn reset(self, place: PlaceId) -> Self {
+        self.transition.resets.push(place);
+        self
+    }
+
+    /// Sets the class.
+    pub fn class(self, class: Class) -> Self {
+        self.transition.class = class;
+        self
+    }
+
+    /// Sets the priority; the greater one fires first.
+    pub fn priority(self, priority: i32) -> Self {
+        self.transition.priority = priority;
+        self
+    }
+
+    /// Sets when it may and must fire.
+    pub fn interval(self, interval: Interval) -> Self {
+        self.transition.interval = interval;
+        self
+    }
+
+    /// Makes it wait for [`crate::State::set_gate`].
+    pub fn gated(self) -> Self {
+        self.transition.gated = true;
+        self
+    }
+
+    /// Its id.
+    pub fn id(self) -> TransitionId {
+        self.id
+    }
+}
+
+fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
+    let mut seen = std::collections::HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err(NetError::DuplicateName(name.clone()));
+        }
+    }
+    Ok(())
+}
+
+fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
+    let name = || transition.name.clone();
+    let weighted =
+        [&transition.inputs, &transition.outputs, &transition.reads, &transition.inhibitors];
+    for &(place, weight) in weighted.into_iter().flatten() {
+        if weight == 0 {
+            return Err(NetError::ZeroWeight(name()));
+        }
+        if place.0 >= places {
+            return Err(NetError::UnknownPlace { transition: name(), place: place.0 });
+        }
+    }
+    if let Some(place) = transition.resets.iter().find(|place| place.0 >= places) {
+        return Err(NetError::UnknownPlace { transition: name(), place: place.0 });
+    }
+    match transition.interval.latest {
+        Some(latest) if latest < transition.interval.earliest => {
+            Err(NetError::EmptyInterval(name()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// One arc per place, in the order of first mention; `None` when a sum does not fit.
+fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
+    let mut merged: Vec<(PlaceId, u32)> = Vec::with_capacity(arcs.len());
+    let mut position = HashMap::new();
+    for &(place, weight) in arcs {
+        let index = *position.entry(place).or_insert(merged.len());
+        match merged.get_mut(index) {
+            Some(arc) => arc.1 = arc.1.checked_add(weight)?,
+            None => merged.push((place, weight)),
+        }
+    }
+    Some(merged)
+}
+
+/// Class and priority as one small number, so that comparing two transitions is cheap.
+fn ranks(transitions: &[Transition]) -> Vec<u32> {
+    let standing = |t: &Transition| (t.class, std::cmp::Reverse(t.priority));
+    let mut order: Vec<_> = transitions.iter().map(standing).collect();
+    order.sort_unstable();
+    order.dedup();
+    let rank = |t| order.partition_point(|other| *other < standing(t)) as u32;
+    transitions.iter().map(rank).collect()
+}

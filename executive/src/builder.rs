@@ -1,0 +1,91 @@
+//! Puts a plan together from parts whose names are resolved.
+
+use crate::plan::{
+    ComponentId, Limits, Names, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
+};
+use armor_petri::{NetBuilder, PlaceId};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Puts a plan together; whoever calls it has resolved the names.
+#[derive(Debug, Default)]
+pub(crate) struct PlanBuilder {
+    pub(crate) net: NetBuilder,
+    pub(crate) mission: String,
+    pub(crate) components: Vec<PlannedComponent>,
+    pub(crate) places: Vec<PlannedPlace>,
+    pub(crate) transitions: Vec<PlannedTransition>,
+    pub(crate) exclusives: Vec<Vec<ComponentId>>,
+    pub(crate) goal: Option<PlaceId>,
+    pub(crate) safe: Option<PlaceId>,
+    pub(crate) period: Option<Duration>,
+    pub(crate) on_resume: OnResume,
+    pub(crate) limits: Limits,
+}
+
+impl PlanBuilder {
+    pub(crate) fn component(&mut self, name: &str, controllable: bool) -> ComponentId {
+        let (places, peers) = (Vec::new(), Vec::new());
+        self.components.push(PlannedComponent {
+            name: name.to_owned(),
+            controllable,
+            places,
+            peers,
+        });
+        ComponentId(self.components.len() as u32 - 1)
+    }
+
+    pub(crate) fn place(&mut self, name: &str, tokens: u32, active: &[ComponentId]) -> PlaceId {
+        let id = self.net.place(name, tokens);
+        self.places.push(PlannedPlace { components: active.to_vec(), on_failure: None });
+        for component in active {
+            self.components[component.index()].places.push(id);
+        }
+        id
+    }
+
+    pub(crate) fn build(mut self) -> Result<Plan, armor_petri::NetError> {
+        for set in &self.exclusives {
+            for (one, other) in set.iter().flat_map(|one| set.iter().map(move |o| (*one, *o))) {
+                let peers = &mut self.components[one.index()].peers;
+                if one != other && !peers.contains(&other) {
+                    peers.push(other);
+                }
+            }
+        }
+        let net = self.net.build()?;
+        let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (id, transition) in net.transition_ids().zip(&self.transitions) {
+            if let Some(on) = &transition.on {
+                listeners.entry(on.clone()).or_default().push(id);
+            }
+        }
+        let names = Names {
+            components: (0..)
+                .map(ComponentId)
+                .zip(&self.components)
+                .map(|(id, c)| (c.name.clone(), id))
+                .collect(),
+            places: (0..).map(PlaceId).zip(net.places()).map(|(id, p)| (p.clone(), id)).collect(),
+            transitions: net
+                .transition_ids()
+                .map(|id| (net.transition(id).name.clone(), id))
+                .collect(),
+        };
+        Ok(Plan {
+            mission: self.mission,
+            net: Arc::new(net),
+            components: self.components,
+            places: self.places,
+            transitions: self.transitions,
+            listeners,
+            goal: self.goal,
+            safe: self.safe,
+            period: self.period,
+            on_resume: self.on_resume,
+            limits: self.limits,
+            names,
+        })
+    }
+}

@@ -1,0 +1,95 @@
+//! Which reports count: those of activations that are not over, each until a transition consumes
+//! it. A report that stands holds the gates open of the transitions that wait for it.
+
+use crate::ledger::{Activation, Ledger};
+use crate::plan::ComponentId;
+use crate::record::Report;
+use armor_petri::{PlaceId, TransitionId};
+use std::collections::BTreeSet;
+
+impl Ledger {
+    pub(crate) fn activating(&mut self, component: ComponentId, number: u64) {
+        self.last_activation = self.last_activation.max(number);
+        let activation = &mut self.activations[component.index()];
+        let heard = activation.heard;
+        *activation = Activation { number, open: true, heard, ..Activation::default() };
+        self.forget_reports_of(component);
+        for firing in self.firings.values_mut() {
+            firing.renewing.remove(&component);
+        }
+    }
+
+    pub(crate) fn heard(&mut self, component: ComponentId, heard: (u64, u64), report: &Report) {
+        let activation = &mut self.activations[component.index()];
+        if heard.0 != 0 {
+            activation.heard = heard;
+        }
+        let mut worth = 1.0;
+        match report {
+            Report::Done => activation.done = true,
+            Report::Failed { reason } => activation.failed = Some(reason.clone()),
+            Report::Event { value, .. } => worth = *value,
+        }
+        let key = (component, report.name().to_owned());
+        self.set_gates(&key, true);
+        self.standing.insert(key, worth);
+    }
+
+    /// Activations that nothing needs any more have no say; nor does an event that nobody who
+    /// could fire is waiting for. `done` and `failed` stand as long as their activation.
+    pub(crate) fn forget_what_no_longer_counts(&mut self) {
+        for component in self.plan.component_ids() {
+            if self.plan.component(component).is_controlled()
+                && self.activations[component.index()].open
+                && !self.supports(component)
+            {
+                self.activations[component.index()].open = false;
+                self.forget_reports_of(component);
+            }
+        }
+        let idle = |key: &&(ComponentId, String)| {
+            !matches!(key.1.as_str(), "done" | "failed") && !self.has_use_for(key)
+        };
+        let idle: Vec<_> = self.standing.keys().filter(idle).cloned().collect();
+        for key in idle {
+            self.standing.remove(&key);
+            self.set_gates(&key, false);
+        }
+    }
+
+    /// Whether someone waits for this report whose places are all marked, or about to be.
+    fn has_use_for(&self, key: &(ComponentId, String)) -> bool {
+        let arriving =
+            |place| self.firings.values().any(|firing| firing.to.iter().any(|arc| arc.0 == place));
+        let waits = |id: &TransitionId| {
+            let inputs = &self.plan.net.transition(*id).inputs;
+            inputs.iter().all(|arc| self.state.tokens(arc.0) > 0 || arriving(arc.0))
+        };
+        self.plan.listeners.get(key).is_some_and(|listeners| listeners.iter().any(waits))
+    }
+
+    fn forget_reports_of(&mut self, component: ComponentId) {
+        let range = (component, String::new())..(ComponentId(component.0 + 1), String::new());
+        let keys: Vec<_> = self.standing.range(range).map(|entry| entry.0.clone()).collect();
+        for key in keys {
+            self.standing.remove(&key);
+            self.set_gates(&key, false);
+        }
+    }
+
+    pub(crate) fn set_gates(&mut self, key: &(ComponentId, String), open: bool) {
+        for id in self.plan.listeners.get(key).into_iter().flatten() {
+            self.state.set_gate(*id, open);
+        }
+    }
+
+    /// Those of the components to be active that have finished what they were activated for.
+    pub(crate) fn finished_in(&self, to: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
+        let components = to.iter().flat_map(|arc| &self.plan.place(arc.0).components);
+        let finished = |component: &&ComponentId| {
+            let activation = &self.activations[component.index()];
+            activation.done || activation.failed.is_some()
+        };
+        components.filter(finished).copied().collect()
+    }
+}
