@@ -28,8 +28,10 @@ macro_rules! stock {
 }
 
 stock! {
+    armor_carmen_player::CarmenPlayer,
     armor_driver::Driver,
     armor_explorer::Explorer,
+    armor_grid_mapper::GridMapper,
     armor_homing::Homing,
     armor_map_writer::MapWriter,
     armor_simulator::Simulator,
