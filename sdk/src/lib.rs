@@ -41,6 +41,7 @@ mod clock;
 mod component;
 mod configuration;
 mod describe;
+mod faults;
 mod launch;
 mod link;
 mod parameter;

@@ -193,6 +193,8 @@ impl Runtime {
             if crashed || ending {
                 if ending && !crashed {
                     core.stop();
+                    // Data may arrive until the links are closed; they are for nobody any more.
+                    core.enter_state(RunState::Frozen, &self.inputs);
                 }
                 return crashed;
             }

@@ -18,6 +18,7 @@ use crate::clock::Clock;
 use crate::component::{Fault, Outcome};
 use crate::configuration::Parameters;
 use crate::directory::Directory;
+use crate::faults::Faults;
 use crate::link::{Input, Output, Sent};
 use crate::parameter::Value;
 
@@ -86,6 +87,8 @@ pub(crate) struct Shared {
     exec_calls: AtomicU64,
     gathered: AtomicBool,
     last_error: Mutex<String>,
+    /// What strangers did wrong.
+    pub faults: Arc<Faults>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -128,6 +131,7 @@ impl Shared {
             exec_calls: AtomicU64::new(0),
             gathered: AtomicBool::new(false),
             last_error: Mutex::default(),
+            faults: Arc::default(),
         })
     }
 

@@ -16,6 +16,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{SendFlags, send};
 
 use super::queue::{GATHER_LEN, Queue};
+use crate::faults::{Fault, Faults};
 
 /// How long a sender helps a large frame along while the subscriber keeps taking it. A subscriber
 /// that takes nothing costs this once; what it has not taken then waits in its queue.
@@ -25,6 +26,7 @@ const PATIENCE: Duration = Duration::from_micros(250);
 pub(crate) struct LinkOut {
     pub stream: Arc<TcpStream>,
     pub to: String,
+    pub faults: Arc<Faults>,
     pub keep: Keep,
     pub queue: Queue,
     pub reader: FrameReader,
@@ -160,10 +162,9 @@ impl LinkOut {
                     self.paused = false;
                 }
                 Ok(Some(_)) | Err(_) => {
-                    tracing::warn!(
-                        "`{}` sends what a subscriber does not send; link closed",
-                        self.to
-                    );
+                    let why = format!("`{}` sends what a subscriber does not send", self.to);
+                    let peer = self.stream.peer_addr().ok().map(|peer| peer.ip());
+                    self.faults.report(peer, Fault::NotASubscriber, why);
                     self.break_off();
                     return false;
                 }

@@ -12,6 +12,7 @@ use rustix::event::PollFd;
 use rustix::net::{RecvFlags, SendFlags, recv, send};
 
 use super::handshake::Admitted;
+use crate::faults::Fault;
 use crate::shared::{Shared, Wanted};
 
 /// Most control connections: the executive, the launcher, and plenty of observers.
@@ -29,6 +30,8 @@ struct Connection {
     /// Reports up to this number were sent on this connection.
     reported: u64,
     broken: bool,
+    /// It sends what is no command.
+    babbles: bool,
 }
 
 pub(super) struct ControlServer {
@@ -54,10 +57,8 @@ impl ControlServer {
 
     pub fn add(&mut self, admitted: Admitted) {
         if self.connections.len() >= MAX_CONNECTIONS {
-            tracing::warn!(
-                "`{}` is refused: {MAX_CONNECTIONS} control connections are open",
-                admitted.from
-            );
+            let why = format!("{MAX_CONNECTIONS} control connections are open");
+            report(&self.shared, &admitted.stream, Fault::Crowded, &why);
             return;
         }
         let Admitted { stream, reader, role, from } = admitted;
@@ -75,6 +76,7 @@ impl ControlServer {
             unsent: Vec::new(),
             reported: 0,
             broken: false,
+            babbles: false,
         };
         connection.queue(&self.state_answer(self.shared.state()));
         self.connections.push(connection);
@@ -87,7 +89,13 @@ impl ControlServer {
     pub fn serve(&mut self) {
         let now = self.shared.clock.monotonic();
         for index in 0..self.connections.len() {
-            for command in self.connections[index].listen(now) {
+            let commands = self.connections[index].listen(now);
+            if self.connections[index].babbles {
+                let connection = &self.connections[index];
+                let why = format!("`{}` does not speak the control protocol", connection.from);
+                report(&self.shared, &connection.stream, Fault::NoCommand, &why);
+            }
+            for command in commands {
                 self.obey(index, command);
             }
         }
@@ -133,8 +141,9 @@ impl ControlServer {
             }
             (Command::Beat, _) => {}
             (command, role) => {
-                tracing::warn!("`{}`, an {role:?}, may not order {command:?}", connection.from);
                 connection.broken = true;
+                let why = format!("`{}`, an {role:?}, may not order {command:?}", connection.from);
+                report(&self.shared, &connection.stream, Fault::NotAllowed, &why);
             }
         }
     }
@@ -187,6 +196,11 @@ impl ControlServer {
     }
 }
 
+fn report(shared: &Shared, stream: &TcpStream, fault: Fault, why: &str) {
+    let peer = stream.peer_addr().ok().map(|peer| peer.ip());
+    shared.faults.report(peer, fault, why);
+}
+
 impl Connection {
     fn queue(&mut self, answer: &Answer) {
         if let Err(error) = frame::append(FrameKind::Control, answer, &mut self.unsent) {
@@ -230,8 +244,7 @@ impl Connection {
                 Ok(Some(_)) | Err(_) => None,
             };
             let Some(command) = command else {
-                tracing::warn!("`{}` does not speak the control protocol; closed", self.from);
-                self.broken = true;
+                (self.broken, self.babbles) = (true, true);
                 return commands;
             };
             commands.push(command);

@@ -17,6 +17,7 @@ use armor_wire::liveness::Liveness;
 use rustix::event::PollFd;
 use rustix::net::{RecvFlags, recv};
 
+use crate::faults::Fault;
 use crate::link::{LinkOut, Queue};
 use crate::shared::Shared;
 use crate::socket;
@@ -25,8 +26,6 @@ use crate::socket;
 const LIMIT: Duration = Duration::from_secs(2);
 /// Most unfinished handshakes; a flood of strangers waits in the kernel's backlog instead.
 const MAX_PENDING: usize = 64;
-/// Most strangers whose faults are remembered, so that each is logged once.
-const MAX_LOGGED: usize = 128;
 
 struct Pending {
     stream: TcpStream,
@@ -46,19 +45,18 @@ pub(super) struct Admitted {
 pub(super) struct Handshakes {
     shared: Arc<Shared>,
     pending: Vec<Pending>,
-    logged: Vec<(std::net::IpAddr, String)>,
 }
 
 enum Progress {
     Wait,
-    Close(String),
+    Close(Fault, String),
     Hello(Box<Hello>),
     Refuse(Refusal),
 }
 
 impl Handshakes {
     pub fn new(shared: Arc<Shared>) -> Self {
-        Self { shared, pending: Vec::new(), logged: Vec::new() }
+        Self { shared, pending: Vec::new() }
     }
 
     pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -69,7 +67,7 @@ impl Handshakes {
         if self.pending.len() >= MAX_PENDING {
             // The oldest has had its chance.
             let oldest = self.pending.remove(0);
-            self.log(oldest.peer, "too many unfinished handshakes");
+            self.log(oldest.peer, Fault::Crowded, "too many unfinished handshakes");
         }
         if stream.set_nonblocking(true).is_ok() {
             let reader = FrameReader::with_limit(MAX_HELLO_LEN);
@@ -83,7 +81,7 @@ impl Handshakes {
         for mut pending in std::mem::take(&mut self.pending) {
             match pending.progress() {
                 Progress::Wait => self.pending.push(pending),
-                Progress::Close(reason) => self.log(pending.peer, &reason),
+                Progress::Close(fault, reason) => self.log(pending.peer, fault, &reason),
                 Progress::Refuse(refusal) => self.refuse(pending, &refusal),
                 Progress::Hello(hello) => match self.admit(*hello, &pending) {
                     Ok(Some((role, from))) => {
@@ -144,6 +142,7 @@ impl Handshakes {
         output.add(LinkOut {
             stream: Arc::new(stream),
             to: from.into(),
+            faults: Arc::clone(&self.shared.faults),
             keep,
             queue: Queue::new(keep),
             reader: FrameReader::new(),
@@ -176,45 +175,40 @@ impl Handshakes {
         stream.write_all(&bytes).map_err(|e| failed(e.to_string()))
     }
 
-    fn refuse(&mut self, pending: Pending, refusal: &Refusal) {
-        self.log(pending.peer, &refusal.text);
+    fn refuse(&self, pending: Pending, refusal: &Refusal) {
+        self.log(pending.peer, refusal.code.into(), &refusal.text);
         if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, refusal) {
             let _ = (&pending.stream).write(&bytes);
         }
     }
 
-    fn log(&mut self, peer: SocketAddr, fault: &str) {
-        let known = self.logged.iter().any(|(ip, text)| *ip == peer.ip() && text == fault);
-        if !known {
-            tracing::warn!("connection from {peer} closed: {fault}");
-            if self.logged.len() >= MAX_LOGGED {
-                self.logged.remove(0);
-            }
-            self.logged.push((peer.ip(), fault.into()));
-        }
+    fn log(&self, peer: SocketAddr, fault: Fault, why: &str) {
+        self.shared.faults.report(Some(peer.ip()), fault, why);
     }
 }
 
 impl Pending {
     fn progress(&mut self) -> Progress {
         match recv(&self.stream, self.reader.space(), RecvFlags::DONTWAIT) {
-            Ok((0, _)) => return Progress::Close("it left during the handshake".into()),
+            Ok((0, _)) => {
+                return Progress::Close(Fault::Left, "it left during the handshake".into());
+            }
             Ok((len, _)) => self.reader.filled(len),
             Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => {}
-            Err(error) => return Progress::Close(error.to_string()),
+            Err(error) => return Progress::Close(Fault::Left, error.to_string()),
         }
         let frame = match self.reader.next_frame() {
             Ok(Some(frame)) => frame,
             Ok(None) if self.since.elapsed() >= LIMIT => {
-                return Progress::Close(format!("no handshake within {LIMIT:?}"));
+                return Progress::Close(Fault::Slow, format!("no handshake within {LIMIT:?}"));
             }
             Ok(None) => return Progress::Wait,
-            Err(error) => return Progress::Close(error.to_string()),
+            Err(error) => return Progress::Close(Fault::from(&error), error.to_string()),
         };
         match Hello::read(&frame) {
             Ok(hello) => Progress::Hello(Box::new(hello)),
             Err(HandshakeError::Refused(refusal)) => Progress::Refuse(refusal),
-            Err(error) => Progress::Close(error.to_string()),
+            Err(error) => Progress::Close(Fault::from(&error), error.to_string()),
         }
     }
 }
