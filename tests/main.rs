@@ -4,4 +4,5 @@ mod command_line;
 mod fixture;
 mod launcher;
 mod new_component;
+mod resilience;
 mod workspace;

@@ -1,0 +1,199 @@
+//! The component that the whole-system tests are made of: counts, takes what it is sent, does what a
+//! test wants to see survived, and writes down every call with its time.
+//!
+//! Each line of its trace is one write at the end of the file, so that it is whole or not there
+//! however the process ends: `NANOSECONDS PID WORDS…`, on the clock that all processes share.
+
+use std::fmt::Display;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use armor_sdk::prelude::*;
+use rustix::time::{ClockId, clock_gettime};
+
+/// What a probe publishes.
+#[derive(Clone, Debug, PartialEq, Message)]
+struct Numbered {
+    /// Counts from 0 in each process.
+    count: u64,
+    bulk: Array<u8>,
+}
+
+const INPUTS: [&str; 5] = ["a", "b", "c", "d", "e"];
+/// Longer than any test.
+const FOREVER: Duration = Duration::from_secs(3600);
+
+struct Probe {
+    armor: Armor,
+    trace: Trace,
+    /// Held while active: two probes with one such file must never be active at once.
+    alone: Option<PathBuf>,
+    held: Option<File>,
+    bulk_len: usize,
+    burst: u64,
+    limit: u64,
+    /// Ticks of this activation after which it reports an event, is done, hangs, panics; 0 for never.
+    event: u64,
+    done: u64,
+    hang: u64,
+    panic: u64,
+    work: Duration,
+    ticks: u64,
+    count: u64,
+}
+
+impl Component for Probe {
+    const KIND: &'static str = "probe";
+    const SUMMARY: &'static str = "Counts, and writes down what happens to it.";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::path("trace").default("").doc("file for what happens; empty: none"),
+        Parameter::path("alone").default("").doc("file locked while active; empty: none"),
+        Parameter::integer("bulk").default("0").range(0.0, 67e6).doc("bytes in each message"),
+        Parameter::integer("burst").default("1").range(0.0, 1e6).doc("messages per tick"),
+        Parameter::integer("limit").default("0").doc("messages in all; 0: no limit"),
+        Parameter::integer("event").default("0").doc("ticks until an event; 0: never"),
+        Parameter::integer("done").default("0").doc("ticks until it reports done; 0: never"),
+        Parameter::integer("hang").default("0").doc("ticks until it hangs; 0: never"),
+        Parameter::integer("panic").default("0").doc("ticks until it panics; 0: never"),
+        Parameter::number("work", "s").default("0s").doc("how long each tick takes"),
+    ];
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.provide::<Numbered>("numbers")?;
+        for input in INPUTS {
+            armor.subscribe::<Optional<Numbered>>(input)?;
+        }
+        for parameter in Self::PARAMETERS {
+            armor.get_parameter(&parameter.manifest().name)?;
+        }
+        armor.synchronize()?;
+        Ok(Self {
+            armor,
+            trace: Trace::default(),
+            alone: None,
+            held: None,
+            bulk_len: 0,
+            burst: 1,
+            limit: 0,
+            event: 0,
+            done: 0,
+            hang: 0,
+            panic: 0,
+            work: Duration::ZERO,
+            ticks: 0,
+            count: 0,
+        })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        match name {
+            "trace" => self.trace.path = Some(value.path()?).filter(|path| is_file_path(path)),
+            "alone" => self.alone = Some(value.path()?).filter(|path| is_file_path(path)),
+            "bulk" => self.bulk_len = usize::try_from(value.integer()?)?,
+            "burst" => self.burst = u64::try_from(value.integer()?)?,
+            "limit" => self.limit = u64::try_from(value.integer()?)?,
+            "event" => self.event = u64::try_from(value.integer()?)?,
+            "done" => self.done = u64::try_from(value.integer()?)?,
+            "hang" => self.hang = u64::try_from(value.integer()?)?,
+            "panic" => self.panic = u64::try_from(value.integer()?)?,
+            "work" => self.work = Duration::from_secs_f64(value.number()?),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn data_received(&mut self, header: &Header, data: &Data) -> Result<(), Fault> {
+        let numbered: Numbered = data.decode()?;
+        let (id, lost, from) = (header.id(), header.lost, header.instance);
+        self.trace.note(format_args!("got {id} {} {lost} {from:016x}", numbered.count))
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        match call {
+            Call::Started => {
+                self.ticks = 0;
+                self.trace.note("started")?;
+                self.be_alone()?;
+            }
+            Call::Stopping => {
+                self.trace.note("stopping")?;
+                self.held = None;
+            }
+            Call::Tick => return self.tick(),
+            Call::Data => {}
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+impl Probe {
+    fn tick(&mut self) -> Result<Outcome, Fault> {
+        self.ticks += 1;
+        self.trace.note("tick")?;
+        std::thread::sleep(self.work);
+        for _ in 0..self.burst {
+            if self.limit > 0 && self.count >= self.limit {
+                break;
+            }
+            let bulk = Array::from(vec![0; self.bulk_len]);
+            self.armor.send_data("numbers", &Numbered { count: self.count, bulk })?;
+            self.count += 1;
+            if self.count == self.limit {
+                self.trace.note("sent all")?;
+            }
+        }
+        if self.ticks == self.hang {
+            self.trace.note("hangs")?;
+            std::thread::sleep(FOREVER);
+        }
+        assert!(self.ticks != self.panic, "as the test wants it");
+        Ok(match self.ticks {
+            ticks if ticks == self.done => Outcome::Done,
+            ticks if ticks == self.event => Outcome::event("ticked", 1.0),
+            _ => Outcome::CarryOn,
+        })
+    }
+
+    /// Says so if another one with the same file is active.
+    fn be_alone(&mut self) -> Result<(), Fault> {
+        if let Some(path) = &self.alone {
+            let file = OpenOptions::new().create(true).append(true).open(path)?;
+            if file.try_lock().is_err() {
+                self.trace.note("clash")?;
+            }
+            self.held = Some(file);
+        }
+        Ok(())
+    }
+}
+
+/// An empty path parameter still comes with its folder.
+fn is_file_path(path: &std::path::Path) -> bool {
+    !path.as_os_str().is_empty() && !path.is_dir()
+}
+
+#[derive(Default)]
+struct Trace {
+    path: Option<PathBuf>,
+    file: Option<File>,
+}
+
+impl Trace {
+    fn note(&mut self, words: impl Display) -> Result<(), Fault> {
+        let Some(path) = &self.path else { return Ok(()) };
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(OpenOptions::new().create(true).append(true).open(path)?),
+        };
+        let now = clock_gettime(ClockId::Monotonic);
+        let at_ns = now.tv_sec * 1_000_000_000 + now.tv_nsec;
+        Ok(file.write_all(format!("{at_ns} {} {words}\n", std::process::id()).as_bytes())?)
+    }
+}
+
+fn main() -> ExitCode {
+    armor_sdk::run::<Probe>()
+}

@@ -1,0 +1,10 @@
+//! What holds when things fail (the table of the design): processes killed, stopped, crowded, and
+//! lied to, in systems of [probes](../probe.rs) that write down what happens to them.
+
+mod deaths;
+mod ends;
+mod rounds;
+mod silence;
+mod strangers;
+mod system;
+mod trace;

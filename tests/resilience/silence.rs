@@ -1,0 +1,111 @@
+//! A subscriber that is stopped (SIGSTOP): it delays nobody, what it misses is counted and shown, and
+//! one that stays silent is killed and replaced.
+
+use armor_wire::control::LinkStatus;
+use rustix::process::Signal;
+
+use super::system::{Draft, System};
+use super::trace::check_nothing_lost;
+use crate::fixture::{DEADLINE, Folder, send, wait_for};
+
+/// Small enough for a busy machine, and enough to fill every buffer on the way in a moment.
+const BULK: &str = "rate='100Hz'";
+
+fn three_subscribers(name: &str) -> System {
+    let draft = Draft::default()
+        .probe("source", BULK, "bulk=300000")
+        .probe("latest", "", "")
+        .probe("some", "", "")
+        .probe("witness", "", "")
+        .link("source", "latest.a", "latest")
+        .link("source", "some.a", "20")
+        .link("source", "witness.a", "all");
+    let system = draft.run(Folder::new(name));
+    for name in ["latest", "some", "witness"] {
+        system.traced(name, "data", |trace| (trace.got("a").len() > 10).then_some(()));
+    }
+    system
+}
+
+/// The link of the source to `name`, as the source sees it.
+fn link(system: &System, name: &str) -> Option<LinkStatus> {
+    let status = system.status("source")?;
+    status.outputs[0].links.iter().find(|link| link.to == name).cloned()
+}
+
+/// Stops `name` until the source has dropped something for it, and lets it go on. `false` if that
+/// took so long that it was killed.
+fn stop_for_a_moment(system: &System, name: &str) -> bool {
+    let pid = system.pid(name);
+    let instance = system.entry(name).instance;
+    let before = link(system, name).map_or(0, |link| link.dropped);
+    send(pid, Signal::STOP);
+    let dropped = wait_for("a loss or an end", || {
+        let Some(link) = link(system, name) else { return Some(false) };
+        (link.dropped > before + 5).then_some(true)
+    });
+    send(pid, Signal::CONT);
+    dropped && system.entry(name).instance == instance && {
+        let got = system.trace(name).got("a").len();
+        system.traced(name, "more data", |trace| (trace.got("a").len() > got).then_some(()));
+        system.entry(name).instance == instance
+    }
+}
+
+/// What `armor graph` shows of the link to `name`: sent, dropped, lost.
+fn shown(system: &System, name: &str) -> Option<[u64; 3]> {
+    let to = format!("{name}.a");
+    let edge = system.told(&["graph"]).into_iter().find(|edge| edge["to"] == *to)?;
+    Some(["sent", "dropped", "lost"].map(|field| edge[field].as_u64().expect("a number")))
+}
+
+#[test]
+fn a_subscriber_stopped_for_a_moment_delays_nobody_and_its_losses_are_counted() {
+    let system = three_subscribers("stopped");
+    for name in ["latest", "some"] {
+        let start = std::time::Instant::now();
+        while !stop_for_a_moment(&system, name) {
+            assert!(start.elapsed() < DEADLINE, "`{name}` is killed each time before it goes on");
+        }
+        let [_, dropped, lost] = wait_for("the link in the graph", || {
+            shown(&system, name).filter(|[_, dropped, lost]| dropped + lost > 0)
+        });
+        println!("{name}: {dropped} dropped and {lost} lost, as `armor graph` shows");
+        assert!(lost > 0, "the gap is seen where the data arrives");
+
+        // Everything between the first and the last is received, lost or dropped: none silently.
+        let pid = system.pid(name);
+        let got: Vec<_> =
+            system.trace(name).got("a").into_iter().filter(|got| got.pid == pid).collect();
+        let [first, last] = [&got[0], &got[got.len() - 1]];
+        let missing = last.count - first.count + 1 - got.len() as u64;
+        let input = system.status(name).expect("it answers").inputs[0].clone();
+        assert!(missing <= input.lost + input.dropped, "{missing} are missing: {input:?}");
+        assert!(missing > 0);
+    }
+    let witness = system.trace("witness").got("a");
+    check_nothing_lost("the witness", &witness);
+    assert_eq!(system.trace("witness").count("started"), 1);
+}
+
+#[test]
+fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
+    let system = three_subscribers("silent");
+    let stopped = system.pid("some");
+    let before = system.trace("witness").got("a").len();
+    send(stopped, Signal::STOP);
+    let got = system.traced("some", "data of its successor", |trace| {
+        trace.got("a").into_iter().find(|got| got.pid != stopped)
+    });
+    let log = system.run.log();
+    assert!(log.contains("suspected of hanging and killed"), "{log}");
+
+    // Meanwhile the others got everything, without a pause that its death would explain.
+    let witness = system.trace("witness").got("a");
+    check_nothing_lost("the witness", &witness);
+    let meanwhile: Vec<_> =
+        witness[before..].iter().take_while(|data| data.at_ns < got.at_ns).collect();
+    let longest_ns = meanwhile.windows(2).map(|pair| pair[1].at_ns - pair[0].at_ns).max();
+    println!("{} data meanwhile, at most {:?} ns apart", meanwhile.len(), longest_ns);
+    assert!(meanwhile.len() > 50, "two seconds and more at 100 Hz: {}", meanwhile.len());
+}

@@ -1,0 +1,253 @@
+//! Garbage, half frames, giant lengths, wrong versions, slow handshakes and connections left open, on
+//! every port: closed, bounded, logged once, while data flows.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+
+use armor_wire::control::Role;
+use armor_wire::frame::{FrameKind, FrameReader, to_bytes};
+use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::registry::ComponentEntry;
+
+use super::system::{Draft, System, proc_status};
+use super::trace::check_nothing_lost;
+use crate::fixture::{DEADLINE, Folder};
+
+/// How often each attack is made.
+const TIMES: usize = 20;
+/// Connections opened and left.
+const LEFT: usize = 200;
+/// What all of it may cost a process, in KiB: buffers of the most connections it accepts, and what
+/// the allocator keeps of them.
+const MOST_GROWTH_KIB: u64 = 24 << 10;
+/// Lines in the log of one process about all of it: one or two for each attack, not one for each
+/// time.
+const MOST_LINES: usize = 30;
+
+fn connect(address: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect(address).expect("it listens");
+    stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+    stream
+}
+
+/// Reads to the end: what was said, or nothing if the connection was reset.
+fn rest(mut stream: &TcpStream) -> Vec<u8> {
+    let mut said = Vec::new();
+    match stream.read_to_end(&mut said) {
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::ConnectionReset => {}
+        Err(error) => panic!("not closed: {error}"),
+    }
+    said
+}
+
+/// Says `bytes` and waits for the close.
+fn is_closed(address: SocketAddr, bytes: &[u8]) {
+    for _ in 0..TIMES {
+        let stream = connect(address);
+        // It may be closed before all is written.
+        let _ = (&stream).write_all(bytes);
+        rest(&stream);
+    }
+}
+
+/// Says a hello, waits for the welcome, then says `bytes` and waits for the close.
+fn is_closed_after_welcome(address: SocketAddr, purpose: &Purpose, bytes: &[u8]) {
+    for _ in 0..TIMES {
+        let stream = connect(address);
+        let hello = to_bytes(FrameKind::Hello, &Hello::new("stranger", 7, purpose.clone()));
+        (&stream).write_all(&hello.expect("it fits")).expect("it listens");
+        let mut reader = FrameReader::new();
+        while reader.next_frame().expect("frames").is_none() {
+            let len = (&stream).read(reader.space()).expect("an answer");
+            assert!(len > 0, "no welcome");
+            reader.filled(len);
+        }
+        let _ = (&stream).write_all(bytes);
+        rest(&stream);
+    }
+}
+
+/// Another version is told why.
+fn is_refused(address: SocketAddr, mut hello: Hello) {
+    hello.version = 99;
+    let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
+    for _ in 0..TIMES {
+        let stream = connect(address);
+        (&stream).write_all(&bytes).expect("it listens");
+        let said = rest(&stream);
+        let mut reader = FrameReader::new();
+        reader.space()[..said.len()].copy_from_slice(&said);
+        reader.filled(said.len());
+        let frame = reader.next_frame().expect("a frame").expect("an answer");
+        assert_eq!(frame.kind, FrameKind::Refusal);
+        let refusal: Refusal = armor_wire::codec::decode_control(frame.body).expect("a refusal");
+        assert_eq!(refusal.code, RefusalCode::Version, "{refusal}");
+    }
+}
+
+/// A hello at five bytes a second does not come to its end.
+fn is_too_slow(address: SocketAddr, hello: &[u8]) {
+    let mut stream = connect(address);
+    stream.set_read_timeout(Some(Duration::from_millis(200))).expect("a timeout");
+    let start = Instant::now();
+    for byte in hello.iter().cycle() {
+        assert!(start.elapsed() < DEADLINE, "still open");
+        let closed = stream.write_all(&[*byte]).is_err()
+            || match stream.read(&mut [0]) {
+                Ok(len) => len == 0,
+                Err(error) => !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
+            };
+        if closed {
+            return;
+        }
+    }
+}
+
+/// Many connections that say nothing, or half of something, are closed by the other side.
+fn are_closed(address: SocketAddr, hello: &[u8]) {
+    let left: Vec<_> = (0..LEFT).map(|_| connect(address)).collect();
+    for (number, mut stream) in left.iter().enumerate() {
+        if number % 2 == 0 {
+            let _ = stream.write_all(&hello[..hello.len() / 2]);
+        }
+    }
+    left.iter().for_each(|stream| drop(rest(stream)));
+}
+
+fn prefix(len: u32, kind: u8, flags: u8) -> Vec<u8> {
+    let mut bytes = len.to_le_bytes().to_vec();
+    bytes.extend([kind, flags, 0, 0]);
+    bytes
+}
+
+/// Noise that is the same every time.
+fn noise() -> impl Iterator<Item = Vec<u8>> {
+    let mut state = 1u32;
+    let mut byte = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        state.to_le_bytes()[3]
+    };
+    (0..TIMES).map(move |_| (0..100).map(|_| byte()).collect())
+}
+
+/// All of it against one port, whose conversations begin with one of `purposes`.
+fn attack(address: SocketAddr, purposes: &[Purpose]) {
+    let hello = Hello::new("stranger", 7, purposes[0].clone());
+    let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
+    for noise in noise() {
+        let stream = connect(address);
+        let _ = (&stream).write_all(&noise);
+        // A length by chance within bounds may wait for the rest of its frame.
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        rest(&stream);
+    }
+    is_closed(address, b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n");
+    for kind in [0, 1, 4, 8, 255] {
+        is_closed(address, &prefix(u32::MAX, kind, 0));
+        is_closed(address, &prefix(1 << 26, kind, 0));
+    }
+    is_closed(address, &prefix(0, FrameKind::Beat as u8, 0));
+    is_closed(address, &prefix(8, FrameKind::Hello as u8, 0x80));
+    let mut wrong_magic = bytes.clone();
+    wrong_magic[8] ^= 1;
+    is_closed(address, &wrong_magic);
+    is_refused(address, hello);
+    for purpose in purposes {
+        is_closed_after_welcome(address, purpose, &prefix(u32::MAX, 8, 0));
+        is_closed_after_welcome(address, purpose, &prefix(0, 99, 0));
+        let mut no_request = prefix(8, 8, 0);
+        no_request.extend([0xff; 8]);
+        is_closed_after_welcome(address, purpose, &no_request);
+        let mut data = prefix(32, FrameKind::Data as u8, 0);
+        data.extend([0; 32]);
+        is_closed_after_welcome(address, purpose, &data);
+        is_closed_after_welcome(address, purpose, &bytes);
+    }
+    for half in [4, 8, bytes.len() - 1] {
+        let stream = connect(address);
+        let _ = (&stream).write_all(&bytes[..half]);
+    }
+    is_too_slow(address, &bytes);
+    are_closed(address, &bytes);
+}
+
+fn link_to(data: &str) -> Purpose {
+    let link = LinkRequest {
+        data: data.into(),
+        instance: 0,
+        schema: String::new(),
+        schema_hash: 0,
+        keep: Keep::Latest,
+        wake: Wake::Sleep,
+        paused: true,
+    };
+    Purpose::Link { link }
+}
+
+fn playing() -> System {
+    let draft = Draft::default()
+        .probe("source", "rate='200Hz'", "bulk=1000")
+        .probe("sink", "", "")
+        .link("source", "sink.a", "all")
+        .mission(
+            "<mission name='stay' goal='over' safe='over'>
+              <place name='here' initial='true'/><place name='over'/>
+              <transition name='late' from='here' to='over' timeout='1h'/>
+            </mission>",
+        );
+    let system = draft.run(Folder::new("strangers"));
+    system.traced("sink", "data", |trace| (trace.got("a").len() > 20).then_some(()));
+    system
+}
+
+fn address(entry: &ComponentEntry) -> SocketAddr {
+    entry.endpoint.parse().expect("an address")
+}
+
+#[test]
+fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows() {
+    let system = playing();
+    let control = Purpose::Control { role: Role::Observer };
+    let ports = [
+        ("registry", system.registry, vec![Purpose::Registry { entry: None }]),
+        ("configd", address(&system.entry("configd")), vec![Purpose::Config]),
+        (
+            "executive",
+            address(&system.entry("executive")),
+            vec![control.clone(), link_to("executive.marking")],
+        ),
+        ("source", address(&system.entry("source")), vec![control, link_to("source.numbers")]),
+    ];
+    let pids = ports.each_ref().map(|port| system.pid(port.0));
+    let memory = || pids.map(|pid| proc_status(pid, "VmRSS"));
+    let before = memory();
+    let flow = system.trace("sink").got("a").len();
+    std::thread::scope(|scope| {
+        for (_, address, purposes) in &ports {
+            scope.spawn(|| attack(*address, purposes));
+        }
+    });
+    let after = memory();
+    assert_eq!(pids, ports.each_ref().map(|port| system.pid(port.0)), "nobody was replaced");
+    system
+        .traced("sink", "data after it", |trace| (trace.got("a").len() > flow + 200).then_some(()));
+    check_nothing_lost("the sink", &system.trace("sink").got("a"));
+    assert_eq!(system.trace("sink").count("started"), 1);
+    for (index, (name, ..)) in ports.iter().enumerate() {
+        let log = system.folder.path().join(format!("out/logs/{name}.log"));
+        let log = std::fs::read_to_string(log).expect("a log");
+        let growth = after[index].saturating_sub(before[index]);
+        println!(
+            "{name}: {} -> {} KiB, {} lines",
+            before[index],
+            after[index],
+            log.lines().count()
+        );
+        assert!(growth < MOST_GROWTH_KIB, "{name}: {growth} KiB more");
+        assert!(log.lines().count() < MOST_LINES, "{name}:\n{log}");
+        assert!(log.contains("closed"), "{name} says so at least once:\n{log}");
+    }
+}

@@ -1,0 +1,196 @@
+//! A running system of probes, looked at from outside.
+
+use std::fmt::Write;
+use std::net::SocketAddr;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use armor_sdk::control::{ControlConnection, Role, Status};
+use armor_sdk::directory::Directory;
+use armor_wire::registry::ComponentEntry;
+use rustix::process::Signal;
+
+use super::trace::Trace;
+use crate::fixture::{Folder, Run, ended, lives, send, wait_for};
+
+/// How long a single question may take; who asks asks again.
+const ANSWER_WITHIN: Duration = Duration::from_secs(2);
+
+/// The file of a system, as it is put together.
+#[derive(Default)]
+pub struct Draft {
+    components: String,
+    links: String,
+    mission: String,
+}
+
+impl Draft {
+    /// A probe with attributes (`rate="50Hz"`) and parameters (`burst=3 limit=1000`); its trace goes
+    /// to `NAME.trace`.
+    pub fn probe(mut self, name: &str, attributes: &str, parameters: &str) -> Self {
+        let trace = format!("trace={name}.trace");
+        let _ = writeln!(self.components, "<component name='{name}' kind='probe' {attributes}>");
+        for parameter in parameters.split_whitespace().chain([trace.as_str()]) {
+            let (name, value) = parameter.split_once('=').expect("NAME=VALUE");
+            let _ = writeln!(self.components, "  <parameter name='{name}' value='{value}'/>");
+        }
+        self.components += "</component>\n";
+        self
+    }
+
+    /// The numbers of `from` to `to`, a `component.input`.
+    pub fn link(mut self, from: &str, to: &str, keep: &str) -> Self {
+        let _ = writeln!(self.links, "<link from='{from}.numbers' to='{to}' keep='{keep}'/>");
+        self
+    }
+
+    /// A mission, as in the file.
+    pub fn mission(mut self, text: &str) -> Self {
+        self.mission = text.into();
+        self
+    }
+
+    /// Starts it; the run goes to `out`.
+    pub fn run(self, folder: Folder) -> System {
+        let Self { components, links, mission } = self;
+        let text = format!(
+            "<armor version='1'>\n<system name='probes'>\n{components}{links}</system>\n{mission}\n</armor>\n"
+        );
+        let file = folder.write("probes.xml", &text);
+        std::fs::create_dir_all(folder.path().join("components")).expect("writable");
+        symlink(probe(), folder.path().join("components/probe")).expect("a link to the probe");
+        let run = folder.run("out", &[file.to_str().expect("a path in UTF-8")]);
+        let registry = wait_for("the registry", || {
+            let command = command_of(child(&run, "registry")?);
+            command.into_iter().nth(3)?.parse().ok()
+        });
+        let directory = Directory::observer(&SocketAddr::to_string(&registry), "test");
+        System { run, registry, directory, folder }
+    }
+}
+
+/// The executable of the probe; `cargo test` builds it, `cargo test --test system` alone does not.
+fn probe() -> PathBuf {
+    let armor = Path::new(env!("CARGO_BIN_EXE_armor"));
+    let path = armor.with_file_name("examples").join("probe");
+    assert!(path.exists(), "no {}; `cargo build -p armor --example probe`", path.display());
+    path
+}
+
+/// The launcher's child that runs `armor DAEMON`.
+fn child(run: &Run, daemon: &str) -> Option<i32> {
+    let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
+    run.children().into_iter().find(is_it)
+}
+
+fn command_of(pid: i32) -> Vec<String> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    text.split('\0').map(String::from).collect()
+}
+
+/// It runs. Everything ends with it.
+pub struct System {
+    pub run: Run,
+    pub registry: SocketAddr,
+    pub directory: Directory,
+    // Last: removed when nothing writes into it any more.
+    pub folder: Folder,
+}
+
+impl System {
+    /// What the probe `name` has written down so far.
+    pub fn trace(&self, name: &str) -> Trace {
+        Trace::read(&self.folder.path().join(format!("{name}.trace")))
+    }
+
+    /// Waits for something in the trace of `name`.
+    pub fn traced<T>(
+        &self,
+        name: &str,
+        what: &str,
+        mut find: impl FnMut(&Trace) -> Option<T>,
+    ) -> T {
+        wait_for(&format!("{what} of `{name}`\n{}", self.run.log()), || find(&self.trace(name)))
+    }
+
+    /// Who is registered, if the registry answers.
+    pub fn entries(&self) -> Vec<ComponentEntry> {
+        self.directory.list(ANSWER_WITHIN).map(|listing| listing.components).unwrap_or_default()
+    }
+
+    /// How a process is registered, once it is and lives.
+    pub fn entry(&self, name: &str) -> ComponentEntry {
+        wait_for(&format!("`{name}` in the registry"), || {
+            let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(lives);
+            self.entries().into_iter().find(|entry| entry.name == name && pid_lives(entry.pid))
+        })
+    }
+
+    /// What a component says of itself, if it answers.
+    pub fn status(&self, name: &str) -> Option<Status> {
+        let entry = self.entries().into_iter().find(|entry| entry.name == name)?;
+        let connection = ControlConnection::connect(&entry, Role::Observer, "test", |_| {}).ok()?;
+        connection.status(ANSWER_WITHIN).ok()
+    }
+
+    /// The process of a component or a daemon, once it is there.
+    pub fn pid(&self, name: &str) -> i32 {
+        match name {
+            "registry" | "configd" | "executive" => wait_for(name, || child(&self.run, name)),
+            name => i32::try_from(self.entry(name).pid).expect("a process id"),
+        }
+    }
+
+    /// Kills a process without warning; returns its id.
+    pub fn kill(&self, name: &str) -> i32 {
+        let pid = self.pid(name);
+        send(pid, Signal::KILL);
+        pid
+    }
+
+    /// Kills a process and waits for the next one of its name.
+    pub fn replace(&self, name: &str) -> i32 {
+        let before = self.kill(name);
+        wait_for(&format!("another {name}"), || Some(self.pid(name)).filter(|pid| *pid != before))
+    }
+
+    /// `armor` with `arguments` about this system; what it prints, line by line, as JSON.
+    pub fn told(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
+        let registry = self.registry.to_string();
+        let mut command = self.folder.armor(arguments);
+        let (code, out, err) = ended(command.args(["--registry", &registry, "--format", "json"]));
+        if code != 0 {
+            // It is being restarted; whoever asks asks again.
+            eprintln!("armor {arguments:?}: {err}");
+        }
+        out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    }
+
+    /// A component started by hand, beside the launcher.
+    pub fn by_hand(&self, arguments: &[&str]) -> ByHand {
+        let mut command = Command::new(probe());
+        command.args(["--registry", &self.registry.to_string()]).args(arguments);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        ByHand(command.current_dir(self.folder.path()).spawn().expect("the probe starts"))
+    }
+}
+
+/// A process that ends with the test.
+pub struct ByHand(Child);
+
+impl Drop for ByHand {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A number from `/proc/PID/status`, such as `VmRSS` in KiB or `Threads`.
+pub fn proc_status(pid: i32, field: &str) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'));
+    let number = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
+    number.unwrap_or_default()
+}
