@@ -45,6 +45,15 @@ impl Thresholds {
     }
 }
 
+impl Grid<Occupancy> {
+    /// Classifies the cells of an occupancy grid message, row-major; `None` if their number does not
+    /// fit the geometry.
+    pub fn classified(geometry: Geometry, percent: &[i8]) -> Option<Self> {
+        let thresholds = Thresholds::default();
+        Self::from_values(geometry, percent.iter().map(|cell| thresholds.classify(*cell)).collect())
+    }
+}
+
 /// How obstacles are grown for a round robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflation {

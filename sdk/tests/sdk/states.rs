@@ -112,7 +112,7 @@ fn an_error_is_a_report_and_a_panic_too() {
         let (_control, events) = system.control("worker", Role::Executive);
         match report(&events).2 {
             ReportKind::Failed { reason } => {
-                assert!(reason.contains("the wheel came off"), "{reason}")
+                assert!(reason.contains("the wheel came off"), "{reason}");
             }
             other => panic!("{other:?}"),
         }

@@ -1,0 +1,12 @@
+//! Plays CARMEN logs: recorded laser scans and odometry, as if the robot were here.
+//!
+//! `line` reads one line, `log` streams a file of them, `playback` says what is due when; `ports`
+//! publishes it.
+
+pub mod line;
+pub mod log;
+pub mod playback;
+mod ports;
+pub mod record;
+
+pub use ports::CarmenPlayer;

@@ -1,0 +1,227 @@
+//! Turns a log into what is due now: scans of one laser, each with its odometry at the same stamp,
+//! in the log's own timing, times a factor, or as fast as they are taken. No clock, no sockets.
+
+use crate::log::{Log, LogError, Tally};
+use crate::record::{Mount, Odometry, Pose, Record, Scan};
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+use std::io::BufRead;
+
+/// Most scans that wait for the odometry after them; at 50 Hz that is a minute without odometry.
+pub const MAX_WAITING_SCANS: usize = 3_000;
+
+/// Where the odometry of a scan is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OdometrySource {
+    /// From the scan's own line.
+    Scan,
+    /// From the ODOM lines around it, interpolated at the scan's stamp.
+    Apart,
+}
+
+/// Plays the scans of one laser out of a log.
+pub struct Playback<R> {
+    log: Log<R>,
+    mount: Mount,
+    source: OdometrySource,
+    pace: Pace,
+    earlier: Option<Odometry>,
+    waiting: VecDeque<Scan>,
+    ready: VecDeque<Scan>,
+    played: u64,
+    last_fault: Option<LogError>,
+}
+
+impl<R: BufRead> Playback<R> {
+    /// Plays `log` at `speed` times its own timing; 0 plays as fast as the scans are taken.
+    pub fn new(log: Log<R>, mount: Mount, source: OdometrySource, speed: f64) -> Self {
+        Self {
+            log,
+            mount,
+            source,
+            pace: Pace { speed, origin: None },
+            earlier: None,
+            waiting: VecDeque::new(),
+            ready: VecDeque::new(),
+            played: 0,
+            last_fault: None,
+        }
+    }
+
+    /// Takes the next scan if it is due at `now_s` (any steady clock, seconds).
+    ///
+    /// `Ok(None)`: nothing is due yet, or the log [has ended](Self::ended).
+    ///
+    /// # Errors
+    /// [`LogError::Io`] when the log cannot be read on; malformed lines are counted instead.
+    pub fn next_due(&mut self, now_s: f64) -> Result<Option<Scan>, LogError> {
+        self.read_ahead()?;
+        let due = self.ready.front().is_some_and(|scan| self.pace.is_due(scan.stamp_s, now_s));
+        let scan = if due { self.ready.pop_front() } else { None };
+        self.played += u64::from(scan.is_some());
+        Ok(scan)
+    }
+
+    /// Says whether every scan has been played; true only after [`Self::next_due`] found the end.
+    pub fn ended(&self) -> bool {
+        self.log.ended() && self.ready.is_empty() && self.waiting.is_empty()
+    }
+
+    /// Lets the log go on from here after a pause, instead of catching up with the time lost.
+    pub fn resume(&mut self) {
+        self.pace.origin = None;
+    }
+
+    /// Number of scans taken so far.
+    pub fn played(&self) -> u64 {
+        self.played
+    }
+
+    /// Counts of the lines read so far.
+    pub fn tally(&self) -> Tally {
+        self.log.tally()
+    }
+
+    /// Takes the newest malformed line met since the last call.
+    pub fn take_fault(&mut self) -> Option<LogError> {
+        self.last_fault.take()
+    }
+
+    /// Reads until a scan is ready or the log is at its end.
+    fn read_ahead(&mut self) -> Result<(), LogError> {
+        while self.ready.is_empty() {
+            match self.log.next() {
+                None => return self.end_of_log(),
+                Some(Ok(Record::Scan(scan))) if scan.mount == self.mount => self.scan(scan),
+                Some(Ok(Record::Odometry(odometry))) => self.odometry(odometry),
+                Some(Ok(_)) => {}
+                Some(Err(error @ LogError::Io { .. })) => return Err(error),
+                Some(Err(malformed)) => self.last_fault = Some(malformed),
+            }
+        }
+        Ok(())
+    }
+
+    fn scan(&mut self, scan: Scan) {
+        if self.source == OdometrySource::Scan {
+            self.ready.push_back(scan);
+            return;
+        }
+        self.waiting.push_back(scan);
+        if self.waiting.len() > MAX_WAITING_SCANS {
+            self.ready.extend(self.waiting.pop_front());
+        }
+    }
+
+    fn odometry(&mut self, later: Odometry) {
+        let earlier = self.earlier.replace(later).unwrap_or(later);
+        while self.waiting.front().is_some_and(|scan| scan.stamp_s <= later.stamp_s) {
+            let scan = self.waiting.pop_front();
+            self.ready.extend(scan.map(|scan| Scan {
+                odometry: interpolate(&earlier, &later, scan.stamp_s),
+                ..scan
+            }));
+        }
+    }
+
+    /// The scans after the last odometry get that one; none at all leaves them their own.
+    fn end_of_log(&mut self) -> Result<(), LogError> {
+        let last = self.earlier.map(|odometry| odometry.pose);
+        let rest = self.waiting.drain(..);
+        self.ready
+            .extend(rest.map(|scan| Scan { odometry: last.unwrap_or(scan.odometry), ..scan }));
+        Ok(())
+    }
+}
+
+/// Pose at `stamp_s` between two readings, turning the short way round; held beyond them.
+pub fn interpolate(earlier: &Odometry, later: &Odometry, stamp_s: f64) -> Pose {
+    let span_s = later.stamp_s - earlier.stamp_s;
+    let part = if span_s > 0.0 { (stamp_s - earlier.stamp_s) / span_s } else { 1.0 };
+    let part = part.clamp(0.0, 1.0);
+    let (from, to) = (earlier.pose, later.pose);
+    let turn_rad = (to.yaw_rad - from.yaw_rad + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+    Pose {
+        x_m: from.x_m + part * (to.x_m - from.x_m),
+        y_m: from.y_m + part * (to.y_m - from.y_m),
+        yaw_rad: from.yaw_rad + part * turn_rad,
+    }
+}
+
+/// Relates log time to a steady clock.
+struct Pace {
+    speed: f64,
+    /// Log time and clock time of the moment playing began.
+    origin: Option<(f64, f64)>,
+}
+
+impl Pace {
+    fn is_due(&mut self, stamp_s: f64, now_s: f64) -> bool {
+        if self.speed <= 0.0 {
+            return true;
+        }
+        let (log_s, clock_s) = *self.origin.get_or_insert((stamp_s, now_s));
+        (stamp_s - log_s) <= (now_s - clock_s) * self.speed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(stamps: &[f64]) -> String {
+        let line =
+            |s: &f64| format!("FLASER 1 1 0 0 0 {s} 0 0 {s} h 0\nRLASER 1 1 0 0 0 0 0 0 0 h 0\n");
+        stamps.iter().map(line).collect()
+    }
+
+    fn play(text: &str, source: OdometrySource, speed: f64) -> Playback<&[u8]> {
+        Playback::new(Log::new(text.as_bytes()), Mount::Front, source, speed)
+    }
+
+    fn due(playback: &mut Playback<&[u8]>, now_s: f64) -> Vec<f64> {
+        std::iter::from_fn(|| playback.next_due(now_s).unwrap().map(|s| s.stamp_s)).collect()
+    }
+
+    #[test]
+    fn scans_come_in_the_logs_timing_times_the_speed() {
+        let text = text(&[10.0, 11.0, 13.0]);
+        let mut playback = play(&text, OdometrySource::Scan, 2.0);
+        assert_eq!(due(&mut playback, 100.0), [10.0]);
+        assert_eq!(due(&mut playback, 100.4), [] as [f64; 0]);
+        assert_eq!(due(&mut playback, 100.5), [11.0]);
+        playback.resume();
+        assert_eq!(due(&mut playback, 500.0), [13.0]);
+        assert!(playback.ended());
+        assert_eq!((playback.played(), playback.tally().scans), (3, 6));
+    }
+
+    #[test]
+    fn speed_zero_gives_everything_at_once() {
+        let text = text(&[10.0, 9.0, 1e6]);
+        assert_eq!(due(&mut play(&text, OdometrySource::Scan, 0.0), 0.0), [10.0, 9.0, 1e6]);
+    }
+
+    #[test]
+    fn odometry_apart_is_interpolated_at_the_scan() {
+        let text = "ODOM 0 0 3 0 0 0 10 h 0\nFLASER 1 1 9 9 9 9 9 9 11 h 0\nODOM 4 8 -3 0 0 0 12 h 0\n\
+                    FLASER 1 1 9 9 9 9 9 9 13 h 0\n";
+        let mut playback = play(text, OdometrySource::Apart, 0.0);
+        let first = playback.next_due(0.0).unwrap().unwrap().odometry;
+        assert_eq!((first.x_m, first.y_m), (2.0, 4.0));
+        assert!((first.yaw_rad - TAU / 2.0).abs() < 1e-12, "the short way round: {first:?}");
+        let held = playback.next_due(0.0).unwrap().unwrap().odometry;
+        assert_eq!((held.x_m, held.yaw_rad), (4.0, -3.0));
+        assert_eq!(playback.next_due(0.0).unwrap(), None);
+        assert!(playback.ended());
+    }
+
+    #[test]
+    fn a_malformed_line_is_remembered_and_costs_only_itself() {
+        let text = "FLASER 1 1 0 0 0 0 0 0 1 h 0\nFLASER x\nFLASER 1 1 0 0 0 0 0 0 2 h 0\n";
+        let mut playback = play(text, OdometrySource::Scan, 0.0);
+        assert_eq!(due(&mut playback, 0.0), [1.0, 2.0]);
+        assert_eq!(playback.tally().malformed, 1);
+        assert_eq!(playback.take_fault().unwrap().to_string().split(':').next(), Some("line 2"));
+    }
+}

@@ -1,0 +1,215 @@
+//! Driving in closed loop: the real laser, base and odometry are replaced, nothing else is.
+
+use std::f64::consts::{PI, TAU};
+
+use super::*;
+use crate::box_world::{Noise, Walls, World, two_rooms};
+
+const TICK_S: f64 = 0.05;
+const EXACT: Noise = Noise { range_m: 0.0, pose_m: 0.0, odometry: 0.0, seed: 1 };
+const START: Pose2 = Pose2::new(1.0, 1.0, 0.0);
+
+struct Trial {
+    world: World,
+    driving: Driving,
+    now_s: f64,
+    ticks: u64,
+    nearest_m: f64,
+    /// Poses on the map come this many ticks late.
+    late: std::collections::VecDeque<(f64, Pose2)>,
+}
+
+impl Trial {
+    fn new(walls: Walls, field_rad: f64, noise: Noise) -> Self {
+        let world = World::new(walls, START, field_rad, noise);
+        let driving = Driving::new(Settings::default());
+        let late = std::collections::VecDeque::new();
+        Self { world, driving, now_s: 100.0, ticks: 0, nearest_m: f64::INFINITY, late }
+    }
+
+    /// Scans and poses at 10 Hz, poses 0.2 s late, maps at 1 Hz, the rest at 20 Hz.
+    fn tick(&mut self, goal: Option<Pose2>) -> Velocity {
+        let now_s = self.now_s;
+        self.driving.odometry_seen(now_s, now_s, self.world.odometry);
+        if self.ticks.is_multiple_of(2) {
+            let scan = self.world.scan(now_s);
+            self.driving.scan_seen(now_s, scan);
+            self.late.push_back((now_s, self.world.mapped_pose()));
+            if self.late.len() > 2 {
+                let (stamp_s, pose) = self.late.pop_front().expect("there are more than two");
+                self.driving.pose_seen(stamp_s, pose);
+            }
+        }
+        if self.ticks.is_multiple_of(20) {
+            self.driving.map_seen(self.world.map.clone());
+        }
+        if let Some(goal) = goal {
+            self.driving.goal_seen(now_s, goal);
+        }
+        let command = self.driving.step(now_s);
+        for _ in 0..5 {
+            self.world.drive(command, TICK_S / 5.0);
+            self.nearest_m =
+                self.nearest_m.min(self.world.walls.distance_m(self.world.robot.point()));
+        }
+        self.now_s += TICK_S;
+        self.ticks += 1;
+        command
+    }
+
+    fn away_m(&self, goal: Pose2) -> f64 {
+        self.world.robot.point().distance_m(goal.point())
+    }
+
+    /// Drives until the goal is reached; panics if it touches a wall or takes longer.
+    fn reach(&mut self, goal: Pose2, within_s: f64) {
+        let until_s = self.now_s + within_s;
+        while self.away_m(goal) > 0.2 {
+            self.tick(Some(goal));
+            let radius_m = self.driving.settings.radius_m;
+            assert!(self.nearest_m > radius_m, "touches a wall at {:?}", self.world.robot);
+            assert!(self.now_s < until_s, "{goal:?} not reached from {:?}", self.world.robot);
+        }
+    }
+}
+
+/// Through the door and back, round the boxes, as an explorer would ask for it.
+const TOUR: [Pose2; 5] = [
+    Pose2::new(3.2, 2.5, 0.0),
+    Pose2::new(5.0, 2.5, 0.0),
+    Pose2::new(7.3, 4.3, 0.0),
+    Pose2::new(7.2, 0.6, 0.0),
+    Pose2::new(0.7, 4.2, 0.0),
+];
+
+/// Drives the tour; says how close to a wall it came and how long it took.
+fn check(walls: Walls, field_rad: f64, noise: Noise) {
+    let mut trial = Trial::new(walls, field_rad, noise);
+    for goal in TOUR {
+        trial.reach(goal, 60.0);
+    }
+    let took_s = trial.now_s - 100.0;
+    println!("seed {}: nearest wall {:.3} m, {took_s:.1} s", noise.seed, trial.nearest_m);
+}
+
+#[test]
+fn a_tour_through_a_door_touches_nothing() {
+    check(two_rooms(0.9), TAU, EXACT);
+}
+
+#[test]
+fn a_laser_that_looks_ahead_only_is_enough() {
+    check(two_rooms(0.9), PI, EXACT);
+}
+
+#[test]
+fn noise_and_drift_do_not_make_it_touch() {
+    for seed in [11, 12, 13, 14] {
+        check(two_rooms(0.9), TAU, Noise { range_m: 0.015, pose_m: 0.02, odometry: 0.05, seed });
+    }
+}
+
+#[test]
+fn rooms_full_of_boxes_are_passed() {
+    let mut free: Vec<Point2> = TOUR.iter().map(|goal| goal.point()).collect();
+    free.extend([START.point(), Point2::new(4.0, 2.1), Point2::new(4.0, 2.9)]);
+    for seed in 100..106 {
+        let mut walls = two_rooms(0.9);
+        walls.clutter(seed, &free);
+        let noise = Noise { range_m: 0.02, pose_m: 0.03, odometry: 0.05, seed };
+        check(walls, if seed % 2 == 0 { TAU } else { 1.5 * PI }, noise);
+    }
+}
+
+#[test]
+fn without_a_fresh_goal_it_stops() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    for _ in 0..40 {
+        trial.tick(Some(TOUR[0]));
+    }
+    assert!(trial.driving.command.speed_mps > 0.2, "{:?}", trial.driving.command);
+    for _ in 0..9 {
+        trial.tick(None);
+    }
+    assert_ne!(trial.driving.command, Velocity::ZERO);
+    for _ in 0..3 {
+        trial.tick(None);
+    }
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+}
+
+#[test]
+fn blind_it_stands() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    for _ in 0..40 {
+        trial.tick(Some(TOUR[0]));
+    }
+    // Goals and odometry go on, scans do not.
+    for _ in 0..13 {
+        trial.driving.odometry_seen(trial.now_s, trial.now_s, trial.world.odometry);
+        trial.driving.goal_seen(trial.now_s, TOUR[0]);
+        trial.driving.step(trial.now_s);
+        trial.now_s += TICK_S;
+    }
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+}
+
+#[test]
+fn the_override_goes_first_while_it_is_fresh() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    let aside = Pose2::new(1.0, 3.5, 0.0);
+    let until_s = trial.now_s + 30.0;
+    while trial.away_m(aside) > 0.2 {
+        trial.driving.override_seen(trial.now_s, aside);
+        trial.tick(Some(TOUR[0]));
+        assert!(trial.now_s < until_s, "override not reached");
+    }
+    trial.reach(TOUR[0], 30.0);
+}
+
+#[test]
+fn at_the_goal_it_turns_to_its_heading_and_stands() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    let goal = Pose2::new(1.0, 3.5, -2.0);
+    trial.reach(goal, 30.0);
+    for _ in 0..100 {
+        trial.tick(Some(goal));
+    }
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+    assert!(wrap_angle(trial.world.robot.yaw_rad + 2.0).abs() < 0.2, "{:?}", trial.world.robot);
+}
+
+#[test]
+fn a_thing_put_in_the_way_is_driven_around() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    for _ in 0..30 {
+        trial.tick(Some(TOUR[4]));
+    }
+    trial.world.walls.line(&[(0.6, 2.6), (1.1, 2.6), (1.1, 2.7), (0.6, 2.7), (0.6, 2.6)]);
+    trial.reach(TOUR[4], 40.0);
+}
+
+#[test]
+fn a_goal_that_cannot_be_reached_is_not_forced() {
+    let mut trial = Trial::new(two_rooms(0.4), TAU, EXACT);
+    for _ in 0..600 {
+        trial.tick(Some(TOUR[2]));
+        assert!(trial.nearest_m > trial.driving.settings.radius_m);
+    }
+    assert!(trial.world.robot.x_m < 4.0);
+}
+
+#[test]
+fn the_path_is_told_when_it_changes_and_when_it_ends() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    let mut told = Vec::new();
+    for _ in 0..20 {
+        trial.tick(Some(TOUR[0]));
+        told.extend(trial.driving.changed_path().map(<[Point2]>::to_vec));
+    }
+    let end = *told.last().and_then(|path| path.last()).expect("a path was told");
+    assert!(end.distance_m(TOUR[0].point()) < 0.1);
+    trial.driving.stop();
+    assert_eq!(trial.driving.changed_path(), Some(&[][..]));
+    assert_eq!(trial.driving.changed_path(), None);
+}

@@ -1,0 +1,143 @@
+//! Notices that the robot is stuck and says how to get loose: back off a little, then turn.
+
+use armor_grid::{Point2, Pose2};
+
+use crate::window::{Velocity, Window};
+
+/// Without having moved `MOVED_M` for this long the robot is stuck, in seconds.
+const STUCK_S: f64 = 4.0;
+/// Less than this is not moving, in metres.
+const MOVED_M: f64 = 0.1;
+/// How long and how fast to back off: 15 cm at most, for little is known of what is behind.
+const BACK_S: f64 = 1.5;
+const BACK_MPS: f64 = -0.1;
+/// How long and how fast to turn afterwards: about a right angle.
+const TURN_S: f64 = 2.0;
+const TURN_RADPS: f64 = 0.8;
+
+/// Watches the robot get somewhere.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Recovery {
+    /// Where and when it was last known to move.
+    moved: Option<(Point2, f64)>,
+    /// When getting loose began, and to which side to turn.
+    began: Option<(f64, f64)>,
+}
+
+impl Recovery {
+    /// The robot has no reason to move, or just got one.
+    pub(crate) fn rest(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Returns how to move if the robot is stuck; backing off only if it `has_path` to return to.
+    pub(crate) fn step(
+        &mut self,
+        robot: Pose2,
+        has_path: bool,
+        window: &Window<'_>,
+        now_s: f64,
+    ) -> Option<Velocity> {
+        if let Some((began_s, side)) = self.began {
+            return self.escape(began_s, side, has_path, window, now_s);
+        }
+        let (place, since_s) = *self.moved.get_or_insert((robot.point(), now_s));
+        if place.distance_m(robot.point()) > MOVED_M {
+            self.moved = Some((robot.point(), now_s));
+        } else if now_s - since_s > STUCK_S {
+            self.began = Some((now_s, free_side(window.obstacles)));
+        }
+        None
+    }
+
+    fn escape(
+        &mut self,
+        began_s: f64,
+        side: f64,
+        has_path: bool,
+        window: &Window<'_>,
+        now_s: f64,
+    ) -> Option<Velocity> {
+        let back = Velocity { speed_mps: BACK_MPS, turn_radps: 0.0 };
+        match now_s - began_s {
+            since_s if since_s < BACK_S && has_path && window.is_safe(back) => Some(back),
+            since_s if since_s < BACK_S + TURN_S => Some(Velocity::spin(side * TURN_RADPS)),
+            _ => {
+                self.rest();
+                None
+            }
+        }
+    }
+}
+
+/// 1 if there is more room on the left, -1 if on the right.
+fn free_side(obstacles: &[Point2]) -> f64 {
+    let crowd = |side: f64| -> f64 {
+        let there = obstacles.iter().filter(|point| point.y_m * side > 0.0);
+        there.map(|point| 1.0 / point.distance_m(Point2::default()).max(0.1).powi(2)).sum()
+    };
+    if crowd(1.0) <= crowd(-1.0) { 1.0 } else { -1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::window::{Distances, Limits};
+
+    const LIMITS: Limits = Limits {
+        speed_mps: 0.6,
+        turn_radps: 1.2,
+        acceleration_mps2: 0.8,
+        turn_acceleration_radps2: 3.0,
+    };
+
+    /// Steps a robot that stays where it is; says what it did in each second from 0 to 8.
+    fn check(has_path: bool, obstacles: &[Point2], expected: [Option<Velocity>; 9]) {
+        let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
+        let now = Velocity::ZERO;
+        let window = Window { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 };
+        let mut recovery = Recovery::default();
+        let mut did = [None; 9];
+        for tick in 0..=80_u32 {
+            let now_s = f64::from(tick) * 0.1;
+            let velocity = recovery.step(Pose2::IDENTITY, has_path, &window, now_s);
+            if tick % 10 == 0 {
+                did[tick as usize / 10] = velocity;
+            }
+        }
+        assert_eq!(did, expected);
+    }
+
+    const BACK: Option<Velocity> = Some(Velocity { speed_mps: BACK_MPS, turn_radps: 0.0 });
+    const LEFT: Option<Velocity> = Some(Velocity::spin(TURN_RADPS));
+    const RIGHT: Option<Velocity> = Some(Velocity::spin(-TURN_RADPS));
+
+    #[test]
+    fn stuck_it_backs_off_and_turns_to_the_free_side() {
+        let left_wall = [Point2::new(0.3, 0.3)];
+        check(true, &left_wall, [None, None, None, None, None, BACK, RIGHT, RIGHT, None]);
+    }
+
+    #[test]
+    fn it_does_not_back_into_what_is_behind() {
+        let behind = [Point2::new(-0.21, -0.01)];
+        check(true, &behind, [None, None, None, None, None, LEFT, LEFT, LEFT, None]);
+    }
+
+    #[test]
+    fn without_a_path_it_only_looks_around() {
+        check(false, &[], [None, None, None, None, None, LEFT, LEFT, LEFT, None]);
+    }
+
+    #[test]
+    fn a_robot_that_moves_is_left_alone() {
+        let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
+        let now = Velocity::ZERO;
+        let window = Window { limits: &LIMITS, distances, obstacles: &[], now, interval_s: 0.1 };
+        let mut recovery = Recovery::default();
+        for tick in 0..300 {
+            let robot = Pose2::new(f64::from(tick) * 0.005, 0.0, 0.0);
+            assert_eq!(recovery.step(robot, true, &window, f64::from(tick) * 0.1), None);
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The dynamic window (Fox, Burgard & Thrun, "The Dynamic Window Approach to Collision Avoidance",
+//! IEEE RAM 1997): of the speeds the base can take up next, those whose arc hits nothing before it
+//! could stop, and of these the one that best approaches the target.
+
+use armor_grid::{Point2, Pose2};
+
+/// Arcs are looked at this far ahead, in seconds.
+const HORIZON_S: f64 = 1.2;
+/// In steps of this, in seconds: 6 cm at full speed.
+const STEP_S: f64 = 0.1;
+/// What passes between a scan and the wheels, in seconds.
+const REACTION_S: f64 = 0.2;
+/// Speeds tried between the slowest and the fastest.
+const SPEEDS: usize = 6;
+/// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
+const TURNS: usize = 15;
+
+/// How fast to drive and turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Velocity {
+    /// Forward speed, in metres per second.
+    pub speed_mps: f64,
+    /// Turn rate, counter-clockwise, in radians per second.
+    pub turn_radps: f64,
+}
+
+impl Velocity {
+    /// Standing still.
+    pub const ZERO: Self = Self { speed_mps: 0.0, turn_radps: 0.0 };
+
+    /// Turning on the spot.
+    pub const fn spin(turn_radps: f64) -> Self {
+        Self { speed_mps: 0.0, turn_radps }
+    }
+}
+
+/// What the base can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Fastest forward speed, in metres per second.
+    pub speed_mps: f64,
+    /// Fastest turn rate, in radians per second.
+    pub turn_radps: f64,
+    /// Change of speed, in metres per second squared.
+    pub acceleration_mps2: f64,
+    /// Change of turn rate, in radians per second squared.
+    pub turn_acceleration_radps2: f64,
+}
+
+impl Limits {
+    /// Returns the velocity nearest to `wanted` that can be reached within `interval_s`.
+    pub(crate) fn approach(&self, now: Velocity, wanted: Velocity, interval_s: f64) -> Velocity {
+        let speed = self.acceleration_mps2 * interval_s;
+        let turn = self.turn_acceleration_radps2 * interval_s;
+        Velocity {
+            speed_mps: wanted.speed_mps.clamp(now.speed_mps - speed, now.speed_mps + speed),
+            turn_radps: wanted.turn_radps.clamp(now.turn_radps - turn, now.turn_radps + turn),
+        }
+    }
+}
+
+/// How close the robot's centre may and should come to things.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Distances {
+    /// Never closer, in metres.
+    pub(crate) keep_m: f64,
+    /// Closer only if it must be, in metres.
+    pub(crate) comfort_m: f64,
+}
+
+/// One choice to make: where to, from which speeds, among what.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window<'a> {
+    pub(crate) limits: &'a Limits,
+    pub(crate) distances: Distances,
+    /// Everything near, in the robot's frame.
+    pub(crate) obstacles: &'a [Point2],
+    /// The velocity now.
+    pub(crate) now: Velocity,
+    /// Until the next choice, in seconds.
+    pub(crate) interval_s: f64,
+}
+
+impl Window<'_> {
+    /// Returns the best forward velocity towards `target`, no faster than `fastest_mps`.
+    ///
+    /// `target` is in the robot's frame. `None` if every arc hits something.
+    pub(crate) fn choose(&self, target: Point2, fastest_mps: f64) -> Option<Velocity> {
+        let candidates = self.speeds(fastest_mps).flat_map(|speed_mps| {
+            self.turns().map(move |turn_radps| Velocity { speed_mps, turn_radps })
+        });
+        candidates
+            .filter_map(|velocity| Some((velocity, self.cost(velocity, target, fastest_mps)?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(velocity, _)| velocity)
+    }
+
+    /// Says whether the base can drive on like this and still stop before it hits anything.
+    pub(crate) fn is_safe(&self, velocity: Velocity) -> bool {
+        self.nearest_on_arc(velocity).is_some()
+    }
+
+    fn speeds(&self, fastest_mps: f64) -> impl Iterator<Item = f64> + use<> {
+        let step = self.limits.acceleration_mps2 * self.interval_s;
+        let highest = (self.now.speed_mps + step).min(fastest_mps).max(0.0);
+        // Braking may be sharper than starting: twice as hard.
+        let lowest = (self.now.speed_mps - 2.0 * step).clamp(0.0, highest);
+        spread(lowest, highest, SPEEDS)
+    }
+
+    fn turns(&self) -> impl Iterator<Item = f64> + use<> {
+        let step = self.limits.turn_acceleration_radps2 * self.interval_s;
+        let most = self.limits.turn_radps;
+        let right = (self.now.turn_radps - step).clamp(-most, most);
+        let left = (self.now.turn_radps + step).clamp(-most, most);
+        spread(right, left, TURNS)
+    }
+
+    /// What an arc costs (lower is better), or `None` if it is not safe.
+    fn cost(&self, velocity: Velocity, target: Point2, fastest_mps: f64) -> Option<f64> {
+        let nearest_m = self.nearest_on_arc(velocity)?;
+        let end = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, HORIZON_S);
+        let in_end = end.inverse().apply(target);
+        let away_m = in_end.distance_m(Point2::default());
+        // A target that is reached has no direction any more.
+        let off_rad = Point2::default().bearing_rad(in_end).abs() * (away_m / 0.2).min(1.0);
+        let now_m = target.distance_m(Point2::default()).max(0.1);
+        let Distances { keep_m, comfort_m } = self.distances;
+        let tight = ((comfort_m - nearest_m) / (comfort_m - keep_m)).clamp(0.0, 1.0);
+        let slow = 1.0 - velocity.speed_mps / fastest_mps.max(0.05);
+        Some(away_m / now_m + 0.35 * off_rad + 0.4 * tight * tight + 0.2 * slow)
+    }
+
+    /// The least distance to anything on the arc as far as it is driven before a stop, or `None`
+    /// if that comes too close.
+    fn nearest_on_arc(&self, velocity: Velocity) -> Option<f64> {
+        let start_m = self.nearest_m(Pose2::IDENTITY);
+        // A robot that stands too close already may move, but no closer.
+        let keep_m = self.distances.keep_m.min(start_m - 0.005);
+        let speed_mps = velocity.speed_mps.abs();
+        let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
+        let mut nearest_m = start_m;
+        let mut time_s = 0.0;
+        while time_s < HORIZON_S {
+            time_s += STEP_S;
+            let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, time_s);
+            let away_m = self.nearest_m(pose);
+            if away_m < keep_m {
+                return (time_s > stop_s).then_some(nearest_m);
+            }
+            nearest_m = nearest_m.min(away_m);
+        }
+        Some(nearest_m)
+    }
+
+    fn nearest_m(&self, pose: Pose2) -> f64 {
+        let squares = self.obstacles.iter().map(|obstacle| {
+            let (dx, dy) = (obstacle.x_m - pose.x_m, obstacle.y_m - pose.y_m);
+            dx * dx + dy * dy
+        });
+        squares.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+fn spread(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |index| low + (high - low) * index as f64 / (count - 1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        speed_mps: 0.6,
+        turn_radps: 1.2,
+        acceleration_mps2: 0.8,
+        turn_acceleration_radps2: 3.0,
+    };
+
+    fn window(obstacles: &[Point2], now: Velocity) -> Window<'_> {
+        let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
+        Window { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 }
+    }
+
+    const CRUISE: Velocity = Velocity { speed_mps: 0.5, turn_radps: 0.0 };
+
+    #[test]
+    fn in_the_open_it_speeds_up_straight_ahead() {
+        let chosen = window(&[], CRUISE).choose(Point2::new(1.0, 0.0), 0.6).unwrap();
+        assert!(chosen.speed_mps > 0.55 && chosen.turn_radps.abs() < 1e-9, "{chosen:?}");
+    }
+
+    #[test]
+    fn it_turns_towards_the_target() {
+        let chosen = window(&[], CRUISE).choose(Point2::new(0.6, 0.4), 0.6).unwrap();
+        assert!(chosen.turn_radps > 0.1, "{chosen:?}");
+    }
+
+    #[test]
+    fn it_never_exceeds_what_the_base_can_do_next() {
+        let chosen = window(&[], Velocity::ZERO).choose(Point2::new(1.0, 1.0), 0.6).unwrap();
+        assert!(chosen.speed_mps <= 0.08 + 1e-9 && chosen.turn_radps <= 0.3 + 1e-9, "{chosen:?}");
+    }
+
+    #[test]
+    fn it_passes_a_post_on_the_free_side() {
+        let post: Vec<Point2> =
+            (0..5).map(|i| Point2::new(0.5, -0.1 + 0.04 * f64::from(i))).collect();
+        let slow = Velocity { speed_mps: 0.2, turn_radps: 0.0 };
+        let chosen = window(&post, slow).choose(Point2::new(0.8, -0.15), 0.6).unwrap();
+        assert!(chosen.turn_radps < 0.0, "{chosen:?}");
+    }
+
+    #[test]
+    fn a_wall_ahead_forbids_what_could_not_stop() {
+        let wall: Vec<Point2> = (-20..=20).map(|i| Point2::new(0.4, 0.05 * f64::from(i))).collect();
+        assert!(!window(&wall, CRUISE).is_safe(CRUISE));
+        assert!(window(&wall, CRUISE).is_safe(Velocity::ZERO));
+        assert!(window(&wall, CRUISE).is_safe(Velocity { speed_mps: -0.1, turn_radps: 0.0 }));
+    }
+
+    #[test]
+    fn from_too_close_it_may_only_move_away() {
+        let post = [Point2::new(0.15, 0.0)];
+        let window = window(&post, Velocity::ZERO);
+        assert!(!window.is_safe(Velocity { speed_mps: 0.08, turn_radps: 0.0 }));
+        assert!(window.is_safe(Velocity { speed_mps: -0.08, turn_radps: 0.0 }));
+    }
+}

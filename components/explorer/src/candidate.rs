@@ -1,0 +1,134 @@
+//! From frontiers to places worth driving to: which of them the robot can get to, where it would
+//! stand, and what the trip costs.
+
+use armor_grid::{Cell, CostMap, Grid, Inflation, Occupancy, Point2, Pose2, traverse, wavefront};
+
+use crate::Settings;
+use crate::frontier::{Frontier, frontiers};
+
+/// How far from an obstacle the way costs nothing extra, beyond the closed radius, in metres.
+const COMFORT_M: f64 = 0.3;
+/// What a metre costs close to an obstacle, on top of its length.
+const WEIGHT: f64 = 2.0;
+/// A frontier in the grown border of a wall is looked at from at most this far beyond the closed
+/// radius, in metres.
+const LOOK_M: f64 = 0.3;
+/// How far a robot that stands in a closed cell may be from an open one, in metres.
+const ESCAPE_M: f64 = 0.5;
+/// Frontiers larger than this count as no larger: the robot sees only so far, in metres.
+const LARGE_M: f64 = 3.0;
+/// A metre aside from the middle of a frontier counts as this many of travel.
+const ASIDE: f64 = 0.5;
+
+/// A place from which a frontier is seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    /// Where to stand, heading at the frontier.
+    pub(crate) goal: Pose2,
+    /// The frontier cell to be seen from there.
+    pub(crate) target: Point2,
+    /// The weighted way there, in metres.
+    pub(crate) travel_m: f64,
+    /// The way less what the frontier is worth, in metres; lower is better.
+    pub(crate) cost_m: f64,
+}
+
+/// The reachable places of one map, and how far away each is.
+#[derive(Debug)]
+pub(crate) struct Reach {
+    travel_m: Grid<f32>,
+    closed_m: f64,
+}
+
+impl Reach {
+    /// Spreads from the robot over the open cells; `None` if it stands nowhere near one.
+    pub(crate) fn new(map: &Grid<Occupancy>, robot: Point2, settings: &Settings) -> Option<Self> {
+        let inflation = Inflation {
+            radius_m: settings.clearance_m,
+            comfort_m: settings.clearance_m + COMFORT_M,
+            weight: WEIGHT,
+            unknown_weight: None,
+        };
+        let costs = CostMap::new(map, &inflation);
+        let start = costs.nearest_open(robot, ESCAPE_M)?;
+        Some(Self { travel_m: wavefront(&costs, start), closed_m: settings.clearance_m })
+    }
+
+    /// Returns one candidate for each reachable frontier that has a place away from `avoid`.
+    pub(crate) fn candidates(
+        &self,
+        map: &Grid<Occupancy>,
+        settings: &Settings,
+        avoid: impl Fn(Point2) -> bool,
+    ) -> Vec<Candidate> {
+        frontiers(map, settings.min_frontier_m)
+            .iter()
+            .filter_map(|frontier| self.candidate(map, frontier, settings, &avoid))
+            .collect()
+    }
+
+    fn candidate(
+        &self,
+        map: &Grid<Occupancy>,
+        frontier: &Frontier,
+        settings: &Settings,
+        avoid: impl Fn(Point2) -> bool,
+    ) -> Option<Candidate> {
+        let geometry = map.geometry();
+        let price = |cell: Cell, stand: Cell| {
+            let aside_m = geometry.centre(cell).distance_m(frontier.centre);
+            f64::from(self.travel_m[stand]) + ASIDE * aside_m
+        };
+        let allowed = frontier.cells.iter().filter(|&&cell| !avoid(geometry.centre(cell)));
+        let (target, stand) = allowed
+            .filter_map(|&cell| Some((cell, self.stand(map, cell)?)))
+            .min_by(|a, b| price(a.0, a.1).total_cmp(&price(b.0, b.1)))?;
+        let stand = self.step_back(stand, settings.setback_m);
+        let (position, seen) = (geometry.centre(stand), geometry.centre(target));
+        let yaw_rad = if stand == target { 0.0 } else { position.bearing_rad(seen) };
+        let travel_m = f64::from(self.travel_m[stand]);
+        let worth_m = settings.size_gain * frontier.size_m.min(LARGE_M);
+        Some(Candidate {
+            goal: Pose2::new(position.x_m, position.y_m, yaw_rad),
+            target: seen,
+            travel_m,
+            cost_m: travel_m - worth_m,
+        })
+    }
+
+    fn is_reached(&self, cell: Cell) -> bool {
+        self.travel_m.get(cell).is_some_and(|travel_m| travel_m.is_finite())
+    }
+
+    /// The frontier cell itself, or the nearest reached one with nothing in between.
+    fn stand(&self, map: &Grid<Occupancy>, cell: Cell) -> Option<Cell> {
+        if self.is_reached(cell) {
+            return Some(cell);
+        }
+        let geometry = map.geometry();
+        let reach = ((self.closed_m + LOOK_M) / geometry.resolution_m) as i32;
+        let around =
+            (-reach..=reach).flat_map(|r| (-reach..=reach).map(move |c| cell.offset(c, r)));
+        around
+            .filter(|&stand| self.is_reached(stand) && cell.distance(stand) <= f64::from(reach))
+            .filter(|&stand| {
+                let mut between = traverse(geometry, geometry.centre(stand), geometry.centre(cell));
+                between.all(|cell| map.get(cell) == Some(&Occupancy::Free))
+            })
+            .min_by(|a, b| cell.distance(*a).total_cmp(&cell.distance(*b)))
+    }
+
+    /// Goes back towards the robot: a goal on the very edge of the known is in doubt.
+    fn step_back(&self, from: Cell, setback_m: f64) -> Cell {
+        let setback = setback_m / self.travel_m.geometry().resolution_m;
+        let mut here = from;
+        while from.distance(here) < setback {
+            let before = here.neighbours().filter(|&next| self.is_reached(next));
+            match before.min_by(|a, b| self.travel_m[*a].total_cmp(&self.travel_m[*b])) {
+                Some(next) if self.travel_m[next] < self.travel_m[here] => here = next,
+                _ => break,
+            }
+        }
+        here
+    }
+}

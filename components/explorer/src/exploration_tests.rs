@@ -1,0 +1,208 @@
+//! Drawn maps and what shall be decided on them.
+
+use super::*;
+use crate::drawing::Drawing;
+
+const SETTINGS: Settings = Settings {
+    clearance_m: 0.15,
+    min_frontier_m: 0.3,
+    setback_m: 0.1,
+    size_gain: 1.0,
+    switch_gain_m: 1.5,
+    patience_s: 8.0,
+    look_s: 2.0,
+    confirm_s: 2.0,
+};
+
+fn begin(rows: &[&str]) -> (Exploration, Drawing) {
+    let drawing = Drawing::read(0.1, rows);
+    let mut exploration = Exploration::new(SETTINGS);
+    let robot = drawing.robot.expect("the drawing has a robot");
+    exploration.map_seen(drawing.map.clone());
+    exploration.pose_seen(Pose2::new(robot.x_m, robot.y_m, 0.0));
+    (exploration, drawing)
+}
+
+/// Runs until the confirmation time is over; a drawn `G` is where the goal must be (0.25 m).
+fn check(rows: &[&str]) {
+    let (mut exploration, drawing) = begin(rows);
+    let first = exploration.step(0.0);
+    match (first, drawing.goal) {
+        (Decision::Goto(goal), Some(expected)) => {
+            let off_m = goal.point().distance_m(expected);
+            assert!(off_m <= 0.25, "{off_m:.2} m off: {goal:?}\n{rows:#?}");
+        }
+        (Decision::Wait, None) => assert_eq!(exploration.step(2.1), Decision::Done, "{rows:#?}"),
+        _ => panic!("{first:?} for {rows:#?}"),
+    }
+}
+
+#[test]
+fn it_goes_to_the_open_side_and_stays_inside() {
+    check(&[
+        "##################",
+        "#..............???",
+        "#..............???",
+        "#...R........G.???",
+        "#..............???",
+        "#..............???",
+        "##################",
+    ]);
+}
+
+#[test]
+fn a_closed_room_is_done() {
+    check(&["########", "#......#", "#......#", "#..R...#", "#......#", "########"]);
+}
+
+#[test]
+fn a_gap_too_narrow_is_not_reachable() {
+    check(&[
+        "#################",
+        "#.......#........",
+        "#.......#.....???",
+        "#.......#.....???",
+        "#..R..........???",
+        "#.......#.....???",
+        "#.......#.....???",
+        "#################",
+    ]);
+}
+
+#[test]
+fn a_door_is_passed() {
+    check(&[
+        "#################",
+        "#.......#.....???",
+        "#.............???",
+        "#...........G.???",
+        "#..R..........???",
+        "#.............???",
+        "#.......#.....???",
+        "#################",
+    ]);
+}
+
+#[test]
+fn the_near_one_comes_first_if_sizes_are_alike() {
+    check(&[
+        "##########################",
+        "??.....................???",
+        "??.....................???",
+        "??.G....R..............???",
+        "??.....................???",
+        "??.....................???",
+        "##########################",
+    ]);
+}
+
+#[test]
+fn the_large_one_is_worth_a_detour() {
+    check(&[
+        "#####################",
+        "?...................#",
+        "?...................#",
+        "?...................#",
+        "?..................##",
+        "?.G........R.......??",
+        "?..................??",
+        "?..................??",
+        "?..................##",
+        "?...................#",
+        "#####################",
+    ]);
+}
+
+#[test]
+fn a_frontier_behind_a_thin_wall_is_not_mistaken_for_near() {
+    check(&[
+        "###########",
+        "#.......#.?",
+        "#.......#.?",
+        "#....R..#.?",
+        "#.......#.?",
+        "#.......#.?",
+        "###########",
+    ]);
+}
+
+#[test]
+fn without_map_or_pose_it_waits() {
+    let mut exploration = Exploration::new(SETTINGS);
+    assert_eq!(exploration.step(0.0), Decision::Wait);
+    exploration.pose_seen(Pose2::IDENTITY);
+    assert_eq!(exploration.step(100.0), Decision::Wait);
+    exploration.map_seen(Drawing::read(0.1, &["???", "???"]).map);
+    assert_eq!(exploration.step(200.0), Decision::Wait);
+    assert_eq!(exploration.step(300.0), Decision::Wait);
+}
+
+const TWO_WAYS: [&str; 7] = [
+    "##########################",
+    "??.....................???",
+    "??.....................???",
+    "??.........R...........???",
+    "??.....................???",
+    "??.....................???",
+    "##########################",
+];
+
+fn goal(exploration: &mut Exploration, now_s: f64) -> Pose2 {
+    match exploration.step(now_s) {
+        Decision::Goto(goal) => goal,
+        other => panic!("no goal but {other:?} at {now_s} s"),
+    }
+}
+
+#[test]
+fn it_does_not_flip_between_two_goals_that_are_alike() {
+    let (mut exploration, drawing) = begin(&TWO_WAYS);
+    let robot = drawing.robot.expect("drawn");
+    let first = goal(&mut exploration, 0.0);
+    for second in 1..6 {
+        // Drifts away from the goal, to where the other one is a little nearer.
+        let aside_m = 0.08 * f64::from(second);
+        exploration.pose_seen(Pose2::new(robot.x_m + aside_m, robot.y_m, 0.0));
+        exploration.map_seen(drawing.map.clone());
+        let kept = goal(&mut exploration, f64::from(second));
+        assert!(kept.point().distance_m(first.point()) < 0.3, "flipped to {kept:?}");
+    }
+}
+
+#[test]
+fn a_goal_without_progress_is_given_up_for_another() {
+    let (mut exploration, drawing) = begin(&TWO_WAYS);
+    let first = goal(&mut exploration, 0.0);
+    for now_s in [2.0, 4.0, 6.0, 7.9] {
+        assert_eq!(goal(&mut exploration, now_s), first);
+    }
+    let second = goal(&mut exploration, 8.1);
+    assert!(second.point().distance_m(first.point()) > 1.0, "still {second:?}");
+    let mut now_s = 8.1;
+    while exploration.step(now_s) != Decision::Done {
+        now_s += 0.5;
+        exploration.map_seen(drawing.map.clone());
+        assert!(now_s < 60.0, "never done");
+    }
+}
+
+#[test]
+fn a_frontier_that_stays_though_looked_at_is_given_up_soon() {
+    let (mut exploration, _) = begin(&TWO_WAYS);
+    let first = goal(&mut exploration, 0.0);
+    exploration.pose_seen(first);
+    assert_eq!(goal(&mut exploration, 1.0), first);
+    assert_eq!(goal(&mut exploration, 2.5), first);
+    let second = goal(&mut exploration, 3.1);
+    assert!(second.point().distance_m(first.point()) > 1.0, "still {second:?}");
+}
+
+#[test]
+fn a_frontier_that_comes_back_ends_the_confirmation() {
+    let (mut exploration, _) = begin(&["######", "#....#", "#..R.#", "#....#", "######"]);
+    assert_eq!(exploration.step(0.0), Decision::Wait);
+    let opened = ["######", "#....?", "#..R.?", "#....?", "######"];
+    exploration.map_seen(Drawing::read(0.1, &opened).map);
+    assert!(matches!(exploration.step(1.5), Decision::Goto(_)));
+    assert!(matches!(exploration.step(2.5), Decision::Goto(_)));
+}

@@ -1,0 +1,13 @@
+//! Frontier exploration: drives to where the known meets the unknown until nothing is left.
+//! `exploration` decides, `candidate` prices the trips, `frontier` finds what is unseen; `ports`
+//! is all there is of messages.
+
+mod candidate;
+#[cfg(test)]
+mod drawing;
+mod exploration;
+mod frontier;
+mod ports;
+
+pub use exploration::{Decision, Exploration, Settings};
+pub use ports::Explorer;

@@ -1,0 +1,152 @@
+//! Refines a pose below the size of a cell: Gauss-Newton on the distances of the scan's points to
+//! the local distribution of the map's surface points (after Biber and Straßer's NDT, IROS 2003),
+//! with the odometry as one more measurement.
+
+use crate::grid::Grid;
+use crate::pose::{Point, Pose, wrapped};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+
+/// Cells around a point whose surfaces it is compared to.
+const NEIGHBOUR_CELLS: i32 = 3;
+/// Scatter of a surface that comes from the laser and from walls being rough, metres.
+const ROUGHNESS_M: f64 = 0.03;
+/// Beyond this many sigmas a point loses its say: it sees something that is not in the map.
+const DOUBT_SIGMAS: f64 = 2.0;
+/// Share of an independent measurement that a beam is worth: neighbours err together.
+const BEAM_WORTH: f64 = 0.15;
+const MOST_STEPS: usize = 12;
+const STILL_M: f64 = 2e-4;
+const STILL_RAD: f64 = 2e-5;
+
+/// A refined pose and what is known about its error.
+#[derive(Clone, Copy, Debug)]
+pub struct Refined {
+    /// The pose.
+    pub pose: Pose,
+    /// Covariance of x, y (m²) and heading (rad²), the prior included.
+    pub covariance: Matrix3<f64>,
+    /// Information that the scan alone gives about x, y and heading.
+    pub information: Matrix3<f64>,
+    /// Share of the points that lie on a surface of the map.
+    pub support: f64,
+}
+
+/// What the odometry says, as a Gaussian.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// Its mean.
+    pub pose: Pose,
+    /// Its information about x, y and heading.
+    pub information: Matrix3<f64>,
+}
+
+impl Expected {
+    /// Gives the odometry less weight the farther it is from where the scan fits.
+    pub fn doubted(&self, found: &Pose) -> Self {
+        let error = difference(found, &self.pose);
+        let trust = |i: usize| 1.0 / (1.0 + error[i] * error[i] * self.information[(i, i)]);
+        let scale = Matrix3::from_diagonal(&Vector3::new(trust(0), trust(1), trust(2)));
+        Self { pose: self.pose, information: self.information * scale }
+    }
+}
+
+/// The map's surface near a point.
+struct Patch {
+    mean: Vector2<f64>,
+    information: Matrix2<f64>,
+}
+
+/// Moves `start` to where `points` fit the surfaces born before `born_before_m` best.
+pub fn refine(
+    grid: &Grid,
+    points: &[Point],
+    start: Pose,
+    expected: &Expected,
+    born_before_m: u16,
+) -> Refined {
+    let mut pose = start;
+    for _ in 0..MOST_STEPS {
+        let system = System::build(grid, points, &pose, born_before_m);
+        let error = difference(&pose, &expected.pose);
+        let hessian = system.hessian + expected.information;
+        let gradient = system.gradient + expected.information * error;
+        let Some(step) = hessian.cholesky().map(|c| -c.solve(&gradient)) else { break };
+        pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
+        if step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD {
+            break;
+        }
+    }
+    let system = System::build(grid, points, &pose, born_before_m);
+    let all = system.hessian + expected.information;
+    let covariance = all.cholesky().map_or_else(Matrix3::identity, |c| c.inverse());
+    let support = system.supported / points.len().max(1) as f64;
+    Refined { pose, covariance, information: system.hessian, support }
+}
+
+fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
+    Vector3::new(pose.x_m - from.x_m, pose.y_m - from.y_m, wrapped(pose.yaw_rad - from.yaw_rad))
+}
+
+/// The normal equations at one pose.
+struct System {
+    hessian: Matrix3<f64>,
+    gradient: Vector3<f64>,
+    supported: f64,
+}
+
+impl System {
+    fn build(grid: &Grid, points: &[Point], pose: &Pose, born_before_m: u16) -> Self {
+        let mut system =
+            Self { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), supported: 0.0 };
+        for point in points {
+            let world = pose.apply(*point);
+            if let Some(patch) = patch(grid, world, born_before_m) {
+                system.add(world, pose, &patch);
+            }
+        }
+        system
+    }
+
+    fn add(&mut self, world: Point, pose: &Pose, patch: &Patch) {
+        let residual = Vector2::new(world.x_m, world.y_m) - patch.mean;
+        let squared = (patch.information * residual).dot(&residual);
+        // Geman and McClure's weight.
+        let trust = (1.0 + squared / (DOUBT_SIGMAS * DOUBT_SIGMAS)).powi(-2);
+        self.supported += f64::from(u8::from(squared < DOUBT_SIGMAS * DOUBT_SIGMAS));
+        let (dx, dy) = (world.x_m - pose.x_m, world.y_m - pose.y_m);
+        let jacobian = Matrix2x3::new(1.0, 0.0, -dy, 0.0, 1.0, dx);
+        let weighted = jacobian.transpose() * patch.information * (trust * BEAM_WORTH);
+        self.hessian += weighted * jacobian;
+        self.gradient += weighted * residual;
+    }
+}
+
+/// Weighted mean and scatter of the surface points around `world`.
+fn patch(grid: &Grid, world: Point, born_before_m: u16) -> Option<Patch> {
+    let [x, y] = grid.cell_of(world);
+    let width_m = 0.5 * f64::from(NEIGHBOUR_CELLS) * grid.resolution_m();
+    let (mut weights, mut sum, mut squares) = (0.0, Vector2::zeros(), Matrix2::zeros());
+    for row in y - NEIGHBOUR_CELLS..=y + NEIGHBOUR_CELLS {
+        for column in x - NEIGHBOUR_CELLS..=x + NEIGHBOUR_CELLS {
+            let Some(surface) = grid.surface([column, row]) else { continue };
+            if surface.born_m >= born_before_m {
+                continue;
+            }
+            let offset = Vector2::new(surface.point.x_m - world.x_m, surface.point.y_m - world.y_m);
+            let weight = (-0.5 * offset.norm_squared() / (width_m * width_m)).exp();
+            weights += weight;
+            sum += offset * weight;
+            squares += offset * offset.transpose() * weight;
+        }
+    }
+    if weights < 1e-6 {
+        return None;
+    }
+    let mean = sum / weights;
+    let scatter = squares / weights - mean * mean.transpose();
+    let roughness = ROUGHNESS_M * ROUGHNESS_M;
+    let within = (scatter + Matrix2::identity() * roughness).try_inverse()?;
+    // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it says nothing.
+    let information = within - Matrix2::identity() / (width_m * width_m + roughness);
+    Some(Patch { mean: mean + Vector2::new(world.x_m, world.y_m), information })
+}

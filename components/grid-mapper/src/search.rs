@@ -1,0 +1,140 @@
+//! Finds the pose near a prior at which a scan fits the map best: the correlative search of Olson
+//! (ICRA 2009), exhaustive within its window, made fast by upper bounds from coarse to fine.
+
+use crate::field::{FULL, Field};
+use crate::pose::{Point, Pose};
+
+/// What is searched, and what is expected there.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// The pose in the middle of the window.
+    pub pose: Pose,
+    /// Expected error of the position, metres along each axis.
+    pub sigma_m: f64,
+    /// Expected error of the heading, radians.
+    pub sigma_rad: f64,
+    /// Half the window's side, metres.
+    pub window_m: f64,
+    /// Half the window's angle, radians.
+    pub window_rad: f64,
+}
+
+/// The best pose found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Where it is, to a cell and a step of angle.
+    pub pose: Pose,
+    /// Mean likelihood of the points there, 0..1.
+    pub fit: f64,
+}
+
+/// What doubt in the odometry costs, in mean likelihood. The odometry's errors have long tails
+/// (wheels slip rarely, but then far), so the cost grows with the logarithm.
+const PRIOR_WEIGHT: f64 = 0.02;
+
+struct Search<'a> {
+    field: &'a Field,
+    prior: &'a Prior,
+    resolution_m: f64,
+    /// The scan's cells at each heading, for the prior's position.
+    turned: Vec<(f64, Vec<[i32; 2]>)>,
+    reach: i32,
+    best: Option<Candidate>,
+}
+
+#[derive(Clone, Copy)]
+struct Candidate {
+    turn: usize,
+    shift: [i32; 2],
+    fit: f64,
+    value: f64,
+}
+
+/// Searches the prior's window; `None` when there is nothing to match.
+pub fn search(field: &Field, points: &[Point], prior: &Prior, resolution_m: f64) -> Option<Found> {
+    if points.is_empty() {
+        return None;
+    }
+    let reach = (prior.window_m / resolution_m).ceil() as i32;
+    let turned = turn_all(points, prior, resolution_m);
+    let mut search = Search { field, prior, resolution_m, turned, reach, best: None };
+    search.run();
+    let best = search.best?;
+    let along = |cells: i32| f64::from(cells) * resolution_m;
+    let pose = Pose::new(
+        prior.pose.x_m + along(best.shift[0]),
+        prior.pose.y_m + along(best.shift[1]),
+        prior.pose.yaw_rad + search.turned[best.turn].0,
+    );
+    Some(Found { pose, fit: best.fit })
+}
+
+/// One step of angle moves the farther points by about a cell and a half, at most half a degree.
+fn turn_all(points: &[Point], prior: &Prior, resolution_m: f64) -> Vec<(f64, Vec<[i32; 2]>)> {
+    let mut ranges_m: Vec<f64> = points.iter().map(|p| p.x_m.hypot(p.y_m)).collect();
+    ranges_m.sort_by(f64::total_cmp);
+    let far_m = ranges_m[ranges_m.len() * 9 / 10].max(1.0);
+    let step_rad = (1.5 * resolution_m / far_m).clamp(0.002, 0.01);
+    let steps = (prior.window_rad / step_rad).ceil() as i32;
+    let cells = |turn_rad: f64| {
+        let pose = Pose { yaw_rad: prior.pose.yaw_rad + turn_rad, ..prior.pose };
+        let cell = |point: &Point| {
+            let world = pose.apply(*point);
+            [world.x_m, world.y_m].map(|metres| (metres / resolution_m).floor() as i32)
+        };
+        points.iter().map(cell).collect()
+    };
+    (-steps..=steps).map(|i| f64::from(i) * step_rad).map(|turn| (turn, cells(turn))).collect()
+}
+
+impl Search<'_> {
+    fn run(&mut self) {
+        let top = self.field.top();
+        let shifts: Vec<i32> = (-self.reach..=self.reach).step_by(1 << top).collect();
+        let mut nodes = Vec::new();
+        for turn in 0..self.turned.len() {
+            for &x in &shifts {
+                nodes.extend(shifts.iter().map(|&y| self.candidate(turn, [x, y], top)));
+            }
+        }
+        self.descend(nodes, top);
+    }
+
+    fn descend(&mut self, mut nodes: Vec<Candidate>, level: usize) {
+        nodes.sort_by(|a, b| b.value.total_cmp(&a.value));
+        for node in nodes {
+            if self.best.is_some_and(|best| best.value >= node.value) {
+                return;
+            }
+            if level == 0 {
+                self.best = Some(node);
+                return;
+            }
+            let half = 1 << (level - 1);
+            let mut below = Vec::with_capacity(4);
+            for [x, y] in [[0, 0], [half, 0], [0, half], [half, half]] {
+                let shift = [node.shift[0] + x, node.shift[1] + y];
+                if shift.iter().all(|&s| s <= self.reach) {
+                    below.push(self.candidate(node.turn, shift, level - 1));
+                }
+            }
+            self.descend(below, level - 1);
+        }
+    }
+
+    /// Value of a square of shifts: exact at level 0, an upper bound above.
+    fn candidate(&self, turn: usize, shift: [i32; 2], level: usize) -> Candidate {
+        let (turn_rad, cells) = &self.turned[turn];
+        let at = |cell: &[i32; 2]| {
+            u32::from(self.field.at(level, [cell[0] + shift[0], cell[1] + shift[1]]))
+        };
+        let sum: u32 = cells.iter().map(at).sum();
+        let fit = f64::from(sum) / (FULL * cells.len() as f64);
+        let side = (1 << level) - 1;
+        let nearest = |s: i32| f64::from(0.clamp(s, s + side)) * self.resolution_m;
+        let squared_m = nearest(shift[0]).powi(2) + nearest(shift[1]).powi(2);
+        let unlikely = (1.0 + squared_m / self.prior.sigma_m.powi(2)).ln()
+            + (1.0 + (turn_rad / self.prior.sigma_rad).powi(2)).ln();
+        Candidate { turn, shift, fit, value: fit - PRIOR_WEIGHT * unlikely }
+    }
+}

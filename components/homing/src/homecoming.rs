@@ -1,0 +1,77 @@
+//! Is the robot home? Told only after it has stayed there, so that driving past does not count.
+
+use armor_grid::Pose2;
+
+/// The robot must be seen at home for this long, in seconds.
+const STAY_S: f64 = 0.5;
+
+/// What to do now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Drive there.
+    Goto(Pose2),
+    /// The robot is home.
+    Home,
+}
+
+/// One way home. Time is passed in: there is no clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Homecoming {
+    home: Pose2,
+    tolerance_m: f64,
+    robot: Option<Pose2>,
+    there_since_s: Option<f64>,
+}
+
+impl Homecoming {
+    /// Home is a pose on the map; within `tolerance_m` of it the robot is there.
+    pub fn new(home: Pose2, tolerance_m: f64) -> Self {
+        Self { home, tolerance_m, robot: None, there_since_s: None }
+    }
+
+    /// Takes the robot's pose on the map.
+    pub fn pose_seen(&mut self, map_from_robot: Pose2) {
+        self.robot = Some(map_from_robot);
+    }
+
+    /// Decides at time `now_s`.
+    pub fn step(&mut self, now_s: f64) -> Step {
+        let home = self.home.point();
+        let is_there =
+            self.robot.is_some_and(|robot| robot.point().distance_m(home) <= self.tolerance_m);
+        self.there_since_s = is_there.then(|| self.there_since_s.unwrap_or(now_s));
+        match self.there_since_s {
+            Some(since_s) if now_s - since_s >= STAY_S => Step::Home,
+            _ => Step::Goto(self.home),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Poses on the x axis, one every 0.2 s, and when home is reported.
+    fn check(xs_m: &[f64], expected_at: Option<usize>) {
+        let mut homecoming = Homecoming::new(Pose2::IDENTITY, 0.25);
+        let reported = xs_m.iter().enumerate().position(|(index, x_m)| {
+            homecoming.pose_seen(Pose2::new(*x_m, 0.0, 1.0));
+            homecoming.step(index as f64 * 0.2) == Step::Home
+        });
+        assert_eq!(reported, expected_at, "{xs_m:?}");
+    }
+
+    #[test]
+    fn home_is_where_the_robot_stays() {
+        check(&[1.0, 0.5, 0.2, 0.2, 0.2, 0.2], Some(5));
+        check(&[0.3, 0.2, 0.0, -0.2, -0.4, -0.6], None);
+        check(&[0.2, 0.3, 0.2, 0.1, 0.0, 0.0, 0.0], Some(5));
+    }
+
+    #[test]
+    fn without_a_pose_it_is_not_home() {
+        let mut homecoming = Homecoming::new(Pose2::IDENTITY, 0.25);
+        assert_eq!(homecoming.step(0.0), Step::Goto(Pose2::IDENTITY));
+        assert_eq!(homecoming.step(9.0), Step::Goto(Pose2::IDENTITY));
+    }
+}

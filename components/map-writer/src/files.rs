@@ -1,0 +1,86 @@
+//! Files that are complete or not there: written beside their place, then renamed into it.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A file that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {source}", path.display())]
+pub struct WriteError {
+    /// The file or folder in question.
+    pub path: PathBuf,
+    /// What the system said.
+    pub source: std::io::Error,
+}
+
+/// Replaces a file at once: readers see the old content or the new one, never a part.
+pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let written = File::create(&beside)
+        .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_data()))
+        .and_then(|()| fs::rename(&beside, path));
+    written.map_err(|source| {
+        // What is left of it would only take up the space that is missing.
+        let _ = fs::remove_file(&beside);
+        WriteError { path: path.to_owned(), source }
+    })
+}
+
+/// Adds to the end of a file, which is made if it does not exist; all of it or nothing.
+pub(crate) fn append(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+    let opened = OpenOptions::new().append(true).create(true).open(path);
+    let written = opened.and_then(|mut file| {
+        let length = file.metadata()?.len();
+        // On a full disk half a line may get in; it would stand twice after the next try.
+        file.write_all(content).inspect_err(|_| file.set_len(length).unwrap_or(()))
+    });
+    written.map_err(|source| WriteError { path: path.to_owned(), source })
+}
+
+/// Makes a folder and those above it.
+pub(crate) fn make_folder(path: &Path) -> Result<(), WriteError> {
+    fs::create_dir_all(path).map_err(|source| WriteError { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A folder of its own for one test, removed at its end.
+    pub(crate) struct Scratch(pub(crate) PathBuf);
+
+    impl Scratch {
+        pub(crate) fn new(name: &str) -> Self {
+            let path = std::env::temp_dir()
+                .join(format!("armor-map-writer-{}-{name}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_is_left_beside_it() {
+        let scratch = Scratch::new("replace");
+        let path = scratch.0.join("map.txt");
+        replace(&path, b"first").unwrap();
+        replace(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(fs::read_dir(&scratch.0).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_failure_names_the_file() {
+        let scratch = Scratch::new("failure");
+        let path = scratch.0.join("missing").join("map.png");
+        let error = replace(&path, b"lost").unwrap_err().to_string();
+        assert!(error.contains("missing/map.png"), "{error}");
+    }
+}

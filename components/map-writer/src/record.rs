@@ -1,0 +1,316 @@
+//! What has been received, when it is to be written, and whether it is all there. Time is passed
+//! in: there is no clock.
+
+use std::path::{Path, PathBuf};
+
+use armor_grid::{Grid, Point2, Pose2};
+
+use crate::files::{WriteError, append, make_folder, replace};
+use crate::map_server;
+use crate::picture::picture;
+use crate::trajectory::{HEADER, Trajectory};
+
+/// After the last pose, a map that lags behind is waited for this long, in seconds.
+const SETTLE_S: f64 = 2.0;
+/// Writing may take at most one part in this many of the time.
+const SHARE: f64 = 10.0;
+
+/// A map as it was received.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapSnapshot {
+    /// Up to when it knows the world, in seconds.
+    pub stamp_s: f64,
+    /// Occupancy in percent; negative where unknown.
+    pub percent: Grid<i8>,
+}
+
+/// How far a recording has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Progress {
+    /// More may come.
+    Open,
+    /// As many poses as announced, and the map drawn from them, are on the disk.
+    Complete,
+    /// What was announced has not come, and nothing else does.
+    Missing {
+        /// Poses announced.
+        announced: u64,
+        /// Poses received.
+        received: u64,
+    },
+}
+
+/// Everything that goes into one output folder.
+#[derive(Debug)]
+pub struct Record {
+    folder: PathBuf,
+    interval_s: f64,
+    patience_s: f64,
+    begun: bool,
+    map: Option<MapSnapshot>,
+    map_written: bool,
+    trajectory: Trajectory,
+    truth: Trajectory,
+    /// Number of poses there will be, once that is known.
+    announced: Option<u64>,
+    /// When a pose, a map or the announcement came last.
+    heard_s: f64,
+    due_s: f64,
+}
+
+impl Record {
+    /// Writes into `folder` every `interval_s`; waits `patience_s` for what was announced.
+    pub fn new(folder: PathBuf, interval_s: f64, patience_s: f64) -> Self {
+        Self {
+            folder,
+            interval_s,
+            patience_s,
+            begun: false,
+            map: None,
+            map_written: true,
+            trajectory: Trajectory::default(),
+            truth: Trajectory::default(),
+            announced: None,
+            heard_s: f64::NEG_INFINITY,
+            due_s: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Makes the folder and starts `trajectory.csv`; a second call goes on with what is there.
+    ///
+    /// # Errors
+    /// If the folder or the file cannot be written.
+    pub fn begin(&mut self, now_s: f64) -> Result<(), WriteError> {
+        if !self.begun {
+            make_folder(&self.folder)?;
+            replace(&self.file("trajectory.csv"), HEADER.as_bytes())?;
+            self.begun = true;
+            self.due_s = now_s + self.interval_s;
+        }
+        Ok(())
+    }
+
+    /// Takes the newest map.
+    pub fn map_seen(&mut self, now_s: f64, map: MapSnapshot) {
+        self.map = Some(map);
+        self.map_written = false;
+        self.heard_s = now_s;
+    }
+
+    /// Takes one more pose of the trajectory.
+    pub fn pose_seen(&mut self, now_s: f64, stamp_s: f64, pose: Pose2) {
+        self.trajectory.push(stamp_s, pose);
+        self.heard_s = now_s;
+    }
+
+    /// Takes a pose where the robot really was, for comparison.
+    pub fn truth_seen(&mut self, stamp_s: f64, pose: Pose2) {
+        self.truth.push(stamp_s, pose);
+        self.truth.written();
+    }
+
+    /// Takes the number of poses that there will be in all.
+    pub fn end_seen(&mut self, now_s: f64, count: u64) {
+        self.announced = Some(count);
+        self.heard_s = now_s;
+    }
+
+    /// Writes if it is time to, and says how far the recording has come.
+    ///
+    /// # Errors
+    /// If a file cannot be written; what is in memory is kept for the next time.
+    pub fn step(&mut self, now_s: f64) -> Result<Progress, WriteError> {
+        let progress = self.progress(now_s);
+        if progress != Progress::Open || now_s >= self.due_s {
+            self.write()?;
+            self.due_s = now_s + self.interval_s;
+        }
+        Ok(progress)
+    }
+
+    /// Says that the last write took so long: slow disks and large maps are written less often.
+    pub fn step_took(&mut self, duration_s: f64) {
+        self.due_s += (duration_s * SHARE - self.interval_s).max(0.0);
+    }
+
+    /// Writes all that is new.
+    ///
+    /// # Errors
+    /// If a file cannot be written; what is in memory is kept for the next time.
+    pub fn write(&mut self) -> Result<(), WriteError> {
+        let new_poses = !self.trajectory.unwritten().is_empty();
+        if new_poses {
+            append(&self.file("trajectory.csv"), self.trajectory.unwritten().as_bytes())?;
+            self.trajectory.written();
+        }
+        let Some(map) = &self.map else { return Ok(()) };
+        if !self.map_written {
+            replace(&self.file("map.pgm"), &map_server::pgm(&map.percent))?;
+            replace(&self.file("map.yaml"), map_server::yaml(&map.percent).as_bytes())?;
+        }
+        if new_poses || !self.map_written {
+            self.write_picture(&self.file("map.png"), &map.percent)?;
+        }
+        self.map_written = true;
+        Ok(())
+    }
+
+    fn write_picture(&self, path: &Path, map: &Grid<i8>) -> Result<(), WriteError> {
+        let finite = |point: &Point2| point.x_m.is_finite() && point.y_m.is_finite();
+        let way = self.trajectory.line().filter(finite);
+        let truth = self.truth.line().filter(finite);
+        let png = picture(map, way, truth).png().map_err(|error| WriteError {
+            path: path.to_owned(),
+            source: std::io::Error::other(error),
+        })?;
+        replace(path, &png)
+    }
+
+    fn progress(&self, now_s: f64) -> Progress {
+        let Some(announced) = self.announced else { return Progress::Open };
+        let received = self.trajectory.count();
+        let quiet_s = now_s - self.heard_s;
+        let is_current = match (&self.map, self.trajectory.newest_s()) {
+            (Some(map), Some(newest_s)) => map.stamp_s >= newest_s,
+            _ => false,
+        };
+        let has_all = received >= announced && self.map.is_some();
+        if has_all && (is_current || quiet_s >= SETTLE_S) {
+            Progress::Complete
+        } else if quiet_s >= self.patience_s {
+            Progress::Missing { announced, received }
+        } else {
+            Progress::Open
+        }
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::tests::Scratch;
+    use armor_grid::Geometry;
+    use std::fs;
+
+    fn map(stamp_s: f64) -> MapSnapshot {
+        let geometry =
+            Geometry { origin: Point2::default(), resolution_m: 0.1, width: 30, height: 20 };
+        MapSnapshot { stamp_s, percent: Grid::filled(geometry, 0) }
+    }
+
+    fn begin(name: &str) -> (Scratch, Record) {
+        let scratch = Scratch::new(name);
+        let mut record = Record::new(scratch.0.join("deep").join("out"), 3.0, 60.0);
+        record.begin(0.0).unwrap();
+        (scratch, record)
+    }
+
+    fn names(record: &Record) -> Vec<String> {
+        let entries = fs::read_dir(&record.folder).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn lines(record: &Record) -> usize {
+        fs::read_to_string(record.file("trajectory.csv")).unwrap().lines().count()
+    }
+
+    #[test]
+    fn files_appear_every_few_seconds() {
+        let (_scratch, mut record) = begin("interval");
+        record.pose_seen(0.5, 0.5, Pose2::IDENTITY);
+        record.map_seen(0.6, map(0.5));
+        record.step(1.0).unwrap();
+        assert_eq!(names(&record), ["trajectory.csv"]);
+        record.step(3.0).unwrap();
+        assert_eq!(names(&record), ["map.pgm", "map.png", "map.yaml", "trajectory.csv"]);
+        assert_eq!(lines(&record), 2);
+    }
+
+    #[test]
+    fn poses_are_appended_in_order_and_once() {
+        let (_scratch, mut record) = begin("append");
+        for scan in 0..100_u32 {
+            record.pose_seen(f64::from(scan), f64::from(scan), Pose2::IDENTITY);
+            record.step(f64::from(scan)).unwrap();
+        }
+        record.write().unwrap();
+        let text = fs::read_to_string(record.file("trajectory.csv")).unwrap();
+        let scans: Vec<_> =
+            text.lines().skip(1).map(|line| line.split(',').next().unwrap()).collect();
+        let expected: Vec<_> = (0..100).map(|scan| scan.to_string()).collect();
+        assert_eq!(scans, expected);
+    }
+
+    #[test]
+    fn a_second_start_goes_on_with_the_same_files() {
+        let (_scratch, mut record) = begin("again");
+        record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
+        record.write().unwrap();
+        record.begin(5.0).unwrap();
+        record.pose_seen(6.0, 6.0, Pose2::IDENTITY);
+        record.write().unwrap();
+        assert_eq!(lines(&record), 3);
+    }
+
+    /// After the end, at `now_s`, with a map of a stamp and some of two announced poses.
+    fn check(poses: u32, map_stamp_s: Option<f64>, now_s: f64, expected: Progress) {
+        let (_scratch, mut record) = begin(&format!("end-{poses}-{map_stamp_s:?}-{now_s}"));
+        for scan in 0..poses {
+            record.pose_seen(10.0, f64::from(scan), Pose2::IDENTITY);
+        }
+        if let Some(stamp_s) = map_stamp_s {
+            record.map_seen(10.0, map(stamp_s));
+        }
+        assert_eq!(record.step(10.0).unwrap(), Progress::Open);
+        record.end_seen(10.0, 2);
+        assert_eq!(record.step(now_s).unwrap(), expected);
+        if expected == Progress::Complete {
+            assert_eq!(lines(&record), 3);
+            assert_eq!(names(&record).len(), 4);
+        }
+    }
+
+    #[test]
+    fn it_is_complete_with_all_poses_and_the_map_of_the_last() {
+        check(2, Some(1.0), 10.1, Progress::Complete);
+        check(2, Some(0.0), 11.9, Progress::Open);
+        check(2, Some(0.0), 12.1, Progress::Complete);
+        check(1, Some(1.0), 12.1, Progress::Open);
+        check(2, None, 12.1, Progress::Open);
+    }
+
+    #[test]
+    fn what_never_comes_is_named() {
+        check(1, Some(1.0), 70.1, Progress::Missing { announced: 2, received: 1 });
+        check(2, None, 70.1, Progress::Missing { announced: 2, received: 2 });
+    }
+
+    #[test]
+    fn slow_writing_is_done_less_often() {
+        let (_scratch, mut record) = begin("slow");
+        record.step(3.0).unwrap();
+        record.step_took(1.0);
+        record.pose_seen(4.0, 4.0, Pose2::IDENTITY);
+        record.step(12.0).unwrap();
+        assert_eq!(lines(&record), 1);
+        record.step(13.1).unwrap();
+        assert_eq!(lines(&record), 2);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named() {
+        let scratch = Scratch::new("blocked");
+        let blocked = scratch.0.join("file");
+        fs::write(&blocked, "not a folder").unwrap();
+        let mut record = Record::new(blocked.join("out"), 3.0, 60.0);
+        let error = record.begin(0.0).unwrap_err().to_string();
+        assert!(error.contains("file/out"), "{error}");
+    }
+}

@@ -1,0 +1,90 @@
+//! Poses as they come: lines of text waiting to be written, and a thinned line to be drawn. Both
+//! cost the same for the millionth pose as for the first.
+
+use std::fmt::Write;
+
+use armor_grid::{Point2, Pose2};
+
+/// The first line of `trajectory.csv`.
+pub(crate) const HEADER: &str = "scan,timestamp_s,x_m,y_m,theta_rad\n";
+/// Poses closer together than this are drawn as one, in metres.
+const THIN_M: f64 = 0.05;
+
+/// Everywhere the robot has been.
+#[derive(Debug, Default)]
+pub(crate) struct Trajectory {
+    count: u64,
+    newest_s: Option<f64>,
+    newest: Option<Point2>,
+    line: Vec<Point2>,
+    unwritten: String,
+}
+
+impl Trajectory {
+    /// Adds the pose at a stamp.
+    pub(crate) fn push(&mut self, stamp_s: f64, pose: Pose2) {
+        let Pose2 { x_m, y_m, yaw_rad } = pose;
+        // Micrometres and microseconds: as exact as any sensor, and short.
+        writeln!(self.unwritten, "{},{stamp_s:.6},{x_m:.6},{y_m:.6},{yaw_rad:.6}", self.count)
+            .expect("writing to a string cannot fail");
+        self.count += 1;
+        self.newest_s = Some(stamp_s);
+        self.newest = Some(pose.point());
+        if self.line.last().is_none_or(|last| last.distance_m(pose.point()) >= THIN_M) {
+            self.line.push(pose.point());
+        }
+    }
+
+    /// Returns the number of poses.
+    pub(crate) fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Returns the stamp of the newest pose, in seconds.
+    pub(crate) fn newest_s(&self) -> Option<f64> {
+        self.newest_s
+    }
+
+    /// Returns the line to draw, ending at the newest pose.
+    pub(crate) fn line(&self) -> impl Iterator<Item = Point2> + Clone + '_ {
+        self.line.iter().copied().chain(self.newest)
+    }
+
+    /// Returns the lines of text that were not written yet.
+    pub(crate) fn unwritten(&self) -> &str {
+        &self.unwritten
+    }
+
+    /// Says that they are written now.
+    pub(crate) fn written(&mut self) {
+        self.unwritten.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pose_is_a_line_of_text() {
+        let mut trajectory = Trajectory::default();
+        trajectory.push(32.9068, Pose2::new(0.600266, -0.0320327, -0.354665));
+        trajectory.push(35.1051, Pose2::new(0.68231, -0.100086, -0.938803));
+        let expected = "0,32.906800,0.600266,-0.032033,-0.354665\n\
+                        1,35.105100,0.682310,-0.100086,-0.938803\n";
+        assert_eq!(trajectory.unwritten(), expected);
+        trajectory.written();
+        trajectory.push(36.0, Pose2::IDENTITY);
+        assert_eq!(trajectory.unwritten(), "2,36.000000,0.000000,0.000000,0.000000\n");
+    }
+
+    #[test]
+    fn standing_still_adds_nothing_to_draw() {
+        let mut trajectory = Trajectory::default();
+        for scan in 0..1000 {
+            trajectory.push(f64::from(scan), Pose2::new(1.0, 2.0, 0.0));
+        }
+        assert_eq!(trajectory.count(), 1000);
+        assert_eq!(trajectory.line().count(), 2);
+    }
+}
