@@ -60,12 +60,9 @@ impl ControlConnection {
     ) -> Result<Self, ConnectError> {
         let hello = Hello::new(from, fresh_instance(), Purpose::Control { role });
         let dialled = socket::dial(&entry.endpoint, &hello, false)?;
+        dialled.check_instance(entry)?;
         let unreachable =
             |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
-        if dialled.welcome.instance != entry.instance {
-            let text = format!("`{}` now listens there", dialled.welcome.name);
-            return Err(unreachable(io::Error::new(io::ErrorKind::NotConnected, text)));
-        }
         let writer = Writer::new(&dialled.stream).map_err(unreachable)?;
         let answers = StatusAnswers::default();
         let (reading, waiting) = (writer.clone(), Arc::clone(&answers));

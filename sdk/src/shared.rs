@@ -72,6 +72,8 @@ pub(crate) struct Shared {
     controllable: AtomicBool,
     controlled: AtomicBool,
     state: Mutex<(RunState, u64)>,
+    /// States to be told to who controls this component, in order.
+    untold: Mutex<Vec<(RunState, u64)>>,
     active: AtomicBool,
     orders: Mutex<Orders>,
     has_orders: AtomicBool,
@@ -117,6 +119,7 @@ impl Shared {
             controllable: AtomicBool::new(true),
             controlled: AtomicBool::new(false),
             state: Mutex::new((RunState::Starting, 0)),
+            untold: Mutex::default(),
             active: AtomicBool::new(false),
             orders: Mutex::default(),
             has_orders: AtomicBool::new(false),
@@ -225,12 +228,18 @@ impl Shared {
 
     pub fn publish_state(&self, state: RunState, activation: u64) {
         *lock(&self.state) = (state, activation);
+        lock(&self.untold).push((state, activation));
         self.active.store(state == RunState::Active, Ordering::SeqCst);
         self.wake_service();
     }
 
     pub fn state(&self) -> (RunState, u64) {
         *lock(&self.state)
+    }
+
+    /// Every state since the last time, also those that did not last.
+    pub fn take_untold(&self) -> Vec<(RunState, u64)> {
+        std::mem::take(&mut *lock(&self.untold))
     }
 
     pub fn is_active(&self) -> bool {

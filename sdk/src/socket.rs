@@ -8,6 +8,7 @@ use std::time::Duration;
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{self, HandshakeError, Hello, Welcome};
 use armor_wire::liveness::SILENCE;
+use armor_wire::registry::ComponentEntry;
 use socket2::{SockRef, TcpKeepalive};
 use thiserror::Error;
 
@@ -82,6 +83,22 @@ pub(crate) struct Dialled {
     pub stream: TcpStream,
     pub reader: FrameReader,
     pub welcome: Welcome,
+}
+
+impl Dialled {
+    /// Whoever listens there by now may not have looked at who was meant.
+    pub fn check_instance(&self, meant: &ComponentEntry) -> Result<(), ConnectError> {
+        let ComponentEntry { name, instance, endpoint, .. } = meant;
+        if self.welcome.instance == *instance {
+            return Ok(());
+        }
+        let text = format!(
+            "`{}` listens there, but not the process start of `{name}` that was meant",
+            self.welcome.name
+        );
+        let error = io::Error::new(io::ErrorKind::NotConnected, text);
+        Err(ConnectError::Unreachable { address: endpoint.clone(), error })
+    }
 }
 
 /// Connects to `address` and shakes hands.

@@ -79,6 +79,7 @@ impl Tap {
         let from = format!("tool-{}", std::process::id());
         let hello = Hello::new(&from, fresh_instance(), Purpose::Link { link });
         let dialled = socket::dial(&found.provider.endpoint, &hello, true)?;
+        dialled.check_instance(&found.provider)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();
         let type_name = found.entry.type_name;

@@ -3,6 +3,7 @@
 
 mod deaths;
 mod ends;
+mod impostors;
 mod rounds;
 mod silence;
 mod strangers;

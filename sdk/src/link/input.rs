@@ -12,7 +12,7 @@ use armor_wire::backoff::Backoff;
 use armor_wire::config::InputSettings;
 use armor_wire::control::InputStatus;
 use armor_wire::frame::{self, DataHeader, FrameKind};
-use armor_wire::hello::{Hello, LinkRequest, Purpose};
+use armor_wire::hello::{Hello, LinkRequest, Purpose, Welcome};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::liveness::SILENCE;
 use armor_wire::message::Message;
@@ -197,6 +197,8 @@ impl Input {
         );
         let dialled = socket::dial(&found.provider.endpoint, &hello, true)
             .map_err(|error| error.to_string())?;
+        dialled.check_instance(&found.provider).map_err(|error| error.to_string())?;
+        self.check_type(&dialled.welcome)?;
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
         let mut state = self.lock();
         state.stream = Some(Arc::new(stream));
@@ -208,6 +210,16 @@ impl Input {
             self.pause(!link.paused);
         }
         Ok(dialled)
+    }
+
+    /// Another build may mean another type by the same name.
+    fn check_type(&self, welcome: &Welcome) -> Result<(), String> {
+        let Welcome { name, schema, .. } = welcome;
+        if *schema == self.schema {
+            return Ok(());
+        }
+        let how = schema::difference((name, schema), ("this input", &self.schema));
+        Err(format!("`{name}` sends another type than it has registered\n{how}"))
     }
 
     fn read(

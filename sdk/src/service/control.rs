@@ -78,7 +78,8 @@ impl ControlServer {
             broken: false,
             babbles: false,
         };
-        connection.queue(&self.state_answer(self.shared.state()));
+        // What is not told yet follows.
+        connection.queue(&self.state_answer(self.told));
         self.connections.push(connection);
     }
 
@@ -99,9 +100,10 @@ impl ControlServer {
                 self.obey(index, command);
             }
         }
+        // Taken before the reports, so that no state overtakes the report that led to it.
+        let untold = self.shared.take_untold();
         self.send_reports();
-        let state = self.shared.state();
-        if state != self.told {
+        for state in untold {
             self.told = state;
             let answer = self.state_answer(state);
             self.tell_all(&answer);
