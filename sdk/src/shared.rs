@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::os::fd::OwnedFd;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::thread::Thread;
 
@@ -83,9 +83,9 @@ pub(crate) struct Shared {
     main: Mutex<Option<Thread>>,
     wake: OwnedFd,
     reports: Mutex<Reports>,
+    /// These three change only under the component's lock.
     calls: AtomicU64,
-    /// Odd while user code runs.
-    call_parity: AtomicU8,
+    in_call: AtomicBool,
     exec_calls: AtomicU64,
     gathered: AtomicBool,
     last_error: Mutex<String>,
@@ -95,6 +95,14 @@ pub(crate) struct Shared {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Counts one more, where a lock already keeps other writers out: an atomic addition costs more than
+/// the rest of a small message's bookkeeping.
+pub(crate) fn increment(counter: &AtomicU64) -> u64 {
+    let count = counter.load(Ordering::Relaxed) + 1;
+    counter.store(count, Ordering::Relaxed);
+    count
 }
 
 impl Shared {
@@ -130,7 +138,7 @@ impl Shared {
             wake: eventfd(0, EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC)?,
             reports: Mutex::default(),
             calls: AtomicU64::new(0),
-            call_parity: AtomicU8::new(0),
+            in_call: AtomicBool::new(false),
             exec_calls: AtomicU64::new(0),
             gathered: AtomicBool::new(false),
             last_error: Mutex::default(),
@@ -181,7 +189,7 @@ impl Shared {
 
     /// Writes what the call that ends has gathered.
     pub fn flush_gathered(&self) {
-        if self.gathered.swap(false, Ordering::Relaxed) {
+        if self.is_gathering() && self.gathered.swap(false, Ordering::Relaxed) {
             let mut all = true;
             for output in self.outputs.read().unwrap_or_else(PoisonError::into_inner).iter() {
                 all &= output.flush();
@@ -360,21 +368,21 @@ impl Shared {
 
     /// Marks that this thread runs user code until the returned value is dropped.
     pub fn begin_call(&self) -> InCall<'_> {
-        self.call_parity.fetch_or(1, Ordering::Relaxed);
-        CALL.set(self.calls.fetch_add(1, Ordering::Relaxed) + 1);
+        self.in_call.store(true, Ordering::Relaxed);
+        CALL.set(increment(&self.calls));
         InCall(self)
     }
 
     /// The number of the running call, if user code runs.
     pub fn running_call(&self) -> Option<u64> {
-        (self.call_parity.load(Ordering::Relaxed) == 1).then(|| self.calls.load(Ordering::Relaxed))
+        self.in_call.load(Ordering::Relaxed).then(|| self.calls.load(Ordering::Relaxed))
     }
 
     pub fn counted_exec(
         &self,
         exec: impl FnOnce() -> Result<Outcome, Fault>,
     ) -> Result<Outcome, Fault> {
-        self.exec_calls.fetch_add(1, Ordering::Relaxed);
+        increment(&self.exec_calls);
         exec()
     }
 
@@ -403,7 +411,7 @@ pub(crate) struct InCall<'a>(&'a Shared);
 impl Drop for InCall<'_> {
     fn drop(&mut self) {
         CALL.set(0);
-        self.0.call_parity.store(0, Ordering::Relaxed);
+        self.0.in_call.store(false, Ordering::Relaxed);
         self.0.flush_gathered();
     }
 }

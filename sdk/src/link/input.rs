@@ -4,7 +4,7 @@
 //! over between threads on the way of a message.
 
 use std::net::{Shutdown, TcpStream};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -22,6 +22,7 @@ use rustix::net::{RecvFlags, SendFlags, recv, send};
 use super::inbox::{Inbox, Item};
 use crate::runtime::Runtime;
 use crate::session::is_timeout;
+use crate::shared::increment;
 use crate::socket::{self, Dialled};
 
 /// How often a spinning reader looks at the clock, in polls.
@@ -35,7 +36,12 @@ pub(crate) struct Input {
     pub schema: String,
     state: Mutex<State>,
     inbox: Mutex<Inbox>,
+    /// Whether the inbox holds data. Only the reader puts some in, so if it reads `false` while it
+    /// is in the component, nothing older is left to deliver.
+    waiting: AtomicBool,
     room: Condvar,
+    /// The component has been frozen since the last data: what was published meanwhile is not lost.
+    was_paused: AtomicBool,
     received: AtomicU64,
     lost: AtomicU64,
     dropped: AtomicU64,
@@ -47,7 +53,6 @@ struct State {
     stream: Option<Arc<TcpStream>>,
     connections: u64,
     problem: String,
-    last: Option<Last>,
 }
 
 /// The last data that arrived.
@@ -55,8 +60,6 @@ struct State {
 struct Last {
     instance: u64,
     sequence: u64,
-    /// The component has been frozen since: what was published meanwhile is not lost.
-    paused: bool,
 }
 
 impl Input {
@@ -68,7 +71,9 @@ impl Input {
             schema: T::schema().to_string(),
             state: Mutex::default(),
             inbox: Mutex::new(Inbox::new(Keep::Latest)),
+            waiting: AtomicBool::new(false),
             room: Condvar::new(),
+            was_paused: AtomicBool::new(false),
             received: AtomicU64::new(0),
             lost: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
@@ -111,16 +116,19 @@ impl Input {
 
     /// Tells the publisher to stop or to go on sending.
     pub fn pause(&self, pause: bool) {
-        let mut state = self.lock();
-        if pause && let Some(last) = &mut state.last {
-            last.paused = true;
+        let state = self.lock();
+        if pause {
+            self.was_paused.store(true, Ordering::Relaxed);
         }
         let kind = if pause { FrameKind::Pause } else { FrameKind::Resume };
         signal(state.stream.as_deref(), kind);
         drop(state);
         if pause {
             // Whatever still waits belongs to the activation that has ended.
-            self.inbox().clear();
+            let mut inbox = self.inbox();
+            inbox.clear();
+            self.waiting.store(false, Ordering::Relaxed);
+            drop(inbox);
             self.room.notify_all();
         }
     }
@@ -140,11 +148,14 @@ impl Input {
     /// Hands waiting data to `deliver` until there are none.
     pub fn drain(&self, mut deliver: impl FnMut(&Item)) {
         loop {
-            let item = self.inbox().pop();
+            let mut inbox = self.inbox();
+            let item = inbox.pop();
+            self.waiting.store(!inbox.is_empty(), Ordering::Relaxed);
+            drop(inbox);
             let Some(item) = item else { return };
             self.room.notify_all();
             deliver(&item);
-            self.received.fetch_add(1, Ordering::Relaxed);
+            increment(&self.received);
         }
     }
 
@@ -153,11 +164,12 @@ impl Input {
         let Some(settings) = self.lock().settings.clone() else { return };
         let seed = runtime.shared.instance ^ index as u64;
         let mut backoff = Backoff::new(Duration::from_millis(10), Duration::from_secs(1), seed);
+        let mut last = None;
         while !runtime.shared.is_gone() {
             let start = Instant::now();
             let reason = match self.link(&settings, runtime) {
                 Ok(dialled) => {
-                    let reason = self.read(dialled, index, &settings, runtime);
+                    let reason = self.read(dialled, &mut last, index, &settings, runtime);
                     self.lock().stream = None;
                     tracing::info!("link from {} closed: {reason}", settings.data);
                     reason
@@ -225,6 +237,7 @@ impl Input {
     fn read(
         &self,
         mut dialled: Dialled,
+        last: &mut Option<Last>,
         index: usize,
         settings: &InputSettings,
         runtime: &Arc<Runtime>,
@@ -251,7 +264,9 @@ impl Input {
                     Ok(data) => data,
                     Err(error) => return error.to_string(),
                 };
-                let Some(lost) = self.follow(&header, std::mem::take(&mut first)) else { continue };
+                let Some(lost) = self.follow(last, &header, std::mem::take(&mut first)) else {
+                    continue;
+                };
                 if superseded {
                     self.dropped.fetch_add(1, Ordering::Relaxed);
                     continue;
@@ -290,10 +305,10 @@ impl Input {
         runtime: &Runtime,
     ) {
         if let Some(core) = guard
-            && self.inbox().is_empty()
+            && !self.waiting.load(Ordering::Relaxed)
         {
             core.data(index, header, lost, payload);
-            self.received.fetch_add(1, Ordering::Relaxed);
+            increment(&self.received);
             if runtime.main_waits() {
                 *guard = None;
                 runtime.after_release();
@@ -310,28 +325,33 @@ impl Input {
                 .0;
         }
         let dropped = inbox.push(Item { header, lost, bytes: payload.to_vec() });
+        self.waiting.store(true, Ordering::Relaxed);
         drop(inbox);
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
         runtime.backlog_grew();
     }
 
     /// Follows the sequence: how many are missing before this one, or `None` if it was seen before.
-    fn follow(&self, header: &DataHeader, first: bool) -> Option<u64> {
-        let mut state = self.lock();
-        let lost = match state.last {
+    fn follow(&self, last: &mut Option<Last>, header: &DataHeader, first: bool) -> Option<u64> {
+        let paused = self.was_paused.load(Ordering::Relaxed);
+        let lost = match last {
             Some(last) if last.instance == header.instance => {
                 if header.sequence <= last.sequence {
                     return None;
                 }
                 // After a reconnect the publisher marks a new start, but to us it is a gap.
-                let meant = last.paused || (header.fresh && !first);
+                let meant = paused || (header.fresh && !first);
                 if meant { 0 } else { header.sequence - last.sequence - 1 }
             }
             _ => 0,
         };
-        state.last =
-            Some(Last { instance: header.instance, sequence: header.sequence, paused: false });
-        self.lost.fetch_add(lost, Ordering::Relaxed);
+        if paused {
+            self.was_paused.store(false, Ordering::Relaxed);
+        }
+        *last = Some(Last { instance: header.instance, sequence: header.sequence });
+        if lost > 0 {
+            self.lost.fetch_add(lost, Ordering::Relaxed);
+        }
         Some(lost)
     }
 

@@ -341,7 +341,8 @@ impl State {
                 Offered::Sent | Offered::Skipped => {}
             }
         }
-        if queued || (gathered && !how.gathered.swap(true, Ordering::Relaxed)) {
+        let first = gathered && !how.gathered.load(Ordering::Relaxed);
+        if queued || (first && !how.gathered.swap(true, Ordering::Relaxed)) {
             (how.wake)();
         }
         Ok(true)

@@ -257,7 +257,7 @@ mod tests {
             }
         }
         dropped += drain(&mut queue, usize::MAX);
-        assert!(queue.is_empty() && queue.len() == 0 && queue.frames() == 0);
+        assert_eq!((queue.is_empty(), queue.len(), queue.frames()), (true, 0, 0));
         let sequences = sequences(&out);
         assert!(sequences.is_sorted_by(|a, b| a < b), "in order, each once: {sequences:?}");
         assert_eq!(sequences.len() as u64 + dropped, next, "what is not out is counted");
