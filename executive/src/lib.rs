@@ -9,6 +9,7 @@ mod commands;
 mod compile;
 mod controller;
 mod event;
+mod gathering;
 mod hub;
 mod intake;
 pub mod journal;

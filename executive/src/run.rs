@@ -2,6 +2,7 @@
 
 use crate::controller::Controller;
 use crate::event::{Action, Event};
+use crate::gathering;
 use crate::hub::{Hub, Input};
 use crate::journal::{self, Journal, JournalError, Life};
 use crate::ledger::LedgerError;
@@ -57,6 +58,9 @@ pub enum RunError {
 pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, RunError> {
     let plan = Arc::new(plan);
     let (mut journal, story) = Journal::open(&options.journal)?;
+    if story.records.is_empty() {
+        gathering::gather(&plan, &options.registry, stop);
+    }
     let (life, now) = journal::clock(&story, &boot(), monotonic());
     journal.begin(life.clone())?;
     journal.sync()?;

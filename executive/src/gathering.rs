@@ -1,0 +1,69 @@
+//! Before a mission begins: every component is registered and every link up, so that what the first
+//! place activates does not speak to nobody. On a link that may lose nothing that would be a loss.
+
+use crate::plan::Plan;
+use armor_sdk::control::{ControlConnection, Role, Status};
+use armor_sdk::directory::Directory;
+use armor_sdk::wire::registry::ComponentEntry;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long the mission waits; who is not there by then may be broken, which is for the mission.
+const LIMIT: Duration = Duration::from_secs(10);
+/// How often to look: a start is a matter of tens of milliseconds.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// How long the registry or a component may take to answer before it counts as missing this time.
+const ANSWER_LIMIT: Duration = Duration::from_secs(1);
+
+/// Waits until everybody is there, for a while.
+pub(crate) fn gather(plan: &Plan, registry: &str, stop: &AtomicBool) {
+    let directory = Directory::observer(registry, "executive");
+    let mut connections = HashMap::new();
+    let start = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        let Some(missing) = missing(plan, &directory, &mut connections) else { return };
+        if start.elapsed() >= LIMIT {
+            tracing::warn!("begins although {missing}");
+            return;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+}
+
+/// The first thing that is not there yet, in words.
+fn missing(
+    plan: &Plan,
+    directory: &Directory,
+    connections: &mut HashMap<u64, ControlConnection>,
+) -> Option<String> {
+    let Ok(listing) = directory.list(ANSWER_LIMIT) else {
+        return Some("the registry does not answer".into());
+    };
+    for name in plan.components.iter().map(|component| &component.name) {
+        let Some(entry) = listing.components.iter().find(|entry| entry.name == *name) else {
+            return Some(format!("`{name}` has not registered"));
+        };
+        let Some(status) = status(entry, connections) else {
+            return Some(format!("`{name}` does not answer"));
+        };
+        let apart = status.inputs.iter().find(|input| !input.data.is_empty() && !input.connected);
+        if let Some(input) = apart {
+            return Some(format!("`{name}.{}` has no link to {}", input.id, input.data));
+        }
+    }
+    None
+}
+
+fn status(
+    entry: &ComponentEntry,
+    connections: &mut HashMap<u64, ControlConnection>,
+) -> Option<Status> {
+    let connection = match connections.remove(&entry.instance) {
+        Some(connection) => connection,
+        None => ControlConnection::connect(entry, Role::Observer, "executive", |_| {}).ok()?,
+    };
+    let status = connection.status(ANSWER_LIMIT).ok()?;
+    connections.insert(entry.instance, connection);
+    Some(status)
+}
