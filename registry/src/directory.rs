@@ -110,8 +110,12 @@ impl Directory {
             self.tell_watchers(&Reply::Appeared { entry: entry.clone() });
         }
         let (from, provides) = (texts::quoted(&hello.from), BTreeSet::new());
+        let name = entry.as_ref().map(|entry| entry.name.clone());
         let client = Client { from, entry, heard: now, provides, watches: false };
         self.clients.insert(peer, client);
+        for lookup in name.map(|name| self.lookups.take(&name)).unwrap_or_default() {
+            self.introduce(&lookup, peer);
+        }
     }
 
     /// Makes room for who comes, or says why there is none.
@@ -209,6 +213,9 @@ impl Directory {
         if self.data.contains_key(&data) {
             return self.answer(&lookup, &data);
         }
+        if let Some((holder, ..)) = self.holder(&data) {
+            return self.introduce(&lookup, holder);
+        }
         let (peer, request) = (lookup.peer, lookup.request);
         let outcome = if wait {
             self.lookups.wait(lookup, data)
@@ -241,6 +248,17 @@ impl Directory {
             Reply::Refused { request, refusal }
         };
         self.send(lookup.peer, reply);
+    }
+
+    /// Answers a lookup of a process that is there.
+    fn introduce(&mut self, lookup: &Lookup, holder: PeerId) {
+        let Some(provider) = self.clients.get(&holder).and_then(|client| client.entry.clone())
+        else {
+            return;
+        };
+        let (data, nothing) = (provider.name.clone(), String::new());
+        let entry = DataEntry { data, type_name: nothing.clone(), schema: nothing, latched: false };
+        self.send(lookup.peer, Reply::Found { request: lookup.request, entry, provider });
     }
 
     fn list(&mut self, peer: PeerId, request: u64) {

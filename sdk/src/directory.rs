@@ -205,8 +205,25 @@ impl Directory {
     /// # Errors
     /// The registry's refusal, or the timeout.
     pub fn lookup(&self, data: &str, timeout: Duration) -> Result<Found, DirectoryError> {
+        self.find(data, timeout, "provides")
+    }
+
+    /// The registered process `name`. Waits for it until `timeout`.
+    ///
+    /// # Errors
+    /// The registry's refusal, or the timeout.
+    pub fn component(
+        &self,
+        name: &str,
+        timeout: Duration,
+    ) -> Result<ComponentEntry, DirectoryError> {
+        // Not by watching: it would be told of everybody, and only a few may watch.
+        Ok(self.find(name, timeout, "is called")?.provider)
+    }
+
+    fn find(&self, name: &str, timeout: Duration, verb: &str) -> Result<Found, DirectoryError> {
         let (answer, receiver) = mpsc::channel();
-        let id = self.ask(data, "", true, answer);
+        let id = self.ask(name, "", true, answer);
         match receiver.recv_timeout(timeout) {
             Ok(found) => Ok(found?),
             Err(_) => {
@@ -214,30 +231,10 @@ impl Directory {
                 state.lookups.remove(&id);
                 state.send(&Request::Cancel { request: id });
                 if state.writer.is_some() {
-                    let text = format!("nobody provides `{data}`; `armor ps` shows who is there");
+                    let text = format!("nobody {verb} `{name}`; `armor ps` shows who is there");
                     return Err(Refusal::new(RefusalCode::UnknownData, text).into());
                 }
                 Err(self.timeout(timeout, &state))
-            }
-        }
-    }
-
-    /// The registered process `name`. Waits for it until `timeout`.
-    ///
-    /// # Errors
-    /// The timeout.
-    pub fn component(
-        &self,
-        name: &str,
-        timeout: Duration,
-    ) -> Result<ComponentEntry, DirectoryError> {
-        let deadline = Instant::now() + timeout;
-        let changes = self.watch();
-        loop {
-            match changes.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-                Ok(Change::Appeared(entry)) if entry.name == name => return Ok(entry),
-                Ok(_) => {}
-                Err(_) => return Err(self.timeout(timeout, &self.inner.lock())),
             }
         }
     }

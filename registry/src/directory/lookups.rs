@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use armor_net::PeerId;
 use armor_wire::hello::Refusal;
-use armor_wire::name::split_data;
+use armor_wire::name::{is_name, split_data};
 
 use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING, MAX_WAITING_PER_CONNECTION};
 use crate::texts;
@@ -23,16 +23,16 @@ pub(super) struct Lookup {
 pub(super) struct Lookups {
     /// What each asker's waiting requests are for.
     wanted: BTreeMap<(PeerId, u64), String>,
-    /// Who waits for a data, first come first.
+    /// Who waits for a data or a process, first come first.
     waiting: BTreeMap<String, Vec<Lookup>>,
 }
 
 impl Lookups {
-    /// Keeps a lookup until its data is there.
+    /// Keeps a lookup until its data or its process is there.
     pub(super) fn wait(&mut self, lookup: Lookup, data: String) -> Result<(), Refusal> {
-        if split_data(&data).is_none() {
+        if split_data(&data).is_none() && !is_name(&data) {
             return Err(texts::malformed(format!(
-                "data is named `COMPONENT.OUTPUT`, not {}",
+                "data is named `COMPONENT.OUTPUT` and a process `COMPONENT`, not {}",
                 texts::quoted(&data)
             )));
         }
@@ -61,7 +61,7 @@ impl Lookups {
         self.wanted.is_empty() && self.waiting.is_empty()
     }
 
-    /// The lookups that waited for `data`.
+    /// The lookups that waited for `data`, which may be the name of a process.
     pub(super) fn take(&mut self, data: &str) -> Vec<Lookup> {
         let taken = self.waiting.remove(data).unwrap_or_default();
         for lookup in &taken {

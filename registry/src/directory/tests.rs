@@ -288,6 +288,38 @@ fn only_own_well_formed_data_is_provided_and_once() {
 }
 
 #[test]
+fn a_process_is_looked_up_by_its_name_by_however_many() {
+    let mut bench = Bench::new();
+    let found = |actions: &Actions| match &actions[..] {
+        [Action::Send { peer, message: Reply::Found { request, entry, provider } }] => {
+            assert_eq!((entry.data.as_str(), entry.schema.as_str()), ("configd", ""));
+            (*peer, *request, provider.name.clone())
+        }
+        other => panic!("not found: {other:?}"),
+    };
+    let askers: Vec<_> = (0..2 * MAX_WATCHERS).map(|_| bench.observer()).collect();
+    for asker in &askers {
+        assert!(bench.lookup(*asker, 5, "configd", true).is_empty());
+    }
+    assert_eq!(
+        refusal(&bench.lookup(askers[0], 6, "configd", false)).code,
+        RefusalCode::UnknownData
+    );
+    let configd = ComponentEntry { kind: "configd".into(), ..entry("configd") };
+    let (peer, actions) = bench.register(&configd);
+    assert_eq!(actions.len(), 1 + askers.len(), "a welcome and the answers");
+    for (asker, answer) in askers.iter().zip(&actions[1..]) {
+        assert_eq!(found(&vec![answer.clone()]), (*asker, 5, "configd".into()));
+    }
+    for wait in [false, true] {
+        assert_eq!(found(&bench.lookup(askers[0], 7, "configd", wait)).1, 7, "at once");
+    }
+    bench.close(peer);
+    assert!(bench.lookup(askers[0], 8, "configd", true).is_empty(), "not the one that is gone");
+    assert_eq!(refusal(&bench.lookup(askers[0], 9, "no name", true)).code, RefusalCode::Malformed);
+}
+
+#[test]
 fn every_table_has_an_end() {
     let mut bench = Bench::new();
     let lidar = bench.component("lidar");
