@@ -11,7 +11,7 @@ use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::ComponentEntry;
 
-use super::system::{Draft, System, proc_status};
+use super::system::{Draft, System, proc_number};
 use super::trace::check_nothing_lost;
 use crate::fixture::{DEADLINE, Folder};
 
@@ -222,7 +222,7 @@ fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows()
         ("source", address(&system.entry("source")), vec![control, link_to("source.numbers")]),
     ];
     let pids = ports.each_ref().map(|port| system.pid(port.0));
-    let memory = || pids.map(|pid| proc_status(pid, "VmRSS"));
+    let memory = || pids.map(|pid| proc_number(pid, "status", "VmRSS"));
     let before = memory();
     let flow = system.trace("sink").got("a").len();
     std::thread::scope(|scope| {

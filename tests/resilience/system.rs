@@ -40,6 +40,12 @@ impl Draft {
         self
     }
 
+    /// A probe that writes nothing down.
+    pub fn quiet_probe(mut self, name: &str, attributes: &str) -> Self {
+        let _ = writeln!(self.components, "<component name='{name}' kind='probe' {attributes}/>");
+        self
+    }
+
     /// The numbers of `from` to `to`, a `component.input`.
     pub fn link(mut self, from: &str, to: &str, keep: &str) -> Self {
         let _ = writeln!(self.links, "<link from='{from}.numbers' to='{to}' keep='{keep}'/>");
@@ -187,10 +193,21 @@ impl Drop for ByHand {
     }
 }
 
-/// A number from `/proc/PID/status`, such as `VmRSS` in KiB or `Threads`.
-pub fn proc_status(pid: i32, field: &str) -> u64 {
-    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+/// A number from a file of `/proc/PID`: `VmRSS` in KiB or `Threads` of `status`, `Pss` in KiB of
+/// `smaps_rollup`.
+pub fn proc_number(pid: i32, file: &str, field: &str) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/{file}")).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'));
     let number = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
     number.unwrap_or_default()
+}
+
+/// The CPU time that a process has used, in seconds.
+pub fn cpu_s(pid: i32) -> f64 {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let after_name = text.rsplit_once(')').map_or("", |(_, fields)| fields);
+    let fields: Vec<&str> = after_name.split_whitespace().collect();
+    // utime and stime, proc(5) fields 14 and 15, in ticks of 10 ms.
+    let ticks = |at: usize| fields.get(at).and_then(|ticks| ticks.parse::<f64>().ok());
+    (ticks(11).unwrap_or_default() + ticks(12).unwrap_or_default()) / 100.0
 }

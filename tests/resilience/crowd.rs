@@ -1,0 +1,119 @@
+//! Many components and links on one machine: all come up, and what that takes.
+
+use std::time::{Duration, Instant};
+
+use armor_sdk::control::{ControlConnection, Role};
+use armor_wire::registry::ComponentEntry;
+
+use super::system::{Draft, System, cpu_s, proc_number};
+use crate::fixture::{DEADLINE, Folder, ended};
+
+/// Links into each component; one an input.
+const INPUTS: [&str; 5] = ["a", "b", "c", "d", "e"];
+/// How far away in the ring those are that feed it.
+const STEPS: [usize; 5] = [1, 7, 13, 29, 41];
+/// Components.
+const SIZE: usize = 200;
+/// Components asked at once.
+const AT_ONCE: usize = 16;
+
+fn ring() -> System {
+    let mut draft = Draft::default();
+    for index in 0..SIZE {
+        draft = draft.quiet_probe(&format!("c{index}"), "rate='1Hz'");
+    }
+    for index in 0..SIZE {
+        for (input, step) in INPUTS.iter().zip(STEPS) {
+            let from = format!("c{}", (index + step) % SIZE);
+            draft = draft.link(&from, &format!("c{index}.{input}"), "10");
+        }
+    }
+    draft.run(Folder::new("crowd"))
+}
+
+/// Whether a component has received something on every link.
+fn is_up(entry: &ComponentEntry) -> bool {
+    let connection = ControlConnection::connect(entry, Role::Observer, "test", |_| {}).ok();
+    let status = connection.and_then(|it| it.status(Duration::from_secs(2)).ok());
+    status.is_some_and(|status| {
+        let fed = status.inputs.iter().filter(|input| input.connected && input.received > 0);
+        fed.count() == INPUTS.len()
+    })
+}
+
+/// Waits until all are up; who is, is not asked again.
+fn all_up(system: &System) {
+    let start = Instant::now();
+    let mut up: Vec<u64> = Vec::new();
+    while up.len() < SIZE {
+        assert!(start.elapsed() < DEADLINE, "{} of {SIZE} are up\n{}", up.len(), system.run.log());
+        let entries = system.entries();
+        let missing: Vec<_> = entries
+            .iter()
+            .filter(|entry| entry.kind == "probe" && !up.contains(&entry.instance))
+            .collect();
+        for some in missing.chunks(AT_ONCE) {
+            std::thread::scope(|scope| {
+                let asked: Vec<_> = some.iter().map(|entry| scope.spawn(|| is_up(entry))).collect();
+                for (entry, answer) in some.iter().zip(asked) {
+                    if answer.join().expect("an answer") {
+                        up.push(entry.instance);
+                    }
+                }
+            });
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_crowd_of_components_comes_up_on_one_machine() {
+    let start = Instant::now();
+    let system = ring();
+    all_up(&system);
+    let took = start.elapsed();
+    println!("{SIZE} components, {} links: all up after {took:.1?}", SIZE * INPUTS.len());
+
+    let entries = system.entries();
+    let probes: Vec<_> = entries.iter().filter(|entry| entry.kind == "probe").collect();
+    assert_eq!(probes.len(), SIZE, "each once");
+    let pids: Vec<_> = probes.iter().map(|entry| entry.pid.cast_signed()).collect();
+    let numbers = |file: &str, field: &str| {
+        let mut numbers: Vec<_> = pids.iter().map(|pid| proc_number(*pid, file, field)).collect();
+        numbers.sort_unstable();
+        (numbers[SIZE / 2], numbers.iter().sum::<u64>())
+    };
+    let (rss, all_rss) = numbers("status", "VmRSS");
+    let (pss, all_pss) = numbers("smaps_rollup", "Pss");
+    let (threads, _) = numbers("status", "Threads");
+    println!("a component: {rss} KiB resident, {pss} KiB its own share, {threads} threads");
+    println!("all components: {} MiB resident, {} MiB in fact", all_rss >> 10, all_pss >> 10);
+    let daemons = [
+        ("launcher", system.run.pid()),
+        ("registry", system.pid("registry")),
+        ("configd", system.pid("configd")),
+    ];
+    for (name, pid) in daemons {
+        println!("{name}: {} KiB resident", proc_number(pid, "status", "VmRSS"));
+    }
+    let everybody: Vec<_> = pids.iter().copied().chain(daemons.map(|daemon| daemon.1)).collect();
+    let used = || everybody.iter().map(|pid| cpu_s(*pid)).sum::<f64>();
+    let (before, since) = (used(), Instant::now());
+    let (code, out, err) = ended(&mut system.folder.armor(&[
+        "graph",
+        "--format",
+        "json",
+        "--registry",
+        &system.registry.to_string(),
+    ]));
+    let looked = since.elapsed();
+    assert_eq!(code, 0, "{err}");
+    let connected = out.lines().filter(|line| line.contains("\"connected\":true")).count();
+    assert_eq!(connected, SIZE * INPUTS.len(), "every link is there for the tools");
+    println!("`armor graph` took {looked:.1?}");
+    println!(
+        "{:.2} cores for all of it at 1 Hz, tools included",
+        (used() - before) / since.elapsed().as_secs_f64()
+    );
+    assert!(!system.run.log().contains("killed"), "{}", system.run.log());
+}
