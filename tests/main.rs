@@ -5,4 +5,5 @@ mod fixture;
 mod launcher;
 mod new_component;
 mod resilience;
+mod tutorial;
 mod workspace;

@@ -1,0 +1,119 @@
+//! The tutorial, followed to the letter: its files are written, its commands run, and what they say
+//! is compared with what the page shows. `docs/tutorial/README.md` has the conventions.
+
+mod page;
+mod terminal;
+
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use crate::fixture::{Folder, wait_for};
+use page::{Page, Step};
+use terminal::{Program, Terminal};
+
+const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// A folder to follow pages in. As in a clone, `missions` is there.
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    let missions = Path::new(REPOSITORY).join("missions");
+    symlink(missions.canonicalize().expect("it is there"), folder.path().join("missions"))
+        .expect("a link");
+    folder
+}
+
+#[test]
+fn the_tutorial_leads_from_nothing_to_a_mission_of_ones_own() {
+    let folder = folder("tutorial");
+    let mut terminal = Terminal::new(&folder);
+    for page in ["2-component", "3-inputs", "4-system", "5-mission", "6-when-it-stands-still"] {
+        follow(&mut terminal, &Page::read(page));
+    }
+}
+
+#[test]
+fn the_first_run_is_as_the_tutorial_shows_it() {
+    follow(&mut Terminal::new(&folder("tutorial-run")), &Page::read("1-run"));
+}
+
+#[test]
+fn a_recorded_log_becomes_a_map_as_the_tutorial_shows_it() {
+    follow(&mut Terminal::new(&folder("tutorial-replay")), &Page::read("7-replay"));
+}
+
+/// What the next block of expected output is compared with.
+enum Said {
+    Nothing,
+    By { commands: String, output: String },
+    InOtherTerminal,
+    AtEnd { output: String },
+}
+
+fn follow(terminal: &mut Terminal, page: &Page) {
+    let mut programs: Vec<Program> = Vec::new();
+    let mut said = Said::Nothing;
+    for (line, step) in &page.steps {
+        let at = format!("{}.md:{line}", page.name);
+        match step {
+            Step::Write { path, text } => terminal.write(path, text),
+            Step::Run { commands, fails } => {
+                let output = terminal.run(commands, *fails, &at);
+                said = Said::By { commands: commands.clone(), output };
+            }
+            Step::Start { command } => {
+                programs.push(terminal.start(command));
+                said = Said::InOtherTerminal;
+            }
+            Step::Interrupt => {
+                let program = programs.pop().unwrap_or_else(|| panic!("{at}: nothing runs"));
+                said = Said::AtEnd { output: program.interrupt(&at) };
+            }
+            Step::ExpectOther { text } => {
+                expect(terminal, programs.last(), &Said::InOtherTerminal, text, &at);
+            }
+            Step::Expect { text } => expect(terminal, programs.last(), &said, text, &at),
+        }
+    }
+    while let Some(program) = programs.pop() {
+        program.interrupt(&page.name);
+    }
+}
+
+fn expect(terminal: &Terminal, program: Option<&Program>, said: &Said, text: &str, at: &str) {
+    let check = |output: &str| {
+        assert!(page::matches(text, output), "{at}: expected\n{text}\nbut it said\n{output}");
+    };
+    match said {
+        Said::Nothing => panic!("{at}: nothing was run before"),
+        Said::AtEnd { output } => check(output),
+        Said::InOtherTerminal => {
+            let program = program.expect("it was started");
+            wait_for(&format!("{at}: {text}"), || {
+                let output = program.output();
+                let as_expected = page::matches(text, &output);
+                if program.has_ended() {
+                    check(&output);
+                }
+                as_expected.then_some(())
+            });
+        }
+        // Who only looks looks again, as a reader does whose command came too early.
+        Said::By { commands, output } if only_looks(commands) => {
+            if page::matches(text, output) {
+                return;
+            }
+            let mut last = output.clone();
+            let start = std::time::Instant::now();
+            while !page::matches(text, &last) && start.elapsed() < crate::fixture::DEADLINE {
+                last = terminal.try_run(commands).1;
+            }
+            check(&last);
+        }
+        Said::By { output, .. } => check(output),
+    }
+}
+
+fn only_looks(commands: &str) -> bool {
+    let looks = ["armor ps", "armor graph", "armor echo", "armor hz", "armor mission", "grep"];
+    commands.lines().count() == 1 && looks.iter().any(|look| commands.starts_with(look))
+}

@@ -1,0 +1,163 @@
+//! A page of the tutorial as steps, and the loose comparison of what is shown with what is said.
+
+use std::path::Path;
+
+use super::REPOSITORY;
+
+/// What a reader does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Writes a file.
+    Write { path: String, text: String },
+    /// Runs commands to their end; `fails`: the last one says no.
+    Run { commands: String, fails: bool },
+    /// Starts a command in a terminal of its own.
+    Start { command: String },
+    /// Presses Ctrl-C in the terminal opened last.
+    Interrupt,
+    /// Compares what was said with the page.
+    Expect { text: String },
+    /// Compares what was said so far in the terminal opened last.
+    ExpectOther { text: String },
+}
+
+/// A page.
+pub struct Page {
+    /// Its file, without `.md`.
+    pub name: String,
+    /// Line and step.
+    pub steps: Vec<(usize, Step)>,
+}
+
+impl Page {
+    /// Reads a page of `docs/tutorial`.
+    pub fn read(name: &str) -> Self {
+        let path = Path::new(REPOSITORY).join(format!("docs/tutorial/{name}.md"));
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        // The one port that a page chooses; others may run the same tests on this host.
+        let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).expect("a free port");
+        let port = listener.local_addr().expect("bound").port().to_string();
+        Self { name: name.into(), steps: steps(&text.replace(":7500", &format!(":{port}"))) }
+    }
+}
+
+fn steps(text: &str) -> Vec<(usize, Step)> {
+    let mut steps = Vec::new();
+    let mut lines = text.lines().zip(1..);
+    while let Some((line, number)) = lines.next() {
+        if line.contains("<!-- Ctrl-C -->") {
+            steps.push((number, Step::Interrupt));
+        }
+        let Some(info) = line.strip_prefix("```") else { continue };
+        let block: Vec<&str> =
+            lines.by_ref().map(|(line, _)| line).take_while(|line| *line != "```").collect();
+        let block = block.join("\n") + "\n";
+        let words: Vec<&str> = info.split_whitespace().collect();
+        let step = match words[..] {
+            ["sh"] => Step::Run { commands: block, fails: false },
+            ["sh", "fails"] => Step::Run { commands: block, fails: true },
+            ["sh", "background"] => Step::Start { command: block },
+            ["text"] => Step::Expect { text: block },
+            ["text", "background"] => Step::ExpectOther { text: block },
+            // For the reader's hands only.
+            ["console"] => continue,
+            [_, file] if file.starts_with("file=") => {
+                Step::Write { path: file["file=".len()..].into(), text: block }
+            }
+            _ => panic!("line {number}: nobody would notice if this block, `{info}`, were wrong"),
+        };
+        steps.push((number, step));
+    }
+    steps
+}
+
+/// Whether `output` is what the page shows: a number stands for any number, `…` for anything, and
+/// one space is as good as many.
+pub fn matches(shown: &str, output: &str) -> bool {
+    let output = loosened(output);
+    let shown = loosened(shown);
+    let mut pieces: Vec<&str> = shown.split('…').map(str::trim).collect();
+    let last = pieces.pop().unwrap_or_default();
+    let mut rest = output.as_str();
+    for (number, piece) in pieces.iter().enumerate() {
+        let Some(at) = rest.find(piece).filter(|at| number > 0 || *at == 0) else { return false };
+        rest = &rest[at + piece.len()..];
+    }
+    if pieces.is_empty() { rest == last } else { rest.ends_with(last) }
+}
+
+fn loosened(text: &str) -> String {
+    let lines = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    without_numbers(lines.collect::<Vec<_>>().join("\n").trim())
+}
+
+/// `#` for each number that is not part of a word, with its sign, fraction and exponent.
+fn without_numbers(text: &str) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(next) = rest.chars().next() {
+        let in_word = out.ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        let number = if in_word { 0 } else { number_len(rest) };
+        if number > 0 {
+            out.push('#');
+            rest = &rest[number..];
+        } else {
+            out.push(next);
+            rest = &rest[next.len_utf8()..];
+        }
+    }
+    out
+}
+
+fn number_len(text: &str) -> usize {
+    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    let sign = usize::from(text.starts_with('-'));
+    let whole = digits(&text[sign..]);
+    if whole == 0 {
+        return 0;
+    }
+    let mut len = sign + whole;
+    for (mark, signed) in [('.', false), ('e', true)] {
+        let Some(after) = text[len..].strip_prefix(mark) else { continue };
+        let minus = usize::from(signed && after.starts_with('-'));
+        let more = digits(&after[minus..]);
+        if more > 0 {
+            len += 1 + minus + more;
+        }
+    }
+    len
+}
+
+#[test]
+fn what_is_said_is_compared_loosely_but_compared() {
+    let check = |shown: &str, output: &str, expected: bool| {
+        assert_eq!(matches(shown, output), expected, "{shown:?} {output:?}");
+    };
+    check("up 3.5 s\n", "up   12 s", true);
+    check("up 3.5 s\n", "down 3.5 s", false);
+    check("a -1e-3 b", "a 0.25 b", true);
+    check("E0104", "E0105", false);
+    check("first\n…\nlast", "first\nother\nlast\n", true);
+    check("first\n…\nlast", "first\nother\nlast\nmore\n", false);
+    check("first\n…", "before\nfirst\nother", false);
+    check("… middle …", "the middle of it", true);
+    check("x", "x y", false);
+}
+
+#[test]
+fn a_page_is_taken_apart() {
+    let text = "# T\n```sh\na\nb\n```\n```text\nc\n```\n```rust file=x/y.rs\nd\n```\n\
+                ```sh background\ne\n```\nPress Ctrl-C. <!-- Ctrl-C -->\n```console\nf\n```\n";
+    let steps: Vec<_> = steps(text).into_iter().collect();
+    let own = String::from;
+    assert_eq!(
+        steps,
+        [
+            (2, Step::Run { commands: own("a\nb\n"), fails: false }),
+            (6, Step::Expect { text: own("c\n") }),
+            (9, Step::Write { path: own("x/y.rs"), text: own("d\n") }),
+            (12, Step::Start { command: own("e\n") }),
+            (15, Step::Interrupt),
+        ]
+    );
+}

@@ -1,0 +1,155 @@
+//! A reader's terminal: it stays in the folder it has gone to, and opens others beside it.
+
+use std::fs::File;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rustix::process::{Pid, Signal, kill_process_group};
+
+use super::REPOSITORY;
+use crate::fixture::{Folder, wait_for};
+
+/// `cargo` for the reader: what was downloaded and built already is not again.
+const CARGO: &str = r#"#!/bin/sh
+if [ -f Cargo.toml ] && [ ! -e target ]; then
+  cp "$REPOSITORY/Cargo.lock" . && mkdir -p "$REPOSITORY/target/new-component"
+  ln -s "$REPOSITORY/target/new-component" target
+fi
+exec "$REAL_CARGO" "$@"
+"#;
+
+/// A terminal.
+pub struct Terminal<'a> {
+    folder: &'a Folder,
+    /// Where `armor` and `cargo` are found.
+    path: String,
+    opened: AtomicUsize,
+}
+
+impl<'a> Terminal<'a> {
+    /// A terminal in `folder`.
+    pub fn new(folder: &'a Folder) -> Self {
+        let bin = folder.path().join(".bin");
+        std::fs::create_dir_all(&bin).expect("writable");
+        std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_armor"), bin.join("armor")).expect("a link");
+        // Written by another process, see `Folder::script`.
+        let written = Command::new("/bin/sh")
+            .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
+            .arg(bin.join("cargo"))
+            .arg(CARGO)
+            .status();
+        assert!(written.expect("sh runs").success());
+        let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
+        let terminal = Self { folder, path, opened: AtomicUsize::new(0) };
+        std::fs::write(terminal.place(), folder.path().display().to_string()).expect("writable");
+        terminal
+    }
+
+    /// Where the name of the current folder is kept.
+    fn place(&self) -> PathBuf {
+        self.folder.path().join(".place")
+    }
+
+    fn here(&self) -> PathBuf {
+        std::fs::read_to_string(self.place()).expect("it was written").trim_end().into()
+    }
+
+    fn bash(&self, script: &str) -> Command {
+        let mut command = Command::new("bash");
+        command.args(["-c", script]).current_dir(self.here()).stdin(Stdio::null());
+        command.env("PATH", &self.path).env("REPOSITORY", REPOSITORY);
+        command.env("REAL_CARGO", env!("CARGO")).env("CARGO_NET_OFFLINE", "true");
+        command.env("XDG_RUNTIME_DIR", self.folder.path().join("run"));
+        let others = ["ARMOR_REGISTRY", "ARMOR_COMPONENTS", "ARMOR_OUT", "ARMOR_LOG"];
+        for variable in others.into_iter().chain(["CARGO_TARGET_DIR"]) {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    /// Writes a file of the page.
+    pub fn write(&self, path: &str, text: &str) {
+        let path = self.here().join(path);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+        std::fs::write(path, text).expect("writable");
+    }
+
+    /// Runs commands to their end: all they print.
+    pub fn run(&self, commands: &str, fails: bool, at: &str) -> String {
+        let (status, output) = self.try_run(commands);
+        assert_eq!(status.success(), !fails, "{at}: {status}\n{commands}{output}");
+        output
+    }
+
+    /// Runs commands to their end, whatever that is.
+    pub fn try_run(&self, commands: &str) -> (ExitStatus, String) {
+        let script = format!("set -e\n{commands}\npwd > \"{}\"", self.place().display());
+        let mut program = self.spawn(&script);
+        let status = wait_for(commands, || program.child.try_wait().expect("it is ours"));
+        (status, program.output())
+    }
+
+    /// Starts a command that goes on, in a terminal of its own.
+    pub fn start(&self, command: &str) -> Program {
+        // In bash's place: the signal and the code are the command's.
+        self.spawn(&format!("exec {command}"))
+    }
+
+    fn spawn(&self, script: &str) -> Program {
+        let number = self.opened.fetch_add(1, Ordering::Relaxed);
+        let screen = self.folder.path().join(format!(".screen-{number}"));
+        let file = File::create(&screen).expect("writable");
+        let mut bash = self.bash(script);
+        bash.process_group(0).stdout(file.try_clone().expect("a file")).stderr(file);
+        Program { child: bash.spawn().expect("bash starts"), screen }
+    }
+}
+
+/// What runs in a terminal; it ends with the test.
+pub struct Program {
+    child: Child,
+    screen: PathBuf,
+}
+
+impl Program {
+    /// What it has printed so far.
+    pub fn output(&self) -> String {
+        std::fs::read_to_string(&self.screen).expect("UTF-8")
+    }
+
+    /// Whether it has ended by itself.
+    pub fn has_ended(&self) -> bool {
+        let pid = i32::try_from(self.child.id()).expect("a process id");
+        !crate::fixture::lives(pid)
+    }
+
+    /// Ctrl-C, unless it has ended already: all it printed.
+    pub fn interrupt(mut self, at: &str) -> String {
+        if !self.has_ended() {
+            self.signal(Signal::INT);
+        }
+        let status =
+            wait_for("the end after Ctrl-C", || self.child.try_wait().expect("it is ours"));
+        let output = self.output();
+        assert!(matches!(status.code(), Some(0 | 130)), "{at}: {status}\n{output}");
+        output
+    }
+
+    fn signal(&self, signal: Signal) {
+        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
+            // It may have ended by itself.
+            let _ = kill_process_group(group, signal);
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        if matches!(self.child.try_wait(), Ok(None)) {
+            self.signal(Signal::KILL);
+            let _ = self.child.wait();
+        }
+    }
+}
