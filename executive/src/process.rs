@@ -32,21 +32,39 @@ impl Process {
     }
 }
 
-/// When a process started, in clock ticks since the start of the machine (proc(5), field 22).
+/// When a process started, in clock ticks since the start of the machine, if it has not ended.
 fn started(pid: i32) -> Option<u64> {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    alive_since(&std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?)
+}
+
+/// The same from the text of its `stat`: proc(5), fields 3, 20 and 22.
+fn alive_since(stat: &str) -> Option<u64> {
     // The name before may hold anything, spaces and brackets too.
     let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
     let state = fields.next()?;
-    if matches!(state, "Z" | "X" | "x") {
+    let threads: u64 = fields.nth(16)?.parse().ok()?;
+    // A first thread that has ended says nothing of the others: they may still hold the hardware.
+    if matches!(state, "Z" | "X" | "x") && threads <= 1 {
         return None;
     }
-    fields.nth(18)?.parse().ok()
+    fields.nth(1)?.parse().ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_process_lives_as_long_as_any_of_its_threads() {
+        let stat = |state: &str, threads: u64| {
+            let stat =
+                format!("7 (a) b) {state} 1 7 7 0 -1 4 0 0 0 0 0 0 0 0 20 0 {threads} 0 4711 0");
+            alive_since(&stat)
+        };
+        assert_eq!(stat("S", 1), Some(4711));
+        assert_eq!(stat("Z", 1), None);
+        assert_eq!(stat("Z", 2), Some(4711), "its first thread has ended, another has not");
+    }
 
     #[test]
     fn a_killed_process_no_longer_lives_even_before_it_is_reaped() {
