@@ -45,9 +45,9 @@ impl Table {
             row.write(&mut text);
         }
         let cores = if options.same_core {
-            "all on core 0"
+            "All processes are on core 0"
         } else {
-            "publisher on core 0, others on core 1"
+            "The publisher is on core 0, the others on core 1"
         };
         let _ = writeln!(
             text,
