@@ -8,16 +8,17 @@ use crate::planner::Planner;
 use crate::recovery::Recovery;
 use crate::surroundings::{Scan, surroundings};
 use crate::track::Track;
-use crate::window::{Distances, Limits, Velocity, Window};
+use crate::window::{Distances, HORIZON_S, Limits, REACTION_S, Velocity, Window};
 
-/// The robot heads for a point this far ahead on its path, in metres.
-const LOOK_M: f64 = 0.7;
+/// The robot heads for a point at least this far ahead on its path, in metres, and as far as it
+/// gets within the window's horizon.
+const LOOK_M: f64 = 0.6;
 /// A point further to the side than this is turned to on the spot, in radians ...
 const SPIN_RAD: f64 = 1.0;
 /// ... until it is within this, so that turning and driving do not alternate.
 const SPUN_RAD: f64 = 0.35;
-/// Turning on the spot, radians per second for each radian that is left.
-const SPIN_GAIN: f64 = 2.0;
+/// Turning on the spot is slowed down this part as hard as the base could, so that it ends in time.
+const SPIN_BRAKE: f64 = 0.7;
 /// The heading at the goal is met within this, in radians.
 const HEADING_RAD: f64 = 0.15;
 /// Further than the margin from walls, paths and arcs gain nothing, in metres.
@@ -210,8 +211,9 @@ impl Driving {
 
     /// Drives on along the path; stands if there is none.
     fn follow(&mut self, robot: Pose2, window: &Window<'_>) -> Velocity {
+        let look_m = LOOK_M.max(window.limits.speed_mps * HORIZON_S);
         let open = |from, to| self.planner.is_straight_open(from, to);
-        let Some(lead) = lead(self.planner.path(), robot.point(), LOOK_M, open) else {
+        let Some(lead) = lead(self.planner.path(), robot.point(), look_m, open) else {
             return Velocity::ZERO;
         };
         let target = robot.inverse().apply(lead.target);
@@ -233,8 +235,13 @@ impl Driving {
 
     /// Turns on the spot; a base that still rolls is braked first.
     fn spin(&self, off_rad: f64, window: &Window<'_>) -> Velocity {
-        let most = window.limits.turn_radps;
-        let wanted = Velocity::spin((SPIN_GAIN * off_rad).clamp(-most, most));
+        let limits = window.limits;
+        // By the time this takes effect, the robot has turned on.
+        let left_rad = off_rad - window.now.turn_radps * REACTION_S / 2.0;
+        let braking_radps =
+            (2.0 * SPIN_BRAKE * limits.turn_acceleration_radps2 * left_rad.abs()).sqrt();
+        let turn_radps = braking_radps.min(limits.turn_radps) * left_rad.signum();
+        let wanted = Velocity::spin(turn_radps);
         let mut next = window.limits.approach(window.now, wanted, window.interval_s);
         if !window.is_safe(next) {
             next.speed_mps = 0.0;

@@ -5,11 +5,11 @@
 use armor_grid::{Point2, Pose2};
 
 /// Arcs are looked at this far ahead, in seconds.
-const HORIZON_S: f64 = 1.2;
+pub(crate) const HORIZON_S: f64 = 1.2;
 /// In steps of this, in seconds: 6 cm at full speed.
 const STEP_S: f64 = 0.1;
 /// What passes between a scan and the wheels, in seconds.
-const REACTION_S: f64 = 0.2;
+pub(crate) const REACTION_S: f64 = 0.2;
 /// Speeds tried between the slowest and the fastest.
 const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
@@ -118,22 +118,21 @@ impl Window<'_> {
 
     /// What an arc costs (lower is better), or `None` if it is not safe.
     fn cost(&self, velocity: Velocity, target: Point2, fastest_mps: f64) -> Option<f64> {
-        let nearest_m = self.nearest_on_arc(velocity)?;
-        let end = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, HORIZON_S);
-        let in_end = end.inverse().apply(target);
-        let away_m = in_end.distance_m(Point2::default());
-        // A target that is reached has no direction any more.
-        let off_rad = Point2::default().bearing_rad(in_end).abs() * (away_m / 0.2).min(1.0);
+        let (nearest_m, seconds) = self.nearest_on_arc(velocity)?;
         let now_m = target.distance_m(Point2::default()).max(0.1);
+        // Judged where it comes closest, not where it ends: passing the target fast is no fault.
+        let (in_robot, miss_m) = closest_to(target, velocity, seconds);
+        // A target that is reached has no direction any more.
+        let off_rad = Point2::default().bearing_rad(in_robot).abs() * (miss_m / 0.2).min(1.0);
         let Distances { keep_m, comfort_m } = self.distances;
         let tight = ((comfort_m - nearest_m) / (comfort_m - keep_m)).clamp(0.0, 1.0);
         let slow = 1.0 - velocity.speed_mps / fastest_mps.max(0.05);
-        Some(away_m / now_m + 0.35 * off_rad + 0.4 * tight * tight + 0.2 * slow)
+        Some(miss_m / now_m + 0.35 * off_rad + 0.4 * tight * tight + 0.2 * slow)
     }
 
-    /// The least distance to anything on the arc as far as it is driven before a stop, or `None`
-    /// if that comes too close.
-    fn nearest_on_arc(&self, velocity: Velocity) -> Option<f64> {
+    /// The least distance to anything on the arc as far as it is driven before a stop, and for how
+    /// long it can be driven; `None` if that comes too close.
+    fn nearest_on_arc(&self, velocity: Velocity) -> Option<(f64, f64)> {
         let start_m = self.nearest_m(Pose2::IDENTITY);
         // A robot that stands too close already may move, but no closer.
         let keep_m = self.distances.keep_m.min(start_m - 0.005);
@@ -142,15 +141,16 @@ impl Window<'_> {
         let mut nearest_m = start_m;
         let mut time_s = 0.0;
         while time_s < HORIZON_S {
-            time_s += STEP_S;
-            let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, time_s);
+            let next_s = time_s + STEP_S;
+            let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, next_s);
             let away_m = self.nearest_m(pose);
             if away_m < keep_m {
-                return (time_s > stop_s).then_some(nearest_m);
+                return (next_s > stop_s).then_some((nearest_m, time_s));
             }
             nearest_m = nearest_m.min(away_m);
+            time_s = next_s;
         }
-        Some(nearest_m)
+        Some((nearest_m, HORIZON_S))
     }
 
     fn nearest_m(&self, pose: Pose2) -> f64 {
@@ -160,6 +160,18 @@ impl Window<'_> {
         });
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
+}
+
+/// The target as it lies before the robot where the arc passes closest to it, and how far away.
+fn closest_to(target: Point2, velocity: Velocity, seconds: f64) -> (Point2, f64) {
+    let steps = (seconds / STEP_S).round() as u32;
+    let passed = (0..=steps).map(|step| {
+        let time_s = f64::from(step) * STEP_S;
+        let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, time_s);
+        let in_robot = pose.inverse().apply(target);
+        (in_robot, in_robot.distance_m(Point2::default()))
+    });
+    passed.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((target, f64::INFINITY))
 }
 
 fn spread(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {

@@ -1,7 +1,9 @@
 //! From frontiers to places worth driving to: which of them the robot can get to, where it would
 //! stand, and what the trip costs.
 
-use armor_grid::{Cell, CostMap, Grid, Inflation, Occupancy, Point2, Pose2, traverse, wavefront};
+use armor_grid::{
+    Cell, CostMap, Grid, Inflation, Occupancy, Point2, Pose2, traverse, wavefront, wrap_angle,
+};
 
 use crate::Settings;
 use crate::frontier::{Frontier, frontiers};
@@ -17,6 +19,8 @@ const LOOK_M: f64 = 0.3;
 const ESCAPE_M: f64 = 0.5;
 /// Frontiers larger than this count as no larger: the robot sees only so far, in metres.
 const LARGE_M: f64 = 3.0;
+/// The direction of a trip is that of the place this far on the way, in metres.
+const DEPARTURE_M: f64 = 0.8;
 /// A metre aside from the middle of a frontier counts as this many of travel.
 const ASIDE: f64 = 0.5;
 
@@ -29,20 +33,21 @@ pub(crate) struct Candidate {
     pub(crate) target: Point2,
     /// The weighted way there, in metres.
     pub(crate) travel_m: f64,
-    /// The way less what the frontier is worth, in metres; lower is better.
+    /// The turn and the way less what the frontier is worth, in metres; lower is better.
     pub(crate) cost_m: f64,
 }
 
 /// The reachable places of one map, and how far away each is.
 #[derive(Debug)]
 pub(crate) struct Reach {
+    robot: Pose2,
     travel_m: Grid<f32>,
     closed_m: f64,
 }
 
 impl Reach {
     /// Spreads from the robot over the open cells; `None` if it stands nowhere near one.
-    pub(crate) fn new(map: &Grid<Occupancy>, robot: Point2, settings: &Settings) -> Option<Self> {
+    pub(crate) fn new(map: &Grid<Occupancy>, robot: Pose2, settings: &Settings) -> Option<Self> {
         let inflation = Inflation {
             radius_m: settings.clearance_m,
             comfort_m: settings.clearance_m + COMFORT_M,
@@ -50,8 +55,9 @@ impl Reach {
             unknown_weight: None,
         };
         let costs = CostMap::new(map, &inflation);
-        let start = costs.nearest_open(robot, ESCAPE_M)?;
-        Some(Self { travel_m: wavefront(&costs, start), closed_m: settings.clearance_m })
+        let start = costs.nearest_open(robot.point(), ESCAPE_M)?;
+        let travel_m = wavefront(&costs, start);
+        Some(Self { robot, travel_m, closed_m: settings.clearance_m })
     }
 
     /// Returns one candidate for each reachable frontier that has a place away from `avoid`.
@@ -61,7 +67,9 @@ impl Reach {
         settings: &Settings,
         avoid: impl Fn(Point2) -> bool,
     ) -> Vec<Candidate> {
-        frontiers(map, settings.min_frontier_m)
+        let robot = self.robot.point();
+        let counts = |place: Point2| place.distance_m(robot) > settings.underfoot_m;
+        frontiers(map, settings.min_frontier_m, counts)
             .iter()
             .filter_map(|frontier| self.candidate(map, frontier, settings, &avoid))
             .collect()
@@ -87,13 +95,34 @@ impl Reach {
         let (position, seen) = (geometry.centre(stand), geometry.centre(target));
         let yaw_rad = if stand == target { 0.0 } else { position.bearing_rad(seen) };
         let travel_m = f64::from(self.travel_m[stand]);
+        let turn_m = settings.turn_m_per_rad * self.departure_rad(stand).abs();
         let worth_m = settings.size_gain * frontier.size_m.min(LARGE_M);
         Some(Candidate {
             goal: Pose2::new(position.x_m, position.y_m, yaw_rad),
             target: seen,
             travel_m,
-            cost_m: travel_m - worth_m,
+            cost_m: travel_m + turn_m - worth_m,
         })
+    }
+
+    /// How far the robot has to turn before it leaves for a place, in radians.
+    fn departure_rad(&self, to: Cell) -> f64 {
+        let geometry = self.travel_m.geometry();
+        let mut here = to;
+        while f64::from(self.travel_m[here]) > DEPARTURE_M {
+            let Some(next) = self.nearer(here) else { break };
+            here = next;
+        }
+        let direction_rad = self.robot.point().bearing_rad(geometry.centre(here));
+        wrap_angle(direction_rad - self.robot.yaw_rad)
+    }
+
+    /// The neighbour that is nearest to the robot, if it is nearer than the cell.
+    fn nearer(&self, cell: Cell) -> Option<Cell> {
+        let reached = cell.neighbours().filter(|&next| self.is_reached(next));
+        reached
+            .min_by(|a, b| self.travel_m[*a].total_cmp(&self.travel_m[*b]))
+            .filter(|&next| self.travel_m[next] < self.travel_m[cell])
     }
 
     fn is_reached(&self, cell: Cell) -> bool {
@@ -123,11 +152,8 @@ impl Reach {
         let setback = setback_m / self.travel_m.geometry().resolution_m;
         let mut here = from;
         while from.distance(here) < setback {
-            let before = here.neighbours().filter(|&next| self.is_reached(next));
-            match before.min_by(|a, b| self.travel_m[*a].total_cmp(&self.travel_m[*b])) {
-                Some(next) if self.travel_m[next] < self.travel_m[here] => here = next,
-                _ => break,
-            }
+            let Some(next) = self.nearer(here) else { break };
+            here = next;
         }
         here
     }

@@ -26,10 +26,14 @@ pub struct Settings {
     pub clearance_m: f64,
     /// Frontiers smaller than this are not worth a trip, in metres.
     pub min_frontier_m: f64,
+    /// Frontier cells closer to the robot than this will be seen as soon as it moves, in metres.
+    pub underfoot_m: f64,
     /// Goals lie this far inside the known free space, in metres.
     pub setback_m: f64,
     /// Metres of detour that a metre of frontier is worth.
     pub size_gain: f64,
+    /// Metres of detour that it is worth not to turn by a radian first.
+    pub turn_m_per_rad: f64,
     /// A goal must be better by this to replace the current one, in metres.
     pub switch_gain_m: f64,
     /// A goal without progress for this long is given up, in seconds.
@@ -44,9 +48,11 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             clearance_m: 0.25,
-            min_frontier_m: 0.4,
+            min_frontier_m: 0.8,
+            underfoot_m: 0.6,
             setback_m: 0.2,
             size_gain: 1.0,
+            turn_m_per_rad: 0.5,
             switch_gain_m: 1.5,
             patience_s: 8.0,
             look_s: 2.0,
@@ -156,7 +162,7 @@ impl Exploration {
         let Some(map) = &self.map else { return };
         self.evaluated_s = now_s;
         self.map_is_new = false;
-        let Some(reach) = Reach::new(map, robot.point(), &self.settings) else { return };
+        let Some(reach) = Reach::new(map, robot, &self.settings) else { return };
         let given_up = &self.given_up;
         let avoid = |place: Point2| given_up.iter().any(|g| g.distance_m(place) < GIVEN_UP_M);
         let candidates = reach.candidates(map, &self.settings, avoid);

@@ -6,8 +6,10 @@ use crate::drawing::Drawing;
 const SETTINGS: Settings = Settings {
     clearance_m: 0.15,
     min_frontier_m: 0.3,
+    underfoot_m: 0.0,
     setback_m: 0.1,
     size_gain: 1.0,
+    turn_m_per_rad: 0.0,
     switch_gain_m: 1.5,
     patience_s: 8.0,
     look_s: 2.0,
@@ -111,6 +113,29 @@ fn the_large_one_is_worth_a_detour() {
         "?...................#",
         "#####################",
     ]);
+}
+
+#[test]
+fn what_lies_ahead_comes_before_what_lies_behind() {
+    let (mut exploration, drawing) = begin(&TWO_WAYS);
+    exploration.settings.turn_m_per_rad = 0.5;
+    let robot = drawing.robot.expect("drawn");
+    for (yaw_rad, is_left) in [(0.0, false), (3.0, true)] {
+        exploration.pursuit = None;
+        exploration.pose_seen(Pose2::new(robot.x_m, robot.y_m, yaw_rad));
+        let chosen = goal(&mut exploration, 10.0 * (1.0 + yaw_rad));
+        assert_eq!(chosen.x_m < robot.x_m, is_left, "{chosen:?}");
+    }
+}
+
+#[test]
+fn what_is_seen_by_the_first_step_is_no_goal() {
+    let rows = ["########", "#......#", "#......#", "#..?R..#", "#..?...#", "#......#", "########"];
+    let (mut exploration, _) = begin(&rows);
+    assert!(matches!(exploration.step(0.0), Decision::Goto(_)));
+    let (mut exploration, _) = begin(&rows);
+    exploration.settings.underfoot_m = 0.6;
+    assert_eq!(exploration.step(0.0), Decision::Wait);
 }
 
 #[test]

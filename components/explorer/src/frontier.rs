@@ -14,11 +14,15 @@ pub(crate) struct Frontier {
     pub(crate) centre: Point2,
 }
 
-/// Returns the frontiers of at least `min_size_m`.
-pub(crate) fn frontiers(map: &Grid<Occupancy>, min_size_m: f64) -> Vec<Frontier> {
+/// Returns the frontiers of at least `min_size_m`, made of cells in places that count.
+pub(crate) fn frontiers(
+    map: &Grid<Occupancy>,
+    min_size_m: f64,
+    counts: impl Fn(Point2) -> bool,
+) -> Vec<Frontier> {
     let mut open = Grid::filled(*map.geometry(), false);
     for cell in map.geometry().cells() {
-        open[cell] = is_frontier(map, cell);
+        open[cell] = is_frontier(map, cell) && counts(map.geometry().centre(cell));
     }
     let mut found = Vec::new();
     for cell in map.geometry().cells() {
@@ -71,7 +75,8 @@ mod tests {
     /// Checks the sizes, in cells, of the frontiers of at least two cells.
     fn check(rows: &[&str], expected: &[usize]) {
         let map = Drawing::read(0.1, rows).map;
-        let mut sizes: Vec<usize> = frontiers(&map, 0.2).iter().map(|f| f.cells.len()).collect();
+        let mut sizes: Vec<usize> =
+            frontiers(&map, 0.2, |_| true).iter().map(|f| f.cells.len()).collect();
         sizes.sort_unstable();
         assert_eq!(sizes, expected, "{rows:#?}");
     }

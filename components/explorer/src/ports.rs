@@ -1,6 +1,6 @@
 //! The explorer as a component: maps and poses in, goals out.
 
-use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2};
+use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_sdk::prelude::*;
 
 use crate::exploration::{Decision, Exploration, Settings};
@@ -23,7 +23,7 @@ impl Component for Explorer {
             .range(0.05, 2.0)
             .doc("distance the robot's centre keeps from obstacles"),
         Parameter::number("min_frontier", "m")
-            .default("0.4m")
+            .default("0.8m")
             .range(0.05, 5.0)
             .doc("smaller frontiers are not worth a trip"),
         Parameter::number("patience", "s")
@@ -112,6 +112,6 @@ fn grid(map: &OccupancyGrid) -> Result<Grid<Occupancy>, Fault> {
         width: map.info.width as usize,
         height: map.info.height as usize,
     };
-    Grid::classified(geometry, &map.data)
+    Grid::classified_by(Thresholds::SEEN, geometry, &map.data)
         .ok_or_else(|| "the map has not as many cells as its width and height say".into())
 }

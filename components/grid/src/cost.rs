@@ -30,6 +30,10 @@ impl Default for Thresholds {
 }
 
 impl Thresholds {
+    /// All that was ever seen and is not occupied counts as free: what an explorer asks, where
+    /// the default asks what a planner may rely on.
+    pub const SEEN: Self = Self { free: 0.65, occupied: 0.65 };
+
     /// Classifies a cell of an occupancy grid message: 0..=100 percent, negative for unknown.
     pub fn classify(&self, percent: i8) -> Occupancy {
         let probability = f64::from(percent) / 100.0;
@@ -49,7 +53,15 @@ impl Grid<Occupancy> {
     /// Classifies the cells of an occupancy grid message, row-major; `None` if their number does not
     /// fit the geometry.
     pub fn classified(geometry: Geometry, percent: &[i8]) -> Option<Self> {
-        let thresholds = Thresholds::default();
+        Self::classified_by(Thresholds::default(), geometry, percent)
+    }
+
+    /// Classifies the cells of an occupancy grid message by given thresholds.
+    pub fn classified_by(
+        thresholds: Thresholds,
+        geometry: Geometry,
+        percent: &[i8],
+    ) -> Option<Self> {
         Self::from_values(geometry, percent.iter().map(|cell| thresholds.classify(*cell)).collect())
     }
 }
