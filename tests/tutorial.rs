@@ -11,6 +11,12 @@ use crate::fixture::{Folder, wait_for};
 use page::{Page, Step};
 use terminal::{Program, Terminal};
 
+/// The pages that one reader follows in one folder.
+const READERS: [&[&str]; 3] = [
+    &["1-run"],
+    &["2-component", "3-inputs", "4-system", "5-mission", "6-when-it-stands-still"],
+    &["7-replay"],
+];
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// A folder to follow pages in. As in a clone, `missions` is there.
@@ -23,22 +29,40 @@ fn folder(name: &str) -> Folder {
 }
 
 #[test]
-fn the_tutorial_leads_from_nothing_to_a_mission_of_ones_own() {
-    let folder = folder("tutorial");
-    let mut terminal = Terminal::new(&folder);
-    for page in ["2-component", "3-inputs", "4-system", "5-mission", "6-when-it-stands-still"] {
-        follow(&mut terminal, &Page::read(page));
-    }
+fn the_first_run_is_as_the_tutorial_shows_it() {
+    read(0);
 }
 
 #[test]
-fn the_first_run_is_as_the_tutorial_shows_it() {
-    follow(&mut Terminal::new(&folder("tutorial-run")), &Page::read("1-run"));
+fn the_tutorial_leads_from_nothing_to_a_mission_of_ones_own() {
+    read(1);
 }
 
 #[test]
 fn a_recorded_log_becomes_a_map_as_the_tutorial_shows_it() {
-    follow(&mut Terminal::new(&folder("tutorial-replay")), &Page::read("7-replay"));
+    read(2);
+}
+
+#[test]
+fn every_page_is_read_and_in_the_index() {
+    let pages = Path::new(REPOSITORY).join("docs/tutorial");
+    let index = std::fs::read_to_string(pages.join("README.md")).expect("an index");
+    for entry in std::fs::read_dir(pages).expect("it is there") {
+        let file = entry.expect("readable").file_name().into_string().expect("UTF-8");
+        let page = file.strip_suffix(".md").expect("a page");
+        if page != "README" {
+            assert!(READERS.concat().contains(&page), "nobody reads {file}");
+            assert!(index.contains(&format!("({file})")), "the index lacks {file}");
+        }
+    }
+}
+
+fn read(reader: usize) {
+    let folder = folder(&format!("tutorial-{reader}"));
+    let mut terminal = Terminal::new(&folder);
+    for page in READERS[reader] {
+        follow(&mut terminal, &Page::read(page));
+    }
 }
 
 /// What the next block of expected output is compared with.

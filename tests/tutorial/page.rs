@@ -71,8 +71,8 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
     steps
 }
 
-/// Whether `output` is what the page shows: a number stands for any number, `…` for anything, and
-/// one space is as good as many.
+/// Whether `output` is what the page shows: a number stands for any number, a time for any time in
+/// any unit, `…` for anything, and one space is as good as many.
 pub fn matches(shown: &str, output: &str) -> bool {
     let output = loosened(output);
     let shown = loosened(shown);
@@ -88,7 +88,11 @@ pub fn matches(shown: &str, output: &str) -> bool {
 
 fn loosened(text: &str) -> String {
     let lines = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
-    without_numbers(lines.collect::<Vec<_>>().join("\n").trim())
+    let mut text = without_numbers(lines.collect::<Vec<_>>().join("\n").trim());
+    for time in ["# us", "# ms", "# min # s"] {
+        text = text.replace(time, "# s");
+    }
+    text
 }
 
 /// `#` for each number that is not part of a word, with its sign, fraction and exponent.
@@ -136,6 +140,7 @@ fn what_is_said_is_compared_loosely_but_compared() {
     check("up 3.5 s\n", "up   12 s", true);
     check("up 3.5 s\n", "down 3.5 s", false);
     check("a -1e-3 b", "a 0.25 b", true);
+    check("27 us", "1 min 02 s", true);
     check("E0104", "E0105", false);
     check("first\n…\nlast", "first\nother\nlast\n", true);
     check("first\n…\nlast", "first\nother\nlast\nmore\n", false);
