@@ -4,7 +4,9 @@
 mod crowd;
 mod deaths;
 mod ends;
+mod failures;
 mod impostors;
+mod relinking;
 mod rounds;
 mod silence;
 mod strangers;

@@ -109,3 +109,34 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
     println!("{} data meanwhile, at most {:?} ns apart", meanwhile.len(), longest_ns);
     assert!(meanwhile.len() > 50, "two seconds and more at 100 Hz: {}", meanwhile.len());
 }
+
+#[test]
+fn a_daemon_that_hangs_is_killed_and_replaced_while_data_flows() {
+    let draft = Draft::default()
+        .probe("source", "rate='100Hz'", "")
+        .probe("sink", "", "")
+        .link("source", "sink.a", "all")
+        .mission(
+            "<mission name='stay' goal='over' safe='over'>
+              <place name='here' initial='true'/><place name='over'/>
+              <transition name='late' from='here' to='over' timeout='1h'/>
+            </mission>",
+        );
+    let system = draft.run(Folder::new("daemons-stopped"));
+    system.traced("sink", "data", |trace| (!trace.got("a").is_empty()).then_some(()));
+    for daemon in ["executive", "configd", "registry"] {
+        let before = system.pid(daemon);
+        system.entry("executive");
+        send(before, Signal::STOP);
+        wait_for(&format!("another {daemon}"), || {
+            Some(system.pid(daemon)).filter(|pid| *pid != before)
+        });
+        let got = system.trace("sink").got("a").len();
+        system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 10).then_some(()));
+    }
+    system.entry("executive");
+    let sink = system.trace("sink");
+    check_nothing_lost("the sink", &sink.got("a"));
+    assert_eq!(sink.count("started"), 1);
+    assert_eq!(system.run.log().matches("suspected of hanging and killed").count(), 3);
+}

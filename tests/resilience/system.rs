@@ -78,7 +78,7 @@ impl Draft {
 }
 
 /// The executable of the probe; `cargo test` builds it, `cargo test --test system` alone does not.
-fn probe() -> PathBuf {
+pub fn probe() -> PathBuf {
     let armor = Path::new(env!("CARGO_BIN_EXE_armor"));
     let path = armor.with_file_name("examples").join("probe");
     assert!(path.exists(), "no {}; `cargo build -p armor --example probe`", path.display());

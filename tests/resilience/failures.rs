@@ -1,0 +1,83 @@
+//! Components that cannot go on: what they report, when they are given up, and where the mission goes.
+
+use std::process::{Command, Stdio};
+
+use armor_wire::registry::DEFAULT_PORT;
+
+use super::system::{Draft, System, probe};
+use super::trace::check_nothing_lost;
+use crate::fixture::{Folder, ended, lives, wait_for};
+
+const WORKING: &str = "
+<mission name='work' goal='over' safe='hold'>
+  <place name='working' initial='true' components='worker'/>
+  <place name='over'/>
+  <place name='hold'/>
+  <transition name='worked' from='working' to='over' on='worker.done'/>
+</mission>";
+
+fn working(name: &str, worker: &str) -> System {
+    let draft = Draft::default()
+        .probe("source", "rate='100Hz'", "")
+        .probe("sink", "", "")
+        .probe("worker", "rate='50Hz'", worker)
+        .link("source", "sink.a", "all")
+        .mission(WORKING);
+    let system = draft.run(Folder::new(name));
+    system.traced("worker", "its start", |trace| (trace.count("started") > 0).then_some(()));
+    system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
+    system
+}
+
+#[test]
+fn a_panic_is_a_report_and_sends_the_mission_to_its_safe_place() {
+    let mut system = working("panics", "panic=20");
+    assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
+    let log = system.run.log();
+    assert!(log.contains("panicked: as the test wants it"), "{log}");
+    assert!(log.contains("the mission ended in its safe place"), "{log}");
+    check_nothing_lost("the sink", &system.trace("sink").got("a"));
+    let last = system.trace("source").0.last().map(|note| note.words.join(" "));
+    assert_eq!(last.as_deref(), Some("stopping"), "the others came to rest");
+}
+
+#[test]
+fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
+    let mut system = working("dies-too-often", "");
+    for death in 1..=5 {
+        let pid = system.kill("worker");
+        wait_for("its end", || (!lives(pid)).then_some(()));
+        if death < 5 {
+            // Each time it comes back, and into its place.
+            system.traced("worker", "another start", |trace| {
+                (trace.count("started") > death).then_some(())
+            });
+        }
+    }
+    system.run.logged("it is given up", 1);
+    let got = system.trace("sink").got("a").len();
+    system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 50).then_some(()));
+    assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
+    let log = system.run.log();
+    assert!(log.contains("it did not come back within"), "{log}");
+    assert!(log.contains("the mission ended in its safe place"), "{log}");
+    check_nothing_lost("the sink", &system.trace("sink").got("a"));
+}
+
+#[test]
+fn without_configd_a_component_says_so_and_ends() {
+    let folder = Folder::new("no-configd");
+    let address = format!("127.0.0.1:{}", DEFAULT_PORT + 200);
+    let mut registry = folder
+        .armor(&["registry", "--listen", &address])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("armor starts");
+    let (code, _, err) =
+        ended(Command::new(probe()).args(["--name", "lonely", "--registry", &address]));
+    registry.kill().expect("it is ours");
+    registry.wait().expect("it is ours");
+    assert_eq!(code, 1, "{err}");
+    let says = ["configd has not answered within", "trace", "nobody is called `configd`"];
+    assert!(says.iter().all(|text| err.contains(text)), "{err}");
+}
