@@ -2,9 +2,10 @@
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_wire::clock::{ClockFilter, Estimate, Exchange};
+use rustix::time::{ClockId, clock_gettime};
 
 /// A monotonic clock that can say how far the system's time is from it.
 ///
@@ -12,7 +13,7 @@ use armor_wire::clock::{ClockFilter, Estimate, Exchange};
 /// a later jump of the wall clock moves nothing.
 #[derive(Debug)]
 pub struct Clock {
-    start: Instant,
+    start_s: f64,
     wall_offset_s: f64,
     offset_bits: AtomicU64,
     filter: Mutex<ClockFilter>,
@@ -20,12 +21,12 @@ pub struct Clock {
 
 impl Default for Clock {
     fn default() -> Self {
-        let start = Instant::now();
+        let start_s = monotonic_s();
         let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
         Self {
-            start,
-            wall_offset_s: wall,
-            offset_bits: AtomicU64::new(wall.to_bits()),
+            start_s,
+            wall_offset_s: wall - start_s,
+            offset_bits: AtomicU64::new((wall - start_s).to_bits()),
             filter: Mutex::default(),
         }
     }
@@ -34,13 +35,17 @@ impl Default for Clock {
 impl Clock {
     /// Time since this clock was made.
     pub fn monotonic(&self) -> Duration {
-        self.start.elapsed()
+        Duration::from_secs_f64((monotonic_s() - self.start_s).max(0.0))
+    }
+
+    /// This host's monotonic clock in seconds: what the registry's time is compared with.
+    pub(crate) fn monotonic_s(&self) -> f64 {
+        monotonic_s()
     }
 
     /// System time in seconds since the Unix epoch.
     pub fn timestamp(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
-            + f64::from_bits(self.offset_bits.load(Ordering::Relaxed))
+        monotonic_s() + f64::from_bits(self.offset_bits.load(Ordering::Relaxed))
     }
 
     /// System time minus this host's wall clock as it was at the start, in seconds.
@@ -69,4 +74,10 @@ impl Clock {
             filter.clear();
         }
     }
+}
+
+/// Read for every message, so without the detour over `Instant` and `Duration`.
+fn monotonic_s() -> f64 {
+    let now = clock_gettime(ClockId::Monotonic);
+    now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
 }

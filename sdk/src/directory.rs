@@ -425,7 +425,7 @@ impl Inner {
         let ask_time = || {
             let now = Instant::now();
             if now >= next {
-                let asked_s = self.clock.monotonic().as_secs_f64();
+                let asked_s = self.clock.monotonic_s();
                 let _ = writer.send(&Request::Time { asked_s });
                 asked += 1;
                 next = now + if asked < FIRST_TIMES { FIRST_TIME_PERIOD } else { TIME_PERIOD };
@@ -446,7 +446,7 @@ impl Inner {
         if frame.kind != FrameKind::Control {
             return Err(format!("a {:?} frame from the registry", frame.kind));
         }
-        let answered_s = self.clock.monotonic().as_secs_f64();
+        let answered_s = self.clock.monotonic_s();
         let reply: Reply = codec::decode_control(frame.body).map_err(|e| e.to_string())?;
         if let Reply::Time { asked_s, received_s, sent_s } = reply {
             self.clock.add(Exchange { asked_s, received_s, sent_s, answered_s });

@@ -4,6 +4,7 @@ mod inbox;
 mod input;
 mod output;
 mod queue;
+mod stream;
 mod wire_out;
 
 pub(crate) use input::Input;

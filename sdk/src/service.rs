@@ -111,6 +111,10 @@ impl Service {
     }
 
     fn serve_links(&mut self) {
+        if self.shared.running_call().is_none() {
+            // A thread of the user's own may have added to what a call gathered, after its flush.
+            self.shared.flush_gathered();
+        }
         let now = self.shared.clock.monotonic();
         let beat = frame::signal(FrameKind::Beat);
         for output in self.shared.outputs() {

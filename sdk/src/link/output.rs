@@ -18,7 +18,8 @@ use armor_wire::schema;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::queue::ALL_LEN;
-use super::wire_out::{LinkOut, Offered, Stream};
+use super::stream::Stream;
+use super::wire_out::{LinkOut, Offered};
 
 /// A message with a piece longer than this is written piece by piece, without a copy.
 const DIRECT_LEN: usize = 16 << 10;
@@ -389,9 +390,8 @@ impl State {
         if !free.is_empty() {
             let mut stream = Stream::new(free, &header.to_bytes(len));
             codec::write(message, &mut stream)?;
-            for (link, written) in stream.finish() {
-                link.queue.congest();
-                link.dropped += link.queue.push_shared(frame(false)?, written);
+            for (link, tail) in stream.finish() {
+                link.queue.push_tail(tail);
                 queued = true;
             }
         }

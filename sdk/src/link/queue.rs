@@ -14,6 +14,9 @@ pub(crate) const GATHER_LEN: usize = 60 << 10;
 /// A `keep="all"` sender waits while more than this waits.
 pub(crate) const ALL_LEN: usize = 256 << 10;
 
+/// A buffer longer than this is given back instead of being kept for the next gathering.
+const KEPT_LEN: usize = 2 * GATHER_LEN;
+
 enum Chunk {
     /// A frame that several links share.
     Shared(Arc<Vec<u8>>),
@@ -36,6 +39,8 @@ pub(crate) struct Queue {
     chunks: VecDeque<(Chunk, u32)>,
     /// How much of the first chunk is written.
     written: usize,
+    /// The first chunk is the rest of a frame that is partly written.
+    starts_with_tail: bool,
     bytes: usize,
     /// The socket has refused bytes; until it has taken all, frames wait and the policy holds.
     congested: bool,
@@ -48,6 +53,7 @@ impl Queue {
             keep,
             chunks: VecDeque::new(),
             written: 0,
+            starts_with_tail: false,
             bytes: 0,
             congested: false,
             spare: Vec::new(),
@@ -105,6 +111,14 @@ impl Queue {
         self.trim()
     }
 
+    /// Adds the rest of a frame whose beginning is written already. The queue must be empty.
+    pub fn push_tail(&mut self, tail: Vec<u8>) {
+        self.bytes += tail.len();
+        self.congested = true;
+        self.starts_with_tail = true;
+        self.chunks.push_back((Chunk::Own(tail), 1));
+    }
+
     /// The socket has refused bytes of a frame that is about to be pushed.
     pub fn congest(&mut self) {
         self.congested = true;
@@ -120,7 +134,7 @@ impl Queue {
         if !self.congested {
             return 0;
         }
-        let first = usize::from(self.written > 0);
+        let first = usize::from(self.written > 0 || self.starts_with_tail);
         let mut dropped = 0;
         while self.chunks.len() > first + most {
             if let Some((chunk, frames)) = self.chunks.remove(first) {
@@ -142,7 +156,10 @@ impl Queue {
                     self.bytes -= len;
                     if self.written == bytes.len() {
                         self.written = 0;
-                        if let Some((Chunk::Own(own), _)) = self.chunks.pop_front() {
+                        self.starts_with_tail = false;
+                        if let Some((Chunk::Own(own), _)) = self.chunks.pop_front()
+                            && own.capacity() <= KEPT_LEN
+                        {
                             self.spare = own;
                         }
                     }

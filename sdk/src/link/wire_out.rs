@@ -1,26 +1,17 @@
-//! The publisher's end of one link, and how a large message is written to several of them without
-//! being copied first.
+//! The publisher's end of one link.
 
-use std::io;
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use armor_wire::bincode;
-use armor_wire::bincode::enc::write::Writer;
 use armor_wire::control::LinkStatus;
 use armor_wire::frame::{FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{SendFlags, send};
 
 use super::queue::{GATHER_LEN, Queue};
 use crate::faults::{Fault, Faults};
-
-/// How long a sender helps a large frame along while the subscriber keeps taking it. A subscriber
-/// that takes nothing costs this once; what it has not taken then waits in its queue.
-const PATIENCE: Duration = Duration::from_micros(250);
 
 /// The publisher's end of a link.
 pub(crate) struct LinkOut {
@@ -170,108 +161,5 @@ impl LinkOut {
                 }
             }
         }
-    }
-}
-
-/// Writes one large frame to several links at once, piece by piece as it is encoded: bulk arrays go
-/// from the message to the socket without a copy in between.
-pub(crate) struct Stream<'a> {
-    links: Vec<(&'a mut LinkOut, usize)>,
-    small: Vec<u8>,
-    /// Bytes of the frame that were handed to the links so far.
-    total: usize,
-}
-
-/// Pieces from this size on are not copied together.
-const BULK_LEN: usize = 4 << 10;
-
-impl<'a> Stream<'a> {
-    /// Begins a frame with `header`.
-    pub fn new(links: Vec<&'a mut LinkOut>, header: &[u8]) -> Self {
-        let links = links.into_iter().map(|link| (link, 0)).collect();
-        Self { links, small: header.to_vec(), total: 0 }
-    }
-
-    /// Writes the rest. Returns the links that could not take the whole frame, with how much they
-    /// have taken.
-    pub fn finish(mut self) -> Vec<(&'a mut LinkOut, usize)> {
-        self.hand_over(&[]);
-        let total = self.total;
-        self.links.retain(|(link, written)| *written < total && !link.broken);
-        self.links
-    }
-
-    /// Gives the copied-together bytes and then `bulk` to every link that has kept up so far.
-    fn hand_over(&mut self, bulk: &[u8]) {
-        let start = self.total;
-        let small = std::mem::take(&mut self.small);
-        self.total += small.len() + bulk.len();
-        let total = self.total;
-        let mut last_progress = None;
-        loop {
-            let mut progress = false;
-            let mut waiting = Vec::new();
-            for (link, written) in &mut self.links {
-                // A link that fell behind in an earlier piece gets the frame from its queue.
-                if *written < start || *written == total || link.broken {
-                    continue;
-                }
-                while *written < total {
-                    let len = send_pieces(link, &small, bulk, *written - start);
-                    if len == 0 {
-                        break;
-                    }
-                    *written += len;
-                    progress = true;
-                }
-                if *written < total && !link.broken {
-                    waiting.push(Arc::clone(&link.stream));
-                }
-            }
-            let now = Instant::now();
-            let since = *last_progress.get_or_insert(now);
-            if progress {
-                last_progress = Some(now);
-            }
-            if waiting.is_empty() || (!progress && now.duration_since(since) >= PATIENCE) {
-                break;
-            }
-            let mut fds: Vec<_> =
-                waiting.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
-            let patience = Timespec { tv_sec: 0, tv_nsec: i64::from(PATIENCE.subsec_nanos()) };
-            let _ = poll(&mut fds, Some(&patience));
-        }
-        self.small = small;
-        self.small.clear();
-    }
-}
-
-fn send_pieces(link: &mut LinkOut, small: &[u8], bulk: &[u8], from: usize) -> usize {
-    if from >= small.len() {
-        return link.write(&bulk[from - small.len()..]);
-    }
-    let pieces = [io::IoSlice::new(&small[from..]), io::IoSlice::new(bulk)];
-    let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-    match rustix::net::sendmsg(&*link.stream, &pieces, &mut Default::default(), flags) {
-        Ok(len) => len,
-        Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
-        Err(_) => {
-            link.break_off();
-            0
-        }
-    }
-}
-
-impl Writer for Stream<'_> {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
-        if bytes.len() < BULK_LEN {
-            self.small.extend_from_slice(bytes);
-            if self.small.len() >= GATHER_LEN {
-                self.hand_over(&[]);
-            }
-        } else {
-            self.hand_over(bytes);
-        }
-        Ok(())
     }
 }

@@ -68,12 +68,14 @@ impl FrameReader {
             let end = self.large.len().min(total);
             return &mut self.large[filled..end];
         }
+        // A read that filled the buffer says that more is coming.
+        let was_full = self.end == self.small.len();
         if self.start > 0 {
             self.small.copy_within(self.start..self.end, 0);
             self.end -= self.start;
             self.start = 0;
         }
-        if self.end == self.small.len() && self.small.len() < READ_LEN {
+        if was_full && self.small.len() < READ_LEN {
             let len = if self.small.is_empty() { FIRST_READ_LEN } else { READ_LEN };
             self.small.resize(len, 0);
         }

@@ -1,0 +1,137 @@
+//! How a large message is written to several links at once without being copied first: bulk arrays
+//! go from the message to the sockets, piece by piece as it is encoded.
+
+use std::io::IoSlice;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use armor_wire::bincode;
+use armor_wire::bincode::enc::write::Writer;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::{SendFlags, sendmsg};
+
+use super::queue::GATHER_LEN;
+use super::wire_out::LinkOut;
+
+/// Pieces from this size on are not copied together.
+const BULK_LEN: usize = 4 << 10;
+/// How long a sender helps a piece along that a subscriber does not take. A subscriber that takes
+/// nothing costs this once; what it has not taken then waits in its queue.
+const PATIENCE: Duration = Duration::from_micros(250);
+
+/// One large frame on its way to several links.
+pub(crate) struct Stream<'a> {
+    links: Vec<Streamed<'a>>,
+    small: Vec<u8>,
+}
+
+struct Streamed<'a> {
+    link: &'a mut LinkOut,
+    /// How much of the current piece is written.
+    written: usize,
+    /// What the link has not taken of the frame so far; from then on everything goes there.
+    tail: Vec<u8>,
+}
+
+impl<'a> Stream<'a> {
+    /// Begins a frame with `header`.
+    pub fn new(links: Vec<&'a mut LinkOut>, header: &[u8]) -> Self {
+        let begin = |link| Streamed { link, written: 0, tail: Vec::new() };
+        Self { links: links.into_iter().map(begin).collect(), small: header.to_vec() }
+    }
+
+    /// Writes the rest. Returns the links that could not take the whole frame, with what is left.
+    pub fn finish(mut self) -> impl Iterator<Item = (&'a mut LinkOut, Vec<u8>)> {
+        self.hand_over(&[]);
+        let behind = |s: &Streamed<'_>| !s.tail.is_empty() && !s.link.broken;
+        self.links.into_iter().filter(behind).map(|streamed| (streamed.link, streamed.tail))
+    }
+
+    /// Gives a piece, the copied-together bytes and then `bulk`, to every link.
+    fn hand_over(&mut self, bulk: &[u8]) {
+        let small = std::mem::take(&mut self.small);
+        let mut last_progress = Instant::now();
+        loop {
+            let mut progress = false;
+            let mut waiting = Vec::new();
+            for streamed in self.links.iter_mut().filter(|streamed| streamed.tail.is_empty()) {
+                progress |= streamed.write(&small, bulk);
+                if streamed.written < small.len() + bulk.len() && !streamed.link.broken {
+                    waiting.push(Arc::clone(&streamed.link.stream));
+                }
+            }
+            if waiting.is_empty() {
+                break;
+            }
+            let now = Instant::now();
+            if progress {
+                last_progress = now;
+            } else if now.duration_since(last_progress) >= PATIENCE {
+                break;
+            }
+            let mut fds: Vec<_> =
+                waiting.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
+            let patience = Timespec { tv_sec: 0, tv_nsec: i64::from(PATIENCE.subsec_nanos()) };
+            let _ = poll(&mut fds, Some(&patience));
+        }
+        for streamed in &mut self.links {
+            streamed.keep_rest(&small, bulk);
+        }
+        self.small = small;
+        self.small.clear();
+    }
+}
+
+impl Streamed<'_> {
+    /// Writes what the link takes of the piece; whether that was anything.
+    fn write(&mut self, small: &[u8], bulk: &[u8]) -> bool {
+        let before = self.written;
+        while self.written < small.len() + bulk.len() && !self.link.broken {
+            let len = match self.written.checked_sub(small.len()) {
+                Some(from) => self.link.write(&bulk[from..]),
+                None => self.write_both(&small[self.written..], bulk),
+            };
+            if len == 0 {
+                break;
+            }
+            self.written += len;
+        }
+        self.written > before
+    }
+
+    fn write_both(&mut self, small: &[u8], bulk: &[u8]) -> usize {
+        let pieces = [IoSlice::new(small), IoSlice::new(bulk)];
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        match sendmsg(&*self.link.stream, &pieces, &mut Default::default(), flags) {
+            Ok(len) => len,
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
+            Err(_) => {
+                self.link.break_off();
+                0
+            }
+        }
+    }
+
+    /// Ends the piece: what the link has not taken of it goes to its tail.
+    fn keep_rest(&mut self, small: &[u8], bulk: &[u8]) {
+        let from = std::mem::take(&mut self.written);
+        if from < small.len() + bulk.len() {
+            self.tail.extend_from_slice(&small[from.min(small.len())..]);
+            self.tail.extend_from_slice(&bulk[from.saturating_sub(small.len())..]);
+        }
+    }
+}
+
+impl Writer for Stream<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        if bytes.len() < BULK_LEN {
+            self.small.extend_from_slice(bytes);
+            if self.small.len() >= GATHER_LEN {
+                self.hand_over(&[]);
+            }
+        } else {
+            self.hand_over(bytes);
+        }
+        Ok(())
+    }
+}
