@@ -40,6 +40,7 @@ fn missing(
     let Ok(listing) = directory.list(ANSWER_LIMIT) else {
         return Some("the registry does not answer".into());
     };
+    let mut all = Vec::new();
     for name in plan.components.iter().map(|component| &component.name) {
         let Some(entry) = listing.components.iter().find(|entry| entry.name == *name) else {
             return Some(format!("`{name}` has not registered"));
@@ -47,12 +48,22 @@ fn missing(
         let Some(status) = status(entry, connections) else {
             return Some(format!("`{name}` does not answer"));
         };
-        let apart = status.inputs.iter().find(|input| !input.data.is_empty() && !input.connected);
-        if let Some(input) = apart {
-            return Some(format!("`{name}.{}` has no link to {}", input.id, input.data));
-        }
+        all.push(status);
     }
-    None
+    all.iter().find_map(|consumer| unlinked(consumer, &all))
+}
+
+/// An input that is fed by the file but not yet, in words. The provider is asked, for it knows its
+/// link last.
+fn unlinked(consumer: &Status, all: &[Status]) -> Option<String> {
+    let outputs = || all.iter().flat_map(|status| &status.outputs);
+    let is_linked = |data: &str| {
+        let mut links = outputs().filter(|output| output.data == data).flat_map(|it| &it.links);
+        links.any(|link| link.to == consumer.name)
+    };
+    let mut fed = consumer.inputs.iter().filter(|input| !input.data.is_empty());
+    let input = fed.find(|input| !is_linked(&input.data))?;
+    Some(format!("`{}.{}` has no link to {}", consumer.name, input.id, input.data))
 }
 
 fn status(
