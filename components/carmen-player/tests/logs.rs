@@ -1,5 +1,8 @@
 //! Reads real logs to their end: every scan is there and nothing in them is malformed.
 
+// A test that cannot go on may panic.
+#![allow(clippy::unwrap_used)]
+
 use armor_carmen_player::log::Log;
 use armor_carmen_player::record::Record;
 use std::path::PathBuf;

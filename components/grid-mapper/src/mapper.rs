@@ -78,6 +78,8 @@ const LEVELS: usize = 3;
 const FEWEST_POINTS: usize = 8;
 /// Below this fit a match is not believed, and odometry goes on alone.
 const BELIEVED_SUPPORT: f64 = 0.35;
+/// One scan alone is not believed by anyone who plans on the map: the first few are all drawn.
+const FIRST_KEYFRAMES: u32 = 6;
 const EVERYTHING: u16 = u16::MAX;
 
 /// Builds a map from scans and odometry, one scan at a time.
@@ -88,6 +90,8 @@ pub struct Mapper {
     travelled_m: f64,
     last: Option<Last>,
     drawn: Option<(Pose, f64)>,
+    /// Scans drawn so far, up to [`FIRST_KEYFRAMES`].
+    keyframes: u32,
 }
 
 struct Last {
@@ -99,7 +103,7 @@ impl Mapper {
     /// Makes a mapper whose map begins where the robot stands.
     pub fn new(config: Config) -> Self {
         let grid = Grid::new(config.resolution_m);
-        Self { config, grid, field: None, travelled_m: 0.0, last: None, drawn: None }
+        Self { config, grid, field: None, travelled_m: 0.0, last: None, drawn: None, keyframes: 0 }
     }
 
     /// Places a scan, taken where the odometry says `odometry`, and draws it if it brings news.
@@ -118,6 +122,7 @@ impl Mapper {
             self.grid.insert(&pose, laser, &beams, self.travelled_m);
             self.field = None;
             self.drawn = Some((pose, scan.stamp_s));
+            self.keyframes = (self.keyframes + 1).min(FIRST_KEYFRAMES);
         }
         self.last = Some(Last { pose, odometry });
         Estimate { pose, covariance, score, drawn, map_from_odom: pose * odometry.inverse() }
@@ -176,7 +181,8 @@ impl Mapper {
 
     fn is_news(&self, pose: &Pose, stamp_s: f64) -> bool {
         let Some((drawn, drawn_s)) = &self.drawn else { return true };
-        pose.distance_m(drawn) >= self.config.keyframe_m
+        self.keyframes < FIRST_KEYFRAMES
+            || pose.distance_m(drawn) >= self.config.keyframe_m
             || wrapped(pose.yaw_rad - drawn.yaw_rad).abs() >= self.config.keyframe_rad
             || (stamp_s - drawn_s).abs() >= self.config.keyframe_s
     }
