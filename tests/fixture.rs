@@ -85,14 +85,19 @@ impl Folder {
         let text = format!(
             "#!/bin/sh\nif [ \"$1\" = --describe ]; then echo '{manifest}'; exit; fi\n{script}\n"
         );
-        let path = self.0.join("components").join(kind);
-        std::fs::create_dir_all(self.0.join("components")).expect("writable");
+        self.executable(&format!("components/{kind}"), &text);
+    }
+
+    /// Writes an executable file.
+    pub fn executable(&self, name: &str, text: &str) {
+        let path = self.0.join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
         // Written by another process: a file that this one has open for writing cannot be executed,
         // and a test on another thread may start a process at any moment.
         let written = Command::new("/bin/sh")
             .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
             .arg(&path)
-            .arg(&text)
+            .arg(text)
             .status();
         assert!(written.expect("sh runs").success());
     }

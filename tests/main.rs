@@ -2,7 +2,9 @@
 
 mod command_line;
 mod fixture;
+mod gathering;
 mod launcher;
+mod missions;
 mod new_component;
 mod resilience;
 mod tutorial;

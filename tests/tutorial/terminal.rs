@@ -34,13 +34,7 @@ impl<'a> Terminal<'a> {
         let bin = folder.path().join(".bin");
         std::fs::create_dir_all(&bin).expect("writable");
         std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_armor"), bin.join("armor")).expect("a link");
-        // Written by another process, see `Folder::script`.
-        let written = Command::new("/bin/sh")
-            .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
-            .arg(bin.join("cargo"))
-            .arg(CARGO)
-            .status();
-        assert!(written.expect("sh runs").success());
+        folder.executable(".bin/cargo", CARGO);
         let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
         let terminal = Self { folder, path, opened: AtomicUsize::new(0) };
         std::fs::write(terminal.place(), folder.path().display().to_string()).expect("writable");

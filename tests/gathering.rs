@@ -1,0 +1,46 @@
+//! A mission begins when everybody is there: what its first place activates is heard by all it is
+//! linked to.
+
+use std::fmt::Write;
+
+use crate::fixture::{Folder, ended};
+
+/// Scans in the log.
+const SCANS: usize = 20;
+
+/// A robot that stands in a room 4 m wide, as a CARMEN log.
+fn log() -> String {
+    let mut log = String::new();
+    for scan in 0..SCANS {
+        let ranges = "2.0 ".repeat(181);
+        let _ = writeln!(log, "FLASER 181 {ranges} 0 0 0 0 0 0 {scan}.5 robot {scan}.5");
+    }
+    log
+}
+
+/// The stock kind `grid-mapper` as `late-mapper`, which takes its time to start.
+fn late_mapper(folder: &Folder) {
+    let stock = format!("{} component grid-mapper", env!("CARGO_BIN_EXE_armor"));
+    let text = format!(
+        "#!/bin/sh\nif [ \"$1\" = --describe ]; then\n  \
+         {stock} --describe | sed s/grid-mapper/late-mapper/\nelse\n  \
+         sleep 1; exec {stock} \"$@\"\nfi\n"
+    );
+    folder.executable("components/late-mapper", &text);
+}
+
+#[test]
+fn a_log_is_not_played_before_the_mapper_listens() {
+    let folder = Folder::new("gathering");
+    late_mapper(&folder);
+    folder.write("stand.log", &log());
+    let replay = include_str!("../missions/replay.xml");
+    assert!(replay.contains("kind=\"grid-mapper\""));
+    folder.write("late.xml", &replay.replace("\"grid-mapper\"", "\"late-mapper\""));
+    let arguments = ["run", "late.xml", "--set", "player.file=stand.log", "--for", "60s"];
+    let (code, out, err) = ended(&mut folder.armor(&arguments));
+    assert!(code == 0 && out.contains("reached its goal"), "{code}\n{out}{err}");
+    let trajectory = folder.path().join("out/replay/trajectory.csv");
+    let trajectory = std::fs::read_to_string(trajectory).expect("it is written");
+    assert_eq!(trajectory.lines().count(), 1 + SCANS, "{trajectory}");
+}
