@@ -59,13 +59,18 @@ pub fn ended(command: &mut Command) -> (i32, String, String) {
 pub const DEADLINE: Duration = Duration::from_secs(60);
 
 /// Looks until `found` has something.
-pub fn wait_for<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &str, found: impl FnMut() -> Option<T>) -> T {
+    wait_within(DEADLINE, what, found)
+}
+
+/// Looks until `found` has something, with a deadline of its own.
+pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(found) = found() {
             return found;
         }
-        assert!(start.elapsed() < DEADLINE, "{what} did not happen");
+        assert!(start.elapsed() < deadline, "{what} did not happen");
         std::thread::sleep(Duration::from_millis(10));
     }
 }

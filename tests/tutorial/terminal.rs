@@ -5,11 +5,15 @@ use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::REPOSITORY;
-use crate::fixture::{Folder, wait_for};
+use crate::fixture::{DEADLINE, Folder, wait_for, wait_within};
+
+/// How long a build may take: on a machine that has built nothing yet, everything is built.
+const BUILD_DEADLINE: Duration = Duration::from_secs(900);
 
 /// `cargo` for the reader: what was downloaded and built already is not again.
 const CARGO: &str = r#"#!/bin/sh
@@ -81,7 +85,8 @@ impl<'a> Terminal<'a> {
     pub fn try_run(&self, commands: &str) -> (ExitStatus, String) {
         let script = format!("set -e\n{commands}\npwd > \"{}\"", self.place().display());
         let mut program = self.spawn(&script);
-        let status = wait_for(commands, || program.child.try_wait().expect("it is ours"));
+        let limit = if commands.contains("cargo ") { BUILD_DEADLINE } else { DEADLINE };
+        let status = wait_within(limit, commands, || program.child.try_wait().expect("it is ours"));
         (status, program.output())
     }
 
