@@ -67,7 +67,9 @@ fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
 #[test]
 fn without_configd_a_component_says_so_and_ends() {
     let folder = Folder::new("no-configd");
-    let address = format!("127.0.0.1:{}", DEFAULT_PORT + 200);
+    // Beside those that launchers take, and another one in each run of the tests.
+    let port = DEFAULT_PORT + 200 + u16::try_from(std::process::id() % 2000).expect("it is small");
+    let address = format!("127.0.0.1:{port}");
     let mut registry = folder
         .armor(&["registry", "--listen", &address])
         .stderr(Stdio::null())
