@@ -1,0 +1,103 @@
+//! The example missions, as a newcomer runs them: the office in simulation, the replay on every
+//! public log.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use armor_grid::{Geometry, Grid, Occupancy, Point2};
+use armor_simulator::truth::{MapScore, score};
+use armor_simulator::world::World;
+
+use crate::fixture::{Folder, ended};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
+}
+
+/// Reads what the map writer writes for `map_server`.
+fn map(folder: &Path) -> Grid<Occupancy> {
+    let yaml = std::fs::read_to_string(folder.join("map.yaml")).expect("map.yaml");
+    let value = |key: &str| {
+        let line = yaml.lines().find_map(|line| line.strip_prefix(key)).expect("its key");
+        line.trim_matches([':', ' ', '[', ']']).to_owned()
+    };
+    let resolution_m: f64 = value("resolution").parse().expect("a resolution");
+    let origin = value("origin");
+    let mut corner = origin.split(", ").map(|number| number.parse::<f64>().expect("metres"));
+    let (x_m, y_m) = (corner.next().expect("x"), corner.next().expect("y"));
+    let pgm = std::fs::read(folder.join("map.pgm")).expect("map.pgm");
+    let header = pgm.splitn(4, |byte| *byte == b'\n').take(3).map(<[u8]>::len).sum::<usize>() + 3;
+    let size = String::from_utf8_lossy(&pgm[..header]);
+    let mut size = size.lines().nth(1).expect("a size").split(' ').map(str::parse::<usize>);
+    let (width, height) = (size.next().expect("width"), size.next().expect("height"));
+    let (width, height) = (width.expect("a number"), height.expect("a number"));
+    let cells = pgm[header..].chunks_exact(width).rev().flatten().map(|grey| match grey {
+        0 => Occupancy::Occupied,
+        254 => Occupancy::Free,
+        _ => Occupancy::Unknown,
+    });
+    let geometry = Geometry { origin: Point2::new(x_m, y_m), resolution_m, width, height };
+    Grid::from_values(geometry, cells.collect()).expect("as many cells as it says")
+}
+
+#[test]
+fn the_office_is_explored_mapped_and_left_for_home() {
+    let folder = Folder::new("office");
+    let file = root().join("missions/office.xml");
+    let start = Instant::now();
+    let file = file.display().to_string();
+    let (code, _, log) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "office"]));
+    let seconds = start.elapsed().as_secs_f64();
+    assert_eq!(code, 0, "not home after {seconds:.0} s:\n{log}");
+    assert!(start.elapsed() < Duration::from_secs(180), "{seconds:.0} s:\n{log}");
+
+    let out = folder.path().join("office");
+    let world = World::read(&root().join("missions/worlds/office.svg")).expect("the world");
+    let drawn = map(&out);
+    let truth = world.free_space(drawn.geometry().resolution_m).expect("its free space");
+    // Two cells: what the robot's own estimate of its pose and a cell's edge may be off.
+    let MapScore { wall_recall, wall_precision, free_recall, free_precision } =
+        score(&drawn, &truth, 2.0);
+    println!(
+        "office: {seconds:.0} s; walls {:.1} % found, {:.1} % right; free space {:.1} % found, {:.1} % right",
+        wall_recall * 100.0,
+        wall_precision * 100.0,
+        free_recall * 100.0,
+        free_precision * 100.0
+    );
+    assert!(wall_recall > 0.80 && wall_precision > 0.85, "walls: {wall_recall} {wall_precision}");
+    assert!(free_recall > 0.85 && free_precision > 0.95, "free: {free_recall} {free_precision}");
+    let picture = std::fs::metadata(out.join("map.png")).expect("map.png");
+    assert!(picture.len() > 5_000, "a picture of {} bytes", picture.len());
+}
+
+/// The log, and how many scans are in it.
+const LOGS: [(&str, usize); 5] =
+    [("intel", 910), ("aces", 440), ("freiburg-079", 4791), ("edmonton", 340), ("acapulco", 861)];
+
+#[test]
+fn every_scan_of_every_log_is_mapped() {
+    let Some(data) = std::env::var_os("ARMOR_DATA").map(PathBuf::from) else {
+        assert!(std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
+        println!("skipped: ARMOR_DATA is not set");
+        return;
+    };
+    let folder = Folder::new("replay");
+    let file = root().join("missions/replay.xml").display().to_string();
+    for (name, scans) in LOGS {
+        let log = data.join("laser").join(format!("{name}.log.gz"));
+        let set = format!("player.file={}", log.display());
+        let arguments = ["run", &file, "--set", &set, "--headless", "--out", name];
+        let (code, _, text) = ended(&mut folder.armor(&arguments));
+        assert_eq!(code, 0, "{name}:\n{text}");
+        let out = folder.path().join(name);
+        let csv = std::fs::read_to_string(out.join("trajectory.csv")).expect("trajectory.csv");
+        let mut lines = csv.lines();
+        assert_eq!(lines.next(), Some("scan,timestamp_s,x_m,y_m,theta_rad"));
+        let numbers: Vec<usize> = lines
+            .map(|line| line.split(',').next().and_then(|n| n.parse().ok()).expect("scan"))
+            .collect();
+        assert_eq!(numbers, (0..scans).collect::<Vec<_>>(), "{name}: every scan, once, in order");
+        assert!(std::fs::metadata(out.join("map.png")).is_ok_and(|png| png.len() > 5_000));
+    }
+}
