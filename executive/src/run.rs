@@ -72,8 +72,10 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
     let (controller, actions) = resumed.map_err(refused)?;
     if !story.records.is_empty() {
         let marking = controller.marking(0.0);
-        let places: Vec<_> = marking.places.iter().map(|marked| marked.place.as_str()).collect();
-        tracing::info!("goes on where it left off, in {}", in_words(&places));
+        let places = marking.places.iter().map(|marked| marked.place.clone());
+        let firings = marking.in_flight.iter().map(|firing| format!("{} under way", firing.cause));
+        let all: Vec<_> = places.chain(firings).collect();
+        tracing::info!("goes on where it left off: {}", all.join(", "));
     }
     let hub = Hub::new(plan, sender);
     let mut executive = Executive { controller, hub, journal, node, life, shown: None };
