@@ -50,6 +50,27 @@ fn keep_all_loses_nothing_whatever_the_size() {
 }
 
 #[test]
+fn a_spinning_link_is_a_link_like_any_other() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all") + ",wake=spin";
+    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let (start, go) = channel::<()>();
+    let mut send = burst(2_000, 100, 1_000);
+    let mut started = false;
+    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    linked(&system, "source", 1);
+    start.send(()).unwrap();
+    for expected in 0..2_000 {
+        assert_eq!(data(&told), ("in".into(), expected, 0));
+    }
+    system.terminate("source");
+    system.until("sink", |status| !status.inputs[0].connected);
+}
+
+#[test]
 fn every_policy_keeps_what_it_says_and_counts_the_rest() {
     for (keep, least) in [("latest", 1), ("50", 50)] {
         let mut system = System::start();
