@@ -104,14 +104,20 @@ impl Output {
         Err(Refusal::new(RefusalCode::TypeMismatch, text))
     }
 
-    /// Adds a link. A latched value is sent at once.
-    pub fn add(&self, mut link: LinkOut) {
+    /// Adds a link after `welcome` has greeted its subscriber, so that whoever is welcomed misses
+    /// nothing from then on. A latched value is sent at once.
+    pub fn add<E>(
+        &self,
+        mut link: LinkOut,
+        welcome: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
         let mut state = self.lock();
-        link.fresh = true;
+        welcome()?;
         if !link.paused {
             state.offer_last(&mut link);
         }
         state.links.push(link);
+        Ok(())
     }
 
     /// Publishes `message`.

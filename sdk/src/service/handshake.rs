@@ -135,17 +135,17 @@ impl Handshakes {
                 Refusal::new(RefusalCode::UnknownData, text)
             })?;
         output.accepts(link, from)?;
-        self.welcome(stream, output.entry.schema.clone(), true)?;
-        let stream =
+        let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
         let keep = if link.keep == (Keep::Last { count: 0 }) { Keep::Latest } else { link.keep };
-        output.add(LinkOut {
-            stream: Arc::new(stream),
+        let added = LinkOut {
+            stream: Arc::new(copy),
             to: from.into(),
             faults: Arc::clone(&self.shared.faults),
             keep,
             queue: Queue::new(keep),
-            reader: FrameReader::new(),
+            // A subscriber says nothing but beats, pause and resume, which have no body.
+            reader: FrameReader::with_limit(0),
             liveness: Liveness::new(self.shared.clock.monotonic()),
             paused: link.paused,
             fresh: true,
@@ -154,8 +154,8 @@ impl Handshakes {
             dropped: 0,
             last_sequence: None,
             broken: false,
-        });
-        Ok(())
+        };
+        output.add(added, || self.welcome(stream, output.entry.schema.clone(), true))
     }
 
     fn welcome(
