@@ -1,6 +1,8 @@
 //! From frontiers to places worth driving to: which of them the robot can get to, where it would
 //! stand, and what the trip costs.
 
+use std::f64::consts::TAU;
+
 use armor_grid::{
     Cell, CostMap, Grid, Inflation, Occupancy, Point2, Pose2, traverse, wavefront, wrap_angle,
 };
@@ -17,8 +19,12 @@ const WEIGHT: f64 = 2.0;
 const LOOK_M: f64 = 0.3;
 /// How far a robot that stands in a closed cell may be from an open one, in metres.
 const ESCAPE_M: f64 = 0.5;
-/// Frontiers larger than this count as no larger: the robot sees only so far, in metres.
-const LARGE_M: f64 = 3.0;
+/// Unseen areas larger than this count as no larger: one look does not show more, in square metres.
+const LARGE_M2: f64 = 4.0;
+/// What is unseen counts up to this distance from a frontier, in metres.
+const VIEW_M: f64 = 2.5;
+/// Directions in which it is looked for.
+const VIEW_RAYS: u32 = 72;
 /// The direction of a trip is that of the place this far on the way, in metres.
 const DEPARTURE_M: f64 = 0.8;
 /// A metre aside from the middle of a frontier counts as this many of travel.
@@ -96,7 +102,11 @@ impl Reach {
         let yaw_rad = if stand == target { 0.0 } else { position.bearing_rad(seen) };
         let travel_m = f64::from(self.travel_m[stand]);
         let turn_m = settings.turn_m_per_rad * self.departure_rad(stand).abs();
-        let worth_m = settings.size_gain * frontier.size_m.min(LARGE_M);
+        let gain_m2 = unseen_m2(map, seen);
+        if gain_m2 < settings.least_yield_m2_per_m * travel_m {
+            return None;
+        }
+        let worth_m = settings.worth_m_per_m2 * gain_m2.min(LARGE_M2);
         Some(Candidate {
             goal: Pose2::new(position.x_m, position.y_m, yaw_rad),
             target: seen,
@@ -157,4 +167,28 @@ impl Reach {
         }
         here
     }
+}
+
+/// The unseen area that could be seen from a place, in square metres: up to what is known to stand
+/// in the way (the gain of González-Baños & Latombe, "Navigation Strategies for Exploring Indoor
+/// Environments", IJRR 2002).
+fn unseen_m2(map: &Grid<Occupancy>, from: Point2) -> f64 {
+    let step_m = map.geometry().resolution_m;
+    let ray_rad = TAU / f64::from(VIEW_RAYS);
+    let steps = (VIEW_M / step_m) as u32;
+    let mut area_m2 = 0.0;
+    for ray in 0..VIEW_RAYS {
+        let (sin, cos) = (f64::from(ray) * ray_rad).sin_cos();
+        for step in 1..=steps {
+            let away_m = f64::from(step) * step_m;
+            let there = Point2::new(from.x_m + away_m * cos, from.y_m + away_m * sin);
+            match map.at(there) {
+                Some(Occupancy::Occupied) => break,
+                Some(Occupancy::Free) => {}
+                // Beyond the edge of the map nothing is known either.
+                Some(Occupancy::Unknown) | None => area_m2 += away_m * ray_rad * step_m,
+            }
+        }
+    }
+    area_m2
 }

@@ -24,14 +24,16 @@ const GIVEN_UP_M: f64 = 0.6;
 pub struct Settings {
     /// Distance the robot's centre keeps from obstacles, in metres.
     pub clearance_m: f64,
-    /// Frontiers smaller than this are not worth a trip, in metres.
+    /// Frontiers shorter than this are not worth a trip, in metres: cells times their edge length.
     pub min_frontier_m: f64,
     /// Frontier cells closer to the robot than this will be seen as soon as it moves, in metres.
     pub underfoot_m: f64,
     /// Goals lie this far inside the known free space, in metres.
     pub setback_m: f64,
-    /// Metres of detour that a metre of frontier is worth.
-    pub size_gain: f64,
+    /// Metres of detour that a square metre of unseen space is worth.
+    pub worth_m_per_m2: f64,
+    /// Unseen area that a trip must promise for each metre, in square metres per metre.
+    pub least_yield_m2_per_m: f64,
     /// Metres of detour that it is worth not to turn by a radian first.
     pub turn_m_per_rad: f64,
     /// A goal must be better by this to replace the current one, in metres.
@@ -51,7 +53,8 @@ impl Default for Settings {
             min_frontier_m: 0.8,
             underfoot_m: 0.6,
             setback_m: 0.2,
-            size_gain: 1.0,
+            worth_m_per_m2: 1.0,
+            least_yield_m2_per_m: 0.2,
             turn_m_per_rad: 0.5,
             switch_gain_m: 1.5,
             patience_s: 8.0,

@@ -8,8 +8,6 @@ use armor_grid::{Cell, Grid, Occupancy, Point2};
 pub(crate) struct Frontier {
     /// Its cells, in the order in which they were found.
     pub(crate) cells: Vec<Cell>,
-    /// Number of cells times their edge length, in metres.
-    pub(crate) size_m: f64,
     /// The mean of its cells, in metres.
     pub(crate) centre: Point2,
 }
@@ -31,7 +29,7 @@ pub(crate) fn frontiers(
             let size_m = cells.len() as f64 * map.geometry().resolution_m;
             if size_m >= min_size_m {
                 let centre = mean(map, &cells);
-                found.push(Frontier { cells, size_m, centre });
+                found.push(Frontier { cells, centre });
             }
         }
     }
