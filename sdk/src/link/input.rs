@@ -14,7 +14,7 @@ use armor_wire::control::InputStatus;
 use armor_wire::frame::{self, DataHeader, FrameKind};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Welcome};
 use armor_wire::keep::{Keep, Wake};
-use armor_wire::liveness::SILENCE;
+use armor_wire::liveness::MISSED_BEATS;
 use armor_wire::message::Message;
 use armor_wire::schema;
 use rustix::net::{RecvFlags, SendFlags, recv, send};
@@ -25,8 +25,8 @@ use crate::session::is_timeout;
 use crate::shared::increment;
 use crate::socket::{self, Dialled};
 
-/// How often a spinning reader looks at the clock, in polls.
-const SPINS_PER_CLOCK: u32 = 1 << 12;
+/// How often a spinning reader looks whether the component is still active, in polls.
+const SPINS_PER_LOOK: u32 = 1 << 12;
 
 /// An input of this process.
 pub(crate) struct Input {
@@ -40,6 +40,10 @@ pub(crate) struct Input {
     /// is in the component, nothing older is left to deliver.
     waiting: AtomicBool,
     room: Condvar,
+    /// The reader waits for the publisher, and how often it has heard it: kept by the reader without
+    /// a clock, judged by the service thread at every beat.
+    listening: AtomicBool,
+    reads: AtomicU64,
     /// The component has been frozen since the last data: what was published meanwhile is not lost.
     was_paused: AtomicBool,
     received: AtomicU64,
@@ -53,6 +57,9 @@ struct State {
     stream: Option<Arc<TcpStream>>,
     connections: u64,
     problem: String,
+    /// How often the publisher had been heard at the last beat, and for how many beats no more.
+    reads_before: u64,
+    quiet_beats: u32,
 }
 
 /// The last data that arrived.
@@ -73,6 +80,8 @@ impl Input {
             inbox: Mutex::new(Inbox::new(Keep::Latest)),
             waiting: AtomicBool::new(false),
             room: Condvar::new(),
+            listening: AtomicBool::new(false),
+            reads: AtomicU64::new(0),
             was_paused: AtomicBool::new(false),
             received: AtomicU64::new(0),
             lost: AtomicU64::new(0),
@@ -133,9 +142,21 @@ impl Input {
         }
     }
 
-    /// Says to the publisher that this process is alive; called by the service thread.
+    /// Says to the publisher that this process is alive, and ends the link if the publisher has not
+    /// said so for too long; called by the service thread at every beat.
     pub fn beat(&self) {
-        signal(self.lock().stream.as_deref(), FrameKind::Beat);
+        let mut state = self.lock();
+        signal(state.stream.as_deref(), FrameKind::Beat);
+        let reads = self.reads.load(Ordering::Relaxed);
+        // A reader that is busy in the component's code does not listen: that is no silence.
+        let is_quiet = self.listening.load(Ordering::Relaxed) && reads == state.reads_before;
+        state.quiet_beats = if is_quiet { state.quiet_beats + 1 } else { 0 };
+        state.reads_before = reads;
+        if state.quiet_beats >= MISSED_BEATS
+            && let Some(stream) = state.stream.take()
+        {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
     }
 
     /// Ends its link.
@@ -215,6 +236,7 @@ impl Input {
         let mut state = self.lock();
         state.stream = Some(Arc::new(stream));
         state.connections += 1;
+        state.quiet_beats = 0;
         state.problem.clear();
         drop(state);
         // The state may have changed since the request was written.
@@ -243,10 +265,9 @@ impl Input {
         runtime: &Arc<Runtime>,
     ) -> String {
         let Dialled { stream, reader, .. } = &mut dialled;
-        if let Err(error) = stream.set_read_timeout(Some(Duration::from_millis(500))) {
+        if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
-        let mut heard = Instant::now();
         let mut first = true;
         loop {
             let mut guard = None;
@@ -278,17 +299,17 @@ impl Input {
             }
             drop(guard);
             runtime.after_release();
-            match self.receive(stream, reader, settings.wake, runtime, heard) {
+            self.listening.store(true, Ordering::Relaxed);
+            let received = receive(stream, reader, settings.wake, runtime);
+            self.listening.store(false, Ordering::Relaxed);
+            match received {
+                Ok(0) if self.lock().stream.is_none() => return "the publisher fell silent".into(),
                 Ok(0) => return "the publisher closed it".into(),
                 Ok(len) => {
                     reader.filled(len);
-                    heard = Instant::now();
+                    increment(&self.reads);
                 }
-                Err(error) if is_timeout(&error) => {
-                    if heard.elapsed() >= SILENCE {
-                        return "the publisher fell silent".into();
-                    }
-                }
+                Err(error) if is_timeout(&error) => {}
                 Err(error) => return error.to_string(),
             }
         }
@@ -354,30 +375,24 @@ impl Input {
         }
         Some(lost)
     }
+}
 
-    fn receive(
-        &self,
-        stream: &TcpStream,
-        reader: &mut frame::FrameReader,
-        wake: Wake,
-        runtime: &Runtime,
-        heard: Instant,
-    ) -> std::io::Result<usize> {
-        if wake == Wake::Sleep || !runtime.shared.is_active() {
-            return Ok(recv(stream, reader.space(), RecvFlags::empty())?.1);
-        }
-        loop {
-            for _ in 0..SPINS_PER_CLOCK {
-                match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
-                    Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
-                    result => return Ok(result?.1),
-                }
-            }
-            if !runtime.shared.is_active() || heard.elapsed() >= SILENCE {
-                return Err(std::io::ErrorKind::WouldBlock.into());
+/// Waits for bytes: asleep in the kernel, or polling while the component is active.
+fn receive(
+    stream: &TcpStream,
+    reader: &mut frame::FrameReader,
+    wake: Wake,
+    runtime: &Runtime,
+) -> std::io::Result<usize> {
+    while wake == Wake::Spin && runtime.shared.is_active() {
+        for _ in 0..SPINS_PER_LOOK {
+            match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
+                Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
+                result => return Ok(result?.1),
             }
         }
     }
+    Ok(recv(stream, reader.space(), RecvFlags::empty())?.1)
 }
 
 fn signal(stream: Option<&TcpStream>, kind: FrameKind) {
