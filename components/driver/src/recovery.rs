@@ -1,13 +1,17 @@
 //! Notices that the robot is stuck and says how to get loose: back off a little, then turn.
 
-use armor_grid::{Point2, Pose2};
+use std::f64::consts::TAU;
+
+use armor_grid::{Point2, Pose2, wrap_angle};
 
 use crate::window::{Velocity, Window};
 
-/// Without having moved `MOVED_M` for this long the robot is stuck, in seconds.
+/// Without having moved `MOVED_M` for this long, not counting turns, the robot is stuck, in seconds.
 const STUCK_S: f64 = 4.0;
 /// Less than this is not moving, in metres.
 const MOVED_M: f64 = 0.1;
+/// Turning this far on one spot leads nowhere, in radians.
+const DIZZY_RAD: f64 = 2.0 * TAU;
 /// How long and how fast to back off: 15 cm at most, for little is known of what is behind.
 const BACK_S: f64 = 1.5;
 const BACK_MPS: f64 = -0.1;
@@ -18,10 +22,18 @@ const TURN_RADPS: f64 = 0.8;
 /// Watches the robot get somewhere.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Recovery {
-    /// Where and when it was last known to move.
-    moved: Option<(Point2, f64)>,
+    /// Where and when it was last known to move, and how it turned since.
+    moved: Option<Moved>,
     /// When getting loose began, and to which side to turn.
     began: Option<(f64, f64)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Moved {
+    place: Point2,
+    at_s: f64,
+    yaw_rad: f64,
+    turned_rad: f64,
 }
 
 impl Recovery {
@@ -41,10 +53,15 @@ impl Recovery {
         if let Some((began_s, side)) = self.began {
             return self.escape(began_s, side, has_path, window, now_s);
         }
-        let (place, since_s) = *self.moved.get_or_insert((robot.point(), now_s));
-        if place.distance_m(robot.point()) > MOVED_M {
-            self.moved = Some((robot.point(), now_s));
-        } else if now_s - since_s > STUCK_S {
+        let Pose2 { yaw_rad, .. } = robot;
+        let here = Moved { place: robot.point(), at_s: now_s, yaw_rad, turned_rad: 0.0 };
+        let moved = self.moved.get_or_insert(here);
+        moved.turned_rad += wrap_angle(yaw_rad - moved.yaw_rad).abs();
+        moved.yaw_rad = yaw_rad;
+        let turned_s = moved.turned_rad / window.limits.turn_radps;
+        if moved.place.distance_m(here.place) > MOVED_M {
+            *moved = here;
+        } else if now_s - moved.at_s - turned_s > STUCK_S || moved.turned_rad > DIZZY_RAD {
             self.began = Some((now_s, free_side(window.obstacles)));
         }
         None

@@ -8,6 +8,9 @@ use armor_grid::{Point2, Pose2};
 pub(crate) const HORIZON_S: f64 = 1.2;
 /// In steps of this, in seconds: 6 cm at full speed.
 const STEP_S: f64 = 0.1;
+/// A command takes effect this long after the senses it is based on, in seconds; until then the
+/// robot goes on as it does now.
+const DELAY_S: f64 = 0.1;
 /// What passes between a scan and the wheels, in seconds.
 pub(crate) const REACTION_S: f64 = 0.2;
 /// Speeds tried between the slowest and the fastest.
@@ -121,7 +124,7 @@ impl Window<'_> {
         let (nearest_m, seconds) = self.nearest_on_arc(velocity)?;
         let now_m = target.distance_m(Point2::default()).max(0.1);
         // Judged where it comes closest, not where it ends: passing the target fast is no fault.
-        let (in_robot, miss_m) = closest_to(target, velocity, seconds);
+        let (in_robot, miss_m) = self.closest_to(target, velocity, seconds);
         // A target that is reached has no direction any more.
         let off_rad = Point2::default().bearing_rad(in_robot).abs() * (miss_m / 0.2).min(1.0);
         let Distances { keep_m, comfort_m } = self.distances;
@@ -142,7 +145,7 @@ impl Window<'_> {
         let mut time_s = 0.0;
         while time_s < HORIZON_S {
             let next_s = time_s + STEP_S;
-            let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, next_s);
+            let pose = self.pose_after(velocity, next_s);
             let away_m = self.nearest_m(pose);
             if away_m < keep_m {
                 return (next_s > stop_s).then_some((nearest_m, time_s));
@@ -153,6 +156,27 @@ impl Window<'_> {
         Some((nearest_m, HORIZON_S))
     }
 
+    /// The target as it lies before the robot where the arc passes closest to it, and how far away.
+    fn closest_to(&self, target: Point2, velocity: Velocity, seconds: f64) -> (Point2, f64) {
+        let steps = (seconds / STEP_S).round() as u32;
+        let passed = (0..=steps).map(|step| {
+            let pose = self.pose_after(velocity, f64::from(step) * STEP_S);
+            let in_robot = pose.inverse().apply(target);
+            (in_robot, in_robot.distance_m(Point2::default()))
+        });
+        passed.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((target, f64::INFINITY))
+    }
+
+    /// Where the robot will be when it has driven like this for a while.
+    fn pose_after(&self, velocity: Velocity, time_s: f64) -> Pose2 {
+        let Velocity { speed_mps, turn_radps } = self.now;
+        Pose2::IDENTITY.after_arc(speed_mps, turn_radps, DELAY_S).after_arc(
+            velocity.speed_mps,
+            velocity.turn_radps,
+            time_s,
+        )
+    }
+
     fn nearest_m(&self, pose: Pose2) -> f64 {
         let squares = self.obstacles.iter().map(|obstacle| {
             let (dx, dy) = (obstacle.x_m - pose.x_m, obstacle.y_m - pose.y_m);
@@ -160,18 +184,6 @@ impl Window<'_> {
         });
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
-}
-
-/// The target as it lies before the robot where the arc passes closest to it, and how far away.
-fn closest_to(target: Point2, velocity: Velocity, seconds: f64) -> (Point2, f64) {
-    let steps = (seconds / STEP_S).round() as u32;
-    let passed = (0..=steps).map(|step| {
-        let time_s = f64::from(step) * STEP_S;
-        let pose = Pose2::IDENTITY.after_arc(velocity.speed_mps, velocity.turn_radps, time_s);
-        let in_robot = pose.inverse().apply(target);
-        (in_robot, in_robot.distance_m(Point2::default()))
-    });
-    passed.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((target, f64::INFINITY))
 }
 
 fn spread(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {

@@ -51,7 +51,7 @@ impl Default for Settings {
         Self {
             clearance_m: 0.25,
             min_frontier_m: 0.8,
-            underfoot_m: 0.6,
+            underfoot_m: 1.0,
             setback_m: 0.2,
             worth_m_per_m2: 1.0,
             least_yield_m2_per_m: 0.2,
@@ -59,7 +59,7 @@ impl Default for Settings {
             switch_gain_m: 1.5,
             patience_s: 8.0,
             look_s: 2.0,
-            confirm_s: 2.0,
+            confirm_s: 1.5,
         }
     }
 }

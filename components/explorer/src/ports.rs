@@ -31,7 +31,7 @@ impl Component for Explorer {
             .range(1.0, 600.0)
             .doc("a goal without progress for this long is given up"),
         Parameter::number("confirm", "s")
-            .default("2s")
+            .default("1.5s")
             .range(0.0, 60.0)
             .doc("nothing left for this long: done"),
     ];
