@@ -92,7 +92,7 @@ pub enum Action {
         /// The report.
         serial: u64,
     },
-    /// Something to be seen has changed: publish [`crate::Controller::overview`].
+    /// Something to be seen has changed: publish the marking anew.
     Publish,
     /// The mission is over; the last action there is.
     Finished(Outcome),
