@@ -62,7 +62,11 @@ impl<'a> Names<'a> {
             if let Some(first) = known.get(name.value.as_str()) {
                 let message = format!("{noun} called {} is there already", name.value);
                 let finding = Finding::new(duplicate, &name.at, message);
-                findings.push(finding.remedy("give it another name").related(first, "first here"));
+                let remedy = match duplicate {
+                    Code::DuplicateParameter => "remove one of the two",
+                    _ => "give it another name",
+                };
+                findings.push(finding.remedy(remedy).related(first, "first here"));
             } else {
                 known.insert(&name.value, &name.at);
             }

@@ -142,6 +142,20 @@ impl ParameterManifest {
         }
     }
 
+    /// The range in the parameter's own unit, such as `0.1 to 500`; empty if there is none.
+    pub fn range(&self) -> String {
+        let to_si = Unit::named(&self.unit).map_or(1.0, |unit| unit.to_si);
+        let own = |si: f64| {
+            format!("{:.4}", si / to_si).trim_end_matches('0').trim_end_matches('.').to_owned()
+        };
+        match (self.minimum.map(own), self.maximum.map(own)) {
+            (Some(low), Some(high)) => format!("{low} to {high}"),
+            (Some(low), None) => format!("{low} or more"),
+            (None, Some(high)) => format!("{high} or less"),
+            (None, None) => String::new(),
+        }
+    }
+
     fn number(&self, text: &str) -> Result<f64, String> {
         let quantity = quantity::parse(text).map_err(|e| e.to_string())?;
         if let Some(given) = quantity.unit {
@@ -172,7 +186,9 @@ impl ParameterManifest {
         if si.is_finite() && (low..=high).contains(&si) {
             Ok(si)
         } else {
-            Err(format!("`{text}` is not between {low} and {high} (SI units)"))
+            Err(format!("`{text}` is out of range, {} {}", self.range(), self.unit)
+                .trim_end()
+                .into())
         }
     }
 }
@@ -252,7 +268,11 @@ mod tests {
         let angle =
             ParameterManifest { minimum, maximum, ..parameter(ParameterType::Number, "deg") };
         assert!(angle.parse("180deg").is_ok() && angle.parse("-180").is_ok());
-        assert!(angle.parse("180.1deg").is_err_and(|why| why.contains("is not between")));
+        assert!(
+            angle
+                .parse("180.1deg")
+                .is_err_and(|why| why.ends_with("out of range, -180 to 180 deg"))
+        );
     }
 
     #[test]

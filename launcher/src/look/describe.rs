@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
-use armor_wire::quantity::Unit;
 use serde_json::json;
 
 use super::{printed, say};
@@ -88,16 +87,9 @@ fn parameter(parameter: &ParameterManifest) -> Vec<String> {
     if !parameter.unit.is_empty() {
         kind += &format!(" ({})", parameter.unit);
     }
-    // Bounds are kept in SI; people read them in the parameter's own unit.
-    let to_si = Unit::named(&parameter.unit).map_or(1.0, |unit| unit.to_si);
-    let bound = |si: f64| {
-        format!("{:.4}", si / to_si).trim_end_matches('0').trim_end_matches('.').to_owned()
-    };
-    let range = match (parameter.minimum.map(bound), parameter.maximum.map(bound)) {
-        (Some(low), Some(high)) => format!("{low} to {high}"),
-        (Some(low), None) => format!("from {low}"),
-        (None, Some(high)) => format!("up to {high}"),
-        (None, None) => parameter.choices.join("|"),
+    let range = match parameter.range() {
+        range if range.is_empty() => parameter.choices.join("|"),
+        range => range,
     };
     let default = parameter.default.clone().unwrap_or_else(|| "(required)".into());
     let doc =

@@ -229,8 +229,9 @@ fn expected(parameter: &ParameterManifest) -> String {
         ParameterType::Flag => "true or false".to_owned(),
         ParameterType::Colour => "a colour such as #ff8000".to_owned(),
     };
-    if let (Some(low), Some(high)) = (parameter.minimum, parameter.maximum) {
-        text += &format!(" from {low} to {high} (SI)");
+    let range = parameter.range();
+    if !range.is_empty() {
+        text += &format!(", {range},");
     }
     text += " is expected";
     if let Some(default) = parameter.default.as_deref().filter(|default| !default.is_empty()) {
