@@ -4,7 +4,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armor_wire::{name::is_name, quantity};
+use armor_wire::name::{is_name, split_data};
+use armor_wire::quantity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
@@ -141,6 +142,7 @@ pub struct Running {
 #[derive(Args, Debug)]
 pub struct Echo {
     /// Unique name of the data, COMPONENT.OUTPUT.
+    #[arg(value_parser = data)]
     pub data: String,
     /// Stop after so many.
     #[arg(long, short = 'n', value_name = "N")]
@@ -152,6 +154,7 @@ pub struct Echo {
 #[derive(Args, Debug)]
 pub struct Hz {
     /// Unique name of the data, COMPONENT.OUTPUT.
+    #[arg(value_parser = data)]
     pub data: String,
     /// Stop after so many windows of one second.
     #[arg(long, short = 'n', value_name = "N")]
@@ -246,6 +249,15 @@ fn default_registry() -> SocketAddr {
 fn duration(text: &str) -> Result<Duration, String> {
     let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
     Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
+}
+
+fn data(text: &str) -> Result<String, String> {
+    match split_data(text) {
+        Some(_) => Ok(text.into()),
+        None => {
+            Err("write COMPONENT.OUTPUT; `armor graph` and `armor describe` show outputs".into())
+        }
+    }
 }
 
 fn name(text: &str) -> Result<String, String> {

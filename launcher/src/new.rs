@@ -11,10 +11,11 @@ use crate::exit::Ending;
 
 /// Where armor-sdk was when this program was built.
 const BUILT_WITH_SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../sdk");
+const MAIN: &str = include_str!("new/main.rs.txt");
 /// The files of a project, with `{{name}}`, `{{Type}}` and `{{sdk}}` to be filled in.
 const FILES: [(&str, &str); 4] = [
     ("Cargo.toml", include_str!("new/Cargo.toml.txt")),
-    ("src/main.rs", include_str!("new/main.rs.txt")),
+    ("src/main.rs", MAIN),
     ("README.md", include_str!("new/README.md.txt")),
     (".gitignore", "/target\n"),
 ];
@@ -60,10 +61,13 @@ fn sdk(given: Option<&Path>) -> Result<PathBuf> {
     }
 }
 
-/// `laser-scanner` is a `LaserScanner`.
+/// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something else
+/// in the file.
 fn type_name(name: &str) -> String {
     let words = name.split(['-', '_']).filter(|word| !word.is_empty());
-    words.map(|word| word[..1].to_uppercase() + &word[1..]).collect()
+    let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
+    let is_taken = MAIN.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
+    if is_taken { name + "Component" } else { name }
 }
 
 #[cfg(test)]
@@ -88,6 +92,19 @@ mod tests {
         assert!(main.contains("struct LaserScanner"), "{main}");
         let error = new("laser-scanner", folder).expect_err("it is there already");
         assert!(error.to_string().contains("--path"), "{error}");
+    }
+
+    #[test]
+    fn the_type_is_no_other_of_the_file() {
+        for (name, expected) in [
+            ("laser-scanner", "LaserScanner"),
+            ("imu", "Imu"),
+            ("count", "CountComponent"),
+            ("armor", "ArmorComponent"),
+            ("self", "SelfComponent"),
+        ] {
+            assert_eq!(type_name(name), expected);
+        }
     }
 
     #[test]
