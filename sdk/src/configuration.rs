@@ -1,6 +1,6 @@
 //! The connection to configd: how this component is connected, and its parameters.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
@@ -36,7 +36,8 @@ struct State {
     /// Asked for, not answered. ArMoR's counter, with names.
     asked: Vec<String>,
     arrived: VecDeque<(String, Value)>,
-    faults: Vec<String>,
+    /// What is wrong with a parameter, by its name, until a good value comes.
+    faults: BTreeMap<String, String>,
     writer: Option<Writer>,
     problem: String,
     next_request: u64,
@@ -68,7 +69,8 @@ impl Parameters {
         let mut state = self.lock();
         loop {
             if !state.faults.is_empty() {
-                return Err(state.faults.join("; ").into());
+                let faults: Vec<_> = state.faults.values().map(String::as_str).collect();
+                return Err(faults.join("; ").into());
             }
             if state.asked.is_empty() {
                 return Ok(());
@@ -106,10 +108,15 @@ impl Parameters {
         let mut state = self.lock();
         state.asked.retain(|asked| asked != name);
         match value {
-            Ok(value) => state.arrived.push_back((name.into(), value)),
+            Ok(value) => {
+                state.faults.remove(name);
+                state.arrived.push_back((name.into(), value));
+            }
             Err(fault) => {
-                tracing::error!("{fault}");
-                state.faults.push(fault);
+                if state.faults.get(name) != Some(&fault) {
+                    tracing::error!("{fault}");
+                }
+                state.faults.insert(name.into(), fault);
             }
         }
         self.arrived.store(!state.arrived.is_empty(), Ordering::Release);

@@ -245,13 +245,16 @@ impl Directory {
     /// The timeout.
     pub fn list(&self, timeout: Duration) -> Result<Listing, DirectoryError> {
         let (answer, receiver) = mpsc::channel();
-        {
+        let mut state = self.inner.lock();
+        let request = state.fresh_request();
+        state.send(&Request::List { request });
+        state.lists.insert(request, answer);
+        drop(state);
+        receiver.recv_timeout(timeout).map_err(|_| {
             let mut state = self.inner.lock();
-            let request = state.fresh_request();
-            state.send(&Request::List { request });
-            state.lists.insert(request, answer);
-        }
-        receiver.recv_timeout(timeout).map_err(|_| self.timeout(timeout, &self.inner.lock()))
+            state.lists.remove(&request);
+            self.timeout(timeout, &state)
+        })
     }
 
     /// Tells of every process that comes and goes, beginning with those that are there.

@@ -103,7 +103,14 @@ impl Dialled {
 
 /// Connects to `address` and shakes hands.
 pub(crate) fn dial(address: &str, hello: &Hello, buffers: bool) -> Result<Dialled, ConnectError> {
-    let unreachable = |error| ConnectError::Unreachable { address: address.into(), error };
+    let unreachable = |error: io::Error| {
+        // A stopped process does not refuse, and its socket says only that there is nothing yet.
+        let error = match error.kind() {
+            io::ErrorKind::WouldBlock => io::ErrorKind::TimedOut.into(),
+            _ => error,
+        };
+        ConnectError::Unreachable { address: address.into(), error }
+    };
     let failed = |error| ConnectError::Handshake { address: address.into(), error };
     let target = resolve(address).map_err(unreachable)?;
     let stream = TcpStream::connect_timeout(&target, HANDSHAKE_LIMIT).map_err(unreachable)?;

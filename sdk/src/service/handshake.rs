@@ -24,7 +24,7 @@ use crate::socket;
 
 /// How long a handshake may take.
 const LIMIT: Duration = Duration::from_secs(2);
-/// Most unfinished handshakes; a flood of strangers waits in the kernel's backlog instead.
+/// Most unfinished handshakes; one more closes the oldest.
 const MAX_PENDING: usize = 64;
 
 struct Pending {
