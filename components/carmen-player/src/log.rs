@@ -18,7 +18,7 @@ const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 #[derive(Debug, Error)]
 pub enum LogError {
     /// The file cannot be opened or read on, or its compression is damaged. The stream ends here.
-    #[error("line {line}: {source}")]
+    #[error("{}{source}", place(*.line))]
     Io {
         /// Number of the line being read, from 1; 0 when the file did not open.
         line: u64,
@@ -39,6 +39,10 @@ pub enum LogError {
         /// Number of the line, from 1.
         line: u64,
     },
+}
+
+fn place(line: u64) -> String {
+    if line == 0 { String::new() } else { format!("line {line}: ") }
 }
 
 /// What has been read so far, in lines.
@@ -226,6 +230,6 @@ mod tests {
     #[test]
     fn a_missing_file_is_an_error() {
         let result = Log::open(Path::new("/nonexistent/robot.log"));
-        assert!(matches!(result, Err(LogError::Io { line: 0, .. })));
+        assert!(result.is_err_and(|error| error.to_string().starts_with("No such file")));
     }
 }

@@ -135,7 +135,8 @@ impl CarmenPlayer {
             "the log is at its end"
         );
         if count == 0 {
-            let text = format!("{} has no scan of the {:?} laser", self.file.display(), self.mount);
+            let laser = if self.mount == Mount::Front { "front" } else { "rear" };
+            let text = format!("{} has no scan of the {laser} laser", self.file.display());
             return Ok(Outcome::Failed(text));
         }
         self.armor.send_data("end", &Count { count })?;

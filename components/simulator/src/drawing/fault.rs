@@ -4,7 +4,7 @@ use super::limits;
 
 /// A fault in a drawing file, with the place where it is.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{file}:{line}: {fault}")]
+#[error("{file}{}: {fault}", place(*.line))]
 pub struct DrawingError {
     /// The file as it was named by whoever asked for it.
     pub file: String,
@@ -12,6 +12,10 @@ pub struct DrawingError {
     pub line: usize,
     /// What is wrong there.
     pub fault: DrawingFault,
+}
+
+fn place(line: usize) -> String {
+    if line == 0 { String::new() } else { format!(":{line}") }
 }
 
 /// What is wrong with a drawing.
