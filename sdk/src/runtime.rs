@@ -16,6 +16,8 @@ use crate::shared::{Shared, Wanted};
 
 /// How often a component without a rate and without a connected input is called.
 const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
+/// How long the main loop sleeps at most.
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
 /// A component without its type.
 pub(crate) trait UserCode: Send {
@@ -133,14 +135,24 @@ impl Runtime {
                 return;
             }
             let Some(mut guard) = self.try_enter() else { return };
-            self.drain(&mut guard.0);
+            self.drain(&mut guard.0, None);
         }
     }
 
-    fn drain(&self, core: &mut Core) {
+    /// Delivers what waits. More data than the component can take must not keep it from its orders
+    /// and ticks: then each input gets its turn, and the rest stays in the backlog.
+    fn drain(&self, core: &mut Core, until: Option<Instant>) {
         self.backlog.store(0, Ordering::SeqCst);
         for (index, input) in self.inputs.iter().enumerate() {
-            input.drain(|item| core.data(index, item.header, item.lost, &item.bytes));
+            let is_left = input.drain(|item| {
+                core.data(index, item.header, item.lost, &item.bytes);
+                self.main_waits()
+                    || self.shared.has_orders()
+                    || until.is_some_and(|until| Instant::now() >= until)
+            });
+            if is_left {
+                self.backlog.fetch_add(1, Ordering::SeqCst);
+            }
         }
     }
 
@@ -172,8 +184,9 @@ impl Runtime {
             if core.state == RunState::Active && !was_active {
                 next_tick = Instant::now();
             }
-            self.drain(&mut core);
-            let mut wait = Duration::from_millis(500);
+            let ticks = core.state == RunState::Active && self.period.is_some();
+            self.drain(&mut core, ticks.then_some(next_tick));
+            let mut wake_at = Instant::now() + LONGEST_WAIT;
             if core.state == RunState::Active
                 && let Some(period) = self.period
             {
@@ -187,7 +200,7 @@ impl Runtime {
                         next_tick = now + period;
                     }
                 }
-                wait = next_tick.saturating_duration_since(Instant::now()).min(wait);
+                wake_at = wake_at.min(next_tick);
             }
             let (crashed, ending) = (self.shared.has_crashed(), self.shared.is_ending());
             if crashed || ending {
@@ -199,9 +212,9 @@ impl Runtime {
                 return crashed;
             }
             drop(core);
-            self.after_release();
-            if !wait.is_zero() && !self.shared.has_orders() {
-                std::thread::park_timeout(wait);
+            fence(Ordering::SeqCst);
+            if self.backlog.load(Ordering::SeqCst) == 0 && !self.shared.has_orders() {
+                std::thread::park_timeout(wake_at.saturating_duration_since(Instant::now()));
             }
         }
     }

@@ -166,17 +166,21 @@ impl Input {
         }
     }
 
-    /// Hands waiting data to `deliver` until there are none.
-    pub fn drain(&self, mut deliver: impl FnMut(&Item)) {
+    /// Hands waiting data to `deliver` until there are none or it says that it has enough. Whether
+    /// some may be left.
+    pub fn drain(&self, mut deliver: impl FnMut(&Item) -> bool) -> bool {
         loop {
             let mut inbox = self.inbox();
             let item = inbox.pop();
             self.waiting.store(!inbox.is_empty(), Ordering::Relaxed);
             drop(inbox);
-            let Some(item) = item else { return };
+            let Some(item) = item else { return false };
             self.room.notify_all();
-            deliver(&item);
+            let enough = deliver(&item);
             increment(&self.received);
+            if enough {
+                return true;
+            }
         }
     }
 
@@ -346,9 +350,10 @@ impl Input {
                 .0;
         }
         let dropped = inbox.push(Item { header, lost, bytes: payload.to_vec() });
+        // Counted before anybody can take what is left.
+        self.dropped.fetch_add(dropped, Ordering::Relaxed);
         self.waiting.store(true, Ordering::Relaxed);
         drop(inbox);
-        self.dropped.fetch_add(dropped, Ordering::Relaxed);
         runtime.backlog_grew();
     }
 

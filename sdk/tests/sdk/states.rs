@@ -1,6 +1,6 @@
 //! Activation, freezing, reports and failures, as the executive sees them.
 
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
 use armor_sdk::control::{Answer, Command, ControlEvent, ReportKind, Role, RunState};
@@ -64,6 +64,45 @@ fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
     assert!(value > published, "nothing stale after a pause");
     assert_eq!(lost, 0, "what was published during a pause is not lost");
     assert_eq!(system.status("sink").inputs[0].lost, 0);
+}
+
+#[test]
+fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all");
+    let (open, gate) = channel();
+    let (end_tick, tick_ends) = channel();
+    let (ticked, ticks) = channel();
+    let told = system.run("sink", &["--rate=1000Hz", &link], Some(gate), move |_, call| {
+        if call == Call::Tick {
+            let _ = ticked.send(());
+            let _ = tick_ends.recv();
+        }
+        Ok(Outcome::CarryOn)
+    });
+    system.run("source", &["--rate=100Hz"], None, |armor, call| {
+        if call == Call::Tick {
+            (0..10).try_for_each(|value| armor.send_data("out", &sample(value, 10)).map(drop))?;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    // Its data wait while it ticks, and its next tick is due while it takes the first of them.
+    ticks.recv_timeout(DEADLINE).unwrap();
+    system.until("source", |status| {
+        status.outputs[0].links.first().is_some_and(|link| link.sent > 500)
+    });
+    end_tick.send(()).unwrap();
+    data(&told);
+    std::thread::sleep(std::time::Duration::from_millis(2));
+    open.send(()).unwrap();
+    ticks.recv_timeout(DEADLINE).expect("a tick before the second of them");
+    let (control, events) = system.control("sink", Role::Executive);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    control.status(DEADLINE).expect("it has heard that it shall freeze");
+    drop((end_tick, open));
+    state(&events, RunState::Frozen);
+    let left: Vec<_> = told.try_iter().filter(|told| matches!(told, Told::Data { .. })).collect();
+    assert!(left.len() < 10, "it was kept from freezing: {} data", left.len());
 }
 
 #[test]
