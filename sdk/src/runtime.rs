@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
+use armor_wire::name::is_name;
 
 use crate::component::{Call, Component, Data, Fault, Header, Outcome};
 use crate::link::Input;
@@ -318,7 +319,7 @@ impl Core {
     }
 
     fn conclude(&mut self, result: Result<Outcome, String>) {
-        let (state, report) = match result {
+        let (state, report) = match result.and_then(well_named) {
             Ok(Outcome::CarryOn) => return,
             Ok(Outcome::Event { name, value }) => {
                 self.shared.report(self.activation, ReportKind::Event { name, value });
@@ -335,6 +336,20 @@ impl Core {
         self.shared.report(self.activation, report);
         let inputs: Vec<_> = self.inputs.iter().map(|(input, _)| Arc::clone(input)).collect();
         self.enter_state(state, &inputs);
+    }
+}
+
+/// An event needs a name that a mission can wait for and that means nothing else there.
+fn well_named(outcome: Outcome) -> Result<Outcome, String> {
+    match &outcome {
+        Outcome::Event { name, .. }
+            if !is_name(name) || ["done", "failed"].contains(&name.as_str()) =>
+        {
+            Err(format!(
+                "`{name}` is not a name for an event; `done` and `failed` are reports of their own"
+            ))
+        }
+        _ => Ok(outcome),
     }
 }
 

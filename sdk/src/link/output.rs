@@ -128,7 +128,6 @@ impl Output {
     ) -> Result<Sent, PublishError> {
         let mut state = self.lock();
         let sequence = state.published;
-        state.published += 1;
         let header =
             DataHeader { sequence, stamp_s: how.stamp_s, instance: how.instance, fresh: false };
         if state.links.iter().any(|link| link.broken) {
@@ -142,6 +141,8 @@ impl Output {
         } else if !state.links.is_empty() && !state.publish_small(message, header, how)? {
             state.publish_large(message, header, how)?;
         }
+        // Only now: a message that is refused leaves no gap.
+        state.published += 1;
         let to = state.links.iter().filter(|link| !link.paused && !link.broken).count();
         if state.links.iter().any(over_full) {
             state = self.wait_for_room(state);

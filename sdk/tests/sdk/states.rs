@@ -159,6 +159,21 @@ fn an_error_is_a_report_and_a_panic_too() {
 }
 
 #[test]
+fn an_event_that_a_mission_could_mistake_is_a_failure() {
+    for name in ["done", "failed", "two words", ""] {
+        let mut system = System::start();
+        system.run("worker", &["--rate=100Hz"], None, move |_, call| {
+            Ok(if call == Call::Tick { Outcome::event(name, 1.0) } else { Outcome::CarryOn })
+        });
+        let (_control, events) = system.control("worker", Role::Executive);
+        match report(&events).2 {
+            ReportKind::Failed { reason } => assert!(reason.contains("event"), "{reason}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
+#[test]
 fn an_observer_may_not_command() {
     let mut system = System::start();
     system.run("worker", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
