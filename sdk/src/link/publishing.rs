@@ -1,0 +1,213 @@
+//! How one message is given to an output's links: encoded once, small ones from one buffer, latched
+//! ones from one shared frame, large ones straight from the message.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use armor_wire::bincode;
+use armor_wire::bincode::enc::write::Writer;
+use armor_wire::codec::{self, EncodeError};
+use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FLAG_FRESH};
+use armor_wire::message::Message;
+
+use super::stream::Stream;
+use super::wire_out::{LinkOut, Offered};
+
+/// A message with a piece longer than this is written piece by piece, without a copy.
+const DIRECT_LEN: usize = 16 << 10;
+
+/// What must be known of the caller to publish.
+pub(crate) struct Publish<'a> {
+    pub stamp_s: f64,
+    pub instance: u64,
+    /// The running call of user code; 0 outside of one.
+    pub call: u64,
+    /// Set when frames were gathered and must be flushed after the call.
+    pub gathered: &'a AtomicBool,
+    /// Tells the service thread to look at the links.
+    pub wake: &'a dyn Fn(),
+}
+
+/// What an output has published, and its links.
+#[derive(Default)]
+pub(super) struct State {
+    pub(super) published: u64,
+    pub(super) links: Vec<LinkOut>,
+    pub(super) buffer: Vec<u8>,
+    /// The last value of a latched output, as a frame.
+    pub(super) last: Option<(u64, Arc<Vec<u8>>)>,
+    /// Dropped on links that are gone.
+    pub(super) dropped_before: u64,
+}
+
+pub(super) fn offer_shared(link: &mut LinkOut, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
+    if link.paused || link.broken || link.last_sequence == Some(sequence) {
+        return false;
+    }
+    link.last_sequence = Some(sequence);
+    link.sent += 1;
+    let fresh = std::mem::take(&mut link.fresh);
+    let frame = if fresh { Arc::new(marked_fresh(frame)) } else { Arc::clone(frame) };
+    let written = if link.queue.is_empty() { link.write(&frame) } else { 0 };
+    if written == frame.len() || link.broken {
+        return false;
+    }
+    link.queue.congest();
+    link.dropped += link.queue.push_shared(frame, written);
+    true
+}
+
+fn marked_fresh(frame: &[u8]) -> Vec<u8> {
+    let mut frame = frame.to_vec();
+    frame[5] |= FLAG_FRESH;
+    frame
+}
+
+pub(super) fn encode_frame<T: Message>(
+    message: &T,
+    header: DataHeader,
+) -> Result<Vec<u8>, EncodeError> {
+    let len = codec::encoded_len(message)?;
+    let mut frame = Vec::with_capacity(DATA_HEADER_LEN + len);
+    frame.extend_from_slice(&header.to_bytes(len));
+    codec::encode_into(message, &mut frame)?;
+    Ok(frame)
+}
+
+impl State {
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped_before + self.links.iter().map(|link| link.dropped).sum::<u64>()
+    }
+
+    pub(super) fn bury(&mut self) {
+        let before = &mut self.dropped_before;
+        self.links.retain(|link| {
+            if link.broken {
+                *before += link.dropped;
+            }
+            !link.broken
+        });
+    }
+
+    pub(super) fn offer_last(&mut self, link: &mut LinkOut) {
+        if let Some((sequence, frame)) = &self.last {
+            offer_shared(link, *sequence, frame);
+        }
+    }
+
+    pub(super) fn publish_shared(
+        &mut self,
+        sequence: u64,
+        frame: &Arc<Vec<u8>>,
+        how: &Publish<'_>,
+    ) {
+        let mut queued = false;
+        for link in &mut self.links {
+            queued |= offer_shared(link, sequence, frame);
+        }
+        if queued {
+            (how.wake)();
+        }
+    }
+
+    /// Encodes into the output's buffer and offers that. `false` if the message is large.
+    pub(super) fn publish_small<T: Message>(
+        &mut self,
+        message: &T,
+        header: DataHeader,
+        how: &Publish<'_>,
+    ) -> Result<bool, EncodeError> {
+        self.buffer.clear();
+        self.buffer.extend_from_slice(&[0; DATA_HEADER_LEN]);
+        let mut writer = Small { buffer: &mut self.buffer, large: false };
+        let result = codec::write(message, &mut writer);
+        if writer.large {
+            return Ok(false);
+        }
+        result?;
+        let len = self.buffer.len() - DATA_HEADER_LEN;
+        self.buffer[..DATA_HEADER_LEN].copy_from_slice(&header.to_bytes(len));
+        let (mut gathered, mut queued) = (false, false);
+        for link in &mut self.links {
+            match link.offer(&mut self.buffer, how.call) {
+                Offered::Gathered => gathered = true,
+                Offered::Queued(watch) => queued |= watch,
+                Offered::Sent | Offered::Skipped => {}
+            }
+        }
+        let first = gathered && !how.gathered.load(Ordering::Relaxed);
+        if queued || (first && !how.gathered.swap(true, Ordering::Relaxed)) {
+            (how.wake)();
+        }
+        Ok(true)
+    }
+
+    /// Writes straight from the message to every link that is free; the others queue one shared copy.
+    pub(super) fn publish_large<T: Message>(
+        &mut self,
+        message: &T,
+        header: DataHeader,
+        how: &Publish<'_>,
+    ) -> Result<(), EncodeError> {
+        let len = codec::encoded_len(message)?;
+        let mut whole = None;
+        let mut frame = |fresh: bool| -> Result<Arc<Vec<u8>>, EncodeError> {
+            if fresh {
+                return Ok(Arc::new(encode_frame(message, DataHeader { fresh, ..header })?));
+            }
+            let whole = match &whole {
+                Some(whole) => whole,
+                None => whole.insert(Arc::new(encode_frame(message, header)?)),
+            };
+            Ok(Arc::clone(whole))
+        };
+        let mut free = Vec::new();
+        let mut queued = false;
+        for link in self.links.iter_mut().filter(|link| !link.paused && !link.broken) {
+            link.sent += 1;
+            let gathered = !link.queue.is_empty() && !link.queue.is_congested();
+            let is_free = (link.queue.is_empty() || (gathered && link.drain())) && !link.fresh;
+            if is_free {
+                free.push(link);
+                continue;
+            }
+            let fresh = std::mem::take(&mut link.fresh);
+            let frame = frame(fresh)?;
+            let written = if link.queue.is_empty() { link.write(&frame) } else { 0 };
+            if written < frame.len() {
+                link.queue.congest();
+                link.dropped += link.queue.push_shared(frame, written);
+                queued = true;
+            }
+        }
+        if !free.is_empty() {
+            let mut stream = Stream::new(free, &header.to_bytes(len));
+            codec::write(message, &mut stream)?;
+            for (link, tail) in stream.finish() {
+                link.queue.push_tail(tail);
+                queued = true;
+            }
+        }
+        if queued {
+            (how.wake)();
+        }
+        Ok(())
+    }
+}
+
+/// Takes small pieces; gives up at a large one.
+struct Small<'a> {
+    buffer: &'a mut Vec<u8>,
+    large: bool,
+}
+
+impl Writer for Small<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        if self.buffer.len() + bytes.len() > DIRECT_LEN {
+            self.large = true;
+            return Err(bincode::error::EncodeError::Other("large"));
+        }
+        self.buffer.extend_from_slice(bytes);
+        Ok(())
+    }
+}
