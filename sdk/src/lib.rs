@@ -44,6 +44,7 @@ mod describe;
 mod faults;
 mod launch;
 mod link;
+mod local;
 mod parameter;
 mod ports;
 mod runtime;

@@ -91,7 +91,7 @@ pub(crate) fn connect(
         kind: shared.kind.clone(),
         instance: shared.instance,
         pid: std::process::id(),
-        host: rustix::system::uname().nodename().to_string_lossy().into_owned(),
+        host: socket::host_name(),
         endpoint: listener.local_addr()?.to_string(),
     };
     let directory = Directory::register(&options.registry, entry, Arc::clone(&shared.clock));

@@ -5,8 +5,9 @@ mod control;
 mod handshake;
 
 use std::io;
-use std::net::{TcpListener, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::os::fd::AsFd;
+use std::os::unix::net::UnixListener;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -14,6 +15,7 @@ use armor_wire::frame::{self, FrameKind};
 use armor_wire::liveness::BEAT;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use crate::local;
 use crate::shared::Shared;
 use control::ControlServer;
 use handshake::Handshakes;
@@ -24,11 +26,13 @@ const GATHER_PERIOD: Duration = Duration::from_millis(1);
 /// Starts the thread.
 pub(crate) fn start(shared: &Arc<Shared>, listener: TcpListener) -> io::Result<()> {
     listener.set_nonblocking(true)?;
+    let local = local::listen(shared.instance)?;
     let shared = Arc::clone(shared);
     let service = Service {
         handshakes: Handshakes::new(Arc::clone(&shared)),
         control: ControlServer::new(Arc::clone(&shared)),
         listener,
+        local,
         shared,
         last_beat: Instant::now(),
         accept_after: None,
@@ -43,6 +47,8 @@ pub(crate) fn start(shared: &Arc<Shared>, listener: TcpListener) -> io::Result<(
 struct Service {
     shared: Arc<Shared>,
     listener: TcpListener,
+    /// For links that spin within this host.
+    local: UnixListener,
     handshakes: Handshakes,
     control: ControlServer,
     last_beat: Instant,
@@ -79,6 +85,7 @@ impl Service {
         fds.push(PollFd::from_borrowed_fd(self.shared.wake_fd().as_fd(), PollFlags::IN));
         if self.accept_after.is_none_or(|after| Instant::now() >= after) {
             fds.push(PollFd::from_borrowed_fd(self.listener.as_fd(), PollFlags::IN));
+            fds.push(PollFd::from_borrowed_fd(self.local.as_fd(), PollFlags::IN));
         }
         self.handshakes.watch(&mut fds);
         self.control.watch(&mut fds);
@@ -96,8 +103,15 @@ impl Service {
 
     fn accept(&mut self) {
         self.accept_after = None;
+        let here = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         loop {
-            match self.listener.accept() {
+            let accepted = match self.listener.accept() {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    local::accept(&self.local).map(|stream| (stream, here))
+                }
+                accepted => accepted,
+            };
+            match accepted {
                 Ok((stream, peer)) => self.handshakes.add(stream, peer),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
                 Err(error) => {

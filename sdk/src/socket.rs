@@ -9,8 +9,10 @@ use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{self, HandshakeError, Hello, Welcome};
 use armor_wire::liveness::SILENCE;
 use armor_wire::registry::ComponentEntry;
-use socket2::{SockRef, TcpKeepalive};
+use socket2::{Domain, SockRef, TcpKeepalive};
 use thiserror::Error;
+
+use crate::local;
 
 /// How long a connection and its handshake may take.
 const HANDSHAKE_LIMIT: Duration = Duration::from_secs(2);
@@ -65,12 +67,14 @@ pub(crate) fn listen(seed: u64) -> io::Result<TcpListener> {
 }
 
 pub(crate) fn tune(stream: &TcpStream, buffers: bool) -> io::Result<()> {
-    stream.set_nodelay(true)?;
     let socket = SockRef::from(stream);
-    socket.set_tcp_user_timeout(Some(SILENCE))?;
-    let probes =
-        TcpKeepalive::new().with_time(Duration::from_secs(1)).with_interval(Duration::from_secs(1));
-    socket.set_tcp_keepalive(&probes)?;
+    if socket.domain()? != Domain::UNIX {
+        socket.set_tcp_nodelay(true)?;
+        socket.set_tcp_user_timeout(Some(SILENCE))?;
+        let second = Duration::from_secs(1);
+        let probes = TcpKeepalive::new().with_time(second).with_interval(second);
+        socket.set_tcp_keepalive(&probes)?;
+    }
     if buffers {
         // The kernel caps them at its own maximum; smaller ones still work.
         socket.set_send_buffer_size(BUFFER_LEN)?;
@@ -101,23 +105,46 @@ impl Dialled {
     }
 }
 
+/// Name of this host, as the registry shows it.
+pub(crate) fn host_name() -> String {
+    rustix::system::uname().nodename().to_string_lossy().into_owned()
+}
+
 /// Connects to `address` and shakes hands.
 pub(crate) fn dial(address: &str, hello: &Hello, buffers: bool) -> Result<Dialled, ConnectError> {
-    let unreachable = |error: io::Error| {
-        // A stopped process does not refuse, and its socket says only that there is nothing yet.
-        let error = match error.kind() {
-            io::ErrorKind::WouldBlock => io::ErrorKind::TimedOut.into(),
-            _ => error,
-        };
-        ConnectError::Unreachable { address: address.into(), error }
-    };
-    let failed = |error| ConnectError::Handshake { address: address.into(), error };
+    let unreachable = |error| unreachable(address, error);
     let target = resolve(address).map_err(unreachable)?;
     let stream = TcpStream::connect_timeout(&target, HANDSHAKE_LIMIT).map_err(unreachable)?;
     // Connecting to a dead port in the ephemeral range can, on one host, succeed to itself.
     if stream.local_addr().ok() == stream.peer_addr().ok() {
         return Err(unreachable(io::ErrorKind::ConnectionRefused.into()));
     }
+    shake_hands(stream, address, hello, buffers)
+}
+
+/// Connects to a process of this host by its Unix socket and shakes hands.
+pub(crate) fn dial_local(to: &ComponentEntry, hello: &Hello) -> Result<Dialled, ConnectError> {
+    let stream = local::connect(to.instance).map_err(|error| unreachable(&to.endpoint, error))?;
+    shake_hands(stream, &to.endpoint, hello, true)
+}
+
+fn unreachable(address: &str, error: io::Error) -> ConnectError {
+    // A stopped process does not refuse, and its socket says only that there is nothing yet.
+    let error = match error.kind() {
+        io::ErrorKind::WouldBlock => io::ErrorKind::TimedOut.into(),
+        _ => error,
+    };
+    ConnectError::Unreachable { address: address.into(), error }
+}
+
+fn shake_hands(
+    stream: TcpStream,
+    address: &str,
+    hello: &Hello,
+    buffers: bool,
+) -> Result<Dialled, ConnectError> {
+    let unreachable = |error| unreachable(address, error);
+    let failed = |error| ConnectError::Handshake { address: address.into(), error };
     tune(&stream, buffers).map_err(unreachable)?;
     stream.set_read_timeout(Some(HANDSHAKE_LIMIT)).map_err(unreachable)?;
     let bytes = frame::to_bytes(FrameKind::Hello, hello).map_err(|error| failed(error.into()))?;
