@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use armor_missions::Configuration;
-use armor_missions::model::Component;
+use armor_missions::model::{self, Component};
 use armor_wire::config::{Assigned, InputSettings, Settings};
 use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::keep::Transport;
 
 /// Names listed to a component that the file does not hold.
 const MAX_LISTED: usize = 20;
@@ -23,6 +24,10 @@ pub(crate) fn settings(
         data: link.from.data(),
         keep: link.keep,
         wake: link.wake,
+        transport: match link.transport {
+            model::Transport::Tcp => Transport::Tcp,
+            _ => Transport::Auto,
+        },
     });
     let mission = configuration.mission.as_ref();
     Settings {

@@ -204,8 +204,7 @@ fn connect(shared: &Arc<Shared>) -> Result<(), String> {
         .component(CONFIGD, Duration::from_secs(5))
         .map_err(|error| error.to_string())?;
     let hello = Hello::new(&shared.name, shared.instance, Purpose::Config);
-    let dialled =
-        socket::dial(&found.endpoint, &hello, false).map_err(|error| error.to_string())?;
+    let dialled = socket::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
     let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
     let parameters = &shared.parameters;
     {

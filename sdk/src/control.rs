@@ -8,6 +8,7 @@ use std::time::Duration;
 use armor_wire::codec;
 use armor_wire::frame::FrameKind;
 use armor_wire::hello::{Hello, Purpose};
+use armor_wire::keep::Transport;
 use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
 
@@ -59,8 +60,7 @@ impl ControlConnection {
         mut sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
         let hello = Hello::new(from, fresh_instance(), Purpose::Control { role });
-        let dialled = socket::dial(&entry.endpoint, &hello, false)?;
-        dialled.check_instance(entry)?;
+        let dialled = socket::dial_component(entry, &hello, Transport::Auto)?;
         let unreachable =
             |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
         let writer = Writer::new(&dialled.stream).map_err(unreachable)?;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_wire::config::{InputSettings, Settings};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::{Keep, Transport, Wake};
 use armor_wire::name;
 use armor_wire::quantity;
 use armor_wire::registry::DEFAULT_PORT;
@@ -51,7 +51,7 @@ usage: [--describe] [--name NAME] [--registry HOST:PORT]
 without configd, for trying a component by hand:
   --alone                 ask no configd
   --rate 10Hz             how often exec is called
-  --link INPUT=DATA[,keep=all][,wake=spin]
+  --link INPUT=DATA[,keep=all][,wake=spin][,transport=tcp]
   --set PARAMETER=VALUE";
 
 /// Runs a component as this process, by its command line. For `main`.
@@ -139,12 +139,14 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
         .and_then(|link| link.split_once('='))
         .ok_or("a link is INPUT=COMPONENT.OUTPUT")?;
     let (id, data) = (id.to_owned(), data.to_owned());
-    let mut settings = InputSettings { id, data, keep: Keep::Latest, wake: Wake::Sleep };
+    let (keep, wake, transport) = (Keep::Latest, Wake::Sleep, Transport::Auto);
+    let mut settings = InputSettings { id, data, keep, wake, transport };
     for part in parts {
         match part.split_once('=') {
             Some(("keep", keep)) => settings.keep = keep.parse()?,
             Some(("wake", wake)) => settings.wake = wake.parse()?,
-            _ => return Err(format!("`{part}` is neither keep=… nor wake=…")),
+            Some(("transport", transport)) => settings.transport = transport.parse()?,
+            _ => return Err(format!("`{part}` is none of keep=…, wake=…, transport=…")),
         }
     }
     Ok(settings)

@@ -17,6 +17,8 @@ use crate::shared::{Shared, Wanted};
 
 /// How often a component without a rate and without a connected input is called.
 const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
+/// By how much a component with a short period may be late without losing a tick.
+const MADE_UP: Duration = Duration::from_millis(10);
 /// How long the main loop sleeps at most.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
@@ -194,10 +196,11 @@ impl Runtime {
                 let now = Instant::now();
                 if now >= next_tick {
                     core.exec(Call::Tick);
-                    // A late tick is not made up for: the next one keeps the beat.
+                    // A late tick is not made up for, the next one keeps the beat; only ticks
+                    // closer together than the kernel wakes reliably all get their call.
                     let behind = now.duration_since(next_tick);
                     next_tick += period;
-                    if behind > period {
+                    if behind > period.max(MADE_UP) {
                         next_tick = now + period;
                     }
                 }
@@ -215,7 +218,11 @@ impl Runtime {
             drop(core);
             fence(Ordering::SeqCst);
             if self.backlog.load(Ordering::SeqCst) == 0 && !self.shared.has_orders() {
-                std::thread::park_timeout(wake_at.saturating_duration_since(Instant::now()));
+                let left = wake_at.saturating_duration_since(Instant::now());
+                // Parking for no time at all still costs the kernel's timer slack.
+                if !left.is_zero() {
+                    std::thread::park_timeout(left);
+                }
             }
         }
     }

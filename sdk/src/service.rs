@@ -47,7 +47,7 @@ pub(crate) fn start(shared: &Arc<Shared>, listener: TcpListener) -> io::Result<(
 struct Service {
     shared: Arc<Shared>,
     listener: TcpListener,
-    /// For links that spin within this host.
+    /// For links within this host.
     local: UnixListener,
     handshakes: Handshakes,
     control: ControlServer,

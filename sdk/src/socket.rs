@@ -6,7 +6,8 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream, ToSocketAdd
 use std::time::Duration;
 
 use armor_wire::frame::{self, FrameKind, FrameReader};
-use armor_wire::hello::{self, HandshakeError, Hello, Welcome};
+use armor_wire::hello::{self, HandshakeError, Hello, Purpose, Welcome};
+use armor_wire::keep::Transport;
 use armor_wire::liveness::SILENCE;
 use armor_wire::registry::ComponentEntry;
 use socket2::{Domain, SockRef, TcpKeepalive};
@@ -89,29 +90,41 @@ pub(crate) struct Dialled {
     pub welcome: Welcome,
 }
 
-impl Dialled {
-    /// Whoever listens there by now may not have looked at who was meant.
-    pub fn check_instance(&self, meant: &ComponentEntry) -> Result<(), ConnectError> {
-        let ComponentEntry { name, instance, endpoint, .. } = meant;
-        if self.welcome.instance == *instance {
-            return Ok(());
-        }
-        let text = format!(
-            "`{}` listens there, but not the process start of `{name}` that was meant",
-            self.welcome.name
-        );
-        let error = io::Error::new(io::ErrorKind::NotConnected, text);
-        Err(ConnectError::Unreachable { address: endpoint.clone(), error })
-    }
-}
-
 /// Name of this host, as the registry shows it.
 pub(crate) fn host_name() -> String {
     rustix::system::uname().nodename().to_string_lossy().into_owned()
 }
 
 /// Connects to `address` and shakes hands.
-pub(crate) fn dial(address: &str, hello: &Hello, buffers: bool) -> Result<Dialled, ConnectError> {
+pub(crate) fn dial(address: &str, hello: &Hello) -> Result<Dialled, ConnectError> {
+    shake_hands(connect(address)?, address, hello)
+}
+
+/// Connects to that process start the shortest way there is and shakes hands.
+pub(crate) fn dial_component(
+    to: &ComponentEntry,
+    hello: &Hello,
+    transport: Transport,
+) -> Result<Dialled, ConnectError> {
+    let near = transport == Transport::Auto && to.host == host_name();
+    // Two containers may share a host's name and no sockets: then nobody listens there.
+    let local = if near { local::connect(to.instance, HANDSHAKE_LIMIT).ok() } else { None };
+    let stream = match local {
+        Some(stream) => stream,
+        None => connect(&to.endpoint)?,
+    };
+    let dialled = shake_hands(stream, &to.endpoint, hello)?;
+    // Whoever listens there by now may not have looked at who was meant.
+    if dialled.welcome.instance == to.instance {
+        return Ok(dialled);
+    }
+    let (holder, meant) = (&dialled.welcome.name, &to.name);
+    let text =
+        format!("`{holder}` listens there, but not the process start of `{meant}` that was meant");
+    Err(unreachable(&to.endpoint, io::Error::new(io::ErrorKind::NotConnected, text)))
+}
+
+fn connect(address: &str) -> Result<TcpStream, ConnectError> {
     let unreachable = |error| unreachable(address, error);
     let target = resolve(address).map_err(unreachable)?;
     let stream = TcpStream::connect_timeout(&target, HANDSHAKE_LIMIT).map_err(unreachable)?;
@@ -119,13 +132,7 @@ pub(crate) fn dial(address: &str, hello: &Hello, buffers: bool) -> Result<Dialle
     if stream.local_addr().ok() == stream.peer_addr().ok() {
         return Err(unreachable(io::ErrorKind::ConnectionRefused.into()));
     }
-    shake_hands(stream, address, hello, buffers)
-}
-
-/// Connects to a process of this host by its Unix socket and shakes hands.
-pub(crate) fn dial_local(to: &ComponentEntry, hello: &Hello) -> Result<Dialled, ConnectError> {
-    let stream = local::connect(to.instance).map_err(|error| unreachable(&to.endpoint, error))?;
-    shake_hands(stream, &to.endpoint, hello, true)
+    Ok(stream)
 }
 
 fn unreachable(address: &str, error: io::Error) -> ConnectError {
@@ -137,14 +144,10 @@ fn unreachable(address: &str, error: io::Error) -> ConnectError {
     ConnectError::Unreachable { address: address.into(), error }
 }
 
-fn shake_hands(
-    stream: TcpStream,
-    address: &str,
-    hello: &Hello,
-    buffers: bool,
-) -> Result<Dialled, ConnectError> {
+fn shake_hands(stream: TcpStream, address: &str, hello: &Hello) -> Result<Dialled, ConnectError> {
     let unreachable = |error| unreachable(address, error);
     let failed = |error| ConnectError::Handshake { address: address.into(), error };
+    let buffers = matches!(hello.purpose, Purpose::Link { .. });
     tune(&stream, buffers).map_err(unreachable)?;
     stream.set_read_timeout(Some(HANDSHAKE_LIMIT)).map_err(unreachable)?;
     let bytes = frame::to_bytes(FrameKind::Hello, hello).map_err(|error| failed(error.into()))?;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use armor_wire::frame::{self, DataHeader, FrameError, FrameKind};
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::{Keep, Transport, Wake};
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::schema::{self, Schema};
 use thiserror::Error;
@@ -78,8 +78,7 @@ impl Tap {
         };
         let from = format!("tool-{}", std::process::id());
         let hello = Hello::new(&from, fresh_instance(), Purpose::Link { link });
-        let dialled = socket::dial(&found.provider.endpoint, &hello, true)?;
-        dialled.check_instance(&found.provider)?;
+        let dialled = socket::dial_component(&found.provider, &hello, Transport::Auto)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();
         let type_name = found.entry.type_name;

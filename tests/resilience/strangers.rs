@@ -3,6 +3,9 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::os::fd::OwnedFd;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr as UnixAddr, UnixStream};
 use std::time::{Duration, Instant};
 
 use armor_wire::control::Role;
@@ -26,8 +29,24 @@ const MOST_GROWTH_KIB: u64 = 24 << 10;
 /// time.
 const MOST_LINES: usize = 30;
 
-fn connect(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).expect("it listens");
+/// Where a process listens.
+#[derive(Clone, Copy)]
+enum Port {
+    Tcp(SocketAddr),
+    /// The Unix socket of a process start on this host.
+    Local(u64),
+}
+
+fn connect(port: Port) -> TcpStream {
+    let stream = match port {
+        Port::Tcp(address) => TcpStream::connect(address).expect("it listens"),
+        Port::Local(instance) => {
+            let name = format!("armor-{instance:016x}");
+            let address = UnixAddr::from_abstract_name(name).expect("a name");
+            let stream = UnixStream::connect_addr(&address).expect("it listens");
+            TcpStream::from(OwnedFd::from(stream))
+        }
+    };
     stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     stream
 }
@@ -44,9 +63,9 @@ fn rest(mut stream: &TcpStream) -> Vec<u8> {
 }
 
 /// Says `bytes` and waits for the close.
-fn is_closed(address: SocketAddr, bytes: &[u8]) {
+fn is_closed(port: Port, bytes: &[u8]) {
     for _ in 0..TIMES {
-        let stream = connect(address);
+        let stream = connect(port);
         // It may be closed before all is written.
         let _ = (&stream).write_all(bytes);
         rest(&stream);
@@ -54,9 +73,9 @@ fn is_closed(address: SocketAddr, bytes: &[u8]) {
 }
 
 /// Says a hello, waits for the welcome, then says `bytes` and waits for the close.
-fn is_closed_after_welcome(address: SocketAddr, purpose: &Purpose, bytes: &[u8]) {
+fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     for _ in 0..TIMES {
-        let stream = connect(address);
+        let stream = connect(port);
         let hello = to_bytes(FrameKind::Hello, &Hello::new("stranger", 7, purpose.clone()));
         (&stream).write_all(&hello.expect("it fits")).expect("it listens");
         let mut reader = FrameReader::new();
@@ -71,11 +90,11 @@ fn is_closed_after_welcome(address: SocketAddr, purpose: &Purpose, bytes: &[u8])
 }
 
 /// Another version is told why.
-fn is_refused(address: SocketAddr, mut hello: Hello) {
+fn is_refused(port: Port, mut hello: Hello) {
     hello.version = 99;
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
     for _ in 0..TIMES {
-        let stream = connect(address);
+        let stream = connect(port);
         (&stream).write_all(&bytes).expect("it listens");
         let said = rest(&stream);
         let mut reader = FrameReader::new();
@@ -89,8 +108,8 @@ fn is_refused(address: SocketAddr, mut hello: Hello) {
 }
 
 /// A hello at five bytes a second does not come to its end.
-fn is_too_slow(address: SocketAddr, hello: &[u8]) {
-    let mut stream = connect(address);
+fn is_too_slow(port: Port, hello: &[u8]) {
+    let mut stream = connect(port);
     stream.set_read_timeout(Some(Duration::from_millis(200))).expect("a timeout");
     let start = Instant::now();
     for byte in hello.iter().cycle() {
@@ -107,8 +126,8 @@ fn is_too_slow(address: SocketAddr, hello: &[u8]) {
 }
 
 /// Many connections that say nothing, or half of something, are closed by the other side.
-fn are_closed(address: SocketAddr, hello: &[u8]) {
-    let left: Vec<_> = (0..LEFT).map(|_| connect(address)).collect();
+fn are_closed(port: Port, hello: &[u8]) {
+    let left: Vec<_> = (0..LEFT).map(|_| connect(port)).collect();
     for (number, mut stream) in left.iter().enumerate() {
         if number % 2 == 0 {
             let _ = stream.write_all(&hello[..hello.len() / 2]);
@@ -134,44 +153,44 @@ fn noise() -> impl Iterator<Item = Vec<u8>> {
 }
 
 /// All of it against one port, whose conversations begin with one of `purposes`.
-fn attack(address: SocketAddr, purposes: &[Purpose]) {
+fn attack(port: Port, purposes: &[Purpose]) {
     let hello = Hello::new("stranger", 7, purposes[0].clone());
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
     for noise in noise() {
-        let stream = connect(address);
+        let stream = connect(port);
         let _ = (&stream).write_all(&noise);
         // A length by chance within bounds may wait for the rest of its frame.
         let _ = stream.shutdown(std::net::Shutdown::Write);
         rest(&stream);
     }
-    is_closed(address, b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n");
+    is_closed(port, b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n");
     for kind in [0, 1, 4, 8, 255] {
-        is_closed(address, &prefix(u32::MAX, kind, 0));
-        is_closed(address, &prefix(1 << 26, kind, 0));
+        is_closed(port, &prefix(u32::MAX, kind, 0));
+        is_closed(port, &prefix(1 << 26, kind, 0));
     }
-    is_closed(address, &prefix(0, FrameKind::Beat as u8, 0));
-    is_closed(address, &prefix(8, FrameKind::Hello as u8, 0x80));
+    is_closed(port, &prefix(0, FrameKind::Beat as u8, 0));
+    is_closed(port, &prefix(8, FrameKind::Hello as u8, 0x80));
     let mut wrong_magic = bytes.clone();
     wrong_magic[8] ^= 1;
-    is_closed(address, &wrong_magic);
-    is_refused(address, hello);
+    is_closed(port, &wrong_magic);
+    is_refused(port, hello);
     for purpose in purposes {
-        is_closed_after_welcome(address, purpose, &prefix(u32::MAX, 8, 0));
-        is_closed_after_welcome(address, purpose, &prefix(0, 99, 0));
+        is_closed_after_welcome(port, purpose, &prefix(u32::MAX, 8, 0));
+        is_closed_after_welcome(port, purpose, &prefix(0, 99, 0));
         let mut no_request = prefix(8, 8, 0);
         no_request.extend([0xff; 8]);
-        is_closed_after_welcome(address, purpose, &no_request);
+        is_closed_after_welcome(port, purpose, &no_request);
         let mut data = prefix(32, FrameKind::Data as u8, 0);
         data.extend([0; 32]);
-        is_closed_after_welcome(address, purpose, &data);
-        is_closed_after_welcome(address, purpose, &bytes);
+        is_closed_after_welcome(port, purpose, &data);
+        is_closed_after_welcome(port, purpose, &bytes);
     }
     for half in [4, 8, bytes.len() - 1] {
-        let stream = connect(address);
+        let stream = connect(port);
         let _ = (&stream).write_all(&bytes[..half]);
     }
-    is_too_slow(address, &bytes);
-    are_closed(address, &bytes);
+    is_too_slow(port, &bytes);
+    are_closed(port, &bytes);
 }
 
 fn link_to(data: &str) -> Purpose {
@@ -203,31 +222,33 @@ fn playing() -> System {
     system
 }
 
-fn address(entry: &ComponentEntry) -> SocketAddr {
-    entry.endpoint.parse().expect("an address")
+fn tcp(entry: &ComponentEntry) -> Port {
+    Port::Tcp(entry.endpoint.parse().expect("an address"))
 }
 
 #[test]
 fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows() {
     let system = playing();
     let control = Purpose::Control { role: Role::Observer };
+    let source = system.entry("source");
     let ports = [
-        ("registry", system.registry, vec![Purpose::Registry { entry: None }]),
-        ("configd", address(&system.entry("configd")), vec![Purpose::Config]),
+        ("registry", Port::Tcp(system.registry), vec![Purpose::Registry { entry: None }]),
+        ("configd", tcp(&system.entry("configd")), vec![Purpose::Config]),
         (
             "executive",
-            address(&system.entry("executive")),
+            tcp(&system.entry("executive")),
             vec![control.clone(), link_to("executive.marking")],
         ),
-        ("source", address(&system.entry("source")), vec![control, link_to("source.numbers")]),
+        ("source", tcp(&source), vec![control.clone(), link_to("source.numbers")]),
+        ("source", Port::Local(source.instance), vec![control, link_to("source.numbers")]),
     ];
     let pids = ports.each_ref().map(|port| system.pid(port.0));
     let memory = || pids.map(|pid| proc_number(pid, "status", "VmRSS"));
     let before = memory();
     let flow = system.trace("sink").got("a").len();
     std::thread::scope(|scope| {
-        for (_, address, purposes) in &ports {
-            scope.spawn(|| attack(*address, purposes));
+        for (_, port, purposes) in &ports {
+            scope.spawn(|| attack(*port, purposes));
         }
     });
     let after = memory();

@@ -3,7 +3,7 @@
 
 use crate::Message;
 use crate::hello::Refusal;
-use crate::keep::{Keep, Wake};
+use crate::keep::{Keep, Transport, Wake};
 
 /// From a component to configd.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -96,4 +96,6 @@ pub struct InputSettings {
     pub keep: Keep,
     /// How both ends wait.
     pub wake: Wake,
+    /// What the data travels on.
+    pub transport: Transport,
 }

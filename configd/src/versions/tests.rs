@@ -6,7 +6,7 @@ use std::time::Duration;
 use armor_missions::read;
 use armor_net::CloseReason;
 use armor_wire::config::{Assigned, InputSettings, Settings};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::{Keep, Transport, Wake};
 
 use super::*;
 
@@ -19,7 +19,7 @@ const FILE: &str = r#"<armor version="1">
     <component name="mapper" kind="mapper" rate="10Hz"/>
     <component name="view" kind="view" controllable="false"/>
     <link from="player.scan" to="mapper.scan" keep="all"/>
-    <link from="player.odometry" to="mapper.odometry" keep="50" wake="spin"/>
+    <link from="player.odometry" to="mapper.odometry" keep="50" wake="spin" transport="tcp"/>
   </system>
   <mission safe="end">
     <place name="play" initial="true" components="player"/>
@@ -96,6 +96,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
         data: data.into(),
         keep,
         wake,
+        transport: if wake == Wake::Spin { Transport::Tcp } else { Transport::Auto },
     };
     let wanted = Settings {
         version: 1,

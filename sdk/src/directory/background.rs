@@ -141,7 +141,7 @@ impl Inner {
         let mut backoff = Backoff::new(Duration::from_millis(20), Duration::from_secs(1), seed);
         let mut registry = 0;
         while !self.closing.load(Ordering::Relaxed) {
-            match socket::dial(&self.address, &self.hello, false) {
+            match socket::dial(&self.address, &self.hello) {
                 Ok(dialled) => {
                     backoff.reset();
                     if registry != 0 && registry != dialled.welcome.instance {

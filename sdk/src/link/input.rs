@@ -232,14 +232,8 @@ impl Input {
             runtime.shared.instance,
             Purpose::Link { link: link.clone() },
         );
-        let provider = &found.provider;
-        let near = settings.wake == Wake::Spin && provider.host == socket::host_name();
-        let dialled = if near { socket::dial_local(provider, &hello).ok() } else { None };
-        let dialled = match dialled {
-            Some(dialled) => dialled,
-            None => socket::dial(&provider.endpoint, &hello, true).map_err(|e| e.to_string())?,
-        };
-        dialled.check_instance(&found.provider).map_err(|error| error.to_string())?;
+        let dialled = socket::dial_component(&found.provider, &hello, settings.transport)
+            .map_err(|error| error.to_string())?;
         self.check_type(&dialled.welcome)?;
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
         let mut state = self.lock();

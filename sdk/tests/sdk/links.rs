@@ -51,8 +51,18 @@ fn keep_all_loses_nothing_whatever_the_size() {
 
 #[test]
 fn a_spinning_link_is_a_link_like_any_other() {
+    is_a_link_like_any_other(",wake=spin");
+}
+
+#[test]
+fn a_link_over_tcp_is_a_link_like_any_other() {
+    is_a_link_like_any_other(",transport=tcp");
+    is_a_link_like_any_other(",transport=tcp,wake=spin");
+}
+
+fn is_a_link_like_any_other(how: &str) {
     let mut system = System::start();
-    let link = system.link("in", "source", "out", "all") + ",wake=spin";
+    let link = system.link("in", "source", "out", "all") + how;
     let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let (start, go) = channel::<()>();
     let mut send = burst(2_000, 100, 1_000);

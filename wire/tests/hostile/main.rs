@@ -10,7 +10,7 @@ use std::alloc::System;
 use armor_wire::control::{Answer, Command, ReportKind};
 use armor_wire::frame::{DataHeader, FrameKind, signal, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::{Keep, Transport, Wake};
 use armor_wire::message::WireType;
 use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
 use armor_wire::{codec, config};
@@ -87,6 +87,7 @@ fn seeds() -> Vec<Vec<u8>> {
             data: "laser.scan".into(),
             keep: Keep::All,
             wake: Wake::Sleep,
+            transport: Transport::Tcp,
         }],
         ..Default::default()
     };
