@@ -16,6 +16,7 @@
 
 mod check;
 mod code;
+mod difference;
 mod features;
 mod fields;
 mod finding;
@@ -36,6 +37,7 @@ use std::path::Path;
 
 pub use check::{Manifests, check};
 pub use code::Code;
+pub use difference::{Change, Difference, Subject, differences};
 pub use features::Feature;
 pub use finding::{Finding, Findings, MAX_FINDINGS, Severity};
 pub use load::{Reading, load, read, read_bytes};
