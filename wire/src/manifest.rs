@@ -1,5 +1,7 @@
 //! What `<executable> --describe` prints: the ports and parameters of a kind of component.
 
+mod validate;
+
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{self, Unit};
@@ -144,9 +146,27 @@ impl ParameterManifest {
 
     /// The range in the parameter's own unit, such as `0.1 to 500`; empty if there is none.
     pub fn range(&self) -> String {
+        self.range_in("")
+    }
+
+    /// The range as a file's author writes such values: `0.1m to 500m`; empty if there is none.
+    pub fn range_with_unit(&self) -> String {
+        self.range_in(&self.unit)
+    }
+
+    /// The default as a file's author writes it: `30deg`, also where the component says `30`.
+    pub fn default_with_unit(&self) -> Option<String> {
+        self.default.as_ref().map(|text| match quantity::parse(text) {
+            Ok(quantity) if quantity.unit.is_none() => format!("{text}{}", self.unit),
+            _ => text.clone(),
+        })
+    }
+
+    fn range_in(&self, unit: &str) -> String {
         let to_si = Unit::named(&self.unit).map_or(1.0, |unit| unit.to_si);
         let own = |si: f64| {
-            format!("{:.4}", si / to_si).trim_end_matches('0').trim_end_matches('.').to_owned()
+            let number = format!("{:.4}", si / to_si);
+            format!("{}{unit}", number.trim_end_matches('0').trim_end_matches('.'))
         };
         match (self.minimum.map(own), self.maximum.map(own)) {
             (Some(low), Some(high)) => format!("{low} to {high}"),
@@ -273,6 +293,19 @@ mod tests {
                 .parse("180.1deg")
                 .is_err_and(|why| why.ends_with("out of range, -180 to 180 deg"))
         );
+        assert_eq!(angle.range_with_unit(), "-180deg to 180deg");
+    }
+
+    #[test]
+    fn defaults_are_said_with_their_unit() {
+        let said = |kind, unit, default: &str| {
+            let default = Some(default.to_owned());
+            ParameterManifest { default, ..parameter(kind, unit) }.default_with_unit()
+        };
+        assert_eq!(said(ParameterType::Number, "deg", "30").as_deref(), Some("30deg"));
+        assert_eq!(said(ParameterType::Number, "deg", "0.5rad").as_deref(), Some("0.5rad"));
+        assert_eq!(said(ParameterType::Integer, "", "30").as_deref(), Some("30"));
+        assert_eq!(said(ParameterType::Text, "", "a text").as_deref(), Some("a text"));
     }
 
     #[test]
