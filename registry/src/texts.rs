@@ -8,7 +8,7 @@ use armor_wire::schema;
 use crate::limits::{MAX_HOST_LEN, MAX_REFUSAL_LEN, MAX_SCHEMA_LEN, MAX_TYPE_NAME_LEN};
 
 /// Names that only the program of that name may take.
-const RESERVED: [&str; 4] = ["registry", "configd", "executive", "launcher"];
+const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", "launcher"];
 
 pub(crate) fn refusal(code: RefusalCode, mut text: String) -> Refusal {
     if text.len() > MAX_REFUSAL_LEN {

@@ -1,11 +1,17 @@
-//! What is said between a component and configd. The component asks, configd answers (ArMoR 2.3);
-//! only parameters marked live are sent unasked.
+//! What is said to configd and by it. A component asks, configd answers (ArMoR 2.3); only parameters
+//! marked live are sent unasked. Tools list and set parameters and ask what changed.
+
+mod told;
 
 use crate::Message;
 use crate::hello::Refusal;
 use crate::keep::{Keep, Transport, Wake};
 
-/// From a component to configd.
+pub use told::{
+    Change, ConfigurationState, Finding, ListedParameter, MAX_TOLD, MAX_TOLD_TEXT_LEN, cut,
+};
+
+/// From a component or a tool to configd.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Request {
@@ -23,9 +29,38 @@ pub enum Request {
     },
     /// "I am alive."
     Beat,
+    /// "Which parameters are there?" All of them, in the order of the file and the manifests.
+    List {
+        /// Names the answer.
+        request: u64,
+        /// Only of this component.
+        component: Option<String>,
+        /// How many of them to pass over: at most [`MAX_TOLD`] come at once.
+        from: u32,
+    },
+    /// "Write this value into the file."
+    Set {
+        /// Names the answer.
+        request: u64,
+        /// The component.
+        component: String,
+        /// Its parameter.
+        parameter: String,
+        /// The value as it is to be written; `None` takes it out, so that the default holds.
+        value: Option<String>,
+    },
+    /// "What changed between two versions?"
+    Diff {
+        /// Names the answer.
+        request: u64,
+        /// The earlier one; `None`: the one before `to`.
+        from: Option<u64>,
+        /// The later one; `None`: the one in force.
+        to: Option<u64>,
+    },
 }
 
-/// From configd to a component.
+/// From configd to a component or a tool.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Reply {
@@ -54,6 +89,52 @@ pub enum Reply {
     },
     /// "I am alive."
     Beat,
+    /// Parameters of the version in force.
+    Listed {
+        /// The request.
+        request: u64,
+        /// The version in force.
+        version: u64,
+        /// Whether the file on the disk is another one, and refused.
+        refused: bool,
+        /// The parameters, from the one asked for on.
+        parameters: Vec<ListedParameter>,
+        /// How many there are in all.
+        total: u32,
+    },
+    /// The value is in the file, and in force.
+    Set {
+        /// The request.
+        request: u64,
+        /// The version that has it.
+        version: u64,
+        /// What changed by it, and when that takes effect; empty if it was there already.
+        changes: Vec<Change>,
+    },
+    /// The value was not written.
+    Rejected {
+        /// The request.
+        request: u64,
+        /// Why, and what to do.
+        text: String,
+        /// What is wrong with the file as it would be, or as it is.
+        findings: Vec<Finding>,
+        /// How many more findings there are.
+        left_out: u32,
+    },
+    /// What changed between two versions.
+    Differences {
+        /// The request.
+        request: u64,
+        /// The earlier version.
+        from: u64,
+        /// The later version.
+        to: u64,
+        /// What changed, and when that takes or took effect.
+        changes: Vec<Change>,
+        /// How many more changes there are.
+        left_out: u32,
+    },
 }
 
 /// A value as the file assigns it.

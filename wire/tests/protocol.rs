@@ -52,6 +52,7 @@ fn the_schemas_are_those_of_the_types() {
             ("registry::Reply", text::<registry::Reply>()),
             ("config::Request", text::<config::Request>()),
             ("config::Reply", text::<config::Reply>()),
+            ("ConfigurationState", text::<config::ConfigurationState>()),
             ("control::Command", text::<control::Command>()),
             ("control::Answer", text::<control::Answer>()),
         ],
@@ -157,6 +158,29 @@ fn parameter() -> config::Reply {
     config::Reply::Parameter { request: 2, name: "rate".into(), assigned: Some(assigned) }
 }
 
+fn set() -> config::Request {
+    config::Request::Set {
+        request: 3,
+        component: "driver".into(),
+        parameter: "speed".into(),
+        value: Some("1m/s".into()),
+    }
+}
+
+fn was_set() -> config::Reply {
+    let change = config::Change {
+        subject: "parameter".into(),
+        name: "driver.speed".into(),
+        change: "changed".into(),
+        aspect: String::new(),
+        before: "2m/s".into(),
+        after: "1m/s".into(),
+        text: "slower".into(),
+        effect: "now".into(),
+    };
+    config::Reply::Set { request: 3, version: 2, changes: vec![change] }
+}
+
 fn report() -> control::Answer {
     let outcome = control::ReportKind::Event { name: "seen".into(), value: 0.25 };
     control::Answer::Report { report: 1, activation: 2, outcome }
@@ -186,6 +210,8 @@ fn the_golden_vectors_are_what_we_write() {
             ("lookup", framed(FrameKind::Control, &lookup())),
             ("found", framed(FrameKind::Control, &found())),
             ("parameter", framed(FrameKind::Control, &parameter())),
+            ("set", framed(FrameKind::Control, &set())),
+            ("was-set", framed(FrameKind::Control, &was_set())),
             ("report", framed(FrameKind::Control, &report())),
         ],
     );
@@ -222,6 +248,8 @@ fn the_golden_vectors_are_read_as_what_they_are() {
     check_read("lookup", FrameKind::Control, body, &lookup());
     check_read("found", FrameKind::Control, body, &found());
     check_read("parameter", FrameKind::Control, body, &parameter());
+    check_read("set", FrameKind::Control, body, &set());
+    check_read("was-set", FrameKind::Control, body, &was_set());
     check_read("report", FrameKind::Control, body, &report());
     let data = |frame: &Frame<'_>| {
         let (header, payload) = frame.data().expect("data");
@@ -255,6 +283,8 @@ fn the_limits_are_the_constants() {
         ("MAX_LABEL_LEN", schema::MAX_LABEL_LEN),
         ("MAX_UNIT_LEN", schema::MAX_UNIT_LEN),
         ("MAX_FIXED_COUNT", armor_wire::message::MAX_FIXED_COUNT),
+        ("MAX_TOLD", config::MAX_TOLD),
+        ("MAX_TOLD_TEXT_LEN", config::MAX_TOLD_TEXT_LEN),
         ("MAX_KEEP", armor_wire::keep::MAX_KEEP as usize),
         ("BEAT", armor_wire::liveness::BEAT.as_millis() as usize),
         ("MISSED_BEATS", armor_wire::liveness::MISSED_BEATS as usize),

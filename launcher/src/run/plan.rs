@@ -17,7 +17,7 @@ use crate::kinds::{Catalogue, Origin};
 /// The launcher's own name in the log.
 pub const LAUNCHER: &str = "launcher";
 /// Names that components cannot have.
-const RESERVED: [&str; 4] = ["registry", "configd", "executive", LAUNCHER];
+const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", LAUNCHER];
 
 /// The processes of a run; both lists in the same order.
 #[derive(Debug)]

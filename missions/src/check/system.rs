@@ -9,7 +9,7 @@ use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, System};
 
 /// The names under which Armor's own programs register.
-const RESERVED: [&str; 4] = ["registry", "configd", "executive", "launcher"];
+const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", "launcher"];
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);

@@ -1,0 +1,131 @@
+//! What configd tells of its versions: parameters, findings and changes, as records that every tool
+//! can read. All of them are bounded, so that any answer fits a frame.
+
+use crate::Message;
+
+/// Most parameters, findings or changes in one answer.
+pub const MAX_TOLD: usize = 128;
+/// Longest text in one of them, in bytes; longer ones are cut and end in `…`.
+pub const MAX_TOLD_TEXT_LEN: usize = 1024;
+
+/// The text, cut to [`MAX_TOLD_TEXT_LEN`].
+pub fn cut(text: impl Into<String>) -> String {
+    let mut text = text.into();
+    if text.len() > MAX_TOLD_TEXT_LEN {
+        text.truncate(text.floor_char_boundary(MAX_TOLD_TEXT_LEN - '…'.len_utf8()));
+        text.push('…');
+    }
+    text
+}
+
+/// A parameter of a component of the system.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct ListedParameter {
+    /// The component.
+    pub component: String,
+    /// The parameter.
+    pub name: String,
+    /// `number`, `integer`, `text`, `choice`, `path`, `flag` or `colour`; empty if its kind is not
+    /// known.
+    pub kind: String,
+    /// The value as written, or the default.
+    pub value: String,
+    /// The unit of a bare number; empty without.
+    pub unit: String,
+    /// Where the value is from: `file:line:column`, `--set`, or `default`.
+    pub origin: String,
+    /// Whether a change reaches the running component.
+    pub live: bool,
+    /// What it may be, such as `0.1 to 500`, in the unit, or the choices; empty if it is free.
+    pub range: String,
+    /// What it does, in one line; may be empty.
+    pub doc: String,
+}
+
+/// Something that is wrong with a file. Lines and columns count from 1, columns in characters, ends
+/// exclusive; all 0 if it is about no text.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Finding {
+    /// `error`, `warning` or `note`.
+    pub severity: String,
+    /// The stable code, such as `E0113`.
+    pub code: String,
+    /// What is wrong, in one sentence.
+    pub message: String,
+    /// What to do; may be empty.
+    pub remedy: String,
+    /// The file; empty if it is about no text.
+    pub file: String,
+    /// First line.
+    pub line: u32,
+    /// First column.
+    pub column: u32,
+    /// Last line.
+    pub end_line: u32,
+    /// Column after the last.
+    pub end_column: u32,
+    /// The piece of text that it is about.
+    pub text: String,
+    /// The first line in whole, for showing the piece in it.
+    pub source_line: String,
+}
+
+/// One thing that is not as it was in an earlier version.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Change {
+    /// `system`, `component`, `parameter`, `link`, `mission`, `variable`, `place`, `exclusive`,
+    /// `transition` or `submission`.
+    pub subject: String,
+    /// Which one: `driver`, `driver.speed`, `laser.scan -> slam.scan`; empty for system and mission.
+    pub name: String,
+    /// `added`, `removed` or `changed`.
+    pub change: String,
+    /// Which attribute of it changed; empty for a parameter's value.
+    pub aspect: String,
+    /// What it said; empty if it said nothing.
+    pub before: String,
+    /// What it says; empty if it says nothing.
+    pub after: String,
+    /// All of that in words.
+    pub text: String,
+    /// When it takes effect, in words; empty if there is nothing to take effect.
+    pub effect: String,
+}
+
+/// How the configuration of a running system stands: the latched data `configuration.state`.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct ConfigurationState {
+    /// System time in seconds at which it became so.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// The version in force; counts the accepted versions from 1.
+    pub version: u64,
+    /// The files of that version, the one that was asked for first.
+    pub files: Vec<String>,
+    /// Whether the files on the disk are others, and refused.
+    pub refused: bool,
+    /// What is wrong with the files on the disk; of an accepted version its warnings and notes.
+    pub findings: Vec<Finding>,
+    /// How many more findings there are.
+    pub findings_left_out: u32,
+    /// What changed with the version in force; empty for the first.
+    pub changes: Vec<Change>,
+    /// How many more changes there are.
+    pub changes_left_out: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_text_is_cut_at_a_character() {
+        assert_eq!(cut("short"), "short");
+        let text = cut("ä".repeat(MAX_TOLD_TEXT_LEN));
+        assert!(text.len() <= MAX_TOLD_TEXT_LEN && text.ends_with("ä…"), "{}", text.len());
+    }
+}
