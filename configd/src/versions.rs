@@ -153,7 +153,7 @@ impl Versions {
         let (request, parameter) = match message {
             Request::Settings { request } => (request, None),
             Request::Parameter { request, name } => (request, Some(name)),
-            Request::Beat => return Vec::new(),
+            _ => return Vec::new(),
         };
         let component = self.in_force.system.component(name);
         let message = match (component, parameter) {

@@ -250,6 +250,7 @@ fn receive(shared: &Arc<Shared>, frame: &Frame<'_>) -> Result<(), String> {
             }
         }
         Reply::Beat => {}
+        _ => return Err("an answer to what was not asked".into()),
     }
     Ok(())
 }
