@@ -17,6 +17,7 @@
 mod check;
 mod code;
 mod difference;
+mod edit;
 mod features;
 mod fields;
 mod finding;
@@ -38,6 +39,7 @@ use std::path::Path;
 pub use check::{Manifests, check};
 pub use code::Code;
 pub use difference::{Change, Difference, Subject, differences};
+pub use edit::{Document, EditError, Item, NewElement};
 pub use features::Feature;
 pub use finding::{Finding, Findings, MAX_FINDINGS, Severity};
 pub use load::{Reading, load, read, read_bytes};

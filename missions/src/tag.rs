@@ -49,6 +49,7 @@ impl<'a> TagReader<'a> {
                 name,
                 name_span,
                 span: self.span,
+                tag_span: self.span,
                 attributes: Vec::new(),
                 children: Vec::new(),
             },
@@ -242,7 +243,7 @@ fn reference(name: &str) -> Option<char> {
 }
 
 /// Whether XML would take it as a name (of letters, digits, `_-.:`, not starting with a digit).
-fn is_xml_name(name: &str) -> bool {
+pub(crate) fn is_xml_name(name: &str) -> bool {
     let start = |c: char| c.is_alphabetic() || matches!(c, '_' | ':');
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | ':' | '-' | '.' | '\u{b7}');
     name.starts_with(start) && name.chars().all(part)

@@ -9,12 +9,19 @@ use crate::source::{Location, Source, Span};
 #[derive(Clone, Debug)]
 pub struct Tree {
     source: Arc<Source>,
+    before: Vec<Node>,
     root: Element,
+    after: Vec<Node>,
 }
 
 impl Tree {
-    pub(crate) fn new(source: Arc<Source>, root: Element) -> Self {
-        Self { source, root }
+    pub(crate) fn new(
+        source: Arc<Source>,
+        before: Vec<Node>,
+        root: Element,
+        after: Vec<Node>,
+    ) -> Self {
+        Self { source, before, root, after }
     }
 
     /// The text the tree was read from.
@@ -25,6 +32,22 @@ impl Tree {
     /// The outermost element.
     pub fn root(&self) -> &Element {
         &self.root
+    }
+
+    /// What stands before the outermost element; an XML declaration counts as an instruction.
+    pub fn before(&self) -> &[Node] {
+        &self.before
+    }
+
+    /// What stands after the outermost element.
+    pub fn after(&self) -> &[Node] {
+        &self.after
+    }
+
+    /// The element at a path: at each level, its number among its parent's elements, from 0. The
+    /// empty path is the outermost element.
+    pub fn element(&self, path: &[usize]) -> Option<&Element> {
+        path.iter().try_fold(&self.root, |element, n| element.elements().nth(*n))
     }
 
     /// The file's bytes, the same as were read.
@@ -42,6 +65,8 @@ pub struct Element {
     pub name_span: Span,
     /// From `<` of the start tag to `>` of the end tag.
     pub span: Span,
+    /// From `<` to `>` of the start tag; all of [`Self::span`] if the element is `<name/>`.
+    pub tag_span: Span,
     /// The attributes in the order of the file.
     pub attributes: Vec<Attribute>,
     /// What stands between the tags.
@@ -77,6 +102,11 @@ impl Element {
         (whole.trim().to_owned(), span)
     }
 
+    /// Whether it has an end tag, so that something may stand between the two.
+    pub fn is_open(&self) -> bool {
+        self.span != self.tag_span
+    }
+
     pub(crate) fn at(&self, source: &Arc<Source>) -> Location {
         Location::new(source, self.name_span)
     }
@@ -95,6 +125,13 @@ pub struct Attribute {
     pub value_span: Span,
 }
 
+impl Attribute {
+    /// From the first letter of the name to the closing quote.
+    pub fn span(&self) -> Span {
+        Span::new(self.name_span.start(), self.value_span.end() + 1)
+    }
+}
+
 /// What may stand in an element.
 #[derive(Clone, Debug)]
 pub enum Node {
@@ -106,4 +143,14 @@ pub enum Node {
     Comment(Span),
     /// A processing instruction, with its `<?` and `?>`.
     Instruction(Span),
+}
+
+impl Node {
+    /// Where it stands, all of it.
+    pub fn span(&self) -> Span {
+        match self {
+            Self::Element(element) => element.span,
+            Self::Text(_, span) | Self::Comment(span) | Self::Instruction(span) => *span,
+        }
+    }
 }

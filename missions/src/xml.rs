@@ -53,8 +53,7 @@ pub(crate) fn parse(
         }
     };
     let source = Source::new(path, text);
-    let root = Builder::new(&source, findings).run();
-    let tree = root.map(|root| Tree::new(Arc::clone(&source), root));
+    let tree = Builder::new(&source, findings).run();
     (source, tree)
 }
 
@@ -63,7 +62,9 @@ struct Builder<'a> {
     source: &'a Arc<Source>,
     findings: &'a mut Findings,
     open: Vec<Element>,
+    before: Vec<Node>,
     root: Option<Element>,
+    after: Vec<Node>,
     pieces: usize,
     /// Whether the tree still says what the file says; if not, it is not handed on.
     sound: bool,
@@ -71,10 +72,19 @@ struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     fn new(source: &'a Arc<Source>, findings: &'a mut Findings) -> Self {
-        Self { source, findings, open: Vec::new(), root: None, pieces: 0, sound: true }
+        Self {
+            source,
+            findings,
+            open: Vec::new(),
+            before: Vec::new(),
+            root: None,
+            after: Vec::new(),
+            pieces: 0,
+            sound: true,
+        }
     }
 
-    fn run(mut self) -> Option<Element> {
+    fn run(mut self) -> Option<Tree> {
         self.refuse_bad_characters();
         let text = self.source.text();
         let base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
@@ -242,6 +252,7 @@ impl<'a> Builder<'a> {
                 self.finding(Code::Malformed, span, "the XML declaration is not at the start");
             self.report(finding.remedy("put it on the first line, or remove it"));
         }
+        self.push(Node::Instruction(span));
         let tag = TagReader::declaration(self.source, span).read(self.findings);
         self.sound &= tag.sound;
         let given: Vec<_> =
@@ -266,12 +277,14 @@ impl<'a> Builder<'a> {
     }
 
     fn push(&mut self, node: Node) {
-        if let Some(top) = self.open.last_mut() {
-            top.children.push(node);
+        match self.open.last_mut() {
+            Some(top) => top.children.push(node),
+            None if self.root.is_none() => self.before.push(node),
+            None => self.after.push(node),
         }
     }
 
-    fn end_of_file(mut self) -> Option<Element> {
+    fn end_of_file(mut self) -> Option<Tree> {
         while !self.open.is_empty() {
             self.unclosed();
             self.close();
@@ -280,7 +293,8 @@ impl<'a> Builder<'a> {
             let finding = self.finding(Code::Malformed, Span::new(0, 0), "there is no element");
             self.report(finding.remedy("an Armor file starts with <armor version=\"1\">"));
         }
-        self.root.filter(|_| self.sound)
+        let root = self.root.filter(|_| self.sound)?;
+        Some(Tree::new(Arc::clone(self.source), self.before, root, self.after))
     }
 
     fn refuse_bad_characters(&mut self) {

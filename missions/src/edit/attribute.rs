@@ -1,0 +1,104 @@
+//! Attributes and texts: what changes when one is set or removed.
+
+use std::ops::Range;
+
+use crate::edit::error::EditError;
+use crate::edit::new_element::{escape_text, escape_value};
+use crate::edit::patch::Patches;
+use crate::source::Source;
+use crate::tag::is_xml_name;
+use crate::tree::{Element, Node};
+
+/// Gives an attribute a value in its own quotes, or removes it with the space before it. A new one
+/// goes behind the last, in the same quotes, on a line of its own if that one has one.
+pub(crate) fn set(
+    source: &Source,
+    element: &Element,
+    name: &str,
+    value: Option<&str>,
+    patches: &mut Patches,
+) -> Result<(), EditError> {
+    let text = source.text();
+    match (element.attribute(name), value) {
+        (None, None) => {}
+        (Some(attribute), Some(value)) => {
+            if attribute.value != value {
+                let quote = quote_at(text, attribute.span().end() - 1);
+                let span = attribute.value_span;
+                patches.replace(span.start()..span.end(), escape_value(value, quote));
+            }
+        }
+        (Some(attribute), None) => {
+            let start = text[..attribute.name_span.start()].trim_end().len();
+            patches.replace(start..attribute.span().end(), "");
+        }
+        (None, Some(value)) => {
+            if !is_xml_name(name) {
+                return Err(EditError::BadXmlName { name: name.into() });
+            }
+            let (at, space, quote) = match element.attributes.last() {
+                None => (element.name_span.end(), " ", '"'),
+                Some(last) => {
+                    let end = last.span().end();
+                    (end, space_before(text, last.name_span.start()), quote_at(text, end - 1))
+                }
+            };
+            let value = escape_value(value, quote);
+            patches.replace(at..at, format!("{space}{name}={quote}{value}{quote}"));
+        }
+    }
+    Ok(())
+}
+
+fn quote_at(text: &str, at: usize) -> char {
+    if text.as_bytes()[at] == b'\'' { '\'' } else { '"' }
+}
+
+/// The white space before an attribute if it holds a line break, else one space.
+fn space_before(text: &str, at: usize) -> &str {
+    let space = &text[text[..at].trim_end().len()..at];
+    if space.contains('\n') { space } else { " " }
+}
+
+/// Puts `new` where the first piece of text stands and takes the other pieces away; white space,
+/// comments and elements around them stay.
+pub(crate) fn set_text(source: &Source, element: &Element, new: &str, patches: &mut Patches) {
+    let new = new.trim();
+    if element.text().0 == new {
+        return;
+    }
+    let text = source.text();
+    let mut escaped = escape_text(new);
+    for range in words(text, element) {
+        patches.replace(range, std::mem::take(&mut escaped));
+    }
+    if escaped.is_empty() {
+        return;
+    }
+    if element.is_open() {
+        let at = element.tag_span.end();
+        patches.replace(at..at, escaped);
+    } else {
+        let end = element.tag_span.end();
+        let start = text[..end - "/>".len()].trim_end().len();
+        patches.replace(start..end, format!(">{escaped}</{}>", element.name));
+    }
+}
+
+/// The pieces of text between comments and elements, without the white space around them.
+fn words(text: &str, element: &Element) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for node in &element.children {
+        let Node::Text(_, span) = node else { continue };
+        match runs.last_mut() {
+            Some(last) if last.end == span.start() => last.end = span.end(),
+            _ => runs.push(span.start()..span.end()),
+        }
+    }
+    let trim = |run: Range<usize>| {
+        let piece = &text[run.clone()];
+        let start = run.start + piece.len() - piece.trim_start().len();
+        start..start + piece.trim().len()
+    };
+    runs.into_iter().map(trim).filter(|run| !run.is_empty()).collect()
+}

@@ -1,0 +1,78 @@
+//! Why an edit was not made.
+
+use crate::finding::Findings;
+use crate::source::Location;
+
+/// Why an edit was not made. The document is as it was.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum EditError {
+    /// A path or a position leads to no element.
+    #[error("there is no element at that place")]
+    NoElement,
+    /// The outermost element cannot be removed or moved.
+    #[error("the outermost element cannot be removed or moved")]
+    Outermost,
+    /// What the edit is about is not in the file.
+    #[error("there is no {what} in {file}", file = file.display())]
+    Absent {
+        /// What was looked for, such as "component laser".
+        what: String,
+        /// The file.
+        file: std::path::PathBuf,
+    },
+    /// What the edit would add is there already.
+    #[error("{what} is there already, at {at}")]
+    Taken {
+        /// What is there, such as "component laser".
+        what: String,
+        /// Where.
+        at: Location,
+    },
+    /// Not a name of the format.
+    #[error(
+        "{name:?} is not a name: a name starts with a letter and has letters, digits, _ and - (at most 64)"
+    )]
+    BadName {
+        /// What was given.
+        name: String,
+    },
+    /// Not `component.port`.
+    #[error("{text:?} is not two names joined by a dot, such as laser.scan")]
+    BadPort {
+        /// What was given.
+        text: String,
+    },
+    /// Not a name of an XML element or attribute.
+    #[error("{name:?} cannot be the name of an element or attribute")]
+    BadXmlName {
+        /// What was given.
+        name: String,
+    },
+    /// Not a finite number.
+    #[error("a position is two finite numbers")]
+    BadPosition,
+    /// Something that would mean another thing without it still names it.
+    #[error("{what} is still named {}", places(at))]
+    StillNamed {
+        /// What should have been removed, such as "place home".
+        what: String,
+        /// Who names it.
+        at: Vec<Location>,
+    },
+    /// The result would not be XML, or would break a limit.
+    #[error("the file could not be read any more: {}", first(.0))]
+    Refused(Findings),
+}
+
+fn places(at: &[Location]) -> String {
+    let shown = at.iter().take(3).map(|at| format!("at {at} ({})", at.text()));
+    let mut text = shown.collect::<Vec<_>>().join(", ");
+    if at.len() > 3 {
+        text += &format!(" and in {} more places", at.len() - 3);
+    }
+    text
+}
+
+fn first(findings: &Findings) -> String {
+    findings.iter().next().map(ToString::to_string).unwrap_or_default()
+}

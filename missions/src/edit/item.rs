@@ -1,0 +1,106 @@
+//! The things of a file that have names, and where they stand.
+
+use std::fmt;
+
+use crate::edit::Document;
+use crate::edit::error::EditError;
+use crate::tree::Element;
+
+/// Something in a file that can be called by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Item<'a> {
+    /// `<system>`.
+    System,
+    /// `<mission>`.
+    Mission,
+    /// The component with this name.
+    Component(&'a str),
+    /// The link from an output to an input, both as `component.port`.
+    Link {
+        /// The output.
+        from: &'a str,
+        /// The input.
+        to: &'a str,
+    },
+    /// The place with this name.
+    Place(&'a str),
+    /// The transition with this name.
+    Transition(&'a str),
+    /// The variable with this name.
+    Variable(&'a str),
+}
+
+impl Item<'_> {
+    /// The element that holds it, and its own element's name.
+    pub(crate) fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::System => ("armor", "system"),
+            Self::Mission => ("armor", "mission"),
+            Self::Component(_) => ("system", "component"),
+            Self::Link { .. } => ("system", "link"),
+            Self::Place(_) => ("mission", "place"),
+            Self::Transition(_) => ("mission", "transition"),
+            Self::Variable(_) => ("mission", "variable"),
+        }
+    }
+
+    fn is(self, element: &Element) -> bool {
+        let has = |attribute: &str, value: &str| {
+            element.attribute(attribute).is_some_and(|a| a.value == value)
+        };
+        element.name == self.names().1
+            && match self {
+                Self::System | Self::Mission => true,
+                Self::Link { from, to } => has("from", from) && has("to", to),
+                Self::Component(name)
+                | Self::Place(name)
+                | Self::Transition(name)
+                | Self::Variable(name) => has("name", name),
+            }
+    }
+}
+
+/// "component laser", as messages say it.
+impl fmt::Display for Item<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sort = self.names().1;
+        match self {
+            Self::System | Self::Mission => write!(f, "<{sort}>"),
+            Self::Link { from, to } => write!(f, "link from {from} to {to}"),
+            Self::Component(name)
+            | Self::Place(name)
+            | Self::Transition(name)
+            | Self::Variable(name) => write!(f, "{sort} {name}"),
+        }
+    }
+}
+
+impl Document {
+    /// The path of an item, the first of its name.
+    pub fn find(&self, item: Item<'_>) -> Option<Vec<usize>> {
+        let mut path = match item.names().0 {
+            "armor" => Vec::new(),
+            "system" => self.find(Item::System)?,
+            _ => self.find(Item::Mission)?,
+        };
+        let parent = self.tree().element(&path)?;
+        path.push(parent.elements().position(|element| item.is(element))?);
+        Some(path)
+    }
+
+    pub(crate) fn path_of(&self, item: Item<'_>) -> Result<Vec<usize>, EditError> {
+        self.find(item).ok_or_else(|| EditError::Absent {
+            what: item.to_string(),
+            file: self.tree().source().path().to_path_buf(),
+        })
+    }
+}
+
+/// Refuses what is not a name of the format.
+pub(crate) fn check_name(name: &str) -> Result<(), EditError> {
+    if armor_wire::name::is_name(name) {
+        Ok(())
+    } else {
+        Err(EditError::BadName { name: name.to_owned() })
+    }
+}
