@@ -29,6 +29,7 @@ mod nearest;
 mod overrides;
 mod read;
 mod render;
+mod save;
 mod source;
 mod tag;
 pub mod tree;
@@ -48,6 +49,7 @@ pub use model::{Configuration, System};
 pub use overrides::Override;
 pub use read::{MAX_ELEMENTS, MAX_LINKS};
 pub use render::Colours;
+pub use save::{SaveError, save};
 pub use source::{Location, Source, Span, Spanned};
 pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES};
 
