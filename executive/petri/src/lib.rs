@@ -6,6 +6,7 @@
 
 mod agenda;
 mod builder;
+pub mod file;
 mod net;
 mod state;
 mod step;

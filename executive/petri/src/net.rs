@@ -50,6 +50,9 @@ impl Interval {
     /// `[0, 0]`: at once.
     pub const IMMEDIATE: Self = Self { earliest: Duration::ZERO, latest: Some(Duration::ZERO) };
 
+    /// `[0, w[`: at any time, as in a net that says nothing about time.
+    pub const UNTIMED: Self = Self { earliest: Duration::ZERO, latest: None };
+
     /// `[after, after]`: a timeout.
     pub fn exactly(after: Duration) -> Self {
         Self { earliest: after, latest: Some(after) }
@@ -104,6 +107,19 @@ pub enum NetError {
     /// The latest moment is before the earliest.
     #[error("transition `{0}` must fire before it may")]
     EmptyInterval(String),
+}
+
+impl NetError {
+    /// The transition it is about, if it is about one.
+    pub fn transition(&self) -> Option<&str> {
+        match self {
+            Self::DuplicateName(_) => None,
+            Self::UnknownPlace { transition: name, .. }
+            | Self::ZeroWeight(name)
+            | Self::WeightTooLarge(name)
+            | Self::EmptyInterval(name) => Some(name),
+        }
+    }
 }
 
 /// A test of one place's tokens that a transition needs to pass.

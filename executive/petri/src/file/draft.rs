@@ -1,0 +1,97 @@
+//! A net while its file is being read: arcs in any order, nodes before or after them.
+
+use super::{FileError, NetFile, Note, fault_at};
+use crate::net::{Class, Interval, Net, PlaceId};
+
+/// What an arc between a place and a transition does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Input,
+    Output,
+    Read,
+    Inhibitor,
+    Reset,
+}
+
+#[derive(Debug)]
+pub(super) struct DraftPlace {
+    pub name: String,
+    pub tokens: u32,
+    pub note: Note,
+}
+
+#[derive(Debug)]
+pub(super) struct DraftTransition {
+    pub name: String,
+    pub note: Note,
+    pub interval: Interval,
+    pub class: Class,
+    pub priority: i32,
+    pub gated: bool,
+    pub arcs: Vec<(Kind, u32, u32)>,
+    /// Where in the text it is declared.
+    pub at: usize,
+}
+
+impl DraftTransition {
+    pub fn new(name: String, at: usize) -> Self {
+        Self {
+            name,
+            note: Note::default(),
+            interval: Interval::UNTIMED,
+            class: Class::Ordinary,
+            priority: 0,
+            gated: false,
+            arcs: Vec::new(),
+            at,
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Draft {
+    pub name: String,
+    pub places: Vec<DraftPlace>,
+    pub transitions: Vec<DraftTransition>,
+}
+
+impl Draft {
+    /// The net, each name there once.
+    pub fn build(self, text: &str) -> Result<NetFile, FileError> {
+        let mut net = Net::builder();
+        let mut notes = (Vec::new(), Vec::new());
+        for place in self.places {
+            net.place(place.name, place.tokens);
+            notes.0.push(place.note);
+        }
+        let offsets: Vec<_> = self.transitions.iter().map(|t| t.at).collect();
+        let names: Vec<_> = self.transitions.iter().map(|t| t.name.clone()).collect();
+        for draft in self.transitions {
+            let mut t = net
+                .transition(draft.name)
+                .interval(draft.interval)
+                .class(draft.class)
+                .priority(draft.priority);
+            for (kind, place, weight) in draft.arcs {
+                let place = PlaceId(place);
+                t = match kind {
+                    Kind::Input => t.input(place, weight),
+                    Kind::Output => t.output(place, weight),
+                    Kind::Read => t.read(place, weight),
+                    Kind::Inhibitor => t.inhibitor(place, weight),
+                    Kind::Reset => t.reset(place),
+                };
+            }
+            if draft.gated {
+                t.gated();
+            }
+            notes.1.push(draft.note);
+        }
+        let net = net.build().map_err(|error| {
+            let guilty = names.iter().position(|name| error.transition() == Some(name.as_str()));
+            let at = guilty.map_or(0, |index| offsets[index]);
+            fault_at(text, at, error.into())
+        })?;
+        Ok(NetFile { name: self.name, net, places: notes.0, transitions: notes.1 })
+    }
+}

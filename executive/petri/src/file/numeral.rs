@@ -1,0 +1,80 @@
+//! Numbers of files: whole numbers of tokens, and times with up to nine decimals.
+
+use super::Fault;
+use std::time::Duration;
+
+/// A whole number of tokens.
+pub(super) fn tokens(text: &str) -> Result<u32, Fault> {
+    scaled_tokens(text, 1)
+}
+
+/// A whole number of tokens times `factor`.
+pub(super) fn scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
+    if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Err(Fault::Number(shortened(text)));
+    }
+    let number = text.parse::<u32>().ok().map(u64::from).and_then(|n| n.checked_mul(factor));
+    number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| Fault::TooMany(shortened(text)))
+}
+
+/// A weight of an arc.
+pub(super) fn weight(text: &str) -> Result<u32, Fault> {
+    match tokens(text)? {
+        0 => Err(Fault::ZeroWeight),
+        weight => Ok(weight),
+    }
+}
+
+/// A time in seconds, exact to the nanosecond.
+pub(super) fn seconds(text: &str) -> Result<Duration, Fault> {
+    let wrong = || Fault::Time(shortened(text));
+    let (whole, part) = text.split_once('.').unwrap_or((text, ""));
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let part = part.trim_end_matches('0');
+    if whole.is_empty() || !digits(whole) || !digits(part) || part.len() > 9 {
+        return Err(wrong());
+    }
+    let whole: u64 = whole.parse().map_err(|_| wrong())?;
+    let nanoseconds: u32 = format!("{part:0<9}").parse().map_err(|_| wrong())?;
+    Ok(Duration::new(whole, nanoseconds))
+}
+
+/// The text of a time that [`seconds`] reads back.
+pub(super) fn seconds_text(time: Duration) -> String {
+    let text = format!("{}.{:09}", time.as_secs(), time.subsec_nanos());
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// What of a text is shown in an error.
+pub(super) fn shortened(text: &str) -> String {
+    const SHOWN: usize = 40;
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_come_back_exactly() {
+        for text in ["0", "4", "0.5", "12.000000001", "18446744073709551615"] {
+            assert_eq!(seconds_text(seconds(text).unwrap()), text);
+        }
+        assert_eq!(seconds("4.0").unwrap(), Duration::from_secs(4));
+        for wrong in ["", ".5", "-1", "1e3", "0.0000000001", "99999999999999999999"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn more_than_a_place_counts_is_refused() {
+        assert_eq!(tokens("4294967295"), Ok(u32::MAX));
+        assert_eq!(tokens("4294967296"), Err(Fault::TooMany("4294967296".into())));
+        assert_eq!(scaled_tokens("5", 1_000_000_000), Err(Fault::TooMany("5".into())));
+        assert_eq!(weight("0"), Err(Fault::ZeroWeight));
+        assert_eq!(tokens("-1"), Err(Fault::Number("-1".into())));
+    }
+}

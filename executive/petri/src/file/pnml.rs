@@ -1,0 +1,262 @@
+//! PNML (ISO/IEC 15909-2) in: place/transition nets with pages and reference nodes, arcs of TINA,
+//! GreatSPN and PIPE (`<type value="inhibitor"/>`, `test`, `reset`), TINA's `<delay>`, and what
+//! only we say in `<toolspecific tool="armor">`. Drawings are read as far as positions go.
+
+use super::draft::{Draft, DraftPlace, DraftTransition, Kind};
+use super::numeral::{seconds, shortened, tokens, weight};
+use super::xml::{Element, parse};
+use super::{Fault, FileError, NetFile, Note, fault_at};
+use crate::net::{Class, Interval};
+use std::collections::HashMap;
+
+pub use super::pnml_writing::write;
+
+/// The name under which our own data stands in other tools' files.
+pub(super) const TOOL: &str = "armor";
+/// Elements that say how things look, except where nodes are.
+const LOOKS: &[&str] = &["offset", "line", "fill", "font", "dimension"];
+
+/// Reads the one net of a PNML text.
+///
+/// # Errors
+/// The first thing that is wrong, with its line and column.
+pub fn read(text: &str) -> Result<NetFile, FileError> {
+    let root = parse(text, |element| {
+        let name = element.name.as_str();
+        (name == "toolspecific" && element.attribute("tool") != Some(TOOL)) || LOOKS.contains(&name)
+    })?;
+    let fail = |at, fault| fault_at(text, at, fault);
+    if root.name != "pnml" {
+        let found = format!("<{}>", shortened(&root.name));
+        return Err(fail(root.at, Fault::Wanted { wanted: "<pnml>", found }));
+    }
+    let mut nets = root.children.iter().filter(|child| child.name == "net");
+    let Some(net) = nets.next() else {
+        return Err(fail(root.at, Fault::Wanted { wanted: "a <net>", found: "none".into() }));
+    };
+    if let Some(second) = nets.next() {
+        return Err(fail(second.at, Fault::Limit("a file with several nets; give each its own")));
+    }
+    refuse_other_kinds(net).map_err(|fault| fail(net.at, fault))?;
+    let mut reading = Reading::default();
+    reading.draft.name = match net.child("name").map(Element::label) {
+        Some(name) if !name.is_empty() => name.to_owned(),
+        _ => net.attribute("id").unwrap_or_default().to_owned(),
+    };
+    reading.nodes(net).and_then(|()| reading.arcs()).map_err(|(at, fault)| fail(at, fault))?;
+    reading.draft.build(text)
+}
+
+fn refuse_other_kinds(net: &Element) -> Result<(), Fault> {
+    let kind = net.attribute("type").unwrap_or_default();
+    let lower = kind.to_ascii_lowercase();
+    let coloured = ["symmetric", "highlevel", "hlpn", "pt-hlpng", "timedarc"];
+    match coloured.iter().any(|word| lower.contains(word)) {
+        true => Err(Fault::Unsupported(format!("a net of type `{}`", shortened(kind)))),
+        false => Ok(()),
+    }
+}
+
+type Located<T> = Result<T, (usize, Fault)>;
+
+/// What an id stands for.
+#[derive(Clone, Debug)]
+enum Node {
+    Place(u32),
+    Transition(usize),
+    Reference(String),
+}
+
+#[derive(Debug, Default)]
+struct Reading<'a> {
+    draft: Draft,
+    nodes: HashMap<&'a str, Node>,
+    arcs: Vec<&'a Element>,
+    /// Places that transitions empty: transition, id, offset.
+    resets: Vec<(usize, &'a str, usize)>,
+}
+
+impl<'a> Reading<'a> {
+    fn nodes(&mut self, page: &'a Element) -> Located<()> {
+        for element in &page.children {
+            match element.name.as_str() {
+                "page" => self.nodes(element)?,
+                "place" => self.place(element)?,
+                "transition" => self.transition(element)?,
+                "referencePlace" | "referenceTransition" => {
+                    let target = required(element, "ref", "a ref attribute")?;
+                    self.insert(element, Node::Reference(target.to_owned()))?;
+                }
+                "arc" => self.arcs.push(element),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn insert(&mut self, element: &'a Element, node: Node) -> Located<&'a str> {
+        let id = required(element, "id", "an id attribute")?;
+        match self.nodes.insert(id, node) {
+            None => Ok(id),
+            Some(_) => Err((element.at, Fault::Duplicate(shortened(id)))),
+        }
+    }
+
+    fn place(&mut self, element: &'a Element) -> Located<()> {
+        let here = |fault| (element.at, fault);
+        let id = self.insert(element, Node::Place(self.draft.places.len() as u32))?;
+        let written = element.child("initialMarking").map(|child| (child.label(), child.at));
+        let (marking, at) = written
+            .or_else(|| Some((element.attribute("initialMarking")?, element.at)))
+            .unwrap_or(("0", element.at));
+        let marking = uncoloured(marking, "0");
+        let tokens = tokens(marking).map_err(|fault| (at, fault))?;
+        let capacity =
+            element.child("capacity").map_or("0", |child| uncoloured(child.label(), "0"));
+        if capacity.parse() != Ok(0u32) {
+            return Err(here(Fault::Unsupported(format!("a place of capacity {capacity}"))));
+        }
+        let name = own_name(element).unwrap_or(id).to_owned();
+        let note = note(element, &name);
+        self.draft.places.push(DraftPlace { name, tokens, note });
+        Ok(())
+    }
+
+    fn transition(&mut self, element: &'a Element) -> Located<()> {
+        let index = self.draft.transitions.len();
+        let id = self.insert(element, Node::Transition(index))?;
+        let name = own_name(element).unwrap_or(id).to_owned();
+        let mut draft = DraftTransition::new(name, element.at);
+        draft.note = note(element, &draft.name);
+        if let Some(delay) = element.child("delay").and_then(|delay| delay.child("interval")) {
+            draft.interval = interval(delay).map_err(|fault| (delay.at, fault))?;
+        }
+        if let Some(own) = element.child("toolspecific") {
+            if let Some(terms) = own.child("terms") {
+                terms_into(&mut draft, terms).map_err(|fault| (terms.at, fault))?;
+            }
+            for reset in own.children.iter().filter(|child| child.name == "reset") {
+                self.resets.push((index, required(reset, "place", "a place attribute")?, reset.at));
+            }
+        }
+        self.draft.transitions.push(draft);
+        Ok(())
+    }
+
+    fn arcs(&mut self) -> Located<()> {
+        for arc in std::mem::take(&mut self.arcs) {
+            let fault = |fault| (arc.at, fault);
+            let source = self.resolve(required(arc, "source", "a source attribute")?);
+            let target = self.resolve(required(arc, "target", "a target attribute")?);
+            let ends = (source.map_err(fault)?, target.map_err(fault)?);
+            let kind = arc_kind(arc).map_err(fault)?;
+            let (transition, place, kind) = match (ends, kind) {
+                ((Node::Place(p), Node::Transition(t)), kind) => (t, p, kind),
+                ((Node::Transition(t), Node::Place(p)), Kind::Input) => (t, p, Kind::Output),
+                _ => return Err(fault(Fault::ArcEnds)),
+            };
+            let inscription = arc.child("inscription");
+            let text = inscription.map_or("1", |child| uncoloured(child.label(), "1"));
+            let at = inscription.map_or(arc.at, |child| child.at);
+            let weight = weight(text).map_err(|fault| (at, fault))?;
+            self.draft.transitions[transition].arcs.push((kind, place, weight));
+        }
+        for (transition, id, at) in std::mem::take(&mut self.resets) {
+            match self.resolve(id).map_err(|fault| (at, fault))? {
+                Node::Place(p) => self.draft.transitions[transition].arcs.push((Kind::Reset, p, 1)),
+                _ => return Err((at, Fault::ArcEnds)),
+            }
+        }
+        Ok(())
+    }
+
+    /// The place or transition that `id` stands for, through references.
+    fn resolve(&self, id: &str) -> Result<Node, Fault> {
+        let mut current = id;
+        for _ in 0..=self.nodes.len() {
+            match self.nodes.get(current) {
+                None => return Err(Fault::Unknown(shortened(current))),
+                Some(Node::Reference(next)) => current = next,
+                Some(node) => return Ok(node.clone()),
+            }
+        }
+        Err(Fault::Circle(shortened(id)))
+    }
+}
+
+fn required<'a>(element: &'a Element, name: &str, wanted: &'static str) -> Located<&'a str> {
+    let found = || format!("<{}> without it", shortened(&element.name));
+    element.attribute(name).ok_or_else(|| (element.at, Fault::Wanted { wanted, found: found() }))
+}
+
+/// A number that PIPE writes as `Default,3`; `missing` if there is none.
+fn uncoloured<'a>(label: &'a str, missing: &'a str) -> &'a str {
+    let number = label.strip_prefix("Default,").unwrap_or(label).trim();
+    if number.is_empty() { missing } else { number }
+}
+
+fn own_name(element: &Element) -> Option<&str> {
+    element.child("toolspecific")?.child("terms")?.attribute("name")
+}
+
+fn note(element: &Element, name: &str) -> Note {
+    let label = element.child("name").map(Element::label);
+    let label = label.or_else(|| element.attribute("name")).filter(|label| *label != name);
+    let position = element.child("graphics").and_then(|graphics| graphics.child("position"));
+    let coordinate =
+        |at: &Element, name| at.attribute(name)?.parse().ok().filter(|x: &f64| x.is_finite());
+    let position = position.and_then(|at| Some([coordinate(at, "x")?, coordinate(at, "y")?]));
+    Note { label: label.unwrap_or_default().to_owned(), position }
+}
+
+fn arc_kind(arc: &Element) -> Result<Kind, Fault> {
+    let child = arc.child("type").map(|kind| kind.attribute("value").unwrap_or(kind.label()));
+    let child = child.or_else(|| arc.child("arctype").map(Element::label));
+    let name = child.or_else(|| arc.attribute("type")).unwrap_or("normal");
+    match name.to_ascii_lowercase().as_str() {
+        "" | "normal" | "ordinary" | "arc" => Ok(Kind::Input),
+        "inhibitor" | "inhibitorarc" | "tapninhibitor" => Ok(Kind::Inhibitor),
+        "test" | "read" => Ok(Kind::Read),
+        "reset" => Ok(Kind::Reset),
+        _ => Err(Fault::Unsupported(format!("an arc of type `{}`", shortened(name)))),
+    }
+}
+
+fn interval(element: &Element) -> Result<Interval, Fault> {
+    let closure = element.attribute("closure").unwrap_or("closed");
+    let [lower, upper] = element.children.as_slice() else {
+        return Err(Fault::Wanted { wanted: "an interval of two bounds", found: "another".into() });
+    };
+    let earliest = seconds(lower.text.trim())?;
+    let latest = match upper.name.as_str() {
+        "ci" => None,
+        _ => Some(seconds(upper.text.trim())?),
+    };
+    let (opens, closes) = match closure {
+        "closed" => (false, false),
+        "closed-open" => (false, true),
+        "open-closed" => (true, false),
+        _ => (true, true),
+    };
+    if opens || (closes && latest.is_some()) {
+        return Err(Fault::OpenInterval);
+    }
+    match latest {
+        Some(latest) if latest < earliest => Err(Fault::EmptyInterval),
+        _ => Ok(Interval { earliest, latest }),
+    }
+}
+
+fn terms_into(draft: &mut DraftTransition, terms: &Element) -> Result<(), Fault> {
+    let unknown = |value: &str| Fault::Unknown(shortened(value));
+    match terms.attribute("class") {
+        None | Some("ordinary") => {}
+        Some("safety") => draft.class = Class::Safety,
+        Some(other) => return Err(unknown(other)),
+    }
+    if let Some(priority) = terms.attribute("priority") {
+        draft.priority = priority.parse().map_err(|_| unknown(priority))?;
+    }
+    draft.gated = terms.attribute("gated") == Some("true");
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! PNML out. Whatever the standard has no word for stands in TINA's words (`<delay>`, arc types)
+//! or in `<toolspecific tool="armor">`, so that reading back gives the same net.
+
+use super::numeral::seconds_text;
+use super::pnml::TOOL;
+use super::{NetFile, Note};
+use crate::net::{Class, Interval, PlaceId, Transition};
+use quick_xml::escape::escape;
+use std::collections::HashSet;
+use std::fmt::Write;
+
+/// The net as PNML text.
+pub fn write(file: &NetFile) -> String {
+    let mut ids = Ids::default();
+    let places: Vec<_> = file.net.places().iter().map(|name| ids.give(name, "p")).collect();
+    let names = file.net.transitions().iter().map(|t| t.name.as_str());
+    let transitions: Vec<_> = names.map(|name| ids.give(name, "t")).collect();
+    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    out += "<pnml xmlns=\"http://www.pnml.org/version-2009/grammar/pnml\">\n";
+    let net_id = ids.give(&file.name, "net");
+    let _ = writeln!(
+        out,
+        "  <net id=\"{net_id}\" type=\"http://www.pnml.org/version-2009/grammar/ptnet\">"
+    );
+    let _ = writeln!(out, "    <name><text>{}</text></name>", escape(&file.name));
+    let _ = writeln!(out, "    <page id=\"{}\">", ids.give("page", "page"));
+    for (index, id) in places.iter().enumerate() {
+        let name = &file.net.places()[index];
+        let _ = writeln!(out, "      <place id=\"{id}\">");
+        out += &note(&file.places[index], name);
+        let tokens = file.net.initial()[index];
+        if tokens > 0 {
+            let _ = writeln!(out, "        <initialMarking><text>{tokens}</text></initialMarking>");
+        }
+        if id != name {
+            out += &own(&format!("<terms name=\"{}\"/>", escape(name)));
+        }
+        out += "      </place>\n";
+    }
+    for (index, id) in transitions.iter().enumerate() {
+        let t = &file.net.transitions()[index];
+        let _ = writeln!(out, "      <transition id=\"{id}\">");
+        out += &note(&file.transitions[index], &t.name);
+        out += &delay(t.interval);
+        out += &own(&terms(t, id, &places));
+        out += "      </transition>\n";
+    }
+    for (t, id) in file.net.transitions().iter().zip(&transitions) {
+        arcs(&mut out, t, id, &places, &mut ids);
+    }
+    out + "    </page>\n  </net>\n</pnml>\n"
+}
+
+fn note(note: &Note, name: &str) -> String {
+    let mut out = String::new();
+    let label = if note.label.is_empty() { name } else { &note.label };
+    let _ = writeln!(out, "        <name><text>{}</text></name>", escape(label));
+    if let Some([x, y]) = note.position {
+        let _ = writeln!(out, "        <graphics><position x=\"{x}\" y=\"{y}\"/></graphics>");
+    }
+    out
+}
+
+fn delay(interval: Interval) -> String {
+    if interval == Interval::UNTIMED {
+        return String::new();
+    }
+    let (closure, upper) = match interval.latest {
+        Some(latest) => ("closed", format!("<cn>{}</cn>", seconds_text(latest))),
+        None => ("closed-open", "<ci>infty</ci>".into()),
+    };
+    format!(
+        "        <delay><interval xmlns=\"http://www.w3.org/1998/Math/MathML\" \
+         closure=\"{closure}\"><cn>{}</cn>{upper}</interval></delay>\n",
+        seconds_text(interval.earliest)
+    )
+}
+
+fn own(inner: &str) -> String {
+    match inner {
+        "" => String::new(),
+        _ => {
+            format!("        <toolspecific tool=\"{TOOL}\" version=\"1\">{inner}</toolspecific>\n")
+        }
+    }
+}
+
+fn terms(t: &Transition, id: &str, places: &[String]) -> String {
+    let mut said = String::new();
+    if id != t.name {
+        let _ = write!(said, " name=\"{}\"", escape(&t.name));
+    }
+    if t.class == Class::Safety {
+        said += " class=\"safety\"";
+    }
+    if t.priority != 0 {
+        let _ = write!(said, " priority=\"{}\"", t.priority);
+    }
+    if t.gated {
+        said += " gated=\"true\"";
+    }
+    let mut out = if said.is_empty() { said } else { format!("<terms{said}/>") };
+    for place in &t.resets {
+        let _ = write!(out, "<reset place=\"{}\"/>", places[place.index()]);
+    }
+    out
+}
+
+fn arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut Ids) {
+    let mut arc = |source: &str, target: &str, kind: &str, weight: u32| {
+        let arc_id = ids.next_arc();
+        let _ = write!(out, "      <arc id=\"{arc_id}\" source=\"{source}\" target=\"{target}\"");
+        if kind == "normal" && weight == 1 {
+            *out += "/>\n";
+            return;
+        }
+        let _ = write!(out, "><inscription><text>{weight}</text></inscription>");
+        if kind != "normal" {
+            let _ = write!(out, "<type value=\"{kind}\"/>");
+        }
+        *out += "</arc>\n";
+    };
+    let place = |id: PlaceId| places[id.index()].as_str();
+    t.inputs.iter().for_each(|&(p, weight)| arc(place(p), id, "normal", weight));
+    t.reads.iter().for_each(|&(p, weight)| arc(place(p), id, "test", weight));
+    t.inhibitors.iter().for_each(|&(p, weight)| arc(place(p), id, "inhibitor", weight));
+    t.outputs.iter().for_each(|&(p, weight)| arc(id, place(p), "normal", weight));
+}
+
+/// Identifiers of one document: names where XML allows them, others made up; none twice.
+#[derive(Default)]
+struct Ids {
+    given: HashSet<String>,
+    counter: usize,
+}
+
+impl Ids {
+    fn give(&mut self, name: &str, stem: &str) -> String {
+        if is_xml_id(name) && self.given.insert(name.to_owned()) {
+            return name.to_owned();
+        }
+        self.made_up(stem)
+    }
+
+    fn next_arc(&mut self) -> String {
+        self.made_up("arc")
+    }
+
+    fn made_up(&mut self, stem: &str) -> String {
+        loop {
+            self.counter += 1;
+            let id = format!("{stem}-{}", self.counter);
+            if self.given.insert(id.clone()) {
+                return id;
+            }
+        }
+    }
+}
+
+fn is_xml_id(name: &str) -> bool {
+    let mut characters = name.chars();
+    let first = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
+    first && characters.all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
+}

@@ -1,0 +1,110 @@
+//! TINA's `.net` out, for nets that the format can tell.
+
+use super::numeral::seconds_text;
+use super::{NetFile, Note};
+use crate::net::{Class, Interval, PlaceId, Transition};
+use std::fmt::Write;
+
+/// Why a net is not written as `.net`: it would be another net.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("transition `{transition}` has {what}, which .net cannot tell; write .pnml")]
+pub struct Inexpressible {
+    /// The transition.
+    pub transition: String,
+    /// What of it.
+    pub what: &'static str,
+}
+
+/// The net as `.net` text. Class and priority become an order of transitions (`pr`).
+///
+/// # Errors
+/// If a transition has a reset arc or a gate.
+pub fn write(file: &NetFile) -> Result<String, Inexpressible> {
+    let mut out = format!("net {}\n", name(&file.name));
+    for (t, note) in file.net.transitions().iter().zip(&file.transitions) {
+        let refused = |what| Inexpressible { transition: t.name.clone(), what };
+        if !t.resets.is_empty() {
+            return Err(refused("a reset arc"));
+        }
+        if t.gated {
+            return Err(refused("a gate"));
+        }
+        out += &transition(file, t, note);
+    }
+    for ((place, note), tokens) in
+        file.net.places().iter().zip(&file.places).zip(file.net.initial())
+    {
+        let _ = writeln!(out, "pl {}{} ({tokens})", name(place), label(note));
+    }
+    Ok(out + &order(file))
+}
+
+fn transition(file: &NetFile, t: &Transition, note: &Note) -> String {
+    let mut out = format!("tr {}{}", name(&t.name), label(note));
+    if t.interval != Interval::UNTIMED {
+        let _ = write!(out, " [{},", seconds_text(t.interval.earliest));
+        match t.interval.latest {
+            Some(latest) => {
+                let _ = write!(out, "{}]", seconds_text(latest));
+            }
+            None => out += "w[",
+        }
+    }
+    let mut arcs = |arcs: &[(PlaceId, u32)], sign: &str| {
+        for &(place, weight) in arcs {
+            let _ = write!(out, " {}", name(file.net.place(place)));
+            if sign != "*" || weight != 1 {
+                let _ = write!(out, "{sign}{weight}");
+            }
+        }
+    };
+    arcs(&t.inputs, "*");
+    arcs(&t.reads, "?");
+    arcs(&t.inhibitors, "?-");
+    out += " ->";
+    let mut outputs = String::new();
+    for &(place, weight) in &t.outputs {
+        let _ = write!(outputs, " {}", name(file.net.place(place)));
+        if weight != 1 {
+            let _ = write!(outputs, "*{weight}");
+        }
+    }
+    out + &outputs + "\n"
+}
+
+/// Each standing before the next lower one.
+fn order(file: &NetFile) -> String {
+    let standing = |t: &&Transition| (t.class == Class::Safety, t.priority);
+    let mut transitions: Vec<_> = file.net.transitions().iter().collect();
+    transitions.sort_by_key(|t| std::cmp::Reverse(standing(t)));
+    let levels: Vec<_> = transitions.chunk_by(|a, b| standing(a) == standing(b)).collect();
+    let names =
+        |level: &[&Transition]| level.iter().map(|t| name(&t.name)).collect::<Vec<_>>().join(" ");
+    let mut out = String::new();
+    for pair in levels.windows(2) {
+        let _ = writeln!(out, "pr {} > {}", names(pair[0]), names(pair[1]));
+    }
+    out
+}
+
+fn label(note: &Note) -> String {
+    if note.label.is_empty() { String::new() } else { format!(" : {}", name(&note.label)) }
+}
+
+/// As it is if the format allows and no keyword reads the same, else in braces.
+fn name(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '\'';
+    let keyword = ["net", "tr", "pl", "lb", "pr", "nt"].contains(&name);
+    if !name.is_empty() && !keyword && name.chars().all(plain) {
+        return name.to_owned();
+    }
+    let mut out = String::from("{");
+    for c in name.chars() {
+        if matches!(c, '{' | '}' | '\\') {
+            out.push('\\');
+        }
+        // A name ends with its line.
+        out.push(if c == '\n' { ' ' } else { c });
+    }
+    out + "}"
+}
