@@ -35,11 +35,12 @@ struct Probe {
     bulk_len: usize,
     burst: u64,
     limit: u64,
-    /// Ticks of this activation after which it reports an event, is done, hangs, panics; 0 for never.
+    /// Ticks of this activation after which it reports an event, is done, hangs, panics, fails; 0 for never.
     event: u64,
     done: u64,
     hang: u64,
     panic: u64,
+    fail: u64,
     work: Duration,
     ticks: u64,
     count: u64,
@@ -58,6 +59,7 @@ impl Component for Probe {
         Parameter::integer("done").default("0").doc("ticks until it reports done; 0: never"),
         Parameter::integer("hang").default("0").doc("ticks until it hangs; 0: never"),
         Parameter::integer("panic").default("0").doc("ticks until it panics; 0: never"),
+        Parameter::integer("fail").default("0").doc("ticks until it reports a failure; 0: never"),
         Parameter::number("work", "s").default("0s").doc("how long each tick takes"),
     ];
 
@@ -82,6 +84,7 @@ impl Component for Probe {
             done: 0,
             hang: 0,
             panic: 0,
+            fail: 0,
             work: Duration::ZERO,
             ticks: 0,
             count: 0,
@@ -99,6 +102,7 @@ impl Component for Probe {
             "done" => self.done = u64::try_from(value.integer()?)?,
             "hang" => self.hang = u64::try_from(value.integer()?)?,
             "panic" => self.panic = u64::try_from(value.integer()?)?,
+            "fail" => self.fail = u64::try_from(value.integer()?)?,
             "work" => self.work = Duration::from_secs_f64(value.number()?),
             _ => {}
         }
@@ -152,6 +156,7 @@ impl Probe {
         assert!(self.ticks != self.panic, "as the test wants it");
         Ok(match self.ticks {
             ticks if ticks == self.done => Outcome::Done,
+            ticks if ticks == self.fail => Outcome::Failed("as the test wants it".into()),
             ticks if ticks == self.event => Outcome::event("ticked", 1.0),
             _ => Outcome::CarryOn,
         })

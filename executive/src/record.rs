@@ -90,6 +90,16 @@ pub enum Report {
     },
 }
 
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Done => f.write_str("done"),
+            Self::Failed { reason } => write!(f, "failed: {reason}"),
+            Self::Event { name, value } => write!(f, "{name} ({value})"),
+        }
+    }
+}
+
 impl Report {
     /// The name that `on="component.name"` gives it.
     pub fn name(&self) -> &str {

@@ -230,7 +230,7 @@ fn log(entry: &Entry) {
                 tracing::warn!("{cause} fires {late_s:.3} s late");
             }
         }
-        Entry::Heard { component, report, .. } => tracing::info!("{component} reports {report:?}"),
+        Entry::Heard { component, report, .. } => tracing::info!("{component}: {report}"),
         Entry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
         Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
         Entry::GaveUp { why } => tracing::error!("gives up: {why}"),

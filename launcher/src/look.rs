@@ -2,6 +2,7 @@
 
 pub mod describe;
 pub mod echo;
+mod following;
 pub mod graph;
 pub mod hz;
 pub mod mission;
@@ -53,6 +54,11 @@ impl Observed {
         let address = system::registry(running)?;
         let name = format!("{tool}-{}", std::process::id());
         Ok(Self { directory: Directory::observer(&address.to_string(), &name), name })
+    }
+
+    /// Its registry.
+    fn directory(&self) -> &Directory {
+        &self.directory
     }
 
     /// System time, in seconds.

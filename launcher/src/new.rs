@@ -8,6 +8,7 @@ use armor_wire::name::is_name;
 
 use crate::arguments;
 use crate::exit::Ending;
+use crate::kinds::stock::STOCK;
 
 /// Where armor-sdk was when this program was built.
 const BUILT_WITH_SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../sdk");
@@ -31,6 +32,9 @@ pub fn run(arguments: &arguments::New) -> Result<Ending> {
             "`{name}` cannot be the name of a kind: it starts with a letter and has small letters, \
              digits, _ and -"
         );
+    }
+    if STOCK.iter().any(|stock| stock.kind == name) {
+        bail!("{name} is a stock component's kind; give yours another name");
     }
     let sdk = sdk(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
@@ -110,7 +114,7 @@ mod tests {
     #[test]
     fn what_is_no_name_is_refused() {
         let scratch = Scratch::new("new-bad");
-        for name in ["", "9lives", "../up", "a b", "Laser", "größe"] {
+        for name in ["", "9lives", "../up", "a b", "Laser", "größe", "simulator"] {
             let folder = scratch.path().join("x");
             assert!(new(name, folder.clone()).is_err(), "{name}");
             assert!(!folder.exists());

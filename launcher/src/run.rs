@@ -98,7 +98,7 @@ fn ending(verdict: &Verdict) -> Ending {
 fn in_words(verdict: &Verdict) -> String {
     let with = |text: &str, failed: &[String]| match failed {
         [] => text.into(),
-        failed => format!("{text}; failed for good: {}", failed.join(", ")),
+        failed => format!("{text}; failed: {}", failed.join(", ")),
     };
     match verdict {
         Verdict::Goal => "the mission reached its goal".into(),

@@ -332,14 +332,15 @@ impl Core {
                 self.shared.report(self.activation, ReportKind::Event { name, value });
                 return;
             }
-            Ok(Outcome::Done) => (RunState::Done, ReportKind::Done),
-            Ok(Outcome::Failed(reason)) => (RunState::Failed, ReportKind::Failed { reason }),
-            Err(reason) => {
+            Ok(Outcome::Done) => {
+                tracing::info!("done");
+                (RunState::Done, ReportKind::Done)
+            }
+            Ok(Outcome::Failed(reason)) | Err(reason) => {
                 self.shared.failed(&reason);
                 (RunState::Failed, ReportKind::Failed { reason })
             }
         };
-        tracing::info!("reports {report:?}");
         self.shared.report(self.activation, report);
         let inputs: Vec<_> = self.inputs.iter().map(|(input, _)| Arc::clone(input)).collect();
         self.enter_state(state, &inputs);

@@ -42,6 +42,16 @@ fn a_panic_is_a_report_and_sends_the_mission_to_its_safe_place() {
 }
 
 #[test]
+fn a_component_that_has_failed_fails_a_run_without_a_mission() {
+    for (fail, code) in [("fail=3", 1), ("", 0)] {
+        let draft = Draft::default().probe("worker", "rate='50Hz'", fail);
+        let mut system = draft.run_with(Folder::new("fails-alone"), &["--for", "3s"]);
+        assert_eq!(system.run.code(), Some(code), "{}", system.run.log());
+        assert_eq!(system.run.log().contains("failed: worker"), code == 1, "{}", system.run.log());
+    }
+}
+
+#[test]
 fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
     let mut system = working("dies-too-often", "");
     for death in 1..=5 {

@@ -1,5 +1,8 @@
 //! How long links take to come back after a process has died, from when it is ready again.
 
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
 use rustix::process::Signal;
 
 use super::system::Draft;
@@ -24,6 +27,30 @@ fn summary(mut times_s: Vec<f64>) -> String {
 /// When the last process of a trace started to work.
 fn last_start_ns(trace: &Trace) -> Option<u64> {
     Some(trace.all("started").last()?.at_ns)
+}
+
+#[test]
+fn who_looks_at_data_sees_those_of_the_next_process_too() {
+    let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("echo"));
+    let mut echo = system.folder.armor(&["echo", "source.numbers", "--format", "json"]);
+    let registry = system.registry.to_string();
+    let mut echo = echo
+        .args(["--registry", &registry])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("armor starts");
+    let lines = BufReader::new(echo.stdout.take().expect("it prints")).lines();
+    let mut counts = lines.map(|line| {
+        let line: serde_json::Value = serde_json::from_str(&line.expect("text")).expect("JSON");
+        line["value"]["count"].as_u64().expect("a number")
+    });
+    let before = counts.by_ref().find(|count| *count > 20).expect("data");
+    system.replace("source");
+    let after = counts.find(|count| *count < before).expect("data of the next process");
+    assert!(after < before);
+    drop(system);
+    assert!(!echo.wait().expect("it ends with the system").success());
 }
 
 #[test]

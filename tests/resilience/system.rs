@@ -60,6 +60,11 @@ impl Draft {
 
     /// Starts it; the run goes to `out`.
     pub fn run(self, folder: Folder) -> System {
+        self.run_with(folder, &[])
+    }
+
+    /// Starts it with more arguments.
+    pub fn run_with(self, folder: Folder, arguments: &[&str]) -> System {
         let Self { components, links, mission } = self;
         let text = format!(
             "<armor version='1'>\n<system name='probes'>\n{components}{links}</system>\n{mission}\n</armor>\n"
@@ -67,7 +72,9 @@ impl Draft {
         let file = folder.write("probes.xml", &text);
         std::fs::create_dir_all(folder.path().join("components")).expect("writable");
         symlink(probe(), folder.path().join("components/probe")).expect("a link to the probe");
-        let run = folder.run("out", &[file.to_str().expect("a path in UTF-8")]);
+        let mut all = vec![file.to_str().expect("a path in UTF-8")];
+        all.extend(arguments);
+        let run = folder.run("out", &all);
         let registry = wait_for("the registry", || {
             let command = command_of(child(&run, "registry")?);
             command.into_iter().nth(3)?.parse().ok()

@@ -196,6 +196,8 @@ pub struct InputStatus {
     pub connected: bool,
     /// Data handed to the component.
     pub received: u64,
+    /// Data that have arrived and wait for the component.
+    pub waiting: u64,
     /// Data lost before this process, seen as gaps.
     pub lost: u64,
     /// Data dropped in this process because the component was busy.

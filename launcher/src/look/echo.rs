@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use armor_wire::schema::to_json;
 use serde_json::json;
 
+use super::following::Following;
 use super::{Observed, printed, say};
 use crate::arguments::Echo;
 use crate::exit::Ending;
@@ -16,16 +17,16 @@ const LOOK_EVERY: Duration = Duration::from_secs(3600);
 /// Prints until enough was seen, or interrupted.
 ///
 /// # Errors
-/// If nobody provides the data, or the link ends.
+/// If nobody provides the data, or the system ends.
 pub fn run(arguments: &Echo) -> Result<Ending> {
     let data = &arguments.data;
-    let mut tap = Observed::find(&arguments.running, "echo")?.tap(data)?;
-    let schema = tap.schema().clone();
+    let observed = Observed::find(&arguments.running, "echo")?;
+    let mut following = Following::begin(observed, data)?;
     let mut left = arguments.count.unwrap_or(u64::MAX);
     let mut print = || -> Result<()> {
         while left > 0 {
-            let Some(item) = tap.next(LOOK_EVERY)? else { continue };
-            let value = to_json(&schema, &item.payload)
+            let Some(item) = following.next(LOOK_EVERY)? else { continue };
+            let value = to_json(following.schema(), &item.payload)
                 .with_context(|| format!("{data} does not fit its own schema"))?;
             say(json!({
                 "data": data,

@@ -31,7 +31,12 @@ struct Edge {
     dropped: u64,
     /// On the way, seen as gaps.
     lost: u64,
+    /// At the provider.
     queued: u64,
+    /// In the consumer's process, until the component is free.
+    waiting: u64,
+    /// Handed to the component.
+    received: u64,
     rate_hz: Option<f64>,
     problem: String,
 }
@@ -55,7 +60,8 @@ pub fn run(running: &Running, format: Format) -> Result<Ending> {
         Format::Dot => say(dot(&statuses, &edges)),
         Format::Text => {
             let headings = [
-                "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "DROPPED", "LOST", "QUEUED", "STATE",
+                "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
+                "QUEUED", "WAITING", "STATE",
             ];
             let rows: Vec<_> = edges.iter().map(row).collect();
             say(print::table(&headings, &rows).trim_end())
@@ -91,6 +97,8 @@ fn edges(before: &[Status], now: &[Status]) -> Vec<Edge> {
                 dropped: link.dropped,
                 lost: 0,
                 queued: link.queued,
+                waiting: 0,
+                received: 0,
                 rate_hz,
                 problem: String::new(),
             });
@@ -118,6 +126,8 @@ fn edge(
         dropped: link.map_or(0, |link| link.dropped) + input.dropped,
         lost: input.lost,
         queued: link.map_or(0, |link| link.queued),
+        waiting: input.waiting,
+        received: input.received,
         rate_hz,
         problem: input.problem.clone(),
     }
@@ -159,9 +169,11 @@ fn row(edge: &Edge) -> Vec<String> {
         edge.keep.clone(),
         edge.rate_hz.map_or("-".into(), |hz| format!("{hz:.1} Hz")),
         edge.sent.to_string(),
+        edge.received.to_string(),
         edge.dropped.to_string(),
         edge.lost.to_string(),
         edge.queued.to_string(),
+        edge.waiting.to_string(),
         state,
     ]
 }
@@ -210,6 +222,7 @@ mod tests {
             data: "laser.scan".into(),
             connected: true,
             received: sent,
+            waiting: 5,
             lost: 2,
             dropped: 4,
             connections: 1,
@@ -239,7 +252,10 @@ mod tests {
         let [tool, slam] = &edges[..] else { panic!("{edges:?}") };
         assert_eq!((tool.from.as_str(), tool.to.as_str()), ("laser.scan", "echo-7"));
         assert_eq!((slam.to.as_str(), slam.rate_hz), ("slam.scan", Some(20.0)));
-        assert_eq!((slam.sent, slam.dropped, slam.lost, slam.queued), (140, 7, 2, 1));
+        assert_eq!(
+            (slam.sent, slam.dropped, slam.lost, slam.queued, slam.waiting),
+            (140, 7, 2, 1, 5)
+        );
         assert!(dot(&now, &edges).contains("\"laser\" -> \"slam\""));
     }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use serde::Serialize;
 
+use super::following::Following;
 use super::{Observed, printed, say};
 use crate::arguments::{Format, Hz};
 use crate::exit::Ending;
@@ -34,9 +35,10 @@ struct Summary {
 /// Prints one line per window.
 ///
 /// # Errors
-/// If nobody provides the data, or the link ends.
+/// If nobody provides the data, or the system ends.
 pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
-    let mut tap = Observed::find(&arguments.running, "hz")?.tap(&arguments.data)?;
+    let observed = Observed::find(&arguments.running, "hz")?;
+    let mut following = Following::begin(observed, &arguments.data)?;
     let start = Instant::now();
     let mut window = Window::default();
     let mut windows = 0;
@@ -45,7 +47,7 @@ pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
             let end = start + WINDOW * u32::try_from(windows + 1).unwrap_or(u32::MAX);
             let left = end.saturating_duration_since(Instant::now());
             if !left.is_zero() {
-                if let Some(item) = tap.next(left)? {
+                if let Some(item) = following.next(left)? {
                     window.add(start.elapsed().as_secs_f64(), item.lost);
                 }
                 continue;

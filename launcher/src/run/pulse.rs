@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use armor_sdk::control::{ControlConnection, ControlEvent};
-use armor_wire::control::{Command, Role};
+use armor_wire::control::{Answer, Command, Role};
 use armor_wire::registry::ComponentEntry;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
@@ -21,8 +21,8 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Connects, and calls `heard` for everything that the component says.
-    pub fn begin(entry: ComponentEntry, heard: impl Fn() + Clone + Send + 'static) -> Self {
+    /// Connects, and calls `heard` with everything that the component says.
+    pub fn begin(entry: ComponentEntry, heard: impl Fn(&Answer) + Clone + Send + 'static) -> Self {
         let connection = Arc::new(Mutex::new(None));
         let instance = entry.instance;
         let task = tokio::spawn(stay_connected(entry, connection.clone(), heard));
@@ -46,7 +46,7 @@ impl Drop for Pulse {
 async fn stay_connected(
     entry: ComponentEntry,
     slot: Arc<Mutex<Option<ControlConnection>>>,
-    heard: impl Fn() + Clone + Send + 'static,
+    heard: impl Fn(&Answer) + Clone + Send + 'static,
 ) {
     let from = format!("launcher-{}", std::process::id());
     loop {
@@ -54,7 +54,7 @@ async fn stay_connected(
         let sink = {
             let (closed, heard) = (closed.clone(), heard.clone());
             move |event| match event {
-                ControlEvent::Answer(_) => heard(),
+                ControlEvent::Answer(answer) => heard(&answer),
                 ControlEvent::Closed(_) => closed.notify_one(),
             }
         };

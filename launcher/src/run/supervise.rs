@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use armor_sdk::directory::{Change, Directory};
+use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
 use rustix::process::{Pid, getpgid};
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -28,8 +29,8 @@ const MAX_WAITING: usize = 4096;
 /// What reaches the loop from threads and tasks.
 enum Happening {
     Exited(ChildId, Exit),
-    /// A component of this process said something.
-    Heard(ChildId, Group),
+    /// A component of this process said something: its state, if that was it.
+    Heard(ChildId, Group, Option<RunState>),
     Registry(Change),
 }
 
@@ -172,9 +173,9 @@ impl Launcher {
                 }
                 Some(Event::Exited(id, exit))
             }
-            Happening::Heard(id, group) => {
+            Happening::Heard(id, group, state) => {
                 let current = self.running[id].as_ref()?;
-                (current.group == group).then_some(Event::Heard(id))
+                (current.group == group).then_some(Event::Heard(id, state))
             }
             Happening::Registry(Change::RegistryFound) => Some(Event::Ready(self.registry()?)),
             Happening::Registry(Change::RegistryLost) => Some(Event::Vanished(self.registry()?)),
@@ -193,9 +194,13 @@ impl Launcher {
         let connected = running.pulse.as_ref().map(|pulse| pulse.instance) == Some(entry.instance);
         if self.plan.duties[id].role == Role::Component && !connected {
             let (happenings, group) = (self.happenings.clone(), running.group);
-            running.pulse = Some(Pulse::begin(entry, move || {
+            running.pulse = Some(Pulse::begin(entry, move |answer| {
+                let state = match answer {
+                    Answer::State { state, .. } => Some(*state),
+                    _ => None,
+                };
                 // A full queue has beats enough.
-                let _ = happenings.try_send(Happening::Heard(id, group));
+                let _ = happenings.try_send(Happening::Heard(id, group, state));
             }));
         }
         Some(Event::Ready(id))

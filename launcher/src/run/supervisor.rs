@@ -71,7 +71,7 @@ impl Supervisor {
                 self.died(id, &format!("cannot be started: {reason}"), false, now);
             }
             Event::Ready(id) => self.children[id].became_ready(now),
-            Event::Heard(id) => self.children[id].heard(now),
+            Event::Heard(id, state) => self.children[id].heard(state, now),
             Event::Vanished(id) => self.children[id].vanished(now),
             Event::Exited(id, exit) => self.exited(id, exit, now),
             Event::Stop(request) => self.asked_to_stop(request),
@@ -245,7 +245,12 @@ impl Supervisor {
     }
 
     fn failed_components(&self) -> Vec<String> {
-        let failed = self.children.iter().filter(|child| child.state == State::Failed);
+        // What a mission's components report is for the executive to judge.
+        let alone = !self.children.iter().any(|child| child.duty.role == Role::Executive);
+        let failed = self
+            .children
+            .iter()
+            .filter(|child| child.state == State::Failed || (alone && child.has_failed));
         failed.map(|child| child.duty.name.clone()).collect()
     }
 }

@@ -35,6 +35,11 @@ impl Inbox {
         self.items.is_empty()
     }
 
+    /// How many wait.
+    pub fn count(&self) -> usize {
+        self.items.len()
+    }
+
     /// Whether a `keep="all"` reader should wait before it adds more.
     pub fn is_full(&self) -> bool {
         self.keep == Keep::All && self.len >= ALL_LEN

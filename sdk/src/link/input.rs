@@ -109,6 +109,7 @@ impl Input {
     }
 
     pub fn status(&self) -> InputStatus {
+        let waiting = self.inbox().count() as u64;
         let state = self.lock();
         let settings = state.settings.as_ref();
         InputStatus {
@@ -116,6 +117,7 @@ impl Input {
             data: settings.map(|s| s.data.clone()).unwrap_or_default(),
             connected: state.stream.is_some(),
             received: self.received.load(Ordering::Relaxed),
+            waiting,
             lost: self.lost.load(Ordering::Relaxed),
             dropped: self.dropped.load(Ordering::Relaxed),
             connections: state.connections,

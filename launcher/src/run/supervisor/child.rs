@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use armor_wire::control::RunState;
 use armor_wire::liveness::SILENCE;
 
 use super::{Duty, GRACE, Role};
@@ -60,6 +61,8 @@ pub(super) struct Child {
     pub state: State,
     /// It was ready at least once.
     pub was_ready: bool,
+    /// Its component has reported a failure, and is in no other state since.
+    pub has_failed: bool,
     deaths: VecDeque<Duration>,
     delay: Duration,
 }
@@ -70,6 +73,7 @@ impl Child {
             duty,
             state: State::Waiting { until: Duration::ZERO },
             was_ready: false,
+            has_failed: false,
             deaths: VecDeque::new(),
             delay: FIRST_DELAY,
         }
@@ -103,7 +107,10 @@ impl Child {
         }
     }
 
-    pub fn heard(&mut self, now: Duration) {
+    pub fn heard(&mut self, said: Option<RunState>, now: Duration) {
+        if let Some(said) = said {
+            self.has_failed = said == RunState::Failed;
+        }
         if let State::Running { watch } = &mut self.state {
             *watch = Watch::Beat { until: now + SILENCE };
         }

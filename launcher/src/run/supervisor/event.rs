@@ -3,6 +3,7 @@
 use std::fmt;
 
 use armor_missions::model::Restart;
+use armor_wire::control::RunState;
 
 /// A process by its place in the list of duties.
 pub type ChildId = usize;
@@ -58,8 +59,8 @@ pub enum Event {
     SpawnFailed(ChildId, String),
     /// The process is in the registry; the registry itself: it answers.
     Ready(ChildId),
-    /// A component's control port said something.
-    Heard(ChildId),
+    /// A component's control port said something: its state, if that was it.
+    Heard(ChildId, Option<RunState>),
     /// The registry lost a process of which no end is known; the registry itself: it is silent.
     Vanished(ChildId),
     /// The process ended.

@@ -65,7 +65,7 @@ impl Bench {
     fn beats(&mut self) {
         for id in [LASER, SLAM] {
             assert_eq!(self.on(Event::Ready(id)), []);
-            assert_eq!(self.on(Event::Heard(id)), []);
+            assert_eq!(self.on(Event::Heard(id, None)), []);
         }
     }
 
@@ -75,7 +75,7 @@ impl Bench {
         for _ in 0..(seconds * 10.0).round() as u32 {
             self.now += s(0.1);
             for id in alive {
-                done.extend(self.on(Event::Heard(*id)));
+                done.extend(self.on(Event::Heard(*id, None)));
             }
             done.extend(self.on(Event::Tick));
         }
