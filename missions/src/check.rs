@@ -1,10 +1,15 @@
 //! Whether what was read holds together: within the file, and against the manifests of the
 //! components that it names. Everything is looked at in one pass; nothing stops at the first.
 
+mod links;
 mod manifests;
 mod mission;
+mod order;
+mod paths;
 mod reach;
 mod system;
+mod transition;
+mod unused;
 
 use std::collections::BTreeMap;
 
@@ -13,9 +18,12 @@ use armor_wire::manifest::Manifest;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::load::Reading;
+use crate::model::Configuration;
 use crate::nearest::did_you_mean;
 use crate::overrides::{self, Override};
 use crate::source::{Location, Spanned};
+
+pub use paths::{NeededPath, needed_paths};
 
 /// The manifests of all kinds that there are, by kind.
 pub type Manifests = BTreeMap<String, Manifest>;
@@ -29,17 +37,30 @@ pub fn check(
 ) -> Reading {
     let mut findings = std::mem::take(&mut reading.findings);
     if let Some(configuration) = &mut reading.configuration {
-        system::check(&configuration.system, &mut findings);
-        if let Some(mission) = &configuration.mission {
-            mission::check(mission, &configuration.system, &mut findings);
-        }
-        overrides::apply(configuration, overrides, &mut findings);
+        let mut found = Findings::default();
+        by_itself(configuration, &mut found);
+        overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
-            manifests::check(configuration, manifests, &mut findings);
+            manifests::check(configuration, manifests, &mut found);
         }
+        let is_partial = reading.is_partial;
+        let kept = found.into_iter().filter(|f| !is_partial || !f.code.is_of_something_missing());
+        findings.extend(kept);
     }
     reading.findings = findings.finish();
     reading
+}
+
+/// What needs no manifests.
+fn by_itself(configuration: &Configuration, findings: &mut Findings) {
+    let system = &configuration.system;
+    system::check(system, findings);
+    links::check(system, findings);
+    mission::check(configuration, findings);
+    for mission in configuration.missions() {
+        transition::check(mission, findings);
+        order::check(mission, findings);
+    }
 }
 
 /// Names of one sort, each once.

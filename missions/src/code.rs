@@ -17,6 +17,11 @@ macro_rules! codes {
                 match self { $(Code::$variant => $text,)* }
             }
 
+            /// The code written so, in capitals or not.
+            pub fn named(text: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|code| code.as_str().eq_ignore_ascii_case(text))
+            }
+
             /// What the code means, in a few words.
             pub fn title(self) -> &'static str {
                 match self { $(Code::$variant => $title,)* }
@@ -81,6 +86,8 @@ codes! {
     TwoSystems = "E0025", "two systems for one mission";
     /// Two attributes that exclude each other.
     Clash = "E0026", "attributes that exclude each other";
+    /// An attribute that changes nothing beside the others of its element.
+    NoEffect = "W0027", "an attribute without effect";
 
     // The system.
     /// Two components of one name.
@@ -113,6 +120,38 @@ codes! {
     BadOverride = "E0114", "a malformed override";
     /// A component called as one of Armor's own programs.
     ReservedName = "E0115", "a name that Armor needs itself";
+    /// Two components whose names differ in nothing but capitals.
+    SimilarNames = "W0116", "two names that differ only in capitals";
+    /// A component without links, in no place, that nothing speaks of.
+    ComponentIdle = "W0117", "a component that takes part in nothing";
+    /// A parameter names a file that is not there.
+    FileMissing = "W0118", "a file that a parameter names is missing";
+    /// An executable of a component directory that cannot be used.
+    BrokenExecutable = "W0119", "an executable that is no component";
+    /// A component that is only called after data, none of which is ever sent to it.
+    NeverCalled = "W0120", "a component that is never called";
+    /// Links that drop nothing, in a circle: everybody may wait for everybody.
+    KeepAllCircle = "W0121", "links in a circle that may wait for each other";
+    /// A queue that may not hold what comes while its reader works.
+    ShortQueue = "N0122", "a queue shorter than what may come at once";
+    /// Outputs that no link takes.
+    UnusedOutput = "N0123", "outputs that nothing takes";
+
+    // The component directories.
+    /// A component of a kind that is there more than once.
+    KindTwice = "E0124", "a kind that is there twice";
+    /// A component directory that was asked for is not there or cannot be read.
+    NoDirectory = "E0125", "a component directory cannot be read";
+    /// An executable that does not end when it is asked to describe itself.
+    DescribeHangs = "W0126", "an executable takes too long to describe itself";
+    /// A manifest of a version that is not known.
+    ManifestVersion = "W0127", "a manifest of another version";
+    /// A file marked executable that this machine cannot execute.
+    NotAProgram = "W0128", "a file marked executable is no program";
+    /// Something in a component directory that is neither a program nor a plain file.
+    UnusableEntry = "W0129", "something in a component directory cannot be used";
+    /// A kind that is there more than once and that the file does not use.
+    KindTwiceUnused = "W0130", "an unused kind is there twice";
 
     // The mission.
     /// Two places of one name.
@@ -145,6 +184,16 @@ codes! {
     ReportNeverSent = "W0214", "a report that cannot be sent there";
     /// An exclusive set of fewer than two components excludes nothing.
     ExclusiveAlone = "W0215", "an exclusive set of one";
+    /// More than one token in a place that activates components.
+    TooManyTokens = "E0216", "more than one token in a place with components";
+    /// A transition whose conditions exclude each other, or that another one always precedes.
+    NeverFires = "W0217", "a transition that can never fire";
+    /// Two transitions between which only the order in the file decides.
+    Tie = "W0218", "only the order in the file decides";
+    /// A transition that may fire only before it may fire.
+    DatesCrossed = "E0219", "dates that leave no time";
+    /// A time that a mission with a period cannot keep.
+    ShorterThanPeriod = "W0220", "a time shorter than the mission's period";
 
     // What is understood but not played.
     /// Something that the format has and this version does not play.
@@ -161,6 +210,25 @@ impl Code {
             b'W' => Severity::Warning,
             _ => Severity::Note,
         }
+    }
+
+    /// Whether such a finding says that something is not there. Of a file that could not be read
+    /// whole it is worth nothing.
+    pub(crate) fn is_of_something_missing(self) -> bool {
+        self.severity() != Severity::Error
+            || matches!(
+                self,
+                Code::MissingAttribute
+                    | Code::NoSystem
+                    | Code::UnknownComponent
+                    | Code::InputUnfed
+                    | Code::ParameterUnassigned
+                    | Code::UnknownPlace
+                    | Code::NoInitialPlace
+                    | Code::NoArcs
+                    | Code::ExclusiveTogether
+                    | Code::ForeignParameter
+            )
     }
 }
 

@@ -135,6 +135,14 @@ impl<'a, 'f> Fields<'a, 'f> {
         self.converted(name, duration)
     }
 
+    /// A duration above zero.
+    pub(crate) fn longer_than_nothing(&mut self, name: &'static str) -> Option<Spanned<Duration>> {
+        self.converted(name, |text| match duration(text)? {
+            Duration::ZERO => Err("a duration longer than nothing is expected".into()),
+            longer => Ok(longer),
+        })
+    }
+
     /// A rate such as `10Hz`, in hertz.
     pub(crate) fn rate_hz(&mut self, name: &'static str) -> Option<Spanned<f64>> {
         self.converted(name, |text| {
@@ -217,7 +225,15 @@ impl<'a, 'f> Fields<'a, 'f> {
         }
     }
 
-    /// Where the attribute stands, name and value, if it is there.
+    /// Reports the attribute, if it is there, as one that changes nothing, and why.
+    pub(crate) fn without_effect(&mut self, name: &str, why: &str) {
+        if let Some(at) = self.attribute_at(name) {
+            let finding = Finding::new(Code::NoEffect, &at, format!("{name} changes nothing here"));
+            self.report(finding.remedy(why));
+        }
+    }
+
+    /// Where the attribute's name stands, if it is there.
     pub(crate) fn attribute_at(&self, name: &str) -> Option<Location> {
         let attribute = self.element.attribute(name)?;
         Some(Location::new(self.source, attribute.name_span))
@@ -315,7 +331,7 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
 /// What to write instead: the known units if it is only the unit that is wrong.
 fn expected(error: QuantityError, wanted: &str) -> String {
     match error {
-        QuantityError::UnknownUnit { .. } => error.to_string(),
+        QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => error.to_string(),
         _ => wanted.to_owned(),
     }
 }

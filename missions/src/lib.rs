@@ -28,6 +28,7 @@ mod namespaces;
 mod nearest;
 mod overrides;
 mod read;
+mod recover;
 mod render;
 mod save;
 mod source;
@@ -37,7 +38,7 @@ mod xml;
 
 use std::path::Path;
 
-pub use check::{Manifests, check};
+pub use check::{Manifests, NeededPath, check, needed_paths};
 pub use code::Code;
 pub use difference::{Change, Difference, Subject, differences};
 pub use edit::{Document, EditError, Item, NewElement};

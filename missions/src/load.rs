@@ -1,6 +1,9 @@
 //! A file and those that it names → one [`Configuration`]. [`read`] is pure: the caller brings the
 //! bytes; [`load`] brings them from the disk.
 
+mod submissions;
+
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
@@ -11,6 +14,7 @@ use crate::finding::{Finding, Findings};
 use crate::mission::Mission;
 use crate::model::{Configuration, System};
 use crate::read::{Contents, contents};
+use crate::recover::{Recovered, recover};
 use crate::source::{Location, Source, Spanned};
 use crate::xml::{MAX_FILE_BYTES, parse};
 
@@ -24,6 +28,8 @@ pub struct Reading {
     pub findings: Findings,
     /// Every file that was asked for, also those that are missing: what to watch.
     pub files: Vec<PathBuf>,
+    /// Whether something could not be read, so that what seems to be missing may be there.
+    pub(crate) is_partial: bool,
 }
 
 impl Reading {
@@ -33,12 +39,18 @@ impl Reading {
     }
 }
 
-/// Reads the file at `path` and the system file that it may name, taking their bytes from
-/// `loader`. It looks at each file by itself; [`crate::check`] looks at the whole.
+/// Reads the file at `path`, the system file and the sub-missions that it may name, taking their
+/// bytes from `loader`. It looks at each file by itself; [`crate::check`] looks at the whole.
 pub fn read(path: &Path, loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -> Reading {
-    let mut files = Files { loader, findings: Findings::default(), asked: Vec::new() };
+    let mut files =
+        Files { loader, findings: Findings::default(), asked: Vec::new(), is_partial: false };
     let configuration = files.configuration(path);
-    Reading { configuration, findings: files.findings, files: files.asked }
+    Reading {
+        configuration,
+        findings: files.findings,
+        files: files.asked,
+        is_partial: files.is_partial,
+    }
 }
 
 /// Reads the file at `path` from the disk.
@@ -64,6 +76,7 @@ struct Files<'a> {
     loader: &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
     findings: Findings,
     asked: Vec<PathBuf>,
+    is_partial: bool,
 }
 
 impl Files<'_> {
@@ -89,20 +102,40 @@ impl Files<'_> {
             }
             (None, Some(Mission { system: Some(named), .. })) => self.named_system(path, named),
             (None, _) => {
-                let finding = Finding::new(Code::NoSystem, &at, "there is no system");
-                let remedy = "add <system>, or name its file: <mission system=\"rover.xml\">";
-                self.findings.push(finding.remedy(remedy));
+                if !self.is_partial {
+                    let finding = Finding::new(Code::NoSystem, &at, "there is no system");
+                    let remedy = "add <system>, or name its file: <mission system=\"rover.xml\">";
+                    self.findings.push(finding.remedy(remedy));
+                }
                 (None, Vec::new())
             }
         };
         sources.insert(0, source);
-        Some(Configuration { sources, system: system?, mission })
+        let of_system = sources.last().map(|source| source.path().to_path_buf());
+        let included = match &mission {
+            Some(mission) => self.submissions(path, mission, of_system.as_deref(), &mut sources),
+            None => BTreeMap::new(),
+        };
+        Some(Configuration { sources, system: system?, mission, included })
     }
 
+    /// What a file holds, also one that is no well-formed XML, as far as it can be told.
     fn contents(&mut self, path: &Path, bytes: &[u8]) -> Option<(Arc<Source>, Contents)> {
-        let (source, tree) = parse(path, bytes, &mut self.findings);
-        let contents = contents(&tree?, &mut self.findings)?;
-        Some((source, contents))
+        let mut of_xml = Findings::default();
+        let (source, tree) = parse(path, bytes, &mut of_xml);
+        let recovered = tree.is_none().then(|| recover(&source, &of_xml)).flatten();
+        self.findings.extend(of_xml);
+        if let Some(tree) = tree {
+            let contents = contents(tree.root(), &source, &mut self.findings);
+            return Some((source, contents?));
+        }
+        let Recovered { root, is_whole } = recovered?;
+        self.is_partial |= !is_whole;
+        let mut findings = Findings::default();
+        let contents = contents(&root, &source, &mut findings);
+        let kept = findings.into_iter().filter(|f| is_whole || !f.code.is_of_something_missing());
+        self.findings.extend(kept);
+        Some((source, contents?))
     }
 
     /// The system of the file that the mission in `path` names.
@@ -120,20 +153,11 @@ impl Files<'_> {
             self.findings.push(refuse(Code::IncludeCycle, message));
             return (None, Vec::new());
         }
-        self.asked.push(file.clone());
-        let bytes = match (self.loader)(&file) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                let message = format!("{} cannot be read: {error}", file.display());
-                let remedy = "the path is relative to the mission's file";
-                self.findings.push(refuse(Code::IncludeMissing, message).remedy(remedy));
-                return (None, Vec::new());
-            }
-        };
+        let Some(bytes) = self.bytes_of(&file, named) else { return (None, Vec::new()) };
         let Some((source, contents)) = self.contents(&file, &bytes) else {
             return (None, Vec::new());
         };
-        if contents.system.is_none() {
+        if contents.system.is_none() && !self.is_partial {
             self.findings.push(match names_back(&contents, path, &file) {
                 Some(back) => {
                     let message =
@@ -145,6 +169,22 @@ impl Files<'_> {
         }
         (contents.system, vec![source])
     }
+
+    /// The bytes of a file named at `named`; that it cannot be read is a finding.
+    fn bytes_of(&mut self, file: &Path, named: &Spanned<String>) -> Option<Vec<u8>> {
+        self.asked.push(file.to_path_buf());
+        match (self.loader)(file) {
+            Ok(bytes) => Some(bytes),
+            Err(error) => {
+                let message = format!("{} cannot be read: {error}", file.display());
+                let finding = Finding::new(Code::IncludeMissing, &named.at, message);
+                let remedy = "correct the path (it is relative to the file it stands in), or put \
+                              the file there";
+                self.findings.push(finding.remedy(remedy));
+                None
+            }
+        }
+    }
 }
 
 /// Where a file, instead of holding a system, names one of the two as its system file.
@@ -155,7 +195,7 @@ fn names_back<'a>(contents: &'a Contents, path: &Path, file: &Path) -> Option<&'
 }
 
 /// The path without `.` and `..` where that needs no disk, for telling files apart.
-fn plain(path: &Path) -> PathBuf {
+pub(crate) fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
         match part {

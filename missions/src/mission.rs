@@ -1,6 +1,7 @@
 //! The mission's model: a Petri net over the system's components, as written. Guards and checks
 //! stay text here; the executive's own parser reads them.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::model::Parameter;
@@ -260,6 +261,9 @@ pub enum Missed {
 pub struct Submission {
     /// The file, as written.
     pub file: Spanned<String>,
+    /// The same from where the program looks: the key in
+    /// [`Configuration::included`](crate::Configuration::included).
+    pub path: PathBuf,
     /// The place of this mission that enters it.
     pub enter: Option<Spanned<String>>,
     /// The place of this mission that it leaves to.

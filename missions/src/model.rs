@@ -1,6 +1,7 @@
 //! The typed model: what a file says, each piece with where it says it. Reading makes it as
 //! complete as the text allows; whether it holds together is for [`crate::check`].
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -19,6 +20,16 @@ pub struct Configuration {
     pub system: System,
     /// The mission; without one every component is always active.
     pub mission: Option<Mission>,
+    /// The missions that it, and these themselves, put in as sub-missions, by
+    /// [`Submission::path`](crate::mission::Submission::path); each once.
+    pub included: BTreeMap<PathBuf, Mission>,
+}
+
+impl Configuration {
+    /// The mission, and those put into it.
+    pub fn missions(&self) -> impl Iterator<Item = &Mission> {
+        self.mission.iter().chain(self.included.values())
+    }
 }
 
 /// Which components there are, their parameters, their links.
@@ -117,6 +128,8 @@ pub struct Link {
     pub history: u32,
     /// Attributes that are not at their default, for saying what is not played.
     pub(crate) unusual: Vec<Location>,
+    /// Where it says what is kept, if it says it.
+    pub(crate) keep_at: Option<Location>,
 }
 
 /// `component.port`.

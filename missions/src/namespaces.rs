@@ -6,12 +6,12 @@ use std::sync::Arc;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::source::{Location, Source, Span};
-use crate::tree::{Element, Tree};
+use crate::tree::Element;
 
 /// Reports undeclared prefixes and a default namespace.
-pub(crate) fn check(tree: &Tree, findings: &mut Findings) {
+pub(crate) fn check(root: &Element, source: &Arc<Source>, findings: &mut Findings) {
     let mut declared = vec!["xml".to_owned()];
-    visit(tree.root(), tree.source(), &mut declared, findings);
+    visit(root, source, &mut declared, findings);
 }
 
 /// Recursion is bounded by the tree's depth.

@@ -80,7 +80,8 @@ pub fn apply(configuration: &mut Configuration, overrides: &[Override], findings
         };
         component.parameters.retain(|other| other.name.value != over.name.value);
         component.parameters.push(parameter);
-        for place in configuration.mission.iter_mut().flat_map(|mission| &mut mission.places) {
+        let missions = configuration.mission.iter_mut().chain(configuration.included.values_mut());
+        for place in missions.flat_map(|mission| &mut mission.places) {
             place.parameters.retain(|given| {
                 given.component.value != over.component.value
                     || given.parameter.name.value != over.name.value

@@ -12,7 +12,7 @@ use crate::finding::{Finding, Findings};
 use crate::mission::Mission;
 use crate::model::System;
 use crate::source::{Location, Source};
-use crate::tree::{Element, Tree};
+use crate::tree::Element;
 
 /// Most components, places, transitions and so on of a mission or system, of each sort.
 pub const MAX_ELEMENTS: usize = 4096;
@@ -28,9 +28,11 @@ pub(crate) struct Contents {
 }
 
 /// Reads the root element. None if it is not ours at all.
-pub(crate) fn contents(tree: &Tree, findings: &mut Findings) -> Option<Contents> {
-    let source = tree.source();
-    let root = tree.root();
+pub(crate) fn contents(
+    root: &Element,
+    source: &Arc<Source>,
+    findings: &mut Findings,
+) -> Option<Contents> {
     let at = root.at(source);
     if root.name != "armor" {
         let message = format!("the root element is <{}>", root.name);
@@ -38,7 +40,7 @@ pub(crate) fn contents(tree: &Tree, findings: &mut Findings) -> Option<Contents>
         findings.push(finding.remedy("an Armor file starts with <armor version=\"1\">"));
         return None;
     }
-    crate::namespaces::check(tree, findings);
+    crate::namespaces::check(root, source, findings);
     let mut fields = Fields::new(root, source, findings);
     if let Some(version) = fields.required("version").filter(|version| version.value != "1") {
         let message = format!("version {} of the format is not known", version.value);

@@ -26,6 +26,12 @@ fn one(code: &str, file: &str) {
     one_with(code, file, None);
 }
 
+/// The file has no finding at all.
+fn none(file: &str) {
+    let (reading, _) = reading(file, None);
+    assert!(reading.findings.is_empty(), "{file}\n{}", reading.findings.render(Colours::No));
+}
+
 fn one_with(code: &str, file: &str, manifests: Option<&Manifests>) {
     let (reading, mark) = reading(file, manifests);
     let shown = reading.findings.render(Colours::No);
@@ -229,6 +235,216 @@ fn missions() {
     );
 }
 
+#[test]
+fn links_together() {
+    let three = r#"<component name="a" kind="k" rate="20Hz"/><component name="b" kind="k" rate="5Hz"/><component name="c" kind="k"/>"#;
+    let with = |code: &str, links: &str| one(code, &system(&format!("{three}{links}")));
+    let fine = |links: &str| none(&system(&format!("{three}{links}")));
+    with("N0122", r#"<link from="a.x" to="b.y" keep="[[3]]"/>"#);
+    fine(r#"<link from="a.x" to="b.y" keep="4"/><link from="b.x" to="a.y" keep="1"/>"#);
+    fine(r#"<link from="a.x" to="c.y" keep="1"/>"#);
+    with("W0027", r#"<link from="a.x" to="b.y" mode="pull" [[keep]]="all"/>"#);
+    with("W0027", r#"<link from="a.x" to="b.y" mode="pull" [[wake]]="spin"/>"#);
+    fine(r#"<link from="a.x" to="b.y" mode="pull" keep="latest" wake="sleep"/>"#);
+    one(
+        "W0120",
+        &system(
+            r#"<component name="a" kind="k"/><component name="[[c]]" kind="k"/><link from="a.x" to="c.y" mode="pull"/>"#,
+        ),
+    );
+    fine(r#"<link from="a.x" to="c.y" mode="pull"/><link from="b.x" to="c.z"/>"#);
+    with(
+        "W0121",
+        r#"<link from="a.x" to="b.y" keep="all"/><link from="b.x" to="c.y" keep="all"/><link from="[[c.x]]" to="a.y" keep="all"/>"#,
+    );
+    with("W0121", r#"<link from="[[a.x]]" to="a.y" keep="all"/>"#);
+    fine(
+        r#"<link from="a.x" to="b.y" keep="all"/><link from="a.x" to="c.y" keep="all"/><link from="b.x" to="c.z" keep="all"/><link from="c.x" to="a.y"/>"#,
+    );
+    one(
+        "W0116",
+        &system(r#"<component name="Laser" kind="k"/><component name="[[laser]]" kind="k"/>"#),
+    );
+    one("E0115", &system(r#"<component name="[[all]]" kind="k"/>"#));
+}
+
+#[test]
+fn transitions_that_hinder_themselves_or_each_other() {
+    let b = r#"<place name="b" components="go"/><transition name="in" from="a" to="b"/>"#;
+    let with = |code: &str, inner: &str| one(code, &mission(&format!("{b}{inner}")));
+    let fine = |inner: &str| none(&mission(&format!("{b}{inner}")));
+    with("W0217", r#"<transition name="t" from="b"><inhibitor place="[[b]]"/></transition>"#);
+    with("W0217", r#"<transition name="t"><arc from="[[b]]" weight="2"/></transition>"#);
+    fine(r#"<transition name="t" from="b"><inhibitor place="a" weight="2"/></transition>"#);
+    with(
+        "E0216",
+        r#"<place name="c" initial="true"/><transition name="t" from="c"><arc to="[[b]]" weight="2"/></transition>"#,
+    );
+    with("E0216", r#"<place name="[[c]]" initial="2" components="stop"/>"#);
+    fine(r#"<place name="c" initial="2"/>"#);
+    // Immediate before late, early before late; but not if something else must be there too.
+    with("W0217", r#"<transition name="[[t]]" from="a" timeout="5s"/>"#);
+    with(
+        "W0217",
+        r#"<transition name="s" from="b" timeout="2s"/><transition name="[[t]]" from="b" on="go.done" after="3s"/>"#,
+    );
+    fine(
+        r#"<place name="c" initial="true"/><transition name="s" from="b c" timeout="2s"/><transition name="t" from="b" timeout="3s"/>"#,
+    );
+    fine(
+        r#"<transition name="s" from="b" timeout="2s"/><transition name="t" from="b" timeout="3s" class="safety"/>"#,
+    );
+    fine(
+        r#"<transition name="s" from="b" on="go.done"/><transition name="t" from="b" timeout="3s"/>"#,
+    );
+    fine(
+        r#"<transition name="s" from="b" timeout="2s" operator="true"/><transition name="t" from="b" timeout="3s"/>"#,
+    );
+    with(
+        "W0217",
+        r#"<transition name="[[s]]" from="b" on="go.done"/><transition name="t" from="b" on="go.done" priority="1"/>"#,
+    );
+    with(
+        "W0218",
+        r#"<transition name="s" from="b" on="go.done"/><transition name="[[t]]" from="b" on="go.done"/>"#,
+    );
+    with(
+        "W0218",
+        r#"<place name="c" initial="true"/><transition name="s" from="b c" timeout="2s"/><transition name="[[t]]" from="b" timeout="2s"/>"#,
+    );
+    fine(
+        r#"<transition name="s" from="b" on="go.done"/><transition name="t" from="b" on="go.failed"/>"#,
+    );
+    fine(
+        r#"<transition name="s" from="b" when="x &lt; 1"/><transition name="t" from="b" when="x &gt; 1"/>"#,
+    );
+}
+
+#[test]
+fn dates_periods_and_attributes_without_effect() {
+    let with = |code: &str, inner: &str| {
+        one(
+            code,
+            &mission(&format!(
+                "<place name=\"b\"/>{}",
+                inner.replace("T>", "name=\"t\" from=\"a\" to=\"b\"")
+            )),
+        );
+    };
+    with(
+        "E0219",
+        r#"<transition T> not-before="2026-11-21T15:00Z" not-after="[[2026-11-21T14:59:59.9Z]]"/>"#,
+    );
+    with("E0019", r#"<transition T> not-after="[[2026-02-30T00:00Z]]"/>"#);
+    with("W0027", r#"<transition T> [[missed]]="skip"/>"#);
+    with("W0027", r#"<transition T> [[lost-link]]="fire"/>"#);
+    with("W0027", r#"<transition T> operator="true" [[answer-within]]="5s"/>"#);
+    with("W0027", r#"<transition T> autonomy="confirm" [[unanswered]]="fire"/>"#);
+    with("W0027", r#"<transition T> after="5s" [[overrun]]="a"/>"#);
+    with("W0027", r#"<transition T>/><place name="c" initial="true" on-failure="[[a]]"/>"#);
+    with("E0103", r#"<transition T>/><variable name="v" source="[[robot]].battery"/>"#);
+    let late = |period: &str, time: &str| {
+        format!(
+            r#"<armor version="1"><system/><mission safe="a" period="{period}"><place name="a" initial="true"/><transition name="t" from="a" {time}/></mission></armor>"#
+        )
+    };
+    one("W0220", &late("1s", "timeout=\"[[0.5s]]\""));
+    none(&late("1s", "timeout=\"1s\""));
+    none(&late("1s", "after=\"0.5s\""));
+    one("E0019", &late("[[0s]]", ""));
+}
+
+/// The codes found in `robot.xml` of these files.
+fn codes_of(files: &[(&str, &str)]) -> Vec<String> {
+    let reading = read(Path::new("robot.xml"), &mut |path| {
+        let found = files.iter().find(|(name, _)| path == Path::new(name));
+        found.map(|(_, text)| text.as_bytes().to_vec()).ok_or(std::io::ErrorKind::NotFound.into())
+    });
+    let reading = check(reading, &[], None);
+    reading.findings.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn sub_missions_are_read_and_checked_with_the_mission() {
+    let robot = r#"<armor version="1"><system><component name="go" kind="k"/></system><mission safe="a"><place name="a" initial="true"/>
+        <submission ref="sub/dock.xml" in="a" out="a"/><submission ref="./sub/dock.xml"/></mission></armor>"#;
+    let dock = |inner: &str| {
+        format!(
+            r#"<armor version="1"><mission system="../robot.xml"><place name="x" initial="true" components="go"/>{inner}</mission></armor>"#
+        )
+    };
+    let found = |dock: &str| codes_of(&[("robot.xml", robot), ("sub/dock.xml", dock)]);
+    assert_eq!(found(&dock("")), Vec::<String>::new());
+    let only = |dock: &str, code: &str, place: &str| {
+        let found = found(dock);
+        assert!(
+            found.len() == 1 && found[0].contains(code) && found[0].contains(place),
+            "{found:?}"
+        );
+    };
+    only(&dock(r#"<transition name="t" from="y"/>"#), "E0203", "sub/dock.xml:1:");
+    only(&dock(r#"<submission ref="dock.xml"/>"#), "E0024", "sub/dock.xml:1:");
+    only(&dock(r#"<submission ref="../robot.xml"/>"#), "E0024", "sub/dock.xml:1:");
+    only(&dock("").replace("../robot", "../other"), "E0025", "sub/dock.xml:1:");
+    only(r#"<armor version="1"><system/></armor>"#, "E0023", "robot.xml:2:");
+    only(
+        &dock("").replace(" system=\"../robot.xml\"", "").replace("<mission", "<system/><mission"),
+        "E0025",
+        "robot.xml:2:",
+    );
+    assert_eq!(codes_of(&[("robot.xml", robot)]).len(), 1, "a file is asked for once");
+}
+
+#[test]
+fn what_is_read_is_bounded_however_many_files_are_named() {
+    let mut asked = 0;
+    let reading = read(Path::new("0.xml"), &mut |path| {
+        asked += 1;
+        let n: u32 = path.file_stem().unwrap().to_str().unwrap().parse().unwrap();
+        Ok(format!(
+            r#"<armor version="1"><mission safe="a"><place name="a" initial="true"/><submission ref="{}.xml"/><submission ref="{}.xml"/></mission></armor>"#,
+            n + 1,
+            n + 2
+        )
+        .into())
+    });
+    let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    assert!(codes.contains(&"E0008") && asked == 64, "{asked} {codes:?}");
+}
+
+/// All that is found, as codes, in the order of the file.
+fn all_of(file: &str) -> Vec<&'static str> {
+    let (reading, _) = reading(file, None);
+    assert!(!reading.is_valid());
+    reading.findings.iter().map(|finding| finding.code.as_str()).collect()
+}
+
+#[test]
+fn tags_that_do_not_match_hide_nothing_else() {
+    let file = |first: &str, second: &str| {
+        system(&format!(
+            r#"{first}<component name="b" kind="k" rate="x"/><link from="a.x" to="c.y"/>{second}"#
+        ))
+    };
+    let a = r#"<component name="a" kind="k">"#;
+    // Without the mistake: a bad rate and an unknown component.
+    assert_eq!(all_of(&file(&format!("{a}</component>"), "")), ["E0019", "E0103"]);
+    assert_eq!(all_of(&file(a, "")), ["E0012", "E0019", "E0103"]);
+    assert_eq!(all_of(&file(&format!("{a}</component>"), "</clock>")), ["E0019", "E0103", "E0012"]);
+    let mission = r#"<mission safe="h"><place name="h" initial="true"><transition name="t" from="h" to="g"/></mission>"#;
+    let both = format!("<armor version=\"1\"><system>{a}</component>{mission}</armor>");
+    assert_eq!(all_of(&both), ["E0012", "E0012", "E0203"]);
+}
+
+#[test]
+fn a_malformed_tag_brings_no_follow_up() {
+    // The component is not understood, so whether links lead to it is not known.
+    let file = r#"<component name="a" kind=k/><component name="b" kind="k" rate="x"/><link from="a.x" to="b.y"/><link from="b.x" to="b.y"/>"#;
+    assert_eq!(all_of(&system(file)), ["E0004", "E0019", "E0104"]);
+    let cut = r#"<armor version="1"><system><component name="b" kind="k" rate="x"/><link from="a.x" to="b"#;
+    assert_eq!(all_of(cut), ["E0019", "E0004"]);
+}
+
 fn manifests() -> Manifests {
     let port = |id: &str, name: &str, required: bool| {
         format!(
@@ -277,7 +493,8 @@ fn systems_against_manifests() {
     let no_file = format!(r#"<component name="[[a]]" kind="k"/>{fed}"#);
     one_with("E0111", &system(&no_file), Some(&manifests));
     let right = r#"<component name="a" kind="k"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
-    let (reading, _) = reading(&system(&format!("{right}{fed}")), Some(&manifests));
+    let all = format!(r#"{right}{fed}<link from="a.map" to="a.extra"/>"#);
+    let (reading, _) = reading(&system(&all), Some(&manifests));
     assert!(reading.findings.is_empty(), "{}", reading.findings.render(Colours::No));
 }
 

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
+use armor_wire::schema::difference;
 
+use crate::check::unused::Used;
 use crate::check::{Manifests, listed};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
@@ -42,10 +44,19 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             required_inputs(component, manifest, &fed, findings);
         }
     }
-    let places = configuration.mission.iter().flat_map(|mission| &mission.places);
+    let places = configuration.missions().flat_map(|mission| &mission.places);
     for given in places.flat_map(|place| &place.parameters) {
         if let Some(manifest) = kinds.get(given.component.value.as_str()) {
             check_value(&given.parameter, manifest, findings);
+        }
+    }
+    // With a mistake in a name, what it meant only seems to be unused.
+    if !findings.has_errors() {
+        let used = Used::of(configuration);
+        for component in &system.components {
+            if let Some(manifest) = kinds.get(component.name.value.as_str()) {
+                used.check(component, manifest, findings);
+            }
         }
     }
 }
@@ -68,21 +79,36 @@ fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, findings: &mut Fin
     let input = find_input(&link.to, kinds, findings);
     let (Some(output), Some(input)) = (output, input) else { return };
     if (&output.type_name, output.schema_hash) != (&input.type_name, input.schema_hash) {
-        let difference = if output.type_name == input.type_name {
-            format!("both call it {}, but their schemas differ", output.type_name)
-        } else {
-            format!(
-                "it gives {}, and {} takes {}",
-                output.type_name,
-                link.to.data(),
-                input.type_name
-            )
-        };
-        let message = format!("{} cannot feed {}: {difference}", link.from.data(), link.to.data());
-        let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
-        let remedy = format!("the output is {}; the input is {}", output.schema, input.schema);
-        findings.push(finding.remedy(remedy).related(&link.from.at, "from here"));
+        findings.push(mismatch(link, output, input));
     }
+}
+
+fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
+    let (from, to) = (link.from.data(), link.to.data());
+    let (message, remedy) = if output.type_name == input.type_name {
+        // Two builds of one type: its fields are what the reader has to look at.
+        let differ = difference((&from, &output.schema), (&to, &input.schema));
+        (
+            format!(
+                "{from} cannot feed {to}: both call it {}, but it is not the same",
+                output.type_name
+            ),
+            format!(
+                "build both components against the same message; {}",
+                differ.lines().collect::<Vec<_>>().join("; ")
+            ),
+        )
+    } else {
+        (
+            format!(
+                "{from} cannot feed {to}: it gives {}, and {to} takes {}",
+                output.type_name, input.type_name
+            ),
+            format!("link an output of type {} here; `armor describe` lists them", input.type_name),
+        )
+    };
+    let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
+    finding.remedy(remedy).related(&link.from.at, "from here")
 }
 
 fn find_output<'a>(

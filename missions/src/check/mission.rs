@@ -6,18 +6,41 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::check::{Names, reach};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
-use crate::model::System;
+use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition, Variable};
+use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
-pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings) {
+pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
+    let system = &configuration.system;
+    let places = configuration.missions().flat_map(|mission| &mission.places);
+    let controlled = places.flat_map(|place| &place.components).map(|name| name.value.as_str());
+    let controlled = controlled.collect();
+    for mission in configuration.missions() {
+        check_one(mission, system, &controlled, findings);
+    }
+    if let Some(mission) = configuration.mission.as_ref().filter(|m| m.safe.is_none()) {
+        let message = "the mission has no safe place to go to when something fails";
+        let finding = Finding::new(Code::NoSafePlace, &mission.at, message);
+        findings.push(finding.remedy("name one: <mission safe=\"hold\">"));
+    }
+}
+
+fn check_one(
+    mission: &Mission,
+    system: &System,
+    controlled: &BTreeSet<&str>,
+    findings: &mut Findings,
+) {
     let transitions = mission.transitions.iter().map(|transition| &transition.name);
     Names::collect("a transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
     Names::collect("a variable", Code::DuplicateVariable, variables, findings);
-    let known = Known::of(mission, system, findings);
+    let known = Known::of(mission, system, controlled, findings);
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
+    }
+    for variable in &mission.variables {
+        known.check_variable(variable, findings);
     }
     for place in &mission.places {
         known.check_place(place, findings);
@@ -28,7 +51,14 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
     for exclusive in &mission.exclusives {
         known.check_exclusive(exclusive, findings);
     }
-    start_and_end(mission, findings);
+    for place in mission.submissions.iter().flat_map(|sub| [&sub.enter, &sub.leave]).flatten() {
+        known.expect_place(place, findings);
+    }
+    if !mission.places.iter().any(|place| place.initial > 0) {
+        let finding =
+            Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
+        findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
+    }
     exclusives_kept(mission, findings);
     reach::check(mission, findings);
 }
@@ -39,12 +69,19 @@ struct Known<'a> {
     components: Names<'a>,
     /// The components that no mission may control.
     fixed: BTreeSet<&'a str>,
-    /// The places that activate a component; those in none are always active.
+    /// The places that activate a component.
     active_in: BTreeMap<&'a str, BTreeSet<&'a str>>,
+    /// The components in a place of any mission; the others are always active.
+    controlled: &'a BTreeSet<&'a str>,
 }
 
 impl<'a> Known<'a> {
-    fn of(mission: &'a Mission, system: &'a System, findings: &mut Findings) -> Self {
+    fn of(
+        mission: &'a Mission,
+        system: &'a System,
+        controlled: &'a BTreeSet<&'a str>,
+        findings: &mut Findings,
+    ) -> Self {
         let places = mission.places.iter().map(|place| &place.name);
         let components = system.components.iter().map(|component| &component.name);
         let fixed = system.components.iter().filter(|component| !component.controllable);
@@ -66,7 +103,16 @@ impl<'a> Known<'a> {
             ),
             fixed: fixed.map(|component| component.name.value.as_str()).collect(),
             active_in,
+            controlled,
         }
+    }
+
+    /// `source="component.output"`, or a field of it.
+    fn check_variable(&self, variable: &Variable, findings: &mut Findings) {
+        let Some(source) = &variable.source else { return };
+        let len = source.value.find('.').unwrap_or(source.value.len());
+        let component = Spanned::new(source.value[..len].to_owned(), source.at.part(0, len));
+        self.expect_component(&component, findings);
     }
 
     fn expect_place(&self, name: &Spanned<String>, findings: &mut Findings) {
@@ -101,7 +147,7 @@ impl<'a> Known<'a> {
             let name = name.value.as_str();
             self.components.known.contains_key(name) && !self.fixed.contains(name)
         });
-        for name in names.filter(|name| !self.active_in.contains_key(name.value.as_str())) {
+        for name in names.filter(|name| !self.controlled.contains(name.value.as_str())) {
             let message =
                 format!("{} is in no place, so it is active together with the others", name.value);
             let finding = Finding::new(Code::ExclusiveTogether, &name.at, message);
@@ -116,6 +162,11 @@ impl<'a> Known<'a> {
     fn check_place(&self, place: &Place, findings: &mut Findings) {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
+        if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
+            let message = "on-failure changes nothing here";
+            let finding = Finding::new(Code::NoEffect, &target.at, message);
+            findings.push(finding.remedy("the place has no components that could fail: remove it"));
+        }
         let mut assigned = BTreeMap::new();
         for given in &place.parameters {
             let (component, name) = (&given.component, &given.parameter.name);
@@ -160,19 +211,6 @@ impl<'a> Known<'a> {
             let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
             findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
         }
-    }
-}
-
-fn start_and_end(mission: &Mission, findings: &mut Findings) {
-    if !mission.places.iter().any(|place| place.initial > 0) {
-        let finding =
-            Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
-        findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
-    }
-    if mission.safe.is_none() {
-        let message = "the mission has no safe place to go to when something fails";
-        let finding = Finding::new(Code::NoSafePlace, &mission.at, message);
-        findings.push(finding.remedy("name one: <mission safe=\"hold\">"));
     }
 }
 

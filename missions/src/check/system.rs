@@ -7,9 +7,11 @@ use crate::check::Names;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, System};
+use crate::source::Spanned;
 
-/// The names under which Armor's own programs register.
-const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", "launcher"];
+/// The names under which Armor's own programs register and log, and that of the log of all.
+const RESERVED: [&str; 6] =
+    ["registry", "configd", "configuration", "executive", "launcher", "all"];
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
@@ -17,12 +19,12 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     for component in &system.components {
         parameters_once(component, findings);
         if RESERVED.contains(&component.name.value.as_str()) {
-            let message =
-                format!("{} is the name of one of Armor's own programs", component.name.value);
+            let message = format!("{} is a name that Armor needs itself", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
             findings.push(finding.remedy("give the component another name"));
         }
     }
+    similar_names(system, findings);
     for link in &system.links {
         names.expect(&link.from.component, Code::UnknownComponent, findings);
         names.expect(&link.to.component, Code::UnknownComponent, findings);
@@ -31,6 +33,20 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
         names.expect(&clock.source.component, Code::UnknownComponent, findings);
     }
     inputs_fed_once(&system.links, findings);
+}
+
+/// `Laser` and `laser`: one is soon taken for the other, and so are their log files on some disks.
+fn similar_names(system: &System, findings: &mut Findings) {
+    let mut known: BTreeMap<String, &Spanned<String>> = BTreeMap::new();
+    for name in system.components.iter().map(|component| &component.name) {
+        let first = *known.entry(name.value.to_ascii_lowercase()).or_insert(name);
+        if first.value != name.value {
+            let message = format!("{} and {} differ only in capitals", first.value, name.value);
+            let finding = Finding::new(Code::SimilarNames, &name.at, message);
+            findings
+                .push(finding.remedy("give one another name").related(&first.at, "the other one"));
+        }
+    }
 }
 
 fn parameters_once(component: &Component, findings: &mut Findings) {

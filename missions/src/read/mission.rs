@@ -5,6 +5,7 @@ use std::sync::Arc as Shared;
 use crate::code::Code;
 use crate::fields::{Fields, digits};
 use crate::finding::{Finding, Findings};
+use crate::load::plain;
 use crate::mission::{
     Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
 };
@@ -27,7 +28,7 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
             "resume",
             &[("continue", Resume::Continue), ("hold", Resume::Hold), ("safe", Resume::Safe)],
         ),
-        period: fields.duration("period"),
+        period: fields.longer_than_nothing("period"),
         variables: Vec::new(),
         places: Vec::new(),
         exclusives: Vec::new(),
@@ -172,5 +173,7 @@ fn submission(
     let file = fields.required("ref");
     let (enter, leave) = (fields.name("in"), fields.name("out"));
     fields.finish(&[]);
-    Some(Submission { file: file?, enter, leave })
+    let file = file?;
+    let path = plain(&source.folder().join(&file.value));
+    Some(Submission { file, path, enter, leave })
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use armor_wire::keep::Keep;
+use armor_wire::keep::{Keep, Wake};
 
 use crate::code::Code;
 use crate::fields::Fields;
@@ -106,7 +106,21 @@ fn link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Opt
     unusual.extend(
         transport.as_ref().filter(|t| matches!(t.value, Transport::Shm | Transport::Udp)).map(at),
     );
+    let keep_at = keep.as_ref().map(at);
     unusual.extend(history.as_ref().filter(|history| history.value > 1).map(at));
+    let pulls = mode.as_ref().is_some_and(|mode| mode.value == LinkMode::Pull);
+    if pulls && keep.as_ref().is_some_and(|keep| keep.value != Keep::Latest) {
+        fields.without_effect(
+            "keep",
+            "a link that pulls brings the newest data and no other: remove keep, or let it push",
+        );
+    }
+    if pulls && wake.as_ref().is_some_and(|wake| wake.value == Wake::Spin) {
+        fields.without_effect(
+            "wake",
+            "nobody waits on a link that pulls: remove wake, or let it push",
+        );
+    }
     fields.finish(&[]);
     Some(Link {
         from: from?,
@@ -117,6 +131,7 @@ fn link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Opt
         transport: transport.map(|transport| transport.value).unwrap_or_default(),
         history: history.map_or(1, |history| history.value),
         unusual,
+        keep_at,
     })
 }
 

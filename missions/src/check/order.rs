@@ -1,0 +1,163 @@
+//! Transitions that stand in each other's way: one that another always precedes, and two between
+//! which nothing but the order in the file decides. Both are found where the conditions of one are
+//! among those of the other; what depends on the marking is for the analysis of the net.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
+
+/// Conditions that are compared: four thousand transitions out of one place are not worth minutes.
+const MAX_COMPARED: usize = 2_000_000;
+
+pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+    let safety = mission.places.iter().filter(|place| place.class == Class::Safety);
+    let safety: BTreeSet<_> = safety.map(|place| place.name.value.as_str()).collect();
+    let all: Vec<_> = mission.transitions.iter().map(|t| Conditions::of(t, &safety)).collect();
+    let mut by_place: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, conditions) in all.iter().enumerate() {
+        for place in conditions.needs.keys() {
+            by_place.entry(place).or_default().push(index);
+        }
+    }
+    let mut compared = 0;
+    for (index, conditions) in all.iter().enumerate() {
+        let beside = conditions.needs.keys().flat_map(|place| &by_place[place]).copied();
+        for other in beside.filter(|other| *other != index) {
+            compared += conditions.len() + all[other].len();
+            if compared > MAX_COMPARED {
+                return;
+            }
+            if let Some(finding) = conditions.hindered_by(&all[other], other < index) {
+                findings.push(finding);
+                break;
+            }
+        }
+    }
+}
+
+/// When a transition can fire.
+struct Conditions<'a> {
+    transition: &'a Transition,
+    /// Tokens wanted in each place.
+    needs: BTreeMap<&'a str, u32>,
+    /// Fewer tokens than that are wanted in each place.
+    inhibitors: BTreeMap<&'a str, u32>,
+    is_safety: bool,
+    earliest: Duration,
+    latest: Option<Duration>,
+}
+
+impl<'a> Conditions<'a> {
+    fn of(transition: &'a Transition, safety: &BTreeSet<&str>) -> Self {
+        let (mut needs, mut inhibitors) = (BTreeMap::new(), BTreeMap::new());
+        for arc in &transition.arcs {
+            let place = arc.place.value.as_str();
+            match arc.kind {
+                ArcKind::Take | ArcKind::Read => {
+                    let most: &mut u32 = needs.entry(place).or_default();
+                    *most = arc.weight.max(*most);
+                }
+                ArcKind::Inhibitor => {
+                    let least = inhibitors.entry(place).or_insert(arc.weight);
+                    *least = arc.weight.min(*least);
+                }
+                ArcKind::Put | ArcKind::Reset => {}
+            }
+        }
+        let interval = transition.interval.as_ref().map(|interval| interval.value);
+        Self {
+            transition,
+            needs,
+            inhibitors,
+            is_safety: transition.class == Class::Safety
+                || transition.outputs().any(|arc| safety.contains(arc.place.value.as_str())),
+            earliest: interval.map_or(Duration::ZERO, |interval| interval.earliest),
+            latest: interval.map_or(Some(Duration::ZERO), |interval| interval.latest),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.needs.len() + self.inhibitors.len()
+    }
+
+    /// What keeps this transition from firing although it could, if that is `other`.
+    fn hindered_by(&self, other: &Self, other_is_first: bool) -> Option<Finding> {
+        let name = &other.transition.name.value;
+        // Two of one name are an error already.
+        if self.is_manual() || other.is_manual() || *name == self.transition.name.value {
+            return None;
+        }
+        let always = other.is_met_with(self);
+        let is_free = other.transition.on.is_none() && other.transition.when.is_none();
+        let is_earlier = other.latest.is_some_and(|latest| latest < self.earliest);
+        // A pause stops all clocks but those of safety.
+        if always && is_free && is_earlier && (other.is_safety || !self.is_safety) {
+            return Some(self.never(other, &format!("{name} always fires before it")));
+        }
+        if !self.has_same_moment(other) {
+            return None;
+        }
+        match other.rank().cmp(&self.rank()) {
+            Ordering::Greater if always => {
+                Some(self.never(other, &format!("{name} can fire whenever it can, and goes first")))
+            }
+            Ordering::Equal if other_is_first && (always || self.is_met_with(other)) => {
+                Some(self.tie(other))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether somebody or a date decides, of which the file says nothing.
+    fn is_manual(&self) -> bool {
+        let t = self.transition;
+        t.autonomy != Autonomy::Auto || t.not_before.is_some() || t.not_after.is_some()
+    }
+
+    /// Whether this one's tokens are there whenever those of `other` are.
+    fn is_met_with(&self, other: &Self) -> bool {
+        let needs =
+            self.needs.iter().all(|(place, n)| other.needs.get(place).is_some_and(|m| m >= n));
+        let inhibitors = self.inhibitors.iter();
+        let mut inhibitors =
+            inhibitors.map(|(place, n)| other.inhibitors.get(place).is_some_and(|m| m <= n));
+        needs && inhibitors.all(|met| met)
+    }
+
+    /// Whether both become able to fire at the same moments, their tokens being there.
+    fn has_same_moment(&self, other: &Self) -> bool {
+        let event =
+            |t: &'a Transition| t.on.as_ref().map(|on| (&on.component.value, &on.event.value));
+        let guard = |t: &'a Transition| t.when.as_ref().map(|when| &when.value);
+        (self.earliest, self.latest) == (other.earliest, other.latest)
+            && event(self.transition) == event(other.transition)
+            && guard(self.transition) == guard(other.transition)
+    }
+
+    fn rank(&self) -> (bool, i32) {
+        (self.is_safety, self.transition.priority)
+    }
+
+    fn never(&self, other: &Self, why: &str) -> Finding {
+        let name = &self.transition.name;
+        let message = format!("{} never fires: {why}", name.value);
+        Finding::new(Code::NeverFires, &name.at, message)
+            .remedy("give one of the two another condition, time or priority, or remove this one")
+            .related(&other.transition.name.at, "this one")
+    }
+
+    fn tie(&self, other: &Self) -> Finding {
+        let (name, first) = (&self.transition.name, &other.transition.name);
+        let message = format!(
+            "{} and {} can fire at the same moment, and only the order in the file decides",
+            first.value, name.value
+        );
+        Finding::new(Code::Tie, &name.at, message)
+            .remedy("say which one goes first: priority=\"1\" on it")
+            .related(&first.at, "this one goes first now")
+    }
+}

@@ -1,0 +1,69 @@
+//! Files that parameters name. This crate looks at none of them: whoever may, asks here which.
+
+use std::path::{Path, PathBuf};
+
+use armor_wire::manifest::ParameterType;
+
+use crate::check::Manifests;
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::model::{Configuration, Parameter};
+use crate::source::Spanned;
+
+/// A file or folder that a component cannot do without.
+#[derive(Clone, Debug)]
+pub struct NeededPath {
+    component: String,
+    parameter: String,
+    /// As written, and where.
+    written: Spanned<String>,
+    /// The path from where the program looks.
+    pub path: PathBuf,
+}
+
+impl NeededPath {
+    /// The finding that it is not there.
+    pub fn missing(&self) -> Finding {
+        let Self { component, parameter, written, path } = self;
+        let message =
+            format!("{component}.{parameter} names {}, which is not there", written.value);
+        let finding = Finding::new(Code::FileMissing, &written.at, message);
+        let place = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let place =
+            place.map_or("the current folder".into(), |folder| folder.display().to_string());
+        finding.remedy(format!("it is looked for in {place}: correct the path, or put it there"))
+    }
+}
+
+/// The paths that parameters without a default name. What a component can do without, or may
+/// write itself, is not among them: a parameter with a default.
+pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec<NeededPath> {
+    let system = &configuration.system;
+    let mut needed = Vec::new();
+    let mut add = |kind: &str, component: &str, given: &Parameter| {
+        let wanted = manifests.get(kind).and_then(|manifest| {
+            manifest.parameters.iter().find(|wanted| wanted.name == given.name.value)
+        });
+        let is_needed = wanted
+            .is_some_and(|wanted| wanted.kind == ParameterType::Path && wanted.default.is_none());
+        if is_needed && !given.value.value.is_empty() {
+            needed.push(NeededPath {
+                component: component.to_owned(),
+                parameter: given.name.value.clone(),
+                written: given.value.clone(),
+                path: given.folder.join(Path::new(&given.value.value)),
+            });
+        }
+    };
+    for component in &system.components {
+        for given in &component.parameters {
+            add(&component.kind.value, &component.name.value, given);
+        }
+    }
+    for given in configuration.missions().flat_map(|m| &m.places).flat_map(|p| &p.parameters) {
+        if let Some(component) = system.component(&given.component.value) {
+            add(&component.kind.value, &component.name.value, &given.parameter);
+        }
+    }
+    needed
+}

@@ -1,0 +1,137 @@
+//! What one transition says of itself: conditions that exclude each other, dates, and times that
+//! the mission's period cannot keep.
+
+use std::collections::BTreeMap;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::mission::{ArcKind, Mission, Place, Transition};
+
+pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+    let with_components = mission.places.iter().filter(|place| !place.components.is_empty());
+    let safe_places: BTreeMap<&str, &Place> =
+        with_components.map(|place| (place.name.value.as_str(), place)).collect();
+    for place in safe_places.values().filter(|place| place.initial > 1) {
+        too_many_tokens(&place.name, place, findings);
+    }
+    for transition in &mission.transitions {
+        for arc in &transition.arcs {
+            let place = safe_places.get(arc.place.value.as_str());
+            match (arc.kind, place) {
+                (ArcKind::Put, Some(place)) if arc.weight > 1 => {
+                    too_many_tokens(&arc.place, place, findings);
+                }
+                (ArcKind::Take | ArcKind::Read, Some(_)) if arc.weight > 1 => {
+                    let why = format!(
+                        "{} activates components, so it never holds {} tokens",
+                        arc.place.value, arc.weight
+                    );
+                    never(transition, &arc.place, &why, findings);
+                }
+                _ => {}
+            }
+        }
+        excluded_by_itself(transition, findings);
+        dates(transition, findings);
+        shorter_than_period(transition, mission, findings);
+    }
+}
+
+fn too_many_tokens(at: &crate::source::Spanned<String>, place: &Place, findings: &mut Findings) {
+    let message =
+        format!("{} activates components, so it holds one token at most", place.name.value);
+    let finding = Finding::new(Code::TooManyTokens, &at.at, message);
+    findings
+        .push(finding.remedy("a component is active or not: count in a place without components"));
+}
+
+fn never(
+    transition: &Transition,
+    at: &crate::source::Spanned<String>,
+    why: &str,
+    findings: &mut Findings,
+) {
+    let message = format!("{} can never fire: {why}", transition.name.value);
+    let finding = Finding::new(Code::NeverFires, &at.at, message);
+    findings.push(finding.remedy("change one of the two conditions, or remove the transition"));
+}
+
+/// It wants tokens in a place, and at the same time fewer of them.
+fn excluded_by_itself(transition: &Transition, findings: &mut Findings) {
+    for inhibitor in transition.arcs.iter().filter(|arc| arc.kind == ArcKind::Inhibitor) {
+        let wanted = transition.arcs.iter().filter(|arc| {
+            matches!(arc.kind, ArcKind::Take | ArcKind::Read)
+                && arc.place.value == inhibitor.place.value
+        });
+        if wanted.map(|arc| arc.weight).max().is_some_and(|wanted| wanted >= inhibitor.weight) {
+            let place = &inhibitor.place.value;
+            let why = match inhibitor.weight {
+                1 => format!("it wants {place} marked and empty"),
+                n => format!("it wants as many tokens in {place}, and fewer than {n}"),
+            };
+            never(transition, &inhibitor.place, &why, findings);
+        }
+    }
+}
+
+fn dates(transition: &Transition, findings: &mut Findings) {
+    let (Some(from), Some(to)) = (&transition.not_before, &transition.not_after) else { return };
+    if moment(&from.value) > moment(&to.value) {
+        let message = format!(
+            "{} may fire neither before {} nor after {}, so never",
+            transition.name.value, from.value, to.value
+        );
+        let finding = Finding::new(Code::DatesCrossed, &to.at, message);
+        findings.push(
+            finding
+                .remedy("exchange the two dates, or correct one")
+                .related(&from.at, "not before this"),
+        );
+    }
+}
+
+/// A date of the format's shape, so that texts sort as their moments do.
+fn moment(date: &str) -> String {
+    let date = date.trim_end_matches('Z');
+    let date =
+        if date.len() == "2026-11-21T14:30".len() { format!("{date}:00") } else { date.into() };
+    match date.split_once('.') {
+        Some((whole, part)) => format!("{whole}.{}", part.trim_end_matches('0')),
+        None => format!("{date}."),
+    }
+}
+
+/// With a period the net is looked at now and then; what is shorter is missed.
+fn shorter_than_period(transition: &Transition, mission: &Mission, findings: &mut Findings) {
+    let (Some(period), Some(interval)) = (&mission.period, &transition.interval) else { return };
+    let Some(latest) = interval.latest.filter(|latest| !latest.is_zero()) else { return };
+    if latest < period.value {
+        let message = format!(
+            "{} is shorter than the mission's period, {}: {} fires late",
+            interval.at.text(),
+            period.at.text(),
+            transition.name.value
+        );
+        let finding = Finding::new(Code::ShorterThanPeriod, &interval.at, message);
+        let remedy = "write a shorter period, or none: then the mission acts at once";
+        findings.push(finding.remedy(remedy).related(&period.at, "looked at so often"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_sort_as_their_moments() {
+        let sorted = [
+            "2026-11-21T14:30Z",
+            "2026-11-21T14:30:00.5Z",
+            "2026-11-21T14:30:01Z",
+            "2026-11-21T14:31Z",
+            "2026-12-01T00:00:00Z",
+        ];
+        assert!(sorted.is_sorted_by(|a, b| moment(a) < moment(b)));
+        assert_eq!(moment("2026-11-21T14:30Z"), moment("2026-11-21T14:30:00.000Z"));
+    }
+}

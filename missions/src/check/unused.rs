@@ -1,0 +1,74 @@
+//! What is there and serves nothing: outputs that no link takes, components that nothing speaks of.
+
+use std::collections::BTreeSet;
+
+use armor_wire::manifest::Manifest;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::model::{Component, Configuration};
+
+/// What of the system the file speaks of.
+#[derive(Default)]
+pub(super) struct Used<'a> {
+    components: BTreeSet<&'a str>,
+    /// Component and output.
+    outputs: BTreeSet<(&'a str, &'a str)>,
+    /// Whether there is somebody to take part with.
+    is_alone: bool,
+}
+
+impl<'a> Used<'a> {
+    pub(super) fn of(configuration: &'a Configuration) -> Self {
+        let system = &configuration.system;
+        let mut used = Self { is_alone: system.components.len() < 2, ..Self::default() };
+        let clock = system.clock.iter().map(|clock| &clock.source);
+        for from in system.links.iter().map(|link| &link.from).chain(clock) {
+            used.outputs.insert((&from.component.value, &from.port.value));
+            used.components.insert(&from.component.value);
+        }
+        used.components.extend(system.links.iter().map(|link| link.to.component.value.as_str()));
+        for mission in configuration.missions() {
+            for variable in &mission.variables {
+                let mut names = variable.source.iter().flat_map(|source| source.value.split('.'));
+                if let (Some(component), Some(output)) = (names.next(), names.next()) {
+                    used.outputs.insert((component, output));
+                    used.components.insert(component);
+                }
+            }
+            let in_places = mission.places.iter().flat_map(|place| &place.components);
+            used.components.extend(in_places.map(|name| name.value.as_str()));
+            let reporters = mission.transitions.iter().filter_map(|t| t.on.as_ref());
+            used.components.extend(reporters.map(|on| on.component.value.as_str()));
+        }
+        used
+    }
+
+    pub(super) fn check(
+        &self,
+        component: &Component,
+        manifest: &Manifest,
+        findings: &mut Findings,
+    ) {
+        let name = component.name.value.as_str();
+        let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
+        // Of a required input without link there is an error already.
+        let is_refused = manifest.inputs.iter().any(|input| input.required);
+        if has_ports && !is_refused && !self.is_alone && !self.components.contains(name) {
+            let message =
+                format!("{name} takes part in nothing: it has no link and is in no place");
+            let finding = Finding::new(Code::ComponentIdle, &component.name.at, message);
+            findings.push(finding.remedy("link it, or remove it"));
+            return;
+        }
+        let unused = |output: &&str| !self.outputs.contains(&(name, output));
+        let outputs = manifest.outputs.iter().map(|output| output.id.as_str());
+        let unused: Vec<_> =
+            outputs.filter(unused).map(|output| format!("{name}.{output}")).collect();
+        if !unused.is_empty() {
+            let message = format!("nothing takes {}", unused.join(", "));
+            let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);
+            findings.push(finding.remedy("link them if they are needed; otherwise all is well"));
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The sub-missions of a mission, and theirs: each file read once, a circle of files found.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::load::{Files, plain};
+use crate::mission::{Mission, Submission};
+use crate::source::{Location, Source, Spanned};
+
+/// Most files of one mission: what is read stays bounded whatever they name.
+pub const MAX_FILES: usize = 64;
+
+/// A file that is being read, and where it was named.
+struct Open {
+    path: PathBuf,
+    named: Option<Location>,
+    /// What it puts in, the next one last.
+    wanted: Vec<Submission>,
+}
+
+impl Files<'_> {
+    /// The missions that `mission`, of the file at `path`, puts in. Their sources go to `sources`.
+    pub(super) fn submissions(
+        &mut self,
+        path: &Path,
+        mission: &Mission,
+        of_system: Option<&Path>,
+        sources: &mut Vec<Arc<Source>>,
+    ) -> BTreeMap<PathBuf, Mission> {
+        let mut included = BTreeMap::new();
+        let mut seen = vec![plain(path)];
+        let mut open = vec![opened(path, None, mission)];
+        while let Some(top) = open.last_mut() {
+            let Some(next) = top.wanted.pop() else {
+                open.pop();
+                continue;
+            };
+            if let Some(at) = open.iter().position(|file| file.path == next.path) {
+                self.refuse_circle(&open[at..], &next.file);
+            } else if !seen.contains(&next.path) {
+                if seen.len() >= MAX_FILES {
+                    let message = format!("the mission has more than {MAX_FILES} files");
+                    let finding = Finding::new(Code::TooMany, &next.file.at, message);
+                    self.findings.push(finding.remedy("this is the format's limit"));
+                    break;
+                }
+                seen.push(next.path.clone());
+                let Some((source, mission)) = self.submission(&next, of_system) else { continue };
+                sources.push(source);
+                open.push(opened(&next.path, Some(&next.file.at), &mission));
+                included.insert(next.path, mission);
+            }
+        }
+        included
+    }
+
+    fn submission(
+        &mut self,
+        next: &Submission,
+        of_system: Option<&Path>,
+    ) -> Option<(Arc<Source>, Mission)> {
+        let bytes = self.bytes_of(&next.path, &next.file)?;
+        let (source, contents) = self.contents(&next.path, &bytes)?;
+        let Some(mission) = contents.mission else {
+            if !self.is_partial {
+                let message = format!("{} holds no mission", next.path.display());
+                let finding = Finding::new(Code::IncludeMissing, &next.file.at, message);
+                self.findings.push(finding.remedy("name the file that holds <mission>"));
+            }
+            return None;
+        };
+        if contents.system.is_some() {
+            let message = format!("{} has a system of its own", next.path.display());
+            let finding = Finding::new(Code::TwoSystems, &next.file.at, message);
+            let remedy = "a sub-mission is played over the system of the mission it is put into: \
+                          keep its mission in a file without <system>";
+            self.findings.push(finding.remedy(remedy));
+        }
+        if let Some(other) = &mission.system {
+            self.same_system(&next.file, other, of_system);
+        }
+        Some((source, mission))
+    }
+
+    /// A sub-mission may say over which system it was drawn: over this one.
+    fn same_system(
+        &mut self,
+        file: &Spanned<String>,
+        other: &Spanned<String>,
+        of_system: Option<&Path>,
+    ) {
+        let path = plain(&other.at.source.folder().join(&other.value));
+        let Some(ours) = of_system.filter(|ours| plain(ours) != path) else { return };
+        let message =
+            format!("this sub-mission is of the system in {}, not of {}", path.display(), {
+                ours.display()
+            });
+        let finding = Finding::new(Code::TwoSystems, &other.at, message);
+        let remedy = "a mission and its sub-missions are of one system";
+        self.findings.push(finding.remedy(remedy).related(&file.at, "put in here"));
+    }
+
+    fn refuse_circle(&mut self, circle: &[Open], back: &Spanned<String>) {
+        let names: Vec<_> = circle.iter().map(|file| file.path.display().to_string()).collect();
+        let message = match names.as_slice() {
+            [only] => format!("{only} puts itself in as a sub-mission"),
+            names => format!("{} put each other in as sub-missions", names.join(" and ")),
+        };
+        let mut finding = Finding::new(Code::IncludeCycle, &back.at, message)
+            .remedy("take one of them out: a mission cannot contain itself");
+        for named in circle.iter().skip(1).filter_map(|file| file.named.as_ref()) {
+            finding = finding.related(named, "put in here");
+        }
+        self.findings.push(finding);
+    }
+}
+
+fn opened(path: &Path, named: Option<&Location>, mission: &Mission) -> Open {
+    let wanted = mission.submissions.iter().rev().cloned().collect();
+    Open { path: plain(path), named: named.cloned(), wanted }
+}

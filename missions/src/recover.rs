@@ -1,0 +1,249 @@
+//! What a file says although its tags do not match or one of them is malformed: so that all of its
+//! other problems are found in the same pass. The strict reader (`xml.rs`) has refused it and said
+//! why; nothing is reported here, and nobody runs or writes what comes of it.
+
+use std::sync::Arc;
+
+use crate::code::Code;
+use crate::finding::Findings;
+use crate::source::{Location, Source, Span};
+use crate::tag::{TagReader, unescape};
+use crate::tree::{Element, Node};
+use crate::xml::{MAX_DEPTH, MAX_PIECES};
+
+/// What could be read.
+pub(crate) struct Recovered {
+    pub(crate) root: Element,
+    /// Whether every tag was understood, so that what is not there was not written either.
+    pub(crate) is_whole: bool,
+}
+
+/// Beyond a limit, or without text, there is nothing to recover.
+const HOPELESS: [Code; 6] = [
+    Code::TooLong,
+    Code::NotUtf8,
+    Code::Doctype,
+    Code::TooDeep,
+    Code::TooManyAttributes,
+    Code::TooMany,
+];
+
+/// Which elements an element may hold; a `<layout>` may hold anything.
+const HOLDS: [(&str, &[&str]); 6] = [
+    ("armor", &["system", "mission"]),
+    ("system", &["component", "link", "clock", "layout"]),
+    ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
+    ("component", &["parameter"]),
+    ("place", &["parameter"]),
+    ("transition", &["arc", "read", "inhibitor", "reset"]),
+];
+
+fn holds(parent: &str, child: &str) -> bool {
+    HOLDS.iter().any(|(name, children)| *name == parent && children.contains(&child))
+}
+
+/// Reads the file in which the strict reader found `refused`. The work is linear in its length.
+pub(crate) fn recover(source: &Arc<Source>, refused: &Findings) -> Option<Recovered> {
+    if refused.iter().any(|finding| HOPELESS.contains(&finding.code)) {
+        return None;
+    }
+    let mut reader = Reader { source, at: 0, open: Vec::new(), root: None, is_whole: true };
+    let mut pieces = 0;
+    while reader.root.is_none() && reader.step() {
+        pieces += 1;
+        if pieces > MAX_PIECES || reader.open.len() > MAX_DEPTH {
+            return None;
+        }
+    }
+    while !reader.open.is_empty() {
+        reader.close(false);
+    }
+    Some(Recovered { root: reader.root?, is_whole: reader.is_whole })
+}
+
+struct Reader<'a> {
+    source: &'a Arc<Source>,
+    /// Offset of what is read next.
+    at: usize,
+    open: Vec<Element>,
+    root: Option<Element>,
+    is_whole: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn rest(&self) -> &'a str {
+        &self.source.text()[self.at..]
+    }
+
+    /// Takes one tag, text or comment; false at the end.
+    fn step(&mut self) -> bool {
+        const SKIPPED: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+        let rest = self.rest();
+        if rest.is_empty() {
+            return false;
+        }
+        if let Some((_, end)) = SKIPPED.iter().find(|(start, _)| rest.starts_with(start)) {
+            let end_at = rest.find(end).map(|at| at + end.len());
+            self.is_whole &= end_at.is_some();
+            self.at += end_at.unwrap_or(rest.len());
+            return true;
+        }
+        let (len, is_tag) = match rest.strip_prefix('<') {
+            Some(_) => (tag_len(rest), true),
+            None => (rest.find('<').unwrap_or(rest.len()), false),
+        };
+        let span = Span::new(self.at, self.at + len);
+        self.at += len;
+        match (is_tag, rest[..len].strip_prefix("</")) {
+            (false, _) => self.text(span),
+            (true, Some(name)) => self.end(name.trim_end_matches('>').trim_end(), span),
+            (true, None) => return self.start(span),
+        }
+        true
+    }
+
+    fn text(&mut self, span: Span) {
+        let Some(top) = self.open.last_mut() else { return };
+        // What is left of a malformed tag looks like text.
+        if self.is_whole || top.name == "check" {
+            let at = Location::new(self.source, span);
+            let text = unescape(&at, &mut Findings::default());
+            top.children.push(Node::Text(text, span));
+        }
+    }
+
+    fn start(&mut self, span: Span) -> bool {
+        let text = self.source.slice(span);
+        let tag = TagReader::new(self.source, span).read(&mut Findings::default());
+        if tag.too_many_attributes {
+            self.is_whole = false;
+            return false;
+        }
+        self.is_whole &= tag.sound && text.ends_with('>');
+        self.open.push(tag.element);
+        if text.ends_with("/>") {
+            self.close(true);
+        }
+        true
+    }
+
+    fn end(&mut self, name: &str, span: Span) {
+        let Some(at) = self.open.iter().rposition(|element| element.name == name) else { return };
+        while self.open.len() > at + 1 {
+            self.close(false);
+        }
+        if let Some(top) = self.open.last_mut() {
+            top.span = Span::new(top.span.start(), span.end());
+        }
+        self.close(true);
+    }
+
+    /// Closes the innermost element. If nothing in the file does, what follows it has become its
+    /// content; what belongs to an element around it is given back.
+    fn close(&mut self, by_the_file: bool) {
+        let Some(mut element) = self.open.pop() else { return };
+        let mut follow = Vec::new();
+        if !by_the_file {
+            self.is_whole &= element.name != "layout";
+            let foreign = element.children.iter().position(|node| match node {
+                Node::Element(child) => {
+                    !holds(&element.name, &child.name)
+                        && self.open.iter().any(|outer| holds(&outer.name, &child.name))
+                }
+                _ => false,
+            });
+            follow = foreign.map(|at| element.children.split_off(at)).unwrap_or_default();
+        }
+        match self.open.last_mut() {
+            Some(parent) => {
+                parent.children.push(Node::Element(element));
+                parent.children.append(&mut follow);
+            }
+            None => self.root = Some(element),
+        }
+    }
+}
+
+/// Bytes of the tag at the start of `text`: to its `>` outside of quotes; to the first `>` if a
+/// quote is not closed before the next `<`; to that `<` if there is none.
+fn tag_len(text: &str) -> usize {
+    let mut quote = None;
+    let mut first = None;
+    for (at, byte) in text.bytes().enumerate().skip(1) {
+        match (byte, quote) {
+            (b'<', _) => return first.unwrap_or(at),
+            (b'>', None) => return at + 1,
+            (b'>', Some(_)) => first = first.or(Some(at + 1)),
+            (b'"' | b'\'', None) => quote = Some(byte),
+            (byte, Some(open)) if byte == open => quote = None,
+            _ => {}
+        }
+    }
+    first.unwrap_or(text.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The elements as `name(children)`, and `!` if something is missing.
+    fn check(text: &str, expected: &str) {
+        let source = Source::new("a.xml", text);
+        let recovered = recover(&source, &Findings::default()).expect("something");
+        let whole = if recovered.is_whole { "" } else { "!" };
+        assert_eq!(format!("{}{whole}", shown(&recovered.root)), expected, "{text}");
+    }
+
+    fn shown(element: &Element) -> String {
+        let children: Vec<_> = element.elements().map(shown).collect();
+        match children.as_slice() {
+            [] => element.name.clone(),
+            children => format!("{}({})", element.name, children.join(" ")),
+        }
+    }
+
+    #[test]
+    fn what_follows_an_unclosed_element_is_beside_it() {
+        check(
+            "<armor><system><component><parameter/><component/><link/></system></armor>",
+            "armor(system(component(parameter) component link))",
+        );
+        check("<armor><system><component/><mission/></armor>", "armor(system(component) mission)");
+        check(
+            "<armor><system><component><link></system><mission><place>",
+            "armor(system(component link) mission(place))",
+        );
+    }
+
+    #[test]
+    fn an_end_tag_that_closes_nothing_is_passed_over() {
+        check("<armor><system></component><link/></system></armor>", "armor(system(link))");
+        check(
+            "<armor><system><component></componant><link/></system></armor>",
+            "armor(system(component link))",
+        );
+    }
+
+    #[test]
+    fn a_malformed_tag_costs_itself_and_no_more() {
+        check(
+            "<armor><system><component name=\"a/><link/></system></armor>",
+            "armor(system(component link))!",
+        );
+        check(
+            "<armor><system><link a=\"1\" b/><link/></system></armor>",
+            "armor(system(link link))!",
+        );
+        check("<armor><system><link<link/></system></armor>", "armor(system(link link))!");
+        check("<armor><system/><!-- <mission/></armor>", "armor(system)!");
+    }
+
+    #[test]
+    fn beyond_a_limit_nothing_is_recovered() {
+        let deep = Source::new("a.xml", "<a>".repeat(MAX_DEPTH + 1));
+        assert!(recover(&deep, &Findings::default()).is_none());
+        let many = Source::new("a.xml", format!("<a>{}", "<b/>".repeat(MAX_PIECES)));
+        assert!(recover(&many, &Findings::default()).is_none());
+        assert!(recover(&Source::new("a.xml", "hello"), &Findings::default()).is_none());
+    }
+}
