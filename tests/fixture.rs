@@ -35,6 +35,7 @@ impl Folder {
         let mut command = Command::new(env!("CARGO_BIN_EXE_armor"));
         command.args(arguments).current_dir(&self.0).stdin(Stdio::null());
         command.env("XDG_RUNTIME_DIR", self.0.join("run"));
+        command.env("XDG_CACHE_HOME", self.0.join("cache"));
         for variable in ["ARMOR_REGISTRY", "ARMOR_COMPONENTS", "ARMOR_OUT", "ARMOR_LOG"] {
             command.env_remove(variable);
         }

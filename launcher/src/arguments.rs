@@ -29,7 +29,8 @@ pub enum Format {
     Text,
     /// One JSON object per line.
     Json,
-    /// Graphviz, for `armor graph`.
+    /// Graphviz, for `armor graph` alone, so that no other command offers it.
+    #[value(hide = true)]
     Dot,
 }
 
@@ -43,7 +44,8 @@ pub enum Command {
     Ps(Running),
     /// Show a kind of component: its ports and parameters. Without KIND: all kinds.
     Describe(Describe),
-    /// Show the links of a running system, with what they sent, dropped and lost.
+    /// Show the links of a running system, with what they sent, dropped and lost; `--format dot`
+    /// for Graphviz.
     Graph(Running),
     /// Print data as it is published.
     Echo(Echo),
@@ -226,9 +228,10 @@ pub struct Executive {
 #[derive(Args, Debug)]
 #[command(disable_help_flag = true)]
 pub struct Component {
-    /// The kind.
+    /// The kind, as `armor describe` lists it.
+    #[arg(allow_hyphen_values = true)]
     pub kind: String,
-    /// Passed on: --name NAME, --registry ADDRESS:PORT, --describe.
+    /// Passed on: --name NAME, --registry ADDRESS:PORT, --describe, --help.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pub arguments: Vec<std::ffi::OsString>,
 }

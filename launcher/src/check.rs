@@ -6,7 +6,6 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use armor_executive::{PLAYED, Plan};
 use armor_missions::{Colours, Configuration, Finding, Override, Reading};
-use serde_json::json;
 
 use crate::arguments::{self, Format};
 use crate::exit::Ending;
@@ -47,6 +46,7 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     reading.findings.extend(malformed);
     let files = reading.files.clone();
     let catalogue = Catalogue::gather(&kinds.directories, files.iter().map(AsRef::as_ref))?;
+    reading.findings.extend(catalogue.findings(reading.configuration.as_ref()));
     let mut reading = armor_missions::check(reading, &overrides, Some(&catalogue.manifests()));
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
@@ -90,13 +90,6 @@ impl Checked {
             let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
             write!(err, "{}", self.reading.findings.render(colours))
         };
-        for problem in &self.catalogue.problems {
-            let _ = if format == Format::Json {
-                writeln!(out, "{}", json!({"severity": "warning", "message": problem}))
-            } else {
-                writeln!(err, "warning: {problem}; this executable is not used")
-            };
-        }
     }
 }
 

@@ -12,8 +12,9 @@ use armor_executive::{Outcome, PLAYED, Plan};
 use armor_missions::{Colours, Findings};
 use armor_net::Registration;
 use armor_wire::registry::ComponentEntry;
+use clap::CommandFactory;
 use tokio::signal::unix::{SignalKind, signal};
-use tracing::{info, warn};
+use tracing::{debug, info, warn};
 
 use crate::arguments;
 use crate::check;
@@ -47,6 +48,8 @@ pub fn configd(arguments: &arguments::Configd) -> Result<Ending> {
     }
     let files = armor_missions::load(&arguments.file).files;
     let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
+    // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
+    kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
     let options = armor_configd::Options {
         overrides,
         manifests: Some(kinds.manifests()),
@@ -146,6 +149,14 @@ fn entry(name: &str, address: SocketAddr) -> ComponentEntry {
 /// If there is no such kind.
 pub fn component(arguments: arguments::Component) -> Result<ExitCode> {
     let kind = arguments.kind;
+    // The flags after a kind are the component's, so clap looks for none in this command.
+    if ["--help", "-h"].contains(&kind.as_str()) {
+        let mut program = arguments::Arguments::command();
+        program.build();
+        let help = program.find_subcommand_mut("component").context("it is a command")?;
+        help.print_long_help()?;
+        return Ok(Ending::Fine.into());
+    }
     let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
         let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();
         bail!("no stock component is called {kind}; there are {}", known.join(", "));

@@ -1,50 +1,67 @@
-//! Asks executables to describe themselves. They are strangers: limited in time and in output,
-//! killed with everything they started.
+//! Asks one executable to describe itself. It is a stranger: limited in time and in output, killed
+//! with everything it started.
 
-use std::io::Read;
+use std::io::{self, ErrorKind, Read};
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use armor_missions::{Code, Finding};
 use armor_wire::manifest::{MANIFEST_VERSION, Manifest};
-use armor_wire::name::is_name;
+use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process_group};
+use serde::Deserialize;
 
-/// How long a description may take.
-const WITHIN: Duration = Duration::from_secs(3);
+/// How long a description may take: Python with its libraries from a cold disk takes seconds.
+const WITHIN: Duration = Duration::from_secs(5);
 /// Longest description in bytes.
 const MAX_LEN: u64 = 1 << 20;
-/// Executables asked at once.
-const AT_ONCE: usize = 16;
+/// What is kept of the complaints of one that fails, in bytes.
+const MAX_COMPLAINT_LEN: u64 = 4 << 10;
+/// How long its last words may take after its end.
+const COMPLAINT_WITHIN: Duration = Duration::from_millis(300);
+/// How often a running one, or one that is still being written, is looked at.
+const LOOK: Duration = Duration::from_millis(2);
 
-/// The manifest of each executable, or what is wrong with it, in the same order.
-pub fn all(executables: &[PathBuf]) -> Vec<(PathBuf, Result<Manifest, String>)> {
-    let mut answers = Vec::new();
-    for some in executables.chunks(AT_ONCE) {
-        thread::scope(|scope| {
-            let asked: Vec<_> = some.iter().map(|path| scope.spawn(|| describe(path))).collect();
-            for (path, answer) in some.iter().zip(asked) {
-                let answer = answer.join().unwrap_or_else(|_| Err("asking it panicked".into()));
-                answers.push((path.clone(), answer));
-            }
-        });
-    }
-    answers
+/// Why an executable cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    code: Code,
+    message: String,
+    remedy: &'static str,
 }
 
-fn describe(path: &Path) -> Result<Manifest, String> {
-    let mut child = Command::new(path)
-        .arg("--describe")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .process_group(0)
-        .spawn()
-        .map_err(|error| format!("it cannot be started: {error}"))?;
-    let answer = answer(&mut child);
+impl Problem {
+    /// It, as said of the executable at `path`.
+    pub fn finding(&self, path: &Path) -> Finding {
+        let message = format!("{}: {}; it is not used", path.display(), self.message);
+        Finding::nowhere(self.code, message).remedy(self.remedy)
+    }
+}
+
+impl Problem {
+    /// Asking it panicked, or was never begun.
+    pub fn unasked() -> Self {
+        no_manifest("it could not be asked")
+    }
+}
+
+fn no_manifest(message: impl Into<String>) -> Problem {
+    let remedy = "run it with --describe; it must print its manifest (docs/manifest.md) and end";
+    Problem { code: Code::BrokenExecutable, message: message.into(), remedy }
+}
+
+/// What the executable at `path` says of itself.
+///
+/// # Errors
+/// What is wrong with it, after [`WITHIN`] at the latest.
+pub fn describe(path: &Path) -> Result<Manifest, Problem> {
+    let deadline = Instant::now() + WITHIN;
+    let mut child = start(path, deadline).map_err(|error| cannot_start(path, &error))?;
+    let answer = answer(&mut child, deadline);
     // It is over, or it hangs, or what it started does.
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
         let _ = kill_process_group(group, Signal::KILL);
@@ -54,47 +71,128 @@ fn describe(path: &Path) -> Result<Manifest, String> {
     parse(&answer?)
 }
 
-fn answer(child: &mut Child) -> Result<Vec<u8>, String> {
-    let deadline = Instant::now() + WITHIN;
-    let stdout = child.stdout.take().ok_or("it has no output")?;
+/// Starts it; waits while somebody still writes it.
+fn start(path: &Path, deadline: Instant) -> io::Result<Child> {
+    loop {
+        let started = Command::new(path)
+            .arg("--describe")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .spawn();
+        match started {
+            Err(error)
+                if error.kind() == ErrorKind::ExecutableFileBusy && Instant::now() < deadline =>
+            {
+                thread::sleep(LOOK);
+            }
+            started => return started,
+        }
+    }
+}
+
+fn cannot_start(path: &Path, error: &io::Error) -> Problem {
+    if error.raw_os_error() == Some(Errno::NOEXEC.raw_os_error()) {
+        return Problem {
+            code: Code::NotAProgram,
+            message: "it is marked executable, but is no program of this machine".into(),
+            remedy: "chmod -x if it is none; a script begins with #! and what runs it; a program \
+                     must be built for this machine",
+        };
+    }
+    if error.kind() == ErrorKind::NotFound && path.exists() {
+        let message = "it cannot be started: what would run it (its #! line or loader) is missing";
+        return no_manifest(message);
+    }
+    no_manifest(format!("it cannot be started: {error}"))
+}
+
+fn answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, Problem> {
+    let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
+        return Err(no_manifest("it has no output"));
+    };
+    let (printed, complaint) = (reading(stdout, MAX_LEN + 1), reading(stderr, MAX_COMPLAINT_LEN));
+    let late = || Problem {
+        code: Code::DescribeHangs,
+        message: format!("--describe did not end within {} s", WITHIN.as_secs()),
+        remedy: "nothing may happen before --describe is answered: no hardware, no network",
+    };
+    let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
+    let bytes = printed.recv_timeout(left(deadline)).map_err(|_| late())?;
+    let bytes = bytes.map_err(|error| no_manifest(format!("its output is lost: {error}")))?;
+    if bytes.len() as u64 > MAX_LEN {
+        return Err(no_manifest("--describe printed more than 1 MiB"));
+    }
+    let status = ended(child, deadline).ok_or_else(late)?;
+    if status.success() {
+        return Ok(bytes);
+    }
+    let how = status.code().map_or("a signal".into(), |code| format!("code {code}"));
+    // What it started may keep its stderr open for ever.
+    let said = complaint.recv_timeout(COMPLAINT_WITHIN).ok().and_then(Result::ok);
+    let said = said.map(|bytes| last_line(&bytes)).filter(|line| !line.is_empty());
+    let said = said.map(|line| format!(": {line}")).unwrap_or_default();
+    Err(no_manifest(format!("--describe ended with {how}{said}")))
+}
+
+/// Reads in the background: the other end may be kept open for ever.
+fn reading(from: impl Read + Send + 'static, limit: u64) -> Receiver<io::Result<Vec<u8>>> {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
         let mut bytes = Vec::new();
-        let read = stdout.take(MAX_LEN + 1).read_to_end(&mut bytes);
+        let read = from.take(limit).read_to_end(&mut bytes);
         let _ = sender.send(read.map(|_| bytes));
     });
-    let late = || format!("--describe did not end within {} s", WITHIN.as_secs());
-    let bytes = receiver.recv_timeout(WITHIN).map_err(|_| late())?.map_err(|e| e.to_string())?;
-    if bytes.len() as u64 > MAX_LEN {
-        return Err("--describe printed more than 1 MiB".into());
-    }
-    let status = ended(child, deadline).ok_or_else(late)?;
-    if !status.success() {
-        let how = status.code().map_or("a signal".into(), |code| format!("code {code}"));
-        return Err(format!("--describe ended with {how}"));
-    }
-    Ok(bytes)
+    receiver
+}
+
+/// The last thing said: where Python names its exception, and a shell what it did not find.
+fn last_line(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
+    line.chars().filter(|c| !c.is_control()).take(200).collect()
 }
 
 fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
-    while Instant::now() < deadline {
+    loop {
         if let Some(status) = child.try_wait().ok()? {
             return Some(status);
         }
-        thread::sleep(Duration::from_millis(2));
+        if Instant::now() >= deadline {
+            return None;
+        }
+        thread::sleep(LOOK);
     }
-    None
 }
 
-fn parse(bytes: &[u8]) -> Result<Manifest, String> {
-    let manifest: Manifest = serde_json::from_slice(bytes)
-        .map_err(|error| format!("--describe printed no manifest: {error}"))?;
-    if manifest.armor_manifest != MANIFEST_VERSION {
-        let version = manifest.armor_manifest;
-        return Err(format!("its manifest is of version {version}, not {MANIFEST_VERSION}"));
+/// What every version has.
+#[derive(Deserialize)]
+struct Version {
+    armor_manifest: u32,
+}
+
+fn parse(bytes: &[u8]) -> Result<Manifest, Problem> {
+    let text = std::str::from_utf8(bytes)
+        .map_err(|_| no_manifest("--describe printed something that is not UTF-8"))?;
+    if text.trim().is_empty() {
+        return Err(no_manifest("--describe printed nothing"));
     }
-    if !is_name(&manifest.kind) {
-        return Err(format!("its kind `{}` is not a name", manifest.kind));
+    let wrong =
+        |error: serde_json::Error| no_manifest(format!("--describe printed no manifest: {error}"));
+    let Version { armor_manifest: version } = serde_json::from_str(text).map_err(wrong)?;
+    if version != MANIFEST_VERSION {
+        return Err(Problem {
+            code: Code::ManifestVersion,
+            message: format!("its manifest is of version {version}, not {MANIFEST_VERSION}"),
+            remedy: if version > MANIFEST_VERSION {
+                "it was built for a newer Armor: update this one"
+            } else {
+                "rebuild it with this version's SDK"
+            },
+        });
     }
+    let manifest: Manifest = serde_json::from_str(text).map_err(wrong)?;
+    manifest.validate().map_err(|why| no_manifest(format!("its manifest is wrong: {why}")))?;
     Ok(manifest)
 }

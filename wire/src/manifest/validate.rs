@@ -109,6 +109,8 @@ fn validate_parameter(parameter: &ParameterManifest) -> Result<(), String> {
 mod tests {
     use super::*;
 
+    type Fault = fn(&mut Manifest);
+
     fn manifest() -> Manifest {
         let schema = "Scan{ranges:[f32](m)}";
         let port = |id: &str| PortManifest {
@@ -144,7 +146,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, fn(&mut Manifest)); 16] = [
+        let faults: [(&str, Fault); 16] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),

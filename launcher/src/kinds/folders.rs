@@ -1,0 +1,100 @@
+//! What is in the component directories: the executables, each once, and everything that looks as
+//! if it were meant to be one. Nothing in them is opened.
+
+use std::fs::Metadata;
+use std::io;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use armor_missions::{Code, Finding};
+
+/// Folder beside the system file that is looked into without being told.
+const BESIDE: &str = "components";
+/// More folders, separated by colons.
+const VARIABLE: &str = "ARMOR_COMPONENTS";
+
+/// The executables of all folders, in their order; each once, whatever links lead to it.
+pub fn executables<'a>(
+    asked: &[PathBuf],
+    files: impl IntoIterator<Item = &'a Path>,
+    problems: &mut Vec<Finding>,
+) -> Vec<PathBuf> {
+    let variable = std::env::var_os(VARIABLE).unwrap_or_default();
+    let variable: Vec<_> =
+        std::env::split_paths(&variable).filter(|path| !path.as_os_str().is_empty()).collect();
+    let mut found = Vec::new();
+    for directory in asked.iter().chain(&variable) {
+        if let Err(error) = look_into(directory, &mut found, problems) {
+            problems.push(no_directory(directory, &error));
+        }
+    }
+    for file in files {
+        let beside = file.parent().unwrap_or(Path::new("")).join(BESIDE);
+        match look_into(&beside, &mut found, problems) {
+            // Nobody asked for it, so it need not be there.
+            Err(error) if beside.is_dir() => problems.push(no_directory(&beside, &error)),
+            _ => {}
+        }
+    }
+    let mut once: Vec<PathBuf> = Vec::new();
+    for path in found {
+        if !once.contains(&path) {
+            once.push(path);
+        }
+    }
+    once
+}
+
+fn no_directory(directory: &Path, error: &io::Error) -> Finding {
+    let directory = directory.display();
+    let message = format!("the component directory {directory} cannot be read: {error}");
+    Finding::nowhere(Code::NoDirectory, message)
+        .remedy("check --components, ARMOR_COMPONENTS and the folder's permissions")
+}
+
+fn look_into(
+    directory: &Path,
+    found: &mut Vec<PathBuf>,
+    problems: &mut Vec<Finding>,
+) -> io::Result<()> {
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(directory)? {
+        // What vanishes while it is looked at was not meant to be used.
+        let Ok(entry) = entry else { break };
+        if !entry.file_name().to_string_lossy().starts_with('.') {
+            paths.push(entry.path());
+        }
+    }
+    paths.sort();
+    for path in paths {
+        match path.metadata().and_then(|metadata| usable(&path, &metadata)) {
+            Ok(Some(executable)) => found.push(executable),
+            Ok(None) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {}
+            Err(error) => {
+                let message = format!("{} cannot be used: {error}", path.display());
+                let finding = Finding::nowhere(Code::UnusableEntry, message);
+                problems.push(finding.remedy("remove it, or put there what was meant"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The executable behind `path`; none if it is a folder or a file that nobody marked as one.
+fn usable(path: &Path, metadata: &Metadata) -> io::Result<Option<PathBuf>> {
+    let mode = metadata.permissions().mode();
+    if metadata.is_dir() {
+        return Ok(None);
+    }
+    if !metadata.is_file() {
+        return Err(io::Error::other("it is a pipe, a socket or a device"));
+    }
+    if mode & 0o111 != 0 {
+        return path.canonicalize().map(Some);
+    }
+    if mode & 0o444 == 0 {
+        return Err(io::Error::other("nobody may read or execute it"));
+    }
+    Ok(None)
+}

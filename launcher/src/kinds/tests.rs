@@ -1,0 +1,198 @@
+use super::*;
+use crate::scratch::Scratch;
+
+fn script(path: &Path, text: &str) {
+    std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    // Written aside by another process, so that no thread of this one still has it open for
+    // writing when it is executed.
+    let status = std::process::Command::new("/bin/sh")
+        .args(["-c", "printf '%b' \"$1\" > \"$0\" && chmod +x \"$0\""])
+        .arg(path)
+        .arg(text.replace('\\', "\\\\"))
+        .status()
+        .expect("sh runs");
+    assert!(status.success());
+}
+
+fn manifest(kind: &str) -> String {
+    format!(
+        r#"{{"armor_manifest":1,"kind":"{kind}","summary":"x","inputs":[],"outputs":[],"parameters":[]}}"#
+    )
+}
+
+fn describing(kind: &str) -> String {
+    format!("#!/bin/sh\necho '{}'", manifest(kind))
+}
+
+/// Gathered without the user's cache.
+fn gathered(scratch: &Scratch, directories: &[PathBuf], files: &[&Path]) -> Catalogue {
+    let cache = Cache::at(scratch.path().join("cache/manifests.json"));
+    Catalogue::gather_with(&cache, directories, files.iter().copied()).expect("gathered")
+}
+
+fn said(catalogue: &Catalogue) -> Vec<String> {
+    catalogue.findings(None).iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn executables_describe_themselves_and_broken_ones_are_findings() {
+    let scratch = Scratch::new("kinds");
+    let there = |name: &str| scratch.path().join("components").join(name);
+    script(&there("good"), &describing("arm"));
+    let newer = manifest("x").replace("1,", "2,\"colour\":3,");
+    let twice = manifest("x").replace(
+        "\"parameters\":[",
+        r#""parameters":[{"name":"a","type":"text"},{"name":"a","type":"text"}"#,
+    );
+    let broken = [
+        (
+            "silent",
+            "#!/bin/sh\necho ignored >&2; echo gone wrong >&2; exit 3",
+            "W0119",
+            "code 3: gone wrong",
+        ),
+        ("nothing", "#!/bin/sh", "W0119", "printed nothing"),
+        ("hanging", "#!/bin/sh\nsleep 600 & sleep 600", "W0126", "within"),
+        ("detached", "#!/bin/sh\nsetsid sleep 3 & exit 1", "W0119", "code 1"),
+        ("endless", "#!/bin/sh\nexec yes", "W0119", "MiB"),
+        ("garbage", "#!/bin/sh\necho hello", "W0119", "no manifest"),
+        ("bytes", "#!/bin/sh\nprintf '\\377\\376'", "W0119", "not UTF-8"),
+        ("newer", &format!("#!/bin/sh\necho '{newer}'"), "W0127", "version 2"),
+        ("twice", &format!("#!/bin/sh\necho '{twice}'"), "W0119", "a is there twice"),
+        ("alien", "#!/no/such/python\n", "W0119", "missing"),
+        ("README", "A text file from a stick without modes.", "W0128", "no program"),
+    ];
+    for (name, text, ..) in &broken {
+        script(&there(name), text);
+    }
+    std::fs::write(there("notes.md"), "not executable").expect("writable");
+    let catalogue = gathered(&scratch, &[], &[&scratch.path().join("rover.xml")]);
+    let arm = &catalogue.kinds["arm"];
+    assert!(matches!(&arm.origin, Origin::Executable(path) if path.ends_with("good")));
+    let said = said(&catalogue);
+    for (name, _, code, why) in &broken {
+        let path = format!("{}: ", there(name).display());
+        let of = said.iter().find(|finding| finding.contains(&path));
+        let of = of.unwrap_or_else(|| panic!("{name} in {said:#?}"));
+        assert!(of.contains(code) && of.contains(why), "{of}");
+    }
+    assert_eq!(said.len(), broken.len(), "{said:#?}");
+}
+
+#[test]
+fn odd_entries_of_a_folder_are_findings_and_the_rest_works() {
+    let scratch = Scratch::new("odd");
+    let there = |name: &str| scratch.path().join(name);
+    script(&there("good"), &describing("arm"));
+    std::os::unix::fs::symlink("circle", there("circle")).expect("a link");
+    std::os::unix::fs::symlink("nothing", there("dangling")).expect("a link");
+    std::os::unix::fs::symlink("good", there("again")).expect("a link");
+    std::os::unix::fs::symlink(".", there("itself")).expect("a link");
+    let pipe = std::process::Command::new("mkfifo").arg(there("pipe")).status();
+    assert!(pipe.expect("mkfifo runs").success());
+    std::fs::write(there("secret"), "x").expect("writable");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o000);
+    std::fs::set_permissions(there("secret"), mode).expect("a mode");
+    let catalogue = gathered(&scratch, &[scratch.path().into()], &[]);
+    assert!(catalogue.kinds["arm"].rivals.is_empty(), "a link to it is no second one");
+    let said = said(&catalogue);
+    for name in ["circle", "dangling", "pipe", "secret"] {
+        let name = there(name).display().to_string();
+        let found = said.iter().any(|one| one.contains(&name) && one.contains("W0129"));
+        assert!(found, "{name} in {said:#?}");
+    }
+    assert_eq!(said.len(), 4, "{said:#?}");
+}
+
+#[test]
+fn a_kind_claimed_twice_names_both_and_is_an_error_where_it_is_used() {
+    let scratch = Scratch::new("claimed");
+    script(&scratch.path().join("one"), &describing("arm"));
+    script(&scratch.path().join("two"), &describing("arm"));
+    script(&scratch.path().join("third"), &describing("leg"));
+    let catalogue = gathered(&scratch, &[scratch.path().into()], &[]);
+    assert!(catalogue.kinds.contains_key("leg"));
+    let unused = said(&catalogue);
+    assert!(unused.len() == 1 && unused[0].contains("W0130"), "{unused:#?}");
+    assert!(unused[0].contains("one") && unused[0].contains("two"), "{unused:#?}");
+    let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
+    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+    let used = catalogue.findings(reading.configuration.as_ref());
+    assert!(used.len() == 1 && used[0].code == Code::KindTwice, "{used:#?}");
+    assert_eq!(used[0].at.as_ref().map(|at| at.text()), Some("arm"));
+}
+
+#[test]
+fn a_folder_that_was_asked_for_must_be_there() {
+    let scratch = Scratch::new("asked");
+    let catalogue = gathered(&scratch, &["/no/such/folder".into()], &[]);
+    assert!(catalogue.kinds.contains_key("driver"), "the rest is there");
+    let said = said(&catalogue);
+    assert!(said.len() == 1 && said[0].contains("/no/such/folder"), "{said:#?}");
+    assert!(said[0].contains("E0125"), "{said:#?}");
+}
+
+/// A script that counts how often it is asked.
+fn counting(scratch: &Scratch, kind: &str) -> PathBuf {
+    let path = scratch.path().join("c/counting");
+    let asked = scratch.path().join("asked");
+    let text = format!("#!/bin/sh\necho >> '{}'\necho '{}'", asked.display(), manifest(kind));
+    script(&path, &text);
+    path
+}
+
+fn times_asked(scratch: &Scratch) -> usize {
+    std::fs::read(scratch.path().join("asked")).map_or(0, |bytes| bytes.len())
+}
+
+#[test]
+fn an_executable_is_asked_once_until_it_is_another_one() {
+    let scratch = Scratch::new("cached");
+    let kinds = || {
+        let catalogue = gathered(&scratch, &[scratch.path().join("c")], &[]);
+        assert!(said(&catalogue).is_empty(), "{:#?}", said(&catalogue));
+        catalogue.kinds
+    };
+    let path = counting(&scratch, "one");
+    for _ in 0..3 {
+        assert!(kinds().contains_key("one"));
+    }
+    assert_eq!(times_asked(&scratch), 1);
+    // Rebuilt in place, of the same length and with the old time of modification.
+    let modified = path.metadata().and_then(|metadata| metadata.modified()).expect("a time");
+    counting(&scratch, "two");
+    let file = std::fs::File::open(&path).expect("there");
+    file.set_modified(modified).expect("the old time");
+    for _ in 0..2 {
+        assert!(kinds().contains_key("two"));
+    }
+    assert_eq!(times_asked(&scratch), 2);
+}
+
+#[test]
+fn a_damaged_or_unwritable_cache_only_costs_time() {
+    let scratch = Scratch::new("damaged");
+    counting(&scratch, "one");
+    let file = scratch.path().join("cache/manifests.json");
+    let kinds = || gathered(&scratch, &[scratch.path().join("c")], &[]).kinds;
+    kinds();
+    let whole = std::fs::read_to_string(&file).expect("remembered");
+    let mut asked = times_asked(&scratch);
+    let other = whole.replace("\"version\":1", "\"version\":9");
+    for damaged in ["", "{", &whole[..whole.len() / 2], &other, "\u{0}\u{0}\u{0}"] {
+        std::fs::write(&file, damaged).expect("writable");
+        assert!(kinds().contains_key("one"));
+        asked += 1;
+        assert_eq!(times_asked(&scratch), asked, "{damaged:?}");
+        assert!(kinds().contains_key("one"));
+        assert_eq!(times_asked(&scratch), asked, "mended after {damaged:?}");
+    }
+    // In the way: a folder where the file should be, then a file where its folder should be.
+    std::fs::remove_file(&file).expect("there");
+    std::fs::create_dir_all(file.join("in")).expect("a folder");
+    assert!(kinds().contains_key("one"));
+    std::fs::remove_dir_all(scratch.path().join("cache")).expect("there");
+    std::fs::write(scratch.path().join("cache"), "").expect("a file");
+    assert!(kinds().contains_key("one"));
+    assert_eq!(times_asked(&scratch), asked + 2);
+}
