@@ -153,24 +153,6 @@ codes! {
     /// A kind that is there more than once and that the file does not use.
     KindTwiceUnused = "W0130", "an unused kind is there twice";
 
-    /// An executable of a component directory that cannot be used.
-    BrokenExecutable = "W0119", "an executable that is no component";
-    // The component directories.
-    /// A component of a kind that is there more than once.
-    KindTwice = "E0124", "a kind that is there twice";
-    /// A component directory that was asked for is not there or cannot be read.
-    NoDirectory = "E0125", "a component directory cannot be read";
-    /// An executable that does not end when it is asked to describe itself.
-    DescribeHangs = "W0126", "an executable takes too long to describe itself";
-    /// A manifest of a version that is not known.
-    ManifestVersion = "W0127", "a manifest of another version";
-    /// A file marked executable that this machine cannot execute.
-    NotAProgram = "W0128", "a file marked executable is no program";
-    /// Something in a component directory that is neither a program nor a plain file.
-    UnusableEntry = "W0129", "something in a component directory cannot be used";
-    /// A kind that is there more than once and that the file does not use.
-    KindTwiceUnused = "W0130", "an unused kind is there twice";
-
     // The mission.
     /// Two places of one name.
     DuplicatePlace = "E0201", "two places have the same name";
