@@ -1,4 +1,7 @@
-//! The connection to configd: how this component is connected, and its parameters.
+//! The connections to configd: a component's, for how it is connected and its parameters; and a
+//! tool's.
+
+mod connection;
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::Path;
@@ -19,12 +22,14 @@ use crate::session::{self, Writer};
 use crate::shared::Shared;
 use crate::socket;
 
+pub use connection::{ConfigdConnection, ConfigdError, Differences, Parameters, SetOutcome};
+
 /// Name under which configd is found.
 pub(crate) const CONFIGD: &str = "configd";
 
 /// Parameters asked for and arrived.
 #[derive(Default)]
-pub(crate) struct Parameters {
+pub(crate) struct Asking {
     state: Mutex<State>,
     changed: Condvar,
     /// Some have arrived and are not handed over yet.
@@ -38,13 +43,18 @@ struct State {
     arrived: VecDeque<(String, Value)>,
     /// What is wrong with a parameter, by its name, until a good value comes.
     faults: BTreeMap<String, String>,
+    /// The live parameters that were answered, each with its last answer: they are asked for again
+    /// on every new connection, since a new configd does not know who wants them.
+    live: BTreeMap<String, Option<Assigned>>,
     writer: Option<Writer>,
     problem: String,
     next_request: u64,
+    /// What the requests of this connection are about: a parameter, or the settings.
+    requests: BTreeMap<u64, Option<String>>,
     settings: Option<mpsc::Sender<Result<Settings, String>>>,
 }
 
-impl Parameters {
+impl Asking {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -55,7 +65,7 @@ impl Parameters {
         if !state.asked.iter().any(|asked| asked == name) {
             state.asked.push(name.into());
         }
-        state.send(|request| Request::Parameter { request, name: name.into() });
+        state.send_parameter(name);
     }
 
     /// The names asked for so far that have no answer.
@@ -102,24 +112,38 @@ impl Parameters {
 
     /// Takes in an answer, by the parameter's declaration.
     pub fn answer(&self, shared: &Shared, name: &str, assigned: Option<&Assigned>) {
-        let value = value_of(&shared.declared, name, assigned).map_err(|problem| {
-            format!("parameter `{name}` of component `{}`: {problem}", shared.name)
-        });
+        let declaration = shared.declared.iter().find(|parameter| parameter.name == name);
+        let value = value_of(declaration, shared, assigned);
         let mut state = self.lock();
-        state.asked.retain(|asked| asked != name);
+        let was_asked = state.answered(name);
+        if declaration.is_some_and(|parameter| parameter.live) {
+            let before = state.live.insert(name.into(), assigned.cloned());
+            // Asked again on a new connection: what the component has is no news.
+            if !was_asked && before.is_some_and(|before| is_same(before.as_ref(), assigned)) {
+                return;
+            }
+        }
         match value {
             Ok(value) => {
                 state.faults.remove(name);
                 state.arrived.push_back((name.into(), value));
             }
-            Err(fault) => {
-                if state.faults.get(name) != Some(&fault) {
-                    tracing::error!("{fault}");
-                }
-                state.faults.insert(name.into(), fault);
-            }
+            Err(problem) => state.fault(shared, name, &problem),
         }
         self.arrived.store(!state.arrived.is_empty(), Ordering::Release);
+        drop(state);
+        self.changed.notify_all();
+        shared.wake_main();
+    }
+
+    /// Takes in that there is no answer.
+    fn refused(&self, shared: &Shared, name: &str, reason: &str) {
+        let mut state = self.lock();
+        if state.answered(name) {
+            state.fault(shared, name, reason);
+        } else {
+            tracing::warn!("parameter `{name}`: {reason}; the last value holds");
+        }
         drop(state);
         self.changed.notify_all();
         shared.wake_main();
@@ -127,28 +151,63 @@ impl Parameters {
 }
 
 impl State {
-    fn send(&mut self, request: impl FnOnce(u64) -> Request) {
+    fn send_parameter(&mut self, name: &str) {
+        self.send(Some(name), |request| Request::Parameter { request, name: name.into() });
+    }
+
+    fn send(&mut self, about: Option<&str>, request: impl FnOnce(u64) -> Request) {
         self.next_request += 1;
         if let Some(writer) = &self.writer {
+            self.requests.insert(self.next_request, about.map(Into::into));
             // A failure ends the connection; what was asked is asked again on the next one.
             let _ = writer.send(&request(self.next_request));
         }
     }
+
+    /// Crosses the parameter off; whether it was asked for.
+    fn answered(&mut self, name: &str) -> bool {
+        let waiting = self.asked.len();
+        self.asked.retain(|asked| asked != name);
+        self.asked.len() < waiting
+    }
+
+    fn fault(&mut self, shared: &Shared, name: &str, problem: &str) {
+        let fault = format!("parameter `{name}` of component `{}`: {problem}", shared.name);
+        if self.faults.get(name) != Some(&fault) {
+            tracing::error!("{fault}");
+        }
+        self.faults.insert(name.into(), fault);
+    }
+}
+
+/// Whether two answers give the same value; where it stands in the file does not matter.
+fn is_same(a: Option<&Assigned>, b: Option<&Assigned>) -> bool {
+    let value = |of: Option<&Assigned>| of.map(|of| (of.text.clone(), of.base.clone()));
+    value(a) == value(b)
 }
 
 fn value_of(
-    declared: &[ParameterManifest],
-    name: &str,
+    declaration: Option<&ParameterManifest>,
+    shared: &Shared,
     assigned: Option<&Assigned>,
 ) -> Result<Value, String> {
-    let declaration = declared.iter().find(|parameter| parameter.name == name);
-    let (text, base, origin) = match assigned {
-        Some(assigned) => (assigned.text.clone(), assigned.base.clone(), assigned.origin.clone()),
-        None => {
-            let default = declaration.and_then(|parameter| parameter.default.clone());
+    let (text, base, origin) = match (assigned, declaration) {
+        (Some(assigned), _) => {
+            (assigned.text.clone(), assigned.base.clone(), assigned.origin.clone())
+        }
+        (None, Some(parameter)) => {
+            let text = parameter.default.clone();
             let text =
-                default.ok_or("is not set and has no default; set it in the file or with --set")?;
+                text.ok_or("is not set and has no default; set it in the file or with --set")?;
             (text, String::new(), "its default".into())
+        }
+        (None, None) => {
+            let names: Vec<_> = shared.declared.iter().map(|known| known.name.as_str()).collect();
+            return Err(format!(
+                "a {} declares no such parameter, only: {}",
+                shared.kind,
+                if names.is_empty() { "none".into() } else { names.join(", ") }
+            ));
         }
     };
     let value = match declaration {
@@ -211,11 +270,14 @@ fn connect(shared: &Arc<Shared>) -> Result<(), String> {
         let mut state = parameters.lock();
         state.writer = Some(writer.clone());
         state.problem.clear();
+        state.requests.clear();
         if state.settings.is_some() {
-            state.send(|request| Request::Settings { request });
+            state.send(None, |request| Request::Settings { request });
         }
-        for name in state.asked.clone() {
-            state.send(|request| Request::Parameter { request, name });
+        let asked = state.asked.clone();
+        let again = state.live.keys().filter(|name| !asked.contains(name)).cloned();
+        for name in again.chain(asked.iter().cloned()).collect::<Vec<_>>() {
+            state.send_parameter(&name);
         }
     }
     let reason =
@@ -234,23 +296,34 @@ fn receive(shared: &Arc<Shared>, frame: &Frame<'_>) -> Result<(), String> {
         return Err(format!("a {:?} frame from configd", frame.kind));
     }
     match codec::decode_control(frame.body).map_err(|error| error.to_string())? {
-        Reply::Settings { settings, .. } => {
-            if let Some(waiting) = shared.parameters.lock().settings.take() {
+        Reply::Settings { request, settings } => {
+            let mut state = shared.parameters.lock();
+            state.requests.remove(&request);
+            if let Some(waiting) = state.settings.take() {
                 let _ = waiting.send(Ok(settings));
             }
         }
-        Reply::Parameter { name, assigned, .. } => {
+        Reply::Parameter { request, name, assigned } => {
+            shared.parameters.lock().requests.remove(&request);
             shared.parameters.answer(shared, &name, assigned.as_ref());
         }
-        Reply::Refused { refusal, .. } => {
-            if let Some(waiting) = shared.parameters.lock().settings.take() {
-                let _ = waiting.send(Err(refusal.to_string()));
-            } else {
-                tracing::error!("configd refuses: {refusal}");
+        Reply::Refused { request, refusal } => {
+            let mut state = shared.parameters.lock();
+            match state.requests.remove(&request) {
+                Some(Some(name)) => {
+                    drop(state);
+                    shared.parameters.refused(shared, &name, &refusal.text);
+                }
+                Some(None) => {
+                    if let Some(waiting) = state.settings.take() {
+                        let _ = waiting.send(Err(refusal.to_string()));
+                    }
+                }
+                None => tracing::error!("configd refuses what was not asked: {refusal}"),
             }
         }
         Reply::Beat => {}
-        _ => return Err("an answer to what was not asked".into()),
+        _ => return Err("an answer to what only tools ask".into()),
     }
     Ok(())
 }

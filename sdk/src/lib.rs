@@ -31,7 +31,7 @@
 //! ```
 //!
 //! Start reading with [`Component`] and [`Armor`]. Tools (the executive, the launcher, the command
-//! line) use [`directory`], [`control`], [`tap`] and [`node`].
+//! line) use [`directory`], [`control`], [`configuration`], [`tap`] and [`node`].
 
 // Derived code names this crate by its public path, also inside the crate itself.
 extern crate self as armor_sdk;
@@ -39,7 +39,6 @@ extern crate self as armor_sdk;
 mod armor;
 mod clock;
 mod component;
-mod configuration;
 mod describe;
 mod faults;
 mod launch;
@@ -53,6 +52,7 @@ mod session;
 mod shared;
 mod socket;
 
+pub mod configuration;
 pub mod control;
 pub mod directory;
 pub mod log;

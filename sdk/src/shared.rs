@@ -16,7 +16,7 @@ use rustix::event::{EventfdFlags, eventfd};
 use crate::armor::SendError;
 use crate::clock::Clock;
 use crate::component::{Fault, Outcome};
-use crate::configuration::Parameters;
+use crate::configuration::Asking;
 use crate::directory::Directory;
 use crate::faults::Faults;
 use crate::link::{Input, Output, Sent};
@@ -65,7 +65,7 @@ pub(crate) struct Shared {
     /// The constructor runs only to find out what it declares.
     pub describing: bool,
     pub declared: Vec<ParameterManifest>,
-    pub parameters: Parameters,
+    pub parameters: Asking,
     outputs: RwLock<Vec<Arc<Output>>>,
     inputs: RwLock<Vec<Arc<Input>>>,
     directory: OnceLock<Directory>,
@@ -120,7 +120,7 @@ impl Shared {
             clock: Arc::default(),
             describing,
             declared,
-            parameters: Parameters::default(),
+            parameters: Asking::default(),
             outputs: RwLock::default(),
             inputs: RwLock::default(),
             directory: OnceLock::new(),
