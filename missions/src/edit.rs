@@ -2,14 +2,19 @@
 //! text, which are made at once and read again; so comments, order, blank lines, quotes, foreign
 //! attributes and line ends survive, and an edit that fails has changed nothing.
 
+mod adding;
 mod attribute;
 mod error;
 mod item;
+mod layout;
+mod mention;
+mod naming;
 mod new_element;
+mod parameter;
 mod patch;
 mod placement;
 mod removal;
-mod system;
+mod words;
 
 use std::path::Path;
 
@@ -20,6 +25,7 @@ use crate::xml::parse;
 
 pub use error::EditError;
 pub use item::Item;
+pub use layout::Position;
 pub use new_element::NewElement;
 use patch::Patches;
 

@@ -41,7 +41,7 @@ use std::path::Path;
 pub use check::{Manifests, NeededPath, check, needed_paths};
 pub use code::Code;
 pub use difference::{Change, Difference, Subject, differences};
-pub use edit::{Document, EditError, Item, NewElement};
+pub use edit::{Document, EditError, Item, NewElement, Position};
 pub use features::Feature;
 pub use finding::{Finding, Findings, MAX_FINDINGS, Severity};
 pub use load::{Reading, load, read, read_bytes};

@@ -7,7 +7,7 @@ use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
 use crate::source::Source;
 use crate::tag::is_xml_name;
-use crate::tree::{Element, Node};
+use crate::tree::{Attribute, Element, Node};
 
 /// Gives an attribute a value in its own quotes, or removes it with the space before it. A new one
 /// goes behind the last, in the same quotes, on a line of its own if that one has one.
@@ -23,7 +23,7 @@ pub(crate) fn set(
         (None, None) => {}
         (Some(attribute), Some(value)) => {
             if attribute.value != value {
-                let quote = quote_at(text, attribute.span().end() - 1);
+                let quote = quote(text, attribute);
                 let span = attribute.value_span;
                 patches.replace(span.start()..span.end(), escape_value(value, quote));
             }
@@ -39,8 +39,8 @@ pub(crate) fn set(
             let (at, space, quote) = match element.attributes.last() {
                 None => (element.name_span.end(), " ", '"'),
                 Some(last) => {
-                    let end = last.span().end();
-                    (end, space_before(text, last.name_span.start()), quote_at(text, end - 1))
+                    let space = space_before(text, last.name_span.start());
+                    (last.span().end(), space, quote(text, last))
                 }
             };
             let value = escape_value(value, quote);
@@ -50,8 +50,9 @@ pub(crate) fn set(
     Ok(())
 }
 
-fn quote_at(text: &str, at: usize) -> char {
-    if text.as_bytes()[at] == b'\'' { '\'' } else { '"' }
+/// The quotes around an attribute's value.
+pub(crate) fn quote(text: &str, attribute: &Attribute) -> char {
+    if text[..attribute.span().end()].ends_with('\'') { '\'' } else { '"' }
 }
 
 /// The white space before an attribute if it holds a line break, else one space.
@@ -83,6 +84,14 @@ pub(crate) fn set_text(source: &Source, element: &Element, new: &str, patches: &
         let start = text[..end - "/>".len()].trim_end().len();
         patches.replace(start..end, format!(">{escaped}</{}>", element.name));
     }
+}
+
+/// Where the text of an element stands, without the white space around it, if it is one piece
+/// without CDATA.
+pub(crate) fn text_run(text: &str, element: &Element) -> Option<Range<usize>> {
+    let mut words = words(text, element);
+    let only = words.pop().filter(|_| words.is_empty())?;
+    (!text[only.clone()].contains("<![CDATA[")).then_some(only)
 }
 
 /// The pieces of text between comments and elements, without the white space around them.

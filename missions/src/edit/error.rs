@@ -36,6 +36,12 @@ pub enum EditError {
         /// What was given.
         name: String,
     },
+    /// A link, the system and the mission are not named by anything, so they cannot be renamed.
+    #[error("{what} cannot be renamed; set its attributes")]
+    Nameless {
+        /// What was to be renamed, such as "link from a.x to b.y".
+        what: String,
+    },
     /// Not `component.port`.
     #[error("{text:?} is not two names joined by a dot, such as laser.scan")]
     BadPort {
@@ -48,9 +54,15 @@ pub enum EditError {
         /// What was given.
         name: String,
     },
-    /// Not a finite number.
-    #[error("a position is two finite numbers")]
+    /// Not a finite number, or a very large one.
+    #[error("a position is two numbers of at most a billion")]
     BadPosition,
+    /// Only components, places and transitions have a block.
+    #[error("{what} has no position")]
+    NotShown {
+        /// What should have been shown, such as "variable battery".
+        what: String,
+    },
     /// Something that would mean another thing without it still names it.
     #[error("{what} is still named {}", places(at))]
     StillNamed {

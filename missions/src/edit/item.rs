@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use armor_wire::name::{is_name, split_data};
+
 use crate::edit::Document;
 use crate::edit::error::EditError;
-use crate::tree::Element;
+use crate::tree::{Element, Tree};
 
 /// Something in a file that can be called by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,7 +32,29 @@ pub enum Item<'a> {
     Variable(&'a str),
 }
 
-impl Item<'_> {
+impl<'a> Item<'a> {
+    /// What it is called, if it has a name that others call it by.
+    pub(crate) fn name(self) -> Option<&'a str> {
+        match self {
+            Self::System | Self::Mission | Self::Link { .. } => None,
+            Self::Component(name)
+            | Self::Place(name)
+            | Self::Transition(name)
+            | Self::Variable(name) => Some(name),
+        }
+    }
+
+    /// The same sort of item under another name.
+    pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
+        match self {
+            Self::System | Self::Mission | Self::Link { .. } => None,
+            Self::Component(_) => Some(Item::Component(new)),
+            Self::Place(_) => Some(Item::Place(new)),
+            Self::Transition(_) => Some(Item::Transition(new)),
+            Self::Variable(_) => Some(Item::Variable(new)),
+        }
+    }
+
     /// The element that holds it, and its own element's name.
     pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
@@ -52,10 +76,7 @@ impl Item<'_> {
             && match self {
                 Self::System | Self::Mission => true,
                 Self::Link { from, to } => has("from", from) && has("to", to),
-                Self::Component(name)
-                | Self::Place(name)
-                | Self::Transition(name)
-                | Self::Variable(name) => has("name", name),
+                named => named.name().is_some_and(|name| has("name", name)),
             }
     }
 }
@@ -75,17 +96,22 @@ impl fmt::Display for Item<'_> {
     }
 }
 
+/// The path of an item in a tree.
+pub(crate) fn find(tree: &Tree, item: Item<'_>) -> Option<Vec<usize>> {
+    let mut path = match item.names().0 {
+        "armor" => Vec::new(),
+        "system" => find(tree, Item::System)?,
+        _ => find(tree, Item::Mission)?,
+    };
+    let parent = tree.element(&path)?;
+    path.push(parent.elements().position(|element| item.is(element))?);
+    Some(path)
+}
+
 impl Document {
     /// The path of an item, the first of its name.
     pub fn find(&self, item: Item<'_>) -> Option<Vec<usize>> {
-        let mut path = match item.names().0 {
-            "armor" => Vec::new(),
-            "system" => self.find(Item::System)?,
-            _ => self.find(Item::Mission)?,
-        };
-        let parent = self.tree().element(&path)?;
-        path.push(parent.elements().position(|element| item.is(element))?);
-        Some(path)
+        find(self.tree(), item)
     }
 
     pub(crate) fn path_of(&self, item: Item<'_>) -> Result<Vec<usize>, EditError> {
@@ -98,9 +124,10 @@ impl Document {
 
 /// Refuses what is not a name of the format.
 pub(crate) fn check_name(name: &str) -> Result<(), EditError> {
-    if armor_wire::name::is_name(name) {
-        Ok(())
-    } else {
-        Err(EditError::BadName { name: name.to_owned() })
-    }
+    if is_name(name) { Ok(()) } else { Err(EditError::BadName { name: name.to_owned() }) }
+}
+
+/// Refuses what is not `component.port`.
+pub(crate) fn check_port(text: &str) -> Result<(&str, &str), EditError> {
+    split_data(text).ok_or_else(|| EditError::BadPort { text: text.to_owned() })
 }

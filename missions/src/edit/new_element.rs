@@ -49,6 +49,10 @@ impl NewElement {
         self
     }
 
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The element as it is written at a place, without the indentation of its first line.
     pub(crate) fn render(&self, place: &Placement) -> Result<String, EditError> {
         let mut out = String::new();

@@ -1,0 +1,213 @@
+//! Every place of a file that names a thing, and what the name is there for.
+
+use std::sync::Arc;
+
+use crate::edit::item::{Item, find};
+use crate::edit::words::{Form, occurrences};
+use crate::source::{Location, Source};
+use crate::tree::{Attribute, Element, Tree};
+
+/// A place that names a thing.
+pub(crate) struct Mention<'a> {
+    /// The element around [`Self::element`].
+    pub(crate) parent: &'a Element,
+    /// The element that names it.
+    pub(crate) element: &'a Element,
+    /// The number of the element in its parent.
+    pub(crate) index: usize,
+    /// The attribute that names it; none if it is the element's text.
+    pub(crate) attribute: Option<&'a Attribute>,
+    /// How it is named there.
+    pub(crate) form: Form,
+    /// What for.
+    pub(crate) role: Role,
+}
+
+/// What a thing is named for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Here it gets its name.
+    Definition,
+    /// The whole element is about it: a link, a parameter that a place gives, a block of the layout.
+    Whole,
+    /// It is one of several.
+    Listed,
+    /// The element would mean something else without it.
+    Needed,
+}
+
+impl Mention<'_> {
+    /// The value, or the text, in which it is named.
+    pub(crate) fn value(&self) -> String {
+        self.attribute.map_or_else(|| self.element.text().0, |attribute| attribute.value.clone())
+    }
+
+    /// Whether it says where to show it.
+    pub(crate) fn is_layout(&self) -> bool {
+        self.element.name == "block"
+    }
+
+    /// The text that names it.
+    pub(crate) fn at(&self, source: &Arc<Source>) -> Location {
+        let span = match self.attribute {
+            Some(attribute) => attribute.value_span,
+            None => self.element.text().1.unwrap_or(self.element.span),
+        };
+        Location::new(source, span)
+    }
+}
+
+/// Every place in the tree that names the item, in the order of the file.
+pub(crate) fn mentions<'a>(tree: &'a Tree, item: Item<'_>) -> Vec<Mention<'a>> {
+    let Some(name) = item.name() else { return Vec::new() };
+    let expressions = Expressions::of(tree, item);
+    let mut found = Vec::new();
+    visit(tree.root(), Within::Armor, &mut |within, parent, index, element: &'a Element| {
+        for (attribute, form, role) in uses(item, within, &element.name, expressions) {
+            let given = match attribute {
+                TEXT => None,
+                attribute => match element.attribute(attribute) {
+                    Some(given) => Some(given),
+                    None => continue,
+                },
+            };
+            let value = given.map_or_else(|| element.text().0, |given| given.value.clone());
+            if !occurrences(form, &value, name).is_empty() {
+                found.push(Mention { parent, element, index, attribute: given, form, role });
+            }
+        }
+    });
+    found
+}
+
+/// Stands for the text of an element where the name of an attribute is expected.
+const TEXT: &str = "";
+
+/// Where in the file an element stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Within {
+    Armor,
+    System,
+    Mission,
+    Place,
+    Transition,
+    SystemLayout,
+    MissionLayout,
+    Elsewhere,
+}
+
+impl Within {
+    /// Where the children of an element stand that stands here itself.
+    fn inside(self, element: &str) -> Self {
+        match (self, element) {
+            (Self::Armor, "system") => Self::System,
+            (Self::Armor, "mission") => Self::Mission,
+            (Self::Mission, "place") => Self::Place,
+            (Self::Mission, "transition") => Self::Transition,
+            (Self::System, "layout") | (Self::SystemLayout, _) => Self::SystemLayout,
+            (Self::Mission, "layout") | (Self::MissionLayout, _) => Self::MissionLayout,
+            _ => Self::Elsewhere,
+        }
+    }
+}
+
+/// Recursion is bounded by the tree's depth.
+fn visit<'a>(
+    parent: &'a Element,
+    within: Within,
+    see: &mut impl FnMut(Within, &'a Element, usize, &'a Element),
+) {
+    for (index, element) in parent.elements().enumerate() {
+        see(within, parent, index, element);
+        visit(element, within.inside(&element.name), see);
+    }
+}
+
+/// How an item is named in expressions, if at all.
+#[derive(Clone, Copy)]
+struct Expressions {
+    guard: Option<Form>,
+    check: Option<Form>,
+}
+
+impl Expressions {
+    /// A name by itself belongs to one sort of things: in a guard rather to a variable, in a check
+    /// rather to a place. Before a dot it is a component's.
+    fn of(tree: &Tree, item: Item<'_>) -> Self {
+        let name = item.name().unwrap_or_default();
+        let form = |order: [Item<'_>; 4]| {
+            let mut before = order.iter().take_while(|sort| **sort != item);
+            let is_bare = before.all(|sort| find(tree, *sort).is_none());
+            match (item, is_bare) {
+                (Item::Component(_), true) => Some(Form::AllWords),
+                (Item::Component(_), false) => Some(Form::DottedWords),
+                (_, is_bare) => is_bare.then_some(Form::BareWords),
+            }
+        };
+        let (variable, place) = (Item::Variable(name), Item::Place(name));
+        let (component, transition) = (Item::Component(name), Item::Transition(name));
+        Self {
+            guard: form([variable, place, component, transition]),
+            check: form([place, variable, component, transition]),
+        }
+    }
+}
+
+/// The attributes of an element that may name an item.
+fn uses(
+    item: Item<'_>,
+    within: Within,
+    element: &str,
+    expressions: Expressions,
+) -> Vec<(&'static str, Form, Role)> {
+    use Within as W;
+    let needed = |attributes: &[&'static str], form| {
+        attributes.iter().map(|attribute| (*attribute, form, Role::Needed)).collect()
+    };
+    let definition = ("name", Form::Whole, Role::Definition);
+    let mut uses: Vec<_> = match (item, within, element) {
+        (Item::Component(_), W::System, "component")
+        | (Item::Transition(_), W::Mission, "transition")
+        | (Item::Variable(_), W::Mission, "variable") => vec![definition],
+        (Item::Component(_), W::System, "link") => {
+            vec![("from", Form::Dotted, Role::Whole), ("to", Form::Dotted, Role::Whole)]
+        }
+        (Item::Component(_), W::System, "clock") | (Item::Component(_), W::Mission, "variable") => {
+            needed(&["source"], Form::Dotted)
+        }
+        (Item::Component(_), W::Mission, "place" | "exclusive") => {
+            vec![("components", Form::List, Role::Listed)]
+        }
+        (Item::Component(_), W::Place, "parameter") => {
+            vec![("component", Form::Whole, Role::Whole)]
+        }
+        (Item::Component(_), W::Mission, "transition") => needed(&["on"], Form::Dotted),
+        (Item::Place(_), W::Armor, "mission") => needed(&["goal", "safe"], Form::Whole),
+        (Item::Place(_), W::Mission, "place") => {
+            vec![definition, ("on-failure", Form::Whole, Role::Needed)]
+        }
+        (Item::Place(_), W::Mission, "transition") => {
+            let mut uses: Vec<_> = needed(&["from", "to"], Form::List);
+            uses.extend::<Vec<_>>(needed(
+                &["on-stop-fail", "on-start-fail", "overrun"],
+                Form::Whole,
+            ));
+            uses
+        }
+        (Item::Place(_), W::Transition, _) => needed(&["from", "to", "place"], Form::Whole),
+        (Item::Place(_), W::Mission, "submission") => needed(&["in", "out"], Form::Whole),
+        (Item::Component(_), W::SystemLayout, "block")
+        | (Item::Place(_), W::MissionLayout, "block") => vec![("of", Form::Whole, Role::Whole)],
+        (Item::Transition(_), W::MissionLayout, "block") => {
+            vec![("transition", Form::Whole, Role::Whole)]
+        }
+        _ => Vec::new(),
+    };
+    let (attribute, form) = match (within, element) {
+        (W::Mission, "transition") => ("when", expressions.guard),
+        (W::Mission, "check") => (TEXT, expressions.check),
+        _ => return uses,
+    };
+    uses.extend(form.map(|form| (attribute, form, Role::Needed)));
+    uses
+}

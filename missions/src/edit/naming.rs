@@ -1,0 +1,202 @@
+//! Items renamed and removed, with everything in the file that names them.
+
+use crate::edit::attribute::{quote, text_run};
+use crate::edit::error::EditError;
+use crate::edit::item::check_name;
+use crate::edit::mention::{Mention, Role, mentions};
+use crate::edit::new_element::{escape_text, escape_value};
+use crate::edit::patch::Patches;
+use crate::edit::words::{Form, list, occurrences, replaced, without};
+use crate::edit::{Document, Item, attribute, removal};
+use crate::finding::Findings;
+use crate::source::{Location, Source, Span};
+use crate::tag::unescape;
+use crate::tree::Element;
+
+impl Document {
+    /// Renames an item and everything in the file that names it: links, lists, arcs, the goal,
+    /// reports, sources, the layout, and the words of guards and checks. There a name before a dot
+    /// is a component's; one by itself is, of the things that have it, in a guard a variable's and
+    /// in a check a place's. A component of another file is renamed in what names it here.
+    ///
+    /// # Errors
+    /// If there is no such item, the new name is none or another's, or the item is one without name.
+    pub fn rename(&mut self, item: Item<'_>, new: &str) -> Result<(), EditError> {
+        let (Some(old), Some(renamed)) = (item.name(), item.renamed(new)) else {
+            return Err(EditError::Nameless { what: item.to_string() });
+        };
+        check_name(new)?;
+        self.check_known(item)?;
+        if old == new {
+            return Ok(());
+        }
+        self.refuse_taken(renamed)?;
+        if self.is_elsewhere(item)
+            && let Some(mention) = mentions(&self.tree, renamed).first()
+        {
+            return Err(self.taken(renamed.to_string(), mention.element));
+        }
+        let mut patches = Patches::default();
+        for mention in mentions(&self.tree, item) {
+            let rename =
+                |form: Form, value: &str| replaced(value, &occurrences(form, value, old), new);
+            self.rewrite(&mention, rename, &mut patches);
+        }
+        self.apply(patches)
+    }
+
+    /// Removes an item. A component goes with its links, the parameters that places give it, its
+    /// part in lists (an exclusive set of fewer than two goes too) and its block in the layout; other
+    /// items go with their block.
+    ///
+    /// # Errors
+    /// If there is no such item, or if something that would mean another thing without it still
+    /// names it: a transition or guard, a variable, the clock, a check; the goal.
+    pub fn remove(&mut self, item: Item<'_>) -> Result<(), EditError> {
+        let Some(name) = item.name() else {
+            let path = self.path_of(item)?;
+            return self.remove_element(&path);
+        };
+        self.check_known(item)?;
+        let mentions = mentions(&self.tree, item);
+        self.refuse_needed(item, &mentions)?;
+        let mut patches = Patches::default();
+        let mut gone = Gone::default();
+        for mention in &mentions {
+            match mention.role {
+                Role::Definition | Role::Whole => gone.add(mention.parent, mention.index),
+                Role::Needed => {}
+                Role::Listed => {
+                    let value = mention.value();
+                    let left = without(&value, &occurrences(mention.form, &value, name));
+                    match (mention.element.name.as_str(), list(&left).count()) {
+                        ("exclusive", 0 | 1) => gone.add(mention.parent, mention.index),
+                        (_, 0) => {
+                            attribute::set(
+                                self.source(),
+                                mention.element,
+                                "components",
+                                None,
+                                &mut patches,
+                            )?;
+                        }
+                        _ => self.rewrite(
+                            mention,
+                            |form, value| without(value, &occurrences(form, value, name)),
+                            &mut patches,
+                        ),
+                    }
+                }
+            }
+        }
+        gone.remove(self.source(), &mut patches);
+        self.apply(patches)
+    }
+
+    /// Where an item is named, its own name and its block in the layout left out.
+    pub fn mentions(&self, item: Item<'_>) -> Vec<Location> {
+        let found = mentions(&self.tree, item);
+        let others = found.iter().filter(|m| m.role != Role::Definition && !m.is_layout());
+        others.map(|mention| mention.at(self.tree.source())).collect()
+    }
+
+    fn check_known(&self, item: Item<'_>) -> Result<(), EditError> {
+        if self.is_elsewhere(item) { Ok(()) } else { self.path_of(item).map(|_| ()) }
+    }
+
+    /// Whether an item is a component of another file's system.
+    fn is_elsewhere(&self, item: Item<'_>) -> bool {
+        matches!(item, Item::Component(_)) && self.find(Item::System).is_none()
+    }
+
+    fn refuse_needed(&self, item: Item<'_>, mentions: &[Mention<'_>]) -> Result<(), EditError> {
+        let own: Vec<_> = mentions.iter().filter(|m| m.role == Role::Definition).collect();
+        let needed = mentions.iter().filter(|mention| {
+            mention.role == Role::Needed
+                && !own.iter().any(|own| own.element.span == mention.element.span)
+        });
+        let at: Vec<_> = needed.map(|mention| mention.at(self.tree.source())).collect();
+        if at.is_empty() {
+            return Ok(());
+        }
+        Err(EditError::StillNamed { what: item.to_string(), at })
+    }
+
+    /// Changes the value in which an item is named. What is written around the name stays as it is
+    /// written, unless the name itself is written with references.
+    fn rewrite(
+        &self,
+        mention: &Mention<'_>,
+        change: impl Fn(Form, &str) -> String,
+        patches: &mut Patches,
+    ) {
+        let wanted = change(mention.form, &mention.value());
+        let text = self.text();
+        let range = match mention.attribute {
+            Some(attribute) => attribute.value_span.start()..attribute.value_span.end(),
+            None => match text_run(text, mention.element) {
+                Some(run) => run,
+                None => {
+                    return attribute::set_text(self.source(), mention.element, &wanted, patches);
+                }
+            },
+        };
+        let changed = around_references(&text[range.clone()], |raw| change(mention.form, raw));
+        let written = match mention.attribute {
+            _ if read(&changed) == wanted => changed,
+            Some(attribute) => escape_value(&wanted, quote(text, attribute)),
+            None => escape_text(&wanted),
+        };
+        patches.replace(range, written);
+    }
+}
+
+/// Elements that go, by their parents.
+#[derive(Default)]
+pub(super) struct Gone<'a>(Vec<(&'a Element, Vec<usize>)>);
+
+impl<'a> Gone<'a> {
+    pub(super) fn add(&mut self, parent: &'a Element, index: usize) {
+        match self.0.iter_mut().find(|(known, _)| known.span == parent.span) {
+            Some((_, numbers)) => numbers.push(index),
+            None => self.0.push((parent, vec![index])),
+        }
+    }
+
+    pub(super) fn remove(self, source: &Source, patches: &mut Patches) {
+        for (parent, numbers) in self.0 {
+            removal::remove(source, parent, &numbers, patches);
+        }
+    }
+}
+
+/// Stands for a reference; XML does not allow the character itself.
+const REFERENCE: char = '\u{1}';
+
+/// Changes a text as it is written, its references being left alone.
+fn around_references(raw: &str, change: impl Fn(&str) -> String) -> String {
+    let mut masked = String::with_capacity(raw.len());
+    let mut references = Vec::new();
+    let mut rest = raw;
+    while let Some((before, from)) = rest.find('&').map(|at| rest.split_at(at)) {
+        let (reference, after) = from.split_at(from.find(';').map_or(from.len(), |end| end + 1));
+        masked += before;
+        masked.push(REFERENCE);
+        references.push(reference);
+        rest = after;
+    }
+    masked += rest;
+    let mut references = references.into_iter();
+    let restore = |c| match c {
+        REFERENCE => references.next().unwrap_or_default().to_owned(),
+        c => String::from(c),
+    };
+    change(&masked).chars().map(restore).collect()
+}
+
+/// What a text means that is written so.
+fn read(raw: &str) -> String {
+    let source = Source::new("", raw);
+    let all = Location::new(&source, Span::new(0, raw.len()));
+    unescape(&all, &mut Findings::default())
+}

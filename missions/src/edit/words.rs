@@ -1,0 +1,160 @@
+//! Where a name stands in a value: alone, in a list, before a dot, in an expression.
+
+use std::ops::Range;
+
+/// How a value names things.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// The value is the name.
+    Whole,
+    /// Names separated by spaces.
+    List,
+    /// The name, a dot, and more.
+    Dotted,
+    /// An expression in which the name stands before a dot.
+    DottedWords,
+    /// An expression in which the name stands by itself.
+    BareWords,
+    /// An expression in which the name stands before a dot or by itself.
+    AllWords,
+}
+
+/// Words of expressions that name nothing.
+const KEYWORDS: &[&str] =
+    &["always", "never", "eventually", "and", "or", "not", "true", "false", "inf"];
+
+/// Where `name` stands in `value`.
+pub(crate) fn occurrences(form: Form, value: &str, name: &str) -> Vec<Range<usize>> {
+    match form {
+        Form::Whole => (value == name).then_some(0..value.len()).into_iter().collect(),
+        Form::List => list(value).filter(|word| value[word.clone()] == *name).collect(),
+        Form::Dotted => {
+            let starts = value.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+            starts.then_some(0..name.len()).into_iter().collect()
+        }
+        Form::DottedWords | Form::BareWords | Form::AllWords => {
+            let is_named = |word: &Range<usize>| {
+                let other = if value[word.end..].starts_with('.') {
+                    Form::BareWords
+                } else {
+                    Form::DottedWords
+                };
+                value[word.clone()] == *name && form != other
+            };
+            names(value).into_iter().filter(is_named).collect()
+        }
+    }
+}
+
+/// The words of a list.
+pub(crate) fn list(value: &str) -> impl Iterator<Item = Range<usize>> {
+    value.split_ascii_whitespace().map(|word| {
+        // Both slices are of one string, so the difference is the word's offset.
+        let start = word.as_ptr() as usize - value.as_ptr() as usize;
+        start..start + word.len()
+    })
+}
+
+/// The list without the words at these places, in the same order and, where it can be, with the
+/// same spaces.
+pub(crate) fn without(value: &str, gone: &[Range<usize>]) -> String {
+    let words: Vec<_> = list(value).collect();
+    let mut kept = words.iter().filter(|word| !gone.contains(word));
+    let Some(first) = kept.next() else { return String::new() };
+    let mut out = value[..words[0].start].to_owned() + &value[first.clone()];
+    let mut last = first;
+    for word in kept {
+        let space = words.iter().rev().find(|before| before.end < word.start);
+        let space = space.map_or(" ", |before| &value[before.end..word.start]);
+        out += space;
+        out += &value[word.clone()];
+        last = word;
+    }
+    let end = words.last().unwrap_or(last).end;
+    out + &value[end..]
+}
+
+/// The value with `new` in the places.
+pub(crate) fn replaced(value: &str, places: &[Range<usize>], new: &str) -> String {
+    let mut out = String::with_capacity(value.len() + new.len());
+    let mut at = 0;
+    for place in places {
+        out += &value[at..place.start];
+        out += new;
+        at = place.end;
+    }
+    out + &value[at..]
+}
+
+/// The names of an expression: not what follows a dot or is called, no numbers with their units.
+fn names(text: &str) -> Vec<Range<usize>> {
+    let bytes = text.as_bytes();
+    let mut names = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        let part: fn(u8) -> bool = match bytes[at] {
+            b'0'..=b'9' => |b| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'%' | b'/'),
+            b if b.is_ascii_alphabetic() => {
+                |b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-')
+            }
+            // What is not ASCII is in no name, but may stand before one.
+            b'_' | 128.. => |b| b >= 128 || b.is_ascii_alphanumeric() || b == b'_',
+            _ => |_| false,
+        };
+        at += 1;
+        while at < bytes.len() && part(bytes[at]) {
+            at += 1;
+        }
+        let follows_dot = start > 0 && bytes[start - 1] == b'.';
+        let is_called = text[at..].trim_ascii_start().starts_with('(');
+        let word = &text[start..at];
+        if bytes[start].is_ascii_alphabetic()
+            && !follows_dot
+            && !is_called
+            && !KEYWORDS.contains(&word)
+        {
+            names.push(start..at);
+        }
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(form: Form, value: &str, expected: &str) {
+        let places = occurrences(form, value, "home");
+        assert_eq!(replaced(value, &places, "H"), expected);
+    }
+
+    #[test]
+    fn a_name_is_found_where_it_means_the_thing() {
+        check(Form::Whole, "home", "H");
+        check(Form::Whole, "home ", "home ");
+        check(Form::List, " home  homes home-a home ", " H  homes home-a H ");
+        check(Form::Dotted, "home.home", "H.home");
+        check(Form::Dotted, "homes.x", "homes.x");
+        check(Form::DottedWords, "home < 3 and home.x > -home.home", "home < 3 and H.x > -H.home");
+        check(Form::BareWords, "home < 3 and home.x", "H < 3 and home.x");
+        check(Form::AllWords, "always home(home) <= 20home", "always home(H) <= 20home");
+        check(Form::AllWords, "5-home+home-1*ähome x.home home.y", "5-H+home-1*ähome x.home H.y");
+        check(Form::AllWords, "(home)and not home", "(H)and not H");
+        assert!(occurrences(Form::AllWords, "always x", "always").is_empty());
+    }
+
+    #[test]
+    fn a_list_loses_words_and_keeps_its_spaces() {
+        for (value, expected) in [
+            ("a", ""),
+            ("a b", "b"),
+            ("b  a", "b"),
+            ("b  a c", "b c"),
+            (" b   c a ", " b   c "),
+            ("a a b a", "b"),
+        ] {
+            assert_eq!(without(value, &occurrences(Form::List, value, "a")), expected);
+        }
+    }
+}
