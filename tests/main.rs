@@ -4,6 +4,7 @@ mod command_line;
 mod fixture;
 mod gathering;
 mod launcher;
+mod manifests;
 mod missions;
 mod new_component;
 mod resilience;

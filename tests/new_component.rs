@@ -31,6 +31,7 @@ fn a_component_of_ones_own_is_used_and_looked_after() {
     let (code, _, err) = ended(&mut folder.armor(&["new", "odd-counter"]));
     assert_eq!(code, 0, "{err}");
     let executable = build(&folder.path().join("odd-counter"));
+    crate::manifests::keeps_to_the_schema(&executable);
 
     folder.script("bystander", "echo here; exec sleep 600");
     let components = folder.path().join("components");

@@ -2,7 +2,7 @@
 
 mod validate;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::quantity::{self, Unit};
 
@@ -85,13 +85,13 @@ pub struct ParameterManifest {
     #[serde(default)]
     pub unit: String,
     /// What it is when the file does not assign it; without one it must be assigned.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     pub default: Option<String>,
     /// Smallest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     pub minimum: Option<f64>,
     /// Largest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     pub maximum: Option<f64>,
     /// The choices of a [`ParameterType::Choice`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -217,6 +217,13 @@ fn is_colour(text: &str) -> bool {
     text.len() == 7 && text.starts_with('#') && text[1..].bytes().all(|b| b.is_ascii_hexdigit())
 }
 
+/// A member that may be left out, but is no `null`.
+fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
+}
+
 mod hex {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
@@ -226,6 +233,9 @@ mod hex {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
         let text = String::deserialize(deserializer)?;
+        if text.len() != 16 || !text.bytes().all(|b| b.is_ascii_hexdigit()) {
+            return Err(D::Error::custom("a schema_hash has 16 hexadecimal digits"));
+        }
         u64::from_str_radix(&text, 16).map_err(D::Error::custom)
     }
 }

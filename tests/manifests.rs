@@ -1,0 +1,168 @@
+//! Manifests and their JSON schema: whatever describes itself keeps to it, and the schema and the
+//! program accept the same.
+
+mod schema;
+
+use std::process::Command;
+
+use armor_wire::manifest::Manifest;
+use serde_json::{Value, json};
+
+use crate::fixture::{Folder, ended};
+use schema::Schema;
+
+fn schema() -> Schema {
+    Schema::new(include_str!("../docs/manifest.schema.json"))
+}
+
+/// Whether the program takes it.
+fn accepted(value: &Value) -> Result<(), String> {
+    let manifest: Manifest =
+        serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
+    manifest.validate()
+}
+
+/// Every member that there is, each with a value other than none.
+fn everything() -> Value {
+    let schema = "Speed{value:f64(m/s)}";
+    let hash = format!("{:016x}", armor_wire::schema::hash_text(schema));
+    let port = |id: &str| {
+        json!({"id": id, "type": "Speed", "schema": schema, "schema_hash": hash,
+               "doc": "how fast", "required": true, "latched": true})
+    };
+    json!({
+        "armor_manifest": 1, "kind": "wheel", "summary": "Turns.",
+        "inputs": [port("in")], "outputs": [port("out")],
+        "parameters": [
+            {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
+             "maximum": 2, "doc": "of the wheel", "live": true},
+            {"name": "side", "type": "choice", "choices": ["left", "right"]},
+        ],
+    })
+}
+
+/// The value at every path of `value`, and the paths of its members.
+fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
+    found.push(at.to_owned());
+    match value {
+        Value::Object(members) => {
+            members.iter().for_each(|(name, value)| paths(value, &format!("{at}/{name}"), found));
+        }
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(n, item)| paths(item, &format!("{at}/{n}"), found));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn the_schema_and_the_program_accept_the_same() {
+    let (schema, everything) = (schema(), everything());
+    assert_eq!(schema.check(&everything), Ok(()));
+    assert_eq!(accepted(&everything), Ok(()));
+    assert_eq!(schema.members(), schema.members_used(&everything), "the sample has every member");
+    let mut all = Vec::new();
+    paths(&everything, "", &mut all);
+    let mut refused = 0;
+    let mut agree = |changed: &Value, what: &str| {
+        let (by_schema, by_program) = (schema.check(changed), accepted(changed));
+        let verdicts = format!("{what}: schema {by_schema:?}, program {by_program:?}\n{changed:#}");
+        // The program knows more: a default must lie in its range.
+        assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
+        let deeper = ["default", "schema", "type", "choices", "unit", "minimum", "maximum"];
+        let same = by_schema.is_ok() == by_program.is_ok();
+        assert!(same || deeper.iter().any(|word| what.contains(word)), "{verdicts}");
+        refused += usize::from(by_program.is_err());
+    };
+    for path in all.iter().filter(|path| !path.is_empty()) {
+        let (parent, name) = path.rsplit_once('/').expect("it has a parent");
+        let mut without = everything.clone();
+        match without.pointer_mut(parent).expect("it is there") {
+            Value::Object(members) => drop(members.remove(name)),
+            Value::Array(items) => drop(items.remove(name.parse().expect("an index"))),
+            _ => unreachable!("a parent has members"),
+        }
+        agree(&without, &format!("without {path}"));
+        let others = [
+            json!(null),
+            json!(true),
+            json!(-1),
+            json!(0.5),
+            json!(""),
+            json!("9 x"),
+            json!([]),
+            json!({}),
+            json!([{}]),
+            json!("a\u{7}b"),
+            json!("x".repeat(65)),
+        ];
+        for other in others {
+            let mut changed = everything.clone();
+            *changed.pointer_mut(path).expect("it is there") = other.clone();
+            agree(&changed, &format!("{path} is {other}"));
+        }
+        let mut more = everything.clone();
+        if let Some(Value::Object(members)) = more.pointer_mut(path) {
+            members.insert("colour".into(), json!(1));
+            agree(&more, &format!("{path} with a stranger"));
+        }
+    }
+    assert!(refused > 100, "{refused} were refused");
+}
+
+#[test]
+fn every_stock_kind_keeps_to_the_schema() {
+    let (folder, schema) = (Folder::new("schema"), schema());
+    let (code, out, err) = ended(&mut folder.armor(&["describe", "--format", "json"]));
+    assert_eq!(code, 0, "{err}");
+    assert!(out.lines().count() >= 7, "{out}");
+    for line in out.lines() {
+        let mut described: Value = serde_json::from_str(line).expect("JSON Lines");
+        let kind = described["kind"].as_str().expect("a kind").to_owned();
+        let (code, out, err) = ended(&mut folder.armor(&["component", &kind, "--describe"]));
+        assert_eq!(code, 0, "{err}");
+        let own: Value = serde_json::from_str(&out).expect("JSON");
+        assert_eq!(schema.check(&own), Ok(()), "{kind}");
+        assert_eq!(accepted(&own), Ok(()), "{kind}");
+        let origin = described.as_object_mut().and_then(|members| members.remove("origin"));
+        assert_eq!((origin, described), (Some(json!("stock")), own));
+    }
+}
+
+/// As [`every_stock_kind_keeps_to_the_schema`], for an executable.
+pub fn keeps_to_the_schema(executable: &std::path::Path) {
+    let printed = Command::new(executable).arg("--describe").output().expect("it starts").stdout;
+    let manifest: Value = serde_json::from_slice(&printed).expect("JSON");
+    assert_eq!(schema().check(&manifest), Ok(()));
+}
+
+#[test]
+fn the_example_of_the_documentation_is_one() {
+    let page = include_str!("../docs/manifest.md");
+    let block = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next());
+    let example: Value = serde_json::from_str(block.expect("an example")).expect("JSON");
+    assert_eq!(schema().check(&example), Ok(()));
+    assert_eq!(accepted(&example), Ok(()));
+}
+
+#[test]
+fn a_file_is_refused_for_a_kind_claimed_twice_and_for_no_other_executable() {
+    let folder = Folder::new("rivals");
+    let manifest = r#"{"armor_manifest":1,"kind":"arm","summary":"","inputs":[],"outputs":[],"parameters":[]}"#;
+    for name in ["one", "two"] {
+        folder.executable(&format!("components/{name}"), &format!("#!/bin/sh\necho '{manifest}'"));
+    }
+    folder.executable("components/README", "No program.");
+    let uses = folder.system("uses", &["a arm", "b driver"]);
+    let (code, _, err) = ended(&mut folder.armor(&["check", &uses]));
+    assert!(code == 1 && err.contains("E0124") && err.contains("uses.xml:3:"), "{err}");
+    let (code, out, _) = ended(&mut folder.armor(&["check", &uses, "--format", "json"]));
+    let codes: Vec<Value> =
+        out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines")).collect();
+    assert!(code == 1 && codes.iter().any(|finding| finding["code"] == "W0128"), "{out}");
+    let alone = folder.system("alone", &["b homing"]);
+    let (_, _, err) = ended(&mut folder.armor(&["check", &alone]));
+    assert!(!err.contains("E0124") && err.contains("W0130") && err.contains("W0128"), "{err}");
+    let (code, out, err) = ended(&mut folder.armor(&["describe"]));
+    assert!(code == 0 && out.contains("simulator") && err.contains("README"), "{out}{err}");
+}
