@@ -23,11 +23,13 @@ use crate::source::Source;
 use crate::tree::{Element, Tree};
 use crate::xml::parse;
 
+pub(crate) use attribute::quote;
 pub use error::EditError;
 pub use item::Item;
 pub use layout::Position;
 pub use new_element::NewElement;
 use patch::Patches;
+pub(crate) use placement::line_break;
 
 /// A file being edited. It is always well-formed XML within the limits; whether it means anything
 /// is for [`crate::check`].
