@@ -5,6 +5,7 @@
 //! Start with `net.rs`, then `state.rs`; `step.rs` plays until nothing is left to do.
 
 mod agenda;
+pub mod analysis;
 mod builder;
 pub mod file;
 mod net;

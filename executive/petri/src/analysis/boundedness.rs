@@ -1,0 +1,170 @@
+//! Whether places can be filled without end: a pumping sequence, firings that can be repeated for
+//! ever and each time leave more (Karp and Miller, 1969).
+
+use super::rules::Rules;
+use super::space::Space;
+use crate::net::{Net, PlaceId, TransitionId};
+
+/// After `prefix`, `cycle` can be fired again and again, and each time adds to `growing`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pumping {
+    /// From the initial marking.
+    pub prefix: Vec<TransitionId>,
+    /// What can be repeated.
+    pub cycle: Vec<TransitionId>,
+    /// The places that get more each time.
+    pub growing: Vec<PlaceId>,
+}
+
+impl Pumping {
+    /// The pumping sequence of these firings, if it is one.
+    ///
+    /// With more tokens everything that was enabled still is, but for inhibitor arcs; and grows
+    /// again as much, but for reset arcs. So no place that has grown may hold a firing of the cycle
+    /// back, and some place that has grown is not reset in it.
+    pub fn new(
+        rules: &Rules,
+        initial: &[u32],
+        prefix: Vec<TransitionId>,
+        cycle: Vec<TransitionId>,
+    ) -> Option<Self> {
+        let before = rules.play(initial, &prefix)?;
+        let after = rules.play(&before, &cycle)?;
+        let growing = grown(rules, &before, &after, &cycle)?;
+        Some(Self { prefix, cycle, growing })
+    }
+
+    /// The same pumping with fewer firings, as far as leaving some out goes.
+    fn shortened(mut self, rules: &Rules, initial: &[u32]) -> Self {
+        for cyclic in [true, false] {
+            let mut piece = if cyclic { self.cycle.len() } else { self.prefix.len() };
+            while piece > 0 {
+                let mut start = 0;
+                while start < if cyclic { self.cycle.len() } else { self.prefix.len() } {
+                    let mut shorter = (self.prefix.clone(), self.cycle.clone());
+                    let part = if cyclic { &mut shorter.1 } else { &mut shorter.0 };
+                    part.drain(start..(start + piece).min(part.len()));
+                    let pumping = Some(shorter).filter(|(_, cycle)| !cycle.is_empty());
+                    match pumping.and_then(|(p, c)| Self::new(rules, initial, p, c)) {
+                        Some(shorter) => self = shorter,
+                        None => start += piece,
+                    }
+                }
+                piece /= 2;
+            }
+        }
+        self
+    }
+}
+
+/// The places that grow for ever when `cycle`, leading from `before` to `after`, is repeated.
+fn grown(
+    rules: &Rules,
+    before: &[u32],
+    after: &[u32],
+    cycle: &[TransitionId],
+) -> Option<Vec<PlaceId>> {
+    if before.iter().zip(after).any(|(before, after)| before > after) {
+        return None;
+    }
+    let more = |place: u32| after[place as usize] > before[place as usize];
+    let fired = || cycle.iter().map(|id| rules.rule(id.0));
+    if fired().flat_map(|rule| &rule.below).any(|(place, _)| more(*place)) {
+        return None;
+    }
+    let reset: Vec<u32> = fired().flat_map(|rule| &rule.reset_to).map(|reset| reset.0).collect();
+    let growing: Vec<_> = (0..before.len() as u32)
+        .filter(|place| more(*place) && !reset.contains(place))
+        .map(PlaceId)
+        .collect();
+    if growing.is_empty() { None } else { Some(growing) }
+}
+
+/// Walks this long are made, this many, before everything is enumerated.
+const WALKS: u64 = 12;
+const WALK_STEPS: usize = 400;
+/// Most comparisons of two numbers in all walks: a fraction of a second.
+const COMPARISONS: u64 = 40_000_000;
+
+/// Looks for a pumping sequence on a few walks through the net, which are the same each time. It
+/// finds what is easily found; `None` says nothing.
+pub fn pumping_on_walks(net: &Net) -> Option<Pumping> {
+    let rules = Rules::new(net);
+    let mut comparisons = COMPARISONS;
+    (0..WALKS).find_map(|walk| {
+        let (prefix, cycle) = walk_until_covering(net, &rules, walk, &mut comparisons)?;
+        let pumping = Pumping::new(&rules, net.initial(), prefix, cycle)?;
+        Some(pumping.shortened(&rules, net.initial()))
+    })
+}
+
+/// Prefix and cycle of the first growth on a walk.
+fn walk_until_covering(
+    net: &Net,
+    rules: &Rules,
+    walk: u64,
+    comparisons: &mut u64,
+) -> Option<(Vec<TransitionId>, Vec<TransitionId>)> {
+    let mut chance = 0x9e37_79b9_7f4a_7c15u64.wrapping_mul(walk + 1);
+    let mut markings = vec![net.initial().to_vec()];
+    let mut fired: Vec<TransitionId> = Vec::new();
+    for _ in 0..WALK_STEPS {
+        let marking = markings.last().expect("the initial marking is there");
+        let mut enabled = Vec::new();
+        rules.for_each_enabled(marking, |transition| enabled.push(transition));
+        enabled.sort_unstable();
+        // Every other walk prefers to gain tokens.
+        if walk % 2 == 1 {
+            let gain = |t: &u32| rules.rule(*t).change.iter().map(|c| c.1).sum::<i64>();
+            let best = enabled.iter().map(gain).max().unwrap_or(0);
+            if best > 0 {
+                enabled.retain(|transition| gain(transition) == best);
+            }
+        }
+        chance = chance.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        let choice = (chance >> 33) as usize % enabled.len().max(1);
+        let transition = TransitionId(*enabled.get(choice)?);
+        let mut after = marking.clone();
+        rules.fire(&mut after, transition)?;
+        fired.push(transition);
+        for (start, before) in markings.iter().enumerate().rev() {
+            *comparisons = comparisons.checked_sub(before.len() as u64)?;
+            if grown(rules, before, &after, &fired[start..]).is_some() {
+                return Some((fired[..start].to_vec(), fired[start..].to_vec()));
+            }
+        }
+        markings.push(after);
+    }
+    None
+}
+
+/// Most states of a way that are compared, each with each.
+const WAY_STATES: usize = 3000;
+
+/// Looks for growth between any two states on the way to `state`. Asked whenever a place has
+/// doubled, it finds growth in the end if there are no inhibitor and reset arcs: some infinite way
+/// holds two markings of which the later covers the earlier, and passes on to doubled places.
+pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
+    let mut states = space.states_on_the_way(state)?;
+    let skipped = states.len().saturating_sub(WAY_STATES);
+    let head = states[..=skipped].to_vec();
+    states.drain(..skipped);
+    let markings: Vec<_> = states.iter().map(|state| space.marking(*state)).collect();
+    let fired = |states: &[u32]| -> Vec<TransitionId> {
+        states.windows(2).map(|step| space.between(step[0], step[1])).collect()
+    };
+    for (end, after) in markings.iter().enumerate() {
+        for (start, before) in markings[..end].iter().enumerate() {
+            if before.iter().zip(after).all(|(before, after)| before <= after) {
+                let mut prefix = fired(&head);
+                prefix.extend(fired(&states[..=start]));
+                let cycle = fired(&states[start..=end]);
+                let initial = space.marking(0);
+                if let Some(pumping) = Pumping::new(&space.rules, &initial, prefix, cycle) {
+                    return Some(pumping.shortened(&space.rules, &initial));
+                }
+            }
+        }
+    }
+    None
+}

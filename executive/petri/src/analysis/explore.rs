@@ -1,0 +1,297 @@
+//! The reachability graph, breadth first, with exact counts: states, edges (a state and a
+//! transition it enables), most tokens, deadlocks. Shortest firing sequences come of its order.
+
+use super::boundedness::{Pumping, pumping_on_the_way};
+use super::budget::{Budget, Exhausted};
+use super::invariants::Bounds;
+use super::layout::{Layout, Room};
+use super::rules::Rules;
+use super::space::Space;
+use super::store::{Found, MOST_STATES, Store, hash_of};
+use crate::net::{Net, TransitionId};
+
+/// Between two questions whether to stop lie this many states.
+const STATES_BETWEEN_QUESTIONS: usize = 1 << 12;
+
+/// How an exploration ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All states are there.
+    Complete,
+    /// Some place can be filled without end.
+    Unbounded(Pumping),
+    /// A budget ran out first.
+    Undecided(Exhausted),
+}
+
+/// What an exploration found.
+#[derive(Debug)]
+pub struct Exploration {
+    /// The states found.
+    pub space: Space,
+    /// Whether they are all.
+    pub ending: Ending,
+}
+
+/// Explores the states of `net` from its initial marking. `bounds` make states small and need not
+/// know every place; where they do not, growth without end is looked for on the way.
+///
+/// `with_ways` remembers how each state was reached, in 4 bytes, for [`Space::way_to`].
+pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>) -> Exploration {
+    let mut search = Search::new(net, bounds, with_ways || !bounds.is_bounded());
+    let ending = search.run(bounds.is_bounded(), budget);
+    Exploration { space: search.space, ending }
+}
+
+/// One transition's firing on packed states.
+#[derive(Debug)]
+struct Packed {
+    difference: Vec<(u32, u64)>,
+    /// Places that grow: place, by how much, and the room there is.
+    growing: Vec<(u32, u32, u32)>,
+}
+
+struct Search {
+    space: Space,
+    packed: Vec<Packed>,
+    marking: Vec<u32>,
+    after: Vec<u32>,
+    state: Vec<u64>,
+    successors: Vec<u64>,
+    hashes: Vec<(u64, u32)>,
+    /// Per place, the tokens at which ways were last looked at for growth without end.
+    looked_at: Vec<u32>,
+}
+
+impl Search {
+    fn new(net: &Net, bounds: &Bounds, with_ways: bool) -> Self {
+        let rules = Rules::new(net);
+        let layout = Layout::new(&rooms(net, &rules, bounds));
+        let initial = net.initial().to_vec();
+        let mut state = vec![0; layout.words()];
+        layout.pack(&initial, &mut state);
+        let mut store = Store::new(layout.words());
+        store.insert(&state, hash_of(&state));
+        let packed = packed(&rules, &layout);
+        let space = Space {
+            most_in_place: initial.clone(),
+            most_in_marking: 0,
+            edges: 0,
+            expanded: 0,
+            deadlocks: 0,
+            first_deadlock: None,
+            fired: vec![false; net.transitions().len()],
+            parents: with_ways.then(|| vec![0]),
+            rules,
+            layout,
+            store,
+        };
+        Self {
+            after: initial.clone(),
+            looked_at: initial.clone(),
+            marking: initial,
+            packed,
+            space,
+            state,
+            successors: Vec::new(),
+            hashes: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, bounded: bool, budget: &Budget<'_>) -> Ending {
+        if let Err(exhausted) = self.check_growth(budget) {
+            return Ending::Undecided(exhausted);
+        }
+        while self.space.expanded < self.space.store.len() {
+            if self.space.expanded.is_multiple_of(STATES_BETWEEN_QUESTIONS) && (budget.stop)() {
+                return Ending::Undecided(Exhausted::Time);
+            }
+            match self.expand(bounded, budget) {
+                Ok(None) => self.space.expanded += 1,
+                Ok(Some(pumping)) => return Ending::Unbounded(pumping),
+                Err(exhausted) => return Ending::Undecided(exhausted),
+            }
+        }
+        Ending::Complete
+    }
+
+    /// All firings in the next state.
+    fn expand(&mut self, bounded: bool, budget: &Budget<'_>) -> Result<Option<Pumping>, Exhausted> {
+        let number = self.space.expanded as u32;
+        self.state.copy_from_slice(self.space.store.state(number));
+        self.space.layout.unpack(&self.state, &mut self.marking);
+        while let Some((place, tokens)) = self.fire_all()? {
+            self.make_room(place, tokens, budget)?;
+            self.state.resize(self.space.layout.words(), 0);
+            self.space.layout.pack(&self.marking, &mut self.state);
+        }
+        let tokens = self.marking.iter().map(|tokens| u64::from(*tokens)).sum();
+        self.space.most_in_marking = self.space.most_in_marking.max(tokens);
+        let firings = self.hashes.len();
+        self.space.edges += firings as u64;
+        if firings == 0 {
+            self.space.deadlocks += 1;
+            self.space.first_deadlock.get_or_insert(number);
+        }
+        // Reading all slots before searching lets their fetching from memory overlap.
+        let slots = self.hashes.iter().map(|(hash, _)| self.space.store.first_slot(*hash));
+        std::hint::black_box(slots.fold(0u32, u32::wrapping_add));
+        for index in 0..firings {
+            if self.space.store.is_about_to_grow() {
+                self.check_growth(budget)?;
+            }
+            let (hash, transition) = self.hashes[index];
+            let words = self.space.layout.words();
+            let successor = &self.successors[index * words..(index + 1) * words];
+            let Found::New(new) = self.space.store.insert(successor, hash) else { continue };
+            if u64::from(new) >= budget.states {
+                return Err(Exhausted::States);
+            }
+            let record = self.arrive(number, transition);
+            if record && !bounded {
+                let found = pumping_on_the_way(&self.space, new);
+                if found.is_some() {
+                    return Ok(found);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The successors of the state at hand; instead, if there is one, a place whose field is too
+    /// small for the tokens it gets.
+    fn fire_all(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
+        let Self { space, packed, marking, after, state, successors, hashes, .. } = self;
+        successors.clear();
+        hashes.clear();
+        let (mut full, mut uncountable) = (None, false);
+        space.rules.for_each_enabled(marking, |transition| {
+            let index = transition as usize;
+            space.fired[index] = true;
+            for &(place, by, capacity) in &packed[index].growing {
+                match marking[place as usize].checked_add(by) {
+                    Some(tokens) if tokens <= capacity => {}
+                    Some(tokens) => full = Some((place, tokens)),
+                    None => uncountable = true,
+                }
+            }
+            let start = successors.len();
+            successors.extend_from_slice(state);
+            let rule = space.rules.rule(transition);
+            if rule.reset_to.is_empty() {
+                for &(word, difference) in &packed[index].difference {
+                    let word = &mut successors[start + word as usize];
+                    *word = word.wrapping_add(difference);
+                }
+            } else if full.is_none() && !uncountable {
+                after.copy_from_slice(marking);
+                let reset = rule.reset_to.iter();
+                let over = reset.copied().find(|(p, put)| *put > space.layout.capacity(*p));
+                full = over;
+                if rule.fire(after).is_some() && full.is_none() {
+                    space.layout.pack(after, &mut successors[start..]);
+                }
+            }
+            hashes.push((hash_of(&successors[start..]), transition));
+        });
+        if uncountable { Err(Exhausted::Tokens) } else { Ok(full) }
+    }
+
+    /// Takes note of a new state that `transition` made of the state at hand: whether some place
+    /// holds twice what it held when ways were last looked at.
+    fn arrive(&mut self, from: u32, transition: u32) -> bool {
+        let space = &mut self.space;
+        if let Some(parents) = &mut space.parents {
+            parents.push(from);
+        }
+        let mut record = false;
+        let mut note = |place: u32, tokens: u32| {
+            let most = &mut space.most_in_place[place as usize];
+            if tokens > *most {
+                *most = tokens;
+                let looked_at = &mut self.looked_at[place as usize];
+                if tokens >= looked_at.saturating_mul(2).max(1) {
+                    *looked_at = tokens;
+                    record = true;
+                }
+            }
+        };
+        for &(place, by, _) in &self.packed[transition as usize].growing {
+            note(place, self.marking[place as usize] + by);
+        }
+        for &(place, tokens) in &space.rules.rule(transition).reset_to {
+            note(place, tokens);
+        }
+        record
+    }
+
+    /// Whether one more state fits the budget.
+    fn check_growth(&self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+        let ways = self.space.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 8);
+        if self.space.store.bytes_with_one_more() + ways > budget.memory_bytes {
+            return Err(Exhausted::Memory);
+        }
+        match self.space.store.len() >= MOST_STATES {
+            true => Err(Exhausted::States),
+            false => Ok(()),
+        }
+    }
+
+    /// Makes the field of a place wide enough for so many tokens, in all states.
+    fn make_room(&mut self, place: u32, tokens: u32, budget: &Budget<'_>) -> Result<(), Exhausted> {
+        let space = &mut self.space;
+        let old = space.layout.clone();
+        let mut rooms: Vec<_> = (0..self.marking.len() as u32).map(|p| old.room(p)).collect();
+        rooms[place as usize] = Room::UpTo(tokens);
+        space.layout = Layout::new(&rooms);
+        let growth = space.layout.words() as u64 * 8 * space.store.len() as u64;
+        if space.store.bytes_with_one_more() + growth > budget.memory_bytes {
+            space.layout = old;
+            return Err(Exhausted::Memory);
+        }
+        let (layout, after) = (&space.layout, &mut self.after);
+        space.store = space.store.converted(layout.words(), |from, to| {
+            old.unpack(from, after);
+            layout.pack(after, to);
+        });
+        self.packed = packed(&space.rules, &space.layout);
+        Ok(())
+    }
+}
+
+/// As much room as the bounds say; where they say nothing, as the initial marking needs.
+fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
+    let mut changes = vec![false; net.places().len()];
+    for rule in rules.all() {
+        rule.change.iter().for_each(|(place, _)| changes[*place as usize] = true);
+        rule.reset_to.iter().for_each(|(place, _)| changes[*place as usize] = true);
+    }
+    let room = |place: usize| match (changes[place], bounds.of(place)) {
+        (false, _) => Room::Constant(net.initial()[place]),
+        (true, Some(bound)) => Room::UpTo(u32::try_from(bound).unwrap_or(u32::MAX)),
+        (true, None) => Room::UpTo(net.initial()[place].max(1)),
+    };
+    (0..net.places().len()).map(room).collect()
+}
+
+fn packed(rules: &Rules, layout: &Layout) -> Vec<Packed> {
+    let packed = |rule: &super::rules::Rule| Packed {
+        difference: layout.difference(&rule.change),
+        growing: rule
+            .change
+            .iter()
+            .filter(|(_, change)| *change > 0)
+            .map(|&(place, by)| (place, by as u32, layout.capacity(place)))
+            .collect(),
+    };
+    rules.all().iter().map(packed).collect()
+}
+
+impl Space {
+    /// The transition that leads from one state to another.
+    pub(crate) fn between(&self, from: u32, to: u32) -> TransitionId {
+        let successors = self.successors(from);
+        let found = successors.iter().find(|(_, state)| *state == to);
+        found.expect("a state was reached from the one before by a transition").0
+    }
+}

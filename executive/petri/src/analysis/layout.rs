@@ -1,0 +1,152 @@
+//! Markings as few bits as their places' bounds allow: fields within 64-bit words, none across two.
+
+/// Where in the words each place stands, and how to read and write it.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    fields: Vec<Field>,
+    words: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Field {
+    word: u32,
+    shift: u32,
+    mask: u32,
+    /// The tokens of a place that never changes and has no bits.
+    constant: u32,
+}
+
+/// What a place needs of a layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Room {
+    /// It always holds this many.
+    Constant(u32),
+    /// It holds up to this many.
+    UpTo(u32),
+}
+
+impl Layout {
+    pub fn new(rooms: &[Room]) -> Self {
+        let width = |room: &Room| match room {
+            Room::Constant(_) => 0,
+            Room::UpTo(most) => u32::BITS - most.leading_zeros(),
+        };
+        let mut order: Vec<usize> = (0..rooms.len()).collect();
+        order.sort_by_key(|index| std::cmp::Reverse(width(&rooms[*index])));
+        let mut fields = vec![Field { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
+        let mut used: Vec<u32> = vec![0];
+        // Widths fall, so a word too full for one field is tried again only for narrower ones.
+        let mut first_open = 0;
+        for index in order {
+            let width = width(&rooms[index]);
+            if let Room::Constant(tokens) = rooms[index] {
+                fields[index].constant = tokens;
+                continue;
+            }
+            let fits = (first_open..used.len()).find(|word| used[*word] + width <= u64::BITS);
+            let word = fits.unwrap_or(used.len());
+            if word == used.len() {
+                used.push(0);
+            }
+            let mask = (1u64 << width) - 1;
+            let mask = u32::try_from(mask).expect("a field has 32 bits or fewer");
+            fields[index] = Field { word: word as u32, shift: used[word], mask, constant: 0 };
+            used[word] += width;
+            while first_open < used.len() && used[first_open] == u64::BITS {
+                first_open += 1;
+            }
+        }
+        Self { fields, words: used.len() }
+    }
+
+    /// Words per marking, at least one.
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
+    /// The most tokens that the field of a place can tell.
+    pub fn capacity(&self, place: u32) -> u32 {
+        let field = &self.fields[place as usize];
+        if field.mask == 0 { field.constant } else { field.mask }
+    }
+
+    /// The room of a place, for a layout that is to differ in others.
+    pub fn room(&self, place: u32) -> Room {
+        let field = &self.fields[place as usize];
+        match field.mask {
+            0 if field.constant > 0 => Room::Constant(field.constant),
+            mask => Room::UpTo(mask),
+        }
+    }
+
+    /// `out` gets the tokens per place.
+    pub fn unpack(&self, words: &[u64], out: &mut [u32]) {
+        for (tokens, field) in out.iter_mut().zip(&self.fields) {
+            let bits = (words[field.word as usize] >> field.shift) as u32;
+            *tokens = (bits & field.mask) | field.constant;
+        }
+    }
+
+    /// `out` gets the words; every place fits its field.
+    pub fn pack(&self, marking: &[u32], out: &mut [u64]) {
+        out.fill(0);
+        for (tokens, field) in marking.iter().zip(&self.fields) {
+            out[field.word as usize] |= u64::from(tokens & field.mask) << field.shift;
+        }
+    }
+
+    /// What is added, wrapping, to the words of a marking to change its places so.
+    pub fn difference(&self, change: &[(u32, i64)]) -> Vec<(u32, u64)> {
+        let mut words: Vec<(u32, u64)> = Vec::new();
+        for &(place, change) in change {
+            let field = &self.fields[place as usize];
+            // Two's complement: borrows between fields cancel where every field stays in its room.
+            let bits = (change as u64) << field.shift;
+            match words.iter_mut().find(|word| word.0 == field.word) {
+                Some(word) => word.1 = word.1.wrapping_add(bits),
+                None => words.push((field.word, bits)),
+            }
+        }
+        words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_packed_comes_back_and_adding_is_firing(
+            places in prop::collection::vec((any::<u32>(), 0u32..=32, any::<u32>(), any::<bool>()), 1..40)
+        ) {
+            let most = |bits: u32| u32::MAX.checked_shr(32 - bits).unwrap_or(0);
+            let rooms: Vec<Room> = places.iter().map(|&(tokens, bits, _, constant)| match constant {
+                true => Room::Constant(tokens),
+                false => Room::UpTo(most(bits)),
+            }).collect();
+            let layout = Layout::new(&rooms);
+            let fit = |wish: u32, room: &Room| match room {
+                Room::Constant(tokens) => *tokens,
+                Room::UpTo(most) => if *most == u32::MAX { wish } else { wish % (most + 1) },
+            };
+            let before: Vec<u32> = places.iter().zip(&rooms).map(|(p, room)| fit(p.0, room)).collect();
+            let after: Vec<u32> = places.iter().zip(&rooms).map(|(p, room)| fit(p.2, room)).collect();
+            let mut words = vec![0; layout.words()];
+            let mut back = vec![0; places.len()];
+            layout.pack(&before, &mut words);
+            layout.unpack(&words, &mut back);
+            prop_assert_eq!(&back, &before);
+            let change: Vec<(u32, i64)> = (0..places.len())
+                .map(|p| (p as u32, i64::from(after[p]) - i64::from(before[p])))
+                .filter(|(p, _)| matches!(rooms[*p as usize], Room::UpTo(_)))
+                .collect();
+            for (word, bits) in layout.difference(&change) {
+                words[word as usize] = words[word as usize].wrapping_add(bits);
+            }
+            layout.unpack(&words, &mut back);
+            prop_assert_eq!(&back, &after);
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The untimed firing rule, apart from any state: who may fire in a marking, and what comes of it.
+
+use crate::net::{Net, PlaceId, TransitionId};
+
+/// What a transition needs and does, gathered for many firings.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// Place and the least tokens it must hold.
+    pub(crate) at_least: Vec<(u32, u32)>,
+    /// Place and the tokens it must stay below.
+    pub(crate) below: Vec<(u32, u32)>,
+    /// Place and by how much a firing changes it, where it is not reset.
+    pub(crate) change: Vec<(u32, i64)>,
+    /// Places that are emptied, and the tokens put after that.
+    pub(crate) reset_to: Vec<(u32, u32)>,
+}
+
+/// The rules of all transitions of a net.
+#[derive(Clone, Debug)]
+pub struct Rules {
+    rules: Vec<Rule>,
+    /// Per place, the transitions that need it marked; each transition in one of them.
+    waiting_at: Vec<Vec<u32>>,
+    /// Transitions that need no token.
+    needing_nothing: Vec<u32>,
+}
+
+impl Rules {
+    /// The rules of `net`.
+    pub fn new(net: &Net) -> Self {
+        let rules: Vec<_> = net.transition_ids().map(|id| rule(net, id)).collect();
+        let mut needed_by = vec![0u32; net.places().len()];
+        for (place, _) in rules.iter().flat_map(|rule: &Rule| &rule.at_least) {
+            needed_by[*place as usize] += 1;
+        }
+        let mut waiting_at = vec![Vec::new(); net.places().len()];
+        let mut needing_nothing = Vec::new();
+        for (index, rule) in rules.iter().enumerate() {
+            // At an empty place with few others: there it is looked at most seldom.
+            let rarest = rule.at_least.iter().map(|(place, _)| *place).min_by_key(|place| {
+                (net.initial()[*place as usize] > 0, needed_by[*place as usize])
+            });
+            match rarest {
+                Some(place) => waiting_at[place as usize].push(index as u32),
+                None => needing_nothing.push(index as u32),
+            }
+        }
+        Self { rules, waiting_at, needing_nothing }
+    }
+
+    pub(crate) fn rule(&self, transition: u32) -> &Rule {
+        &self.rules[transition as usize]
+    }
+
+    pub(crate) fn all(&self) -> &[Rule] {
+        &self.rules
+    }
+
+    /// Calls `found` with each transition that `marking` enables, in no particular order.
+    pub(crate) fn for_each_enabled(&self, marking: &[u32], mut found: impl FnMut(u32)) {
+        for (tokens, waiting) in marking.iter().zip(&self.waiting_at) {
+            if *tokens > 0 {
+                for &transition in waiting {
+                    if self.rules[transition as usize].enabled(marking) {
+                        found(transition);
+                    }
+                }
+            }
+        }
+        for &transition in &self.needing_nothing {
+            if self.rules[transition as usize].enabled(marking) {
+                found(transition);
+            }
+        }
+    }
+
+    /// Whether `marking` enables a transition.
+    pub fn enabled(&self, marking: &[u32], transition: TransitionId) -> bool {
+        self.rules[transition.index()].enabled(marking)
+    }
+
+    /// Fires a transition that `marking` enables. `None`, the marking changed no one knows how, if
+    /// a place could not count its tokens.
+    pub fn fire(&self, marking: &mut [u32], transition: TransitionId) -> Option<()> {
+        self.rules[transition.index()].fire(marking)
+    }
+
+    /// The marking after a sequence of firings; `None` if one of them is not enabled.
+    pub fn play(&self, marking: &[u32], sequence: &[TransitionId]) -> Option<Vec<u32>> {
+        let mut marking = marking.to_vec();
+        for &transition in sequence {
+            if !self.enabled(&marking, transition) {
+                return None;
+            }
+            self.fire(&mut marking, transition)?;
+        }
+        Some(marking)
+    }
+}
+
+impl Rule {
+    #[inline]
+    pub(crate) fn enabled(&self, marking: &[u32]) -> bool {
+        self.at_least.iter().all(|&(place, weight)| marking[place as usize] >= weight)
+            && self.below.iter().all(|&(place, weight)| marking[place as usize] < weight)
+    }
+
+    pub(crate) fn fire(&self, marking: &mut [u32]) -> Option<()> {
+        for &(place, change) in &self.change {
+            let tokens = &mut marking[place as usize];
+            *tokens = u32::try_from(i64::from(*tokens) + change).ok()?;
+        }
+        for &(place, tokens) in &self.reset_to {
+            marking[place as usize] = tokens;
+        }
+        Some(())
+    }
+}
+
+fn rule(net: &Net, id: TransitionId) -> Rule {
+    let t = net.transition(id);
+    let mut at_least: Vec<(u32, u32)> = Vec::new();
+    for &(PlaceId(place), weight) in t.inputs.iter().chain(&t.reads) {
+        match at_least.iter_mut().find(|test| test.0 == place) {
+            Some(test) => test.1 = test.1.max(weight),
+            None => at_least.push((place, weight)),
+        }
+    }
+    let mut below: Vec<(u32, u32)> = Vec::new();
+    for &(PlaceId(place), weight) in &t.inhibitors {
+        match below.iter_mut().find(|test| test.0 == place) {
+            Some(test) => test.1 = test.1.min(weight),
+            None => below.push((place, weight)),
+        }
+    }
+    let mut touched: Vec<PlaceId> = t.inputs.iter().chain(&t.outputs).map(|arc| arc.0).collect();
+    touched.extend(&t.resets);
+    touched.sort_unstable();
+    touched.dedup();
+    let weight = |arcs: &[(PlaceId, u32)], place| {
+        arcs.iter().find(|arc| arc.0 == place).map_or(0, |arc| arc.1)
+    };
+    let (mut change, mut reset_to) = (Vec::new(), Vec::new());
+    for place in touched {
+        let (taken, put) = (weight(&t.inputs, place), weight(&t.outputs, place));
+        if t.resets.contains(&place) {
+            reset_to.push((place.0, put));
+        } else if taken != put {
+            change.push((place.0, i64::from(put) - i64::from(taken)));
+        }
+    }
+    Rule { at_least, below, change, reset_to }
+}
