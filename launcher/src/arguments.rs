@@ -40,6 +40,8 @@ pub enum Command {
     Run(Run),
     /// Check a file and print all findings.
     Check(Check),
+    /// Lay files out in the one way: indentation, spaces, blank lines. What they say stays.
+    Fmt(Fmt),
     /// Show the processes of a running system.
     Ps(Running),
     /// Show a kind of component: its ports and parameters. Without KIND: all kinds.
@@ -120,6 +122,16 @@ pub struct Check {
     pub overrides: Vec<String>,
     #[command(flatten)]
     pub kinds: Kinds,
+}
+
+#[derive(Args, Debug)]
+pub struct Fmt {
+    /// The files; - is stdin, written to stdout.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Change nothing; name the files that would change, and end with 1 if there are any.
+    #[arg(long)]
+    pub check: bool,
 }
 
 #[derive(Args, Debug)]

@@ -8,6 +8,7 @@ mod arguments;
 mod check;
 mod daemon;
 mod exit;
+mod fmt;
 mod guard;
 mod kinds;
 mod look;
@@ -42,6 +43,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
     let ending = match command {
         Command::Run(arguments) => run::run(&arguments, format)?,
         Command::Check(arguments) => check::run(&arguments, format)?,
+        Command::Fmt(arguments) => fmt::run(&arguments, format)?,
         Command::Ps(running) => look::ps::run(&running, format)?,
         Command::Describe(arguments) => look::describe::run(&arguments, format)?,
         Command::Graph(running) => look::graph::run(&running, format)?,

@@ -22,8 +22,7 @@ pub struct SaveError {
     pub path: PathBuf,
     /// What could not be done.
     pub step: &'static str,
-    /// Why not.
-    #[source]
+    /// Why not; part of the message already.
     pub reason: io::Error,
 }
 
