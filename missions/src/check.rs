@@ -6,6 +6,7 @@ mod manifests;
 mod mission;
 mod order;
 mod paths;
+mod ports;
 mod reach;
 mod system;
 mod transition;
@@ -42,6 +43,10 @@ pub fn check(
         overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);
+            // With a mistake in a name, what it meant only seems to be unused.
+            if !findings.has_errors() && !found.has_errors() {
+                unused::check(configuration, manifests, &mut found);
+            }
         }
         let is_partial = reading.is_partial;
         let kept = found.into_iter().filter(|f| !is_partial || !f.code.is_of_something_missing());
@@ -65,7 +70,7 @@ fn by_itself(configuration: &Configuration, findings: &mut Findings) {
 
 /// Names of one sort, each once.
 struct Names<'a> {
-    /// What such a name is for, with its article: "a place".
+    /// What such a name is for, such as "place".
     noun: &'static str,
     known: BTreeMap<&'a str, &'a Location>,
 }
@@ -81,12 +86,13 @@ impl<'a> Names<'a> {
         let mut known: BTreeMap<&str, &Location> = BTreeMap::new();
         for name in names {
             if let Some(first) = known.get(name.value.as_str()) {
-                let message = format!("{noun} called {} is there already", name.value);
-                let finding = Finding::new(duplicate, &name.at, message);
-                let remedy = match duplicate {
-                    Code::DuplicateParameter => "remove one of the two",
-                    _ => "give it another name",
+                let (message, remedy) = match duplicate {
+                    Code::DuplicateParameter => {
+                        (format!("a second value for {}", name.value), "remove one of the two")
+                    }
+                    _ => (format!("a second {noun} called {}", name.value), "give it another name"),
                 };
+                let finding = Finding::new(duplicate, &name.at, message);
                 findings.push(finding.remedy(remedy).related(first, "first here"));
             } else {
                 known.insert(&name.value, &name.at);
@@ -99,7 +105,7 @@ impl<'a> Names<'a> {
     fn expect(&self, name: &Spanned<String>, unknown: Code, findings: &mut Findings) -> bool {
         let known = self.known.contains_key(name.value.as_str());
         if !known {
-            let message = format!("{} called {} does not exist", self.noun, name.value);
+            let message = format!("there is no {} called {}", self.noun, name.value);
             let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
             let remedy =
                 remedy.unwrap_or_else(|| format!("add it, or name one of: {}", self.listed()));

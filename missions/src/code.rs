@@ -1,4 +1,5 @@
-//! The catalogue of findings. A code never changes its meaning; its letter is its severity.
+//! The catalogue of findings. A code never changes its meaning; its letter is its severity; it has
+//! a page in `docs/errors`.
 
 use crate::finding::Severity;
 
@@ -15,6 +16,15 @@ macro_rules! codes {
             /// The stable code, such as `E0103`.
             pub fn as_str(self) -> &'static str {
                 match self { $(Code::$variant => $text,)* }
+            }
+
+            /// Its page of `docs/errors`: what it means, an example, what to do; Markdown.
+            pub fn page(self) -> &'static str {
+                match self {
+                    $(Code::$variant => {
+                        include_str!(concat!("../../docs/errors/", $text, ".md"))
+                    })*
+                }
             }
 
             /// The code written so, in capitals or not.

@@ -117,7 +117,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         let found = choices.iter().find(|(word, _)| *word == value.value);
         if found.is_none() {
             let words: Vec<_> = choices.iter().map(|(word, _)| *word).collect();
-            self.bad_value(&value, format!("{name} is one of {}", words.join(", ")));
+            self.bad_value(name, &value, format!("write one of {}", words.join(", ")));
         }
         found.map(|(_, choice)| value.with(*choice))
     }
@@ -169,20 +169,21 @@ impl<'a, 'f> Fields<'a, 'f> {
     /// `component.port`, or `component.event`.
     pub(crate) fn dotted(&mut self, name: &'static str) -> Option<Port> {
         let value = self.text(name)?;
-        self.port(value)
+        self.port(name, value)
     }
 
     /// `component.port`; its absence is a finding.
     pub(crate) fn required_dotted(&mut self, name: &'static str) -> Option<Port> {
         let value = self.required(name)?;
-        self.port(value)
+        self.port(name, value)
     }
 
-    fn port(&mut self, value: Spanned<String>) -> Option<Port> {
+    fn port(&mut self, name: &str, value: Spanned<String>) -> Option<Port> {
         let Some(dot) =
             value.value.find('.').filter(|_| armor_wire::name::split_data(&value.value).is_some())
         else {
             self.bad_value(
+                name,
                 &value,
                 "two names joined by a dot are expected, such as laser.scan".into(),
             );
@@ -206,7 +207,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         match read(&value.value) {
             Ok(read) => Some(value.with(read)),
             Err(expected) => {
-                self.bad_value(&value, expected);
+                self.bad_value(name, &value, expected);
                 None
             }
         }
@@ -252,7 +253,7 @@ impl<'a, 'f> Fields<'a, 'f> {
                 }
                 Node::Element(child) => self.unknown_element(child, allowed),
                 Node::Text(text, span) if !text.trim().is_empty() => {
-                    let at = Location::new(self.source, *span);
+                    let at = without_space(&Location::new(self.source, *span));
                     let message = format!("text does not belong into <{}>", element.name);
                     let finding = Finding::new(Code::StrayText, &at, message);
                     self.report(finding.remedy("remove it, or make it a comment"));
@@ -311,14 +312,20 @@ impl<'a, 'f> Fields<'a, 'f> {
         }
     }
 
-    pub(crate) fn bad_value<T>(&mut self, value: &Spanned<T>, expected: String) {
-        let message = format!("`{}` is not understood", value.at.text());
+    pub(crate) fn bad_value<T>(&mut self, name: &str, value: &Spanned<T>, expected: String) {
+        let message = format!("{name}: `{}` is not understood", value.at.text());
         self.report(Finding::new(Code::BadValue, &value.at, message).remedy(expected));
     }
 
     fn value_at(&self, attribute: &Attribute) -> Location {
         Location::new(self.source, attribute.value_span)
     }
+}
+
+/// The piece without the white space around it.
+fn without_space(at: &Location) -> Location {
+    let (text, len) = (at.text(), at.text().len());
+    at.part(len - text.trim_start().len(), text.trim_end().len())
 }
 
 /// Reads a duration such as `0.2s` or `10min`.

@@ -187,7 +187,10 @@ impl Findings {
         };
         self.list.sort_by_key(key);
         if self.left_out > 0 {
-            let message = format!("{} more findings were left out", self.left_out);
+            let message = match self.left_out {
+                1 => "1 more finding was left out".to_owned(),
+                n => format!("{n} more findings were left out"),
+            };
             let more = Finding::nowhere(Code::More, message);
             self.list.push(more.remedy("mend the first ones and check again"));
             self.left_out = 0;

@@ -21,19 +21,25 @@ pub(crate) fn did_you_mean<'a>(
         .map(|(_, candidate)| format!("did you mean {candidate}?"))
 }
 
-/// Levenshtein's distance, in bytes.
+/// Levenshtein's distance in bytes, with two neighbours exchanged counted as one slip.
 fn distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let substituted = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut before = Vec::new();
+    let mut above: Vec<usize> = (0..=b.len()).collect();
+    for i in 0..a.len() {
+        let mut row = vec![i + 1];
+        for j in 0..b.len() {
+            let substituted = above[j] + usize::from(a[i] != b[j]);
+            let mut least = substituted.min(above[j + 1] + 1).min(row[j] + 1);
+            if i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j] {
+                let exchanged: usize = before[j - 1];
+                least = least.min(exchanged + 1);
+            }
+            row.push(least);
         }
+        before = std::mem::replace(&mut above, row);
     }
-    row[b.len()]
+    above[b.len()]
 }
 
 #[cfg(test)]
@@ -47,5 +53,6 @@ mod tests {
         assert_eq!(guess("explorr").as_deref(), Some("did you mean explorer?"));
         assert_eq!(guess("hooming").as_deref(), Some("did you mean homing?"));
         assert_eq!(guess("camera"), None);
+        assert_eq!(did_you_mean("amr", ["arm"].into_iter()).as_deref(), Some("did you mean arm?"));
     }
 }

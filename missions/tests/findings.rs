@@ -486,6 +486,18 @@ fn systems_against_manifests() {
     with("E0112", r#"<parameter name="count" value="[[1.5]]"/>"#, fed);
     with("E0113", r#"<parameter name="speed" value="[[3m/s]]"/>"#, fed);
     with("E0113", r#"<parameter name="colour" value="[[green]]"/>"#, fed);
+    let exchanged = r#"<component name="b" kind="k"><parameter name="file" value="x"/></component><link from="[[b.in]]" to="a.out"/>"#;
+    with("E0107", "", &format!("{fed}{exchanged}"));
+    // A slip in a name, and not also that what it meant is missing.
+    with("E0106", "", r#"<link from="a.out" to="a.[[inn]]"/>"#);
+    with("E0103", "", r#"<link from="a.out" to="[[aa]].in"/>"#);
+    one_with(
+        "E0110",
+        &system(&format!(
+            r#"<component name="a" kind="k"><parameter name="[[fille]]" value="x"/></component>{fed}"#
+        )),
+        Some(&manifests),
+    );
     one_with("E0105", &system(r#"<component name="a" kind="[[kk]]"/>"#), Some(&manifests));
     let no_input =
         r#"<component name="[[a]]" kind="k"><parameter name="file" value="x"/></component>"#;
@@ -496,6 +508,30 @@ fn systems_against_manifests() {
     let all = format!(r#"{right}{fed}<link from="a.map" to="a.extra"/>"#);
     let (reading, _) = reading(&system(&all), Some(&manifests));
     assert!(reading.findings.is_empty(), "{}", reading.findings.render(Colours::No));
+}
+
+#[test]
+fn two_builds_of_one_message_are_told_apart_by_their_fields() {
+    let port = |schema: &str, hash: u32| {
+        format!(
+            r#"{{"id":"p","type":"Scan","schema":"{schema}","schema_hash":"{hash:016x}","required":true}}"#
+        )
+    };
+    let kind = |kind: &str, inputs: &str, outputs: &str| -> Manifest {
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[{inputs}],"outputs":[{outputs}],"parameters":[]}}"#
+        );
+        serde_json::from_str(&text).unwrap()
+    };
+    let old = kind("old", "", &port("Scan{ranges:[f32]}", 1));
+    let new = kind("new", &port("Scan{ranges:[f64],stamp:f64}", 2), "");
+    let manifests = Manifests::from([("old".into(), old), ("new".into(), new)]);
+    let file = r#"<component name="a" kind="old"/><component name="b" kind="new"/><link from="a.p" to="b.p"/>"#;
+    let (reading, _) = reading(&system(file), Some(&manifests));
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("E0108") && shown.contains("both call it Scan"), "{shown}");
+    assert!(shown.contains("ranges[]: a.p has f32, b.p has f64"), "{shown}");
+    assert!(shown.contains("stamp"), "{shown}");
 }
 
 #[test]

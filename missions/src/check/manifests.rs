@@ -1,15 +1,14 @@
-//! The system against the manifests of its kinds: ports, types and parameters.
+//! The system against the manifests of its kinds: that they are there, and the parameters; the
+//! ports are in `ports.rs`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
-use armor_wire::schema::difference;
+use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType};
 
-use crate::check::unused::Used;
-use crate::check::{Manifests, listed};
+use crate::check::{Manifests, listed, ports};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::model::{Component, Configuration, Link, Parameter, Port};
+use crate::model::{Component, Configuration, Parameter};
 use crate::nearest::did_you_mean;
 use crate::source::Spanned;
 
@@ -31,17 +30,16 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     for link in &system.links {
-        check_link(link, &kinds, findings);
+        ports::check_link(link, &kinds, findings);
     }
     if let Some(clock) = &system.clock {
-        find_output(&clock.source, &kinds, findings);
+        ports::find_output(&clock.source, &kinds, findings);
     }
-    let ends = system.links.iter().map(|link| &link.to);
-    let fed = ends.map(|to| (to.component.value.as_str(), to.port.value.as_str())).collect();
+    let fed = ports::Fed::of(system, &kinds);
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             check_parameters(component, manifest, findings);
-            required_inputs(component, manifest, &fed, findings);
+            ports::required_inputs(component, manifest, &fed, findings);
         }
     }
     let places = configuration.missions().flat_map(|mission| &mission.places);
@@ -50,18 +48,9 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             check_value(&given.parameter, manifest, findings);
         }
     }
-    // With a mistake in a name, what it meant only seems to be unused.
-    if !findings.has_errors() {
-        let used = Used::of(configuration);
-        for component in &system.components {
-            if let Some(manifest) = kinds.get(component.name.value.as_str()) {
-                used.check(component, manifest, findings);
-            }
-        }
-    }
 }
 
-fn unknown<'a>(
+pub(super) fn unknown<'a>(
     code: Code,
     name: &Spanned<String>,
     noun: &str,
@@ -70,129 +59,11 @@ fn unknown<'a>(
 ) {
     let message = format!("there is no {noun} called {}", name.value);
     let guess = if findings.is_full() { None } else { did_you_mean(&name.value, known.clone()) };
-    let remedy = guess.unwrap_or_else(|| format!("there are: {}", listed(known)));
+    let remedy = guess.unwrap_or_else(|| match known.clone().next() {
+        None => "there is none at all".into(),
+        Some(_) => format!("there are: {}", listed(known)),
+    });
     findings.push(Finding::new(code, &name.at, message).remedy(remedy));
-}
-
-fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, findings: &mut Findings) {
-    let output = find_output(&link.from, kinds, findings);
-    let input = find_input(&link.to, kinds, findings);
-    let (Some(output), Some(input)) = (output, input) else { return };
-    if (&output.type_name, output.schema_hash) != (&input.type_name, input.schema_hash) {
-        findings.push(mismatch(link, output, input));
-    }
-}
-
-fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
-    let (from, to) = (link.from.data(), link.to.data());
-    let (message, remedy) = if output.type_name == input.type_name {
-        // Two builds of one type: its fields are what the reader has to look at.
-        let differ = difference((&from, &output.schema), (&to, &input.schema));
-        (
-            format!(
-                "{from} cannot feed {to}: both call it {}, but it is not the same",
-                output.type_name
-            ),
-            format!(
-                "build both components against the same message; {}",
-                differ.lines().collect::<Vec<_>>().join("; ")
-            ),
-        )
-    } else {
-        (
-            format!(
-                "{from} cannot feed {to}: it gives {}, and {to} takes {}",
-                output.type_name, input.type_name
-            ),
-            format!("link an output of type {} here; `armor describe` lists them", input.type_name),
-        )
-    };
-    let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
-    finding.remedy(remedy).related(&link.from.at, "from here")
-}
-
-fn find_output<'a>(
-    port: &Port,
-    kinds: &BTreeMap<&str, &'a Manifest>,
-    findings: &mut Findings,
-) -> Option<&'a PortManifest> {
-    let manifest = kinds.get(port.component.value.as_str())?;
-    let found = manifest.outputs.iter().find(|output| output.id == port.port.value);
-    if found.is_none() {
-        missing_port(
-            port,
-            manifest,
-            &manifest.inputs,
-            &manifest.outputs,
-            ["output", "input"],
-            findings,
-        );
-    }
-    found
-}
-
-fn find_input<'a>(
-    port: &Port,
-    kinds: &BTreeMap<&str, &'a Manifest>,
-    findings: &mut Findings,
-) -> Option<&'a PortManifest> {
-    let manifest = kinds.get(port.component.value.as_str())?;
-    let found = manifest.inputs.iter().find(|input| input.id == port.port.value);
-    if found.is_none() {
-        missing_port(
-            port,
-            manifest,
-            &manifest.outputs,
-            &manifest.inputs,
-            ["input", "output"],
-            findings,
-        );
-    }
-    found
-}
-
-fn missing_port(
-    port: &Port,
-    manifest: &Manifest,
-    others: &[PortManifest],
-    wanted: &[PortManifest],
-    [noun, other_noun]: [&str; 2],
-    findings: &mut Findings,
-) {
-    if others.iter().any(|other| other.id == port.port.value) {
-        let message = format!("{} is an {other_noun}", port.data());
-        let finding = Finding::new(Code::WrongDirection, &port.at, message);
-        findings.push(finding.remedy("a link goes from=\"an output\" to=\"an input\""));
-    } else {
-        let noun = format!("{noun} of {}", manifest.kind);
-        unknown(
-            Code::UnknownPort,
-            &port.port,
-            &noun,
-            wanted.iter().map(|port| port.id.as_str()),
-            findings,
-        );
-    }
-}
-
-fn required_inputs(
-    component: &Component,
-    manifest: &Manifest,
-    fed: &BTreeSet<(&str, &str)>,
-    findings: &mut Findings,
-) {
-    let name = &component.name;
-    let fed = |input: &PortManifest| fed.contains(&(name.value.as_str(), input.id.as_str()));
-    for input in manifest.inputs.iter().filter(|input| input.required && !fed(input)) {
-        let message =
-            format!("nothing feeds {}.{}, which {} needs", name.value, input.id, manifest.kind);
-        let finding = Finding::new(Code::InputUnfed, &name.at, message);
-        let remedy = format!(
-            "add <link from=\"…\" to=\"{}.{}\"/> with a {}",
-            name.value, input.id, input.type_name
-        );
-        findings.push(finding.remedy(remedy));
-    }
 }
 
 fn check_parameters(component: &Component, manifest: &Manifest, findings: &mut Findings) {
@@ -201,7 +72,8 @@ fn check_parameters(component: &Component, manifest: &Manifest, findings: &mut F
     }
     let name = &component.name;
     for wanted in manifest.parameters.iter().filter(|parameter| parameter.default.is_none()) {
-        if component.parameter(&wanted.name).is_none() {
+        if component.parameter(&wanted.name).is_none() && !is_misspelt(wanted, component, manifest)
+        {
             let message = format!("{} has no value for {}", name.value, wanted.name);
             let finding = Finding::new(Code::ParameterUnassigned, &name.at, message);
             let about =
@@ -210,6 +82,13 @@ fn check_parameters(component: &Component, manifest: &Manifest, findings: &mut F
             findings.push(finding.remedy(remedy));
         }
     }
+}
+
+/// Whether the parameter is there under a name that the kind does not have: that is an error already.
+fn is_misspelt(wanted: &ParameterManifest, component: &Component, manifest: &Manifest) -> bool {
+    let given = component.parameters.iter().map(|parameter| parameter.name.value.as_str());
+    let mut unknown = given.filter(|name| !manifest.parameters.iter().any(|p| p.name == *name));
+    unknown.any(|name| did_you_mean(name, std::iter::once(wanted.name.as_str())).is_some())
 }
 
 fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findings) {

@@ -32,9 +32,9 @@ fn check_one(
     findings: &mut Findings,
 ) {
     let transitions = mission.transitions.iter().map(|transition| &transition.name);
-    Names::collect("a transition", Code::DuplicateTransition, transitions, findings);
+    Names::collect("transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
-    Names::collect("a variable", Code::DuplicateVariable, variables, findings);
+    Names::collect("variable", Code::DuplicateVariable, variables, findings);
     let known = Known::of(mission, system, controlled, findings);
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
@@ -94,13 +94,8 @@ impl<'a> Known<'a> {
         // Duplicates among the components are the system's findings.
         let unheard = &mut Findings::default();
         Self {
-            places: Names::collect("a place", Code::DuplicatePlace, places, findings),
-            components: Names::collect(
-                "a component",
-                Code::DuplicateComponent,
-                components,
-                unheard,
-            ),
+            places: Names::collect("place", Code::DuplicatePlace, places, findings),
+            components: Names::collect("component", Code::DuplicateComponent, components, unheard),
             fixed: fixed.map(|component| component.name.value.as_str()).collect(),
             active_in,
             controlled,
@@ -127,7 +122,8 @@ impl<'a> Known<'a> {
         for name in names {
             self.expect_component(name, findings);
             if self.fixed.contains(name.value.as_str()) {
-                let message = format!("{} has controllable=\"false\"", name.value);
+                let message =
+                    format!("{} has controllable=\"false\": no mission controls it", name.value);
                 let finding = Finding::new(Code::NotControllable, &name.at, message);
                 findings.push(finding.remedy("take it out of here, or let the mission control it"));
             }
@@ -172,7 +168,10 @@ impl<'a> Known<'a> {
             let (component, name) = (&given.component, &given.parameter.name);
             let exists = self.expect_component(component, findings);
             if exists && !self.is_active_in(&component.value, &place.name.value) {
-                let message = format!("{} does not activate {}", place.name.value, component.value);
+                let message = format!(
+                    "{} does not activate {}, so it gives it no values",
+                    place.name.value, component.value
+                );
                 let finding = Finding::new(Code::ForeignParameter, &component.at, message);
                 let remedy =
                     "activate the component in this place, or set the parameter in the system";
@@ -190,7 +189,7 @@ impl<'a> Known<'a> {
     fn check_transition(&self, transition: &Transition, findings: &mut Findings) {
         let name = &transition.name;
         if transition.arcs.is_empty() {
-            let message = format!("{} joins no places", name.value);
+            let message = format!("{} takes from no place and puts into none", name.value);
             let finding = Finding::new(Code::NoArcs, &name.at, message);
             findings.push(finding.remedy("write from=\"…\" and to=\"…\""));
         }
@@ -206,8 +205,10 @@ impl<'a> Known<'a> {
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
         if self.active_in.contains_key(reporter.value.as_str()) && !heard {
-            let message =
-                format!("{} is active in no place that {} starts from", reporter.value, name.value);
+            let message = format!(
+                "{} is frozen in every place that {} starts from",
+                reporter.value, name.value
+            );
             let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
             findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
         }

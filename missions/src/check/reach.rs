@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Mission, Transition};
+use crate::mission::{ArcKind, Mission, Place, Transition};
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let starts = mission.places.iter().any(|place| place.initial > 0);
@@ -14,9 +14,20 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         return;
     }
     let reached = reached(mission);
-    for place in mission.places.iter().filter(|place| !reached.contains(place.name.value.as_str()))
-    {
-        let message = format!("no transition leads to {}", place.name.value);
+    let (reached, unreached): (Vec<_>, Vec<_>) =
+        mission.places.iter().partition(|place| reached.contains(place.name.value.as_str()));
+    let active =
+        |of: &Place| of.components.iter().map(|name| name.value.clone()).collect::<Vec<_>>();
+    let ever_active: BTreeSet<_> = reached.into_iter().flat_map(active).collect();
+    for place in unreached {
+        let mut message = format!("no transition leads to {}", place.name.value);
+        let never: Vec<_> =
+            active(place).into_iter().filter(|name| !ever_active.contains(name)).collect();
+        match never.as_slice() {
+            [] => {}
+            [only] => message += &format!(", so {only} is never active"),
+            some => message += &format!(", so {} are never active", some.join(" and ")),
+        }
         let finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
         findings.push(finding.remedy("add a transition to it, or remove it"));
     }

@@ -15,7 +15,7 @@ const RESERVED: [&str; 6] =
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
-    let names = Names::collect("a component", Code::DuplicateComponent, names, findings);
+    let names = Names::collect("component", Code::DuplicateComponent, names, findings);
     for component in &system.components {
         parameters_once(component, findings);
         if RESERVED.contains(&component.name.value.as_str()) {
@@ -51,7 +51,7 @@ fn similar_names(system: &System, findings: &mut Findings) {
 
 fn parameters_once(component: &Component, findings: &mut Findings) {
     let names = component.parameters.iter().map(|parameter| &parameter.name);
-    Names::collect("a parameter", Code::DuplicateParameter, names, findings);
+    Names::collect("parameter", Code::DuplicateParameter, names, findings);
 }
 
 fn inputs_fed_once(links: &[Link], findings: &mut Findings) {

@@ -78,7 +78,7 @@ fn dates(transition: &Transition, findings: &mut Findings) {
     let (Some(from), Some(to)) = (&transition.not_before, &transition.not_after) else { return };
     if moment(&from.value) > moment(&to.value) {
         let message = format!(
-            "{} may fire neither before {} nor after {}, so never",
+            "{} may never fire: not before {} and not after {} leave no time",
             transition.name.value, from.value, to.value
         );
         let finding = Finding::new(Code::DatesCrossed, &to.at, message);
@@ -107,7 +107,7 @@ fn shorter_than_period(transition: &Transition, mission: &Mission, findings: &mu
     let Some(latest) = interval.latest.filter(|latest| !latest.is_zero()) else { return };
     if latest < period.value {
         let message = format!(
-            "{} is shorter than the mission's period, {}: {} fires late",
+            "{} is shorter than the mission's period, {}: {} fires after its time",
             interval.at.text(),
             period.at.text(),
             transition.name.value

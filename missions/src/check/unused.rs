@@ -4,13 +4,23 @@ use std::collections::BTreeSet;
 
 use armor_wire::manifest::Manifest;
 
+use crate::check::Manifests;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Configuration};
 
+pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
+    let used = Used::of(configuration);
+    for component in &configuration.system.components {
+        if let Some(manifest) = manifests.get(&component.kind.value) {
+            used.check(component, manifest, findings);
+        }
+    }
+}
+
 /// What of the system the file speaks of.
 #[derive(Default)]
-pub(super) struct Used<'a> {
+struct Used<'a> {
     components: BTreeSet<&'a str>,
     /// Component and output.
     outputs: BTreeSet<(&'a str, &'a str)>,
@@ -19,7 +29,7 @@ pub(super) struct Used<'a> {
 }
 
 impl<'a> Used<'a> {
-    pub(super) fn of(configuration: &'a Configuration) -> Self {
+    fn of(configuration: &'a Configuration) -> Self {
         let system = &configuration.system;
         let mut used = Self { is_alone: system.components.len() < 2, ..Self::default() };
         let clock = system.clock.iter().map(|clock| &clock.source);
@@ -44,12 +54,7 @@ impl<'a> Used<'a> {
         used
     }
 
-    pub(super) fn check(
-        &self,
-        component: &Component,
-        manifest: &Manifest,
-        findings: &mut Findings,
-    ) {
+    fn check(&self, component: &Component, manifest: &Manifest, findings: &mut Findings) {
         let name = component.name.value.as_str();
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
         // Of a required input without link there is an error already.

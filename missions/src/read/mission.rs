@@ -81,7 +81,7 @@ fn variable(
     if let (Some(low), Some(high)) = (&minimum, &maximum)
         && low.value > high.value
     {
-        fields.bad_value(high, "max must not be below min".into());
+        fields.bad_value("max", high, "max must not be below min".into());
     }
     fields.finish(&[]);
     Some(Variable { name: name?, source: data, minimum, maximum })

@@ -1,0 +1,185 @@
+//! Links against the ports of the kinds that they join: there, in the right direction, of one type,
+//! and every required input fed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use armor_wire::manifest::{Manifest, PortManifest};
+use armor_wire::schema::difference;
+
+use crate::check::manifests::unknown;
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::model::{Component, Link, Port, System};
+
+pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, findings: &mut Findings) {
+    if is_exchanged(link, kinds) {
+        let (from, to) = (link.from.data(), link.to.data());
+        let message = format!("this link leads from an input, {from}, to an output, {to}");
+        let finding = Finding::new(Code::WrongDirection, &link.from.at, message);
+        findings.push(
+            finding
+                .remedy(format!("exchange them: from=\"{to}\" to=\"{from}\""))
+                .related(&link.to.at, "the output"),
+        );
+        return;
+    }
+    let output = find_output(&link.from, kinds, findings);
+    let input = find_input(&link.to, kinds, findings);
+    let (Some(output), Some(input)) = (output, input) else { return };
+    if (&output.type_name, output.schema_hash) != (&input.type_name, input.schema_hash) {
+        findings.push(mismatch(link, output, input));
+    }
+}
+
+/// Whether it starts where there is only an input, and ends where there is only an output.
+fn is_exchanged(link: &Link, kinds: &BTreeMap<&str, &Manifest>) -> bool {
+    let is_among =
+        |ports: &[PortManifest], port: &Port| ports.iter().any(|p| p.id == port.port.value);
+    let kind = |port: &Port| kinds.get(port.component.value.as_str());
+    let (Some(from), Some(to)) = (kind(&link.from), kind(&link.to)) else { return false };
+    let only_input = is_among(&from.inputs, &link.from) && !is_among(&from.outputs, &link.from);
+    let only_output = is_among(&to.outputs, &link.to) && !is_among(&to.inputs, &link.to);
+    only_input && only_output
+}
+
+fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
+    let (from, to) = (link.from.data(), link.to.data());
+    let (message, remedy) = if output.type_name == input.type_name {
+        // Two builds of one type: its fields are what the reader has to look at.
+        let differ = difference((&from, &output.schema), (&to, &input.schema));
+        (
+            format!(
+                "{from} cannot feed {to}: both call it {}, but it is not the same",
+                output.type_name
+            ),
+            format!(
+                "build both components against the same message; {}",
+                differ.lines().collect::<Vec<_>>().join("; ")
+            ),
+        )
+    } else {
+        (
+            format!(
+                "{from} cannot feed {to}: it gives {}, and {to} takes {}",
+                output.type_name, input.type_name
+            ),
+            format!("link an output of type {} here; `armor describe` lists them", input.type_name),
+        )
+    };
+    let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
+    finding.remedy(remedy).related(&link.from.at, "from here")
+}
+
+pub(super) fn find_output<'a>(
+    port: &Port,
+    kinds: &BTreeMap<&str, &'a Manifest>,
+    findings: &mut Findings,
+) -> Option<&'a PortManifest> {
+    let manifest = kinds.get(port.component.value.as_str())?;
+    let found = manifest.outputs.iter().find(|output| output.id == port.port.value);
+    if found.is_none() {
+        missing_port(
+            port,
+            manifest,
+            &manifest.inputs,
+            &manifest.outputs,
+            ["output", "input"],
+            findings,
+        );
+    }
+    found
+}
+
+fn find_input<'a>(
+    port: &Port,
+    kinds: &BTreeMap<&str, &'a Manifest>,
+    findings: &mut Findings,
+) -> Option<&'a PortManifest> {
+    let manifest = kinds.get(port.component.value.as_str())?;
+    let found = manifest.inputs.iter().find(|input| input.id == port.port.value);
+    if found.is_none() {
+        missing_port(
+            port,
+            manifest,
+            &manifest.outputs,
+            &manifest.inputs,
+            ["input", "output"],
+            findings,
+        );
+    }
+    found
+}
+
+fn missing_port(
+    port: &Port,
+    manifest: &Manifest,
+    others: &[PortManifest],
+    wanted: &[PortManifest],
+    [noun, other_noun]: [&str; 2],
+    findings: &mut Findings,
+) {
+    if others.iter().any(|other| other.id == port.port.value) {
+        let message = format!("{} is an {other_noun}", port.data());
+        let finding = Finding::new(Code::WrongDirection, &port.at, message);
+        findings.push(finding.remedy("a link goes from=\"an output\" to=\"an input\""));
+    } else {
+        let noun = format!("{noun} of {}", manifest.kind);
+        unknown(
+            Code::UnknownPort,
+            &port.port,
+            &noun,
+            wanted.iter().map(|port| port.id.as_str()),
+            findings,
+        );
+    }
+}
+
+/// Which inputs are fed, also those that a mistaken link was probably meant for.
+pub(super) struct Fed<'a> {
+    /// Component and port at either end of a link: the ends may be exchanged.
+    ends: BTreeSet<(&'a str, &'a str)>,
+    /// Ends that are not there, in the component or in the port.
+    mistaken: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Fed<'a> {
+    pub(super) fn of(system: &'a System, kinds: &BTreeMap<&str, &Manifest>) -> Self {
+        let links = &system.links;
+        let components: BTreeSet<_> =
+            system.components.iter().map(|c| c.name.value.as_str()).collect();
+        let name = |port: &'a Port| (port.component.value.as_str(), port.port.value.as_str());
+        let ends = links.iter().flat_map(|link| [&link.from, &link.to]).map(name).collect();
+        let is_there = |(component, port): &(&str, &str)| match kinds.get(component) {
+            Some(kind) => kind.inputs.iter().chain(&kind.outputs).any(|known| known.id == *port),
+            // Of an unknown kind any port may be there.
+            None => components.contains(component),
+        };
+        let to = links.iter().map(|link| name(&link.to));
+        Self { ends, mistaken: to.filter(|end| !is_there(end)).collect() }
+    }
+
+    fn is_fed(&self, component: &str, input: &str) -> bool {
+        self.ends.contains(&(component, input))
+            || self.mistaken.iter().any(|(name, port)| *name == component || *port == input)
+    }
+}
+
+pub(super) fn required_inputs(
+    component: &Component,
+    manifest: &Manifest,
+    fed: &Fed<'_>,
+    findings: &mut Findings,
+) {
+    let name = &component.name;
+    let inputs = manifest.inputs.iter().filter(|input| input.required);
+    for input in inputs.filter(|input| !fed.is_fed(&name.value, &input.id)) {
+        let message =
+            format!("nothing feeds {}.{}, which {} needs", name.value, input.id, manifest.kind);
+        let finding = Finding::new(Code::InputUnfed, &name.at, message);
+        let remedy = format!(
+            "add <link from=\"…\" to=\"{}.{}\"/>, from an output of type {}",
+            name.value, input.id, input.type_name
+        );
+        findings.push(finding.remedy(remedy));
+    }
+}
