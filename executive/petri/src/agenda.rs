@@ -1,6 +1,6 @@
 //! Who is enabled, since when, and who fires first.
 
-use crate::net::{Net, TransitionId};
+use crate::net::{Class, Net, TransitionId};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -14,11 +14,21 @@ pub(crate) struct Agenda {
     since: Vec<Option<Duration>>,
     ready: BTreeSet<Turn>,
     waiting: BTreeSet<(Duration, TransitionId)>,
+    hold: Option<Hold>,
+}
+
+/// While only the clocks of the safety class run.
+#[derive(Clone, Debug)]
+struct Hold {
+    since: Duration,
+    /// The others that are enabled; their clocks stand where they stood at `since`.
+    stopped: BTreeSet<TransitionId>,
 }
 
 impl Agenda {
     pub(crate) fn new(transitions: usize) -> Self {
-        Self { since: vec![None; transitions], ready: BTreeSet::new(), waiting: BTreeSet::new() }
+        let since = vec![None; transitions];
+        Self { since, ready: BTreeSet::new(), waiting: BTreeSet::new(), hold: None }
     }
 
     pub(crate) fn since(&self, id: TransitionId) -> Option<Duration> {
@@ -28,20 +38,64 @@ impl Agenda {
     /// Starts the clock of `id`, from 0 if it was running.
     pub(crate) fn enable(&mut self, net: &Net, id: TransitionId, now: Duration) {
         self.disable(net, id);
-        self.since[id.index()] = Some(now);
-        let earliest = earliest(net, id, now);
-        if earliest <= now {
-            self.ready.insert(turn(net, id, now));
-        } else {
-            self.waiting.insert((earliest, id));
+        match &mut self.hold {
+            Some(hold) if is_ordinary(net, id) => {
+                // As if at the beginning of the hold: its clock stands at 0 until the end of it.
+                self.since[id.index()] = Some(hold.since);
+                hold.stopped.insert(id);
+            }
+            _ => self.start(net, id, now, now),
         }
     }
 
     pub(crate) fn disable(&mut self, net: &Net, id: TransitionId) {
         if let Some(since) = self.since[id.index()].take()
+            && !self.hold.as_mut().is_some_and(|hold| hold.stopped.remove(&id))
             && !self.ready.remove(&turn(net, id, since))
         {
             self.waiting.remove(&(earliest(net, id, since), id));
+        }
+    }
+
+    /// Stops the clocks of all but the safety class.
+    pub(crate) fn hold(&mut self, net: &Net, now: Duration) {
+        if self.hold.is_some() {
+            return;
+        }
+        let enabled = self.ready().chain(self.waiting());
+        let stopped: BTreeSet<_> = enabled.filter(|id| is_ordinary(net, *id)).collect();
+        self.ready.retain(|turn| !stopped.contains(&turn.2));
+        self.waiting.retain(|entry| !stopped.contains(&entry.1));
+        self.hold = Some(Hold { since: now, stopped });
+    }
+
+    /// Lets the stopped clocks go on where they stand.
+    pub(crate) fn release(&mut self, net: &Net, now: Duration) {
+        let Some(hold) = self.hold.take() else { return };
+        let stood = now.saturating_sub(hold.since);
+        for id in hold.stopped {
+            let since = self.since[id.index()].expect("whoever was stopped is enabled") + stood;
+            self.start(net, id, since, now);
+        }
+    }
+
+    pub(crate) fn held_since(&self) -> Option<Duration> {
+        self.hold.as_ref().map(|hold| hold.since)
+    }
+
+    /// Those whose clocks stand, in the order of the file.
+    pub(crate) fn stopped(&self) -> impl Iterator<Item = TransitionId> {
+        self.hold.iter().flat_map(|hold| hold.stopped.iter().copied())
+    }
+
+    /// Runs the clock of `id` from `since` on.
+    fn start(&mut self, net: &Net, id: TransitionId, since: Duration, now: Duration) {
+        self.since[id.index()] = Some(since);
+        let earliest = earliest(net, id, since);
+        if earliest <= now {
+            self.ready.insert(turn(net, id, since));
+        } else {
+            self.waiting.insert((earliest, id));
         }
     }
 
@@ -79,6 +133,10 @@ impl Agenda {
 /// When an enabled transition must have fired; `Duration::MAX` is never.
 pub(crate) fn deadline(net: &Net, id: TransitionId, since: Duration) -> Duration {
     net.transition(id).interval.latest.map_or(Duration::MAX, |latest| since.saturating_add(latest))
+}
+
+fn is_ordinary(net: &Net, id: TransitionId) -> bool {
+    net.transition(id).class == Class::Ordinary
 }
 
 fn earliest(net: &Net, id: TransitionId, since: Duration) -> Duration {

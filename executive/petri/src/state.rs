@@ -89,9 +89,34 @@ impl State {
         Some(deadline(&self.net, id, since)).filter(|at| *at != Duration::MAX)
     }
 
-    /// The enabled transitions: those that may fire now in conflict order, then those that wait.
+    /// When an enabled transition may fire; `None` while it is not enabled. Of one that is held it
+    /// is when it could have fired without the hold.
+    pub fn earliest(&self, id: TransitionId) -> Option<Duration> {
+        let since = self.agenda.since(id)?;
+        Some(since.saturating_add(self.net.transition(id).interval.earliest))
+    }
+
+    /// The enabled transitions: those that may fire now in conflict order, then those that wait,
+    /// then those that are held.
     pub fn enabled(&self) -> impl Iterator<Item = TransitionId> {
-        self.agenda.ready().chain(self.agenda.waiting())
+        self.agenda.ready().chain(self.agenda.waiting()).chain(self.agenda.stopped())
+    }
+
+    /// Stops the clocks of all but the safety class: held transitions are enabled and disabled as
+    /// ever, but none is ready. Without effect during a hold.
+    pub fn hold(&mut self) {
+        self.agenda.hold(&self.net, self.now);
+    }
+
+    /// Ends a hold: each clock goes on where it stood, those of transitions that became enabled
+    /// meanwhile from 0. Costs what is enabled.
+    pub fn release(&mut self) {
+        self.agenda.release(&self.net, self.now);
+    }
+
+    /// Since when all but the safety class are held, if they are.
+    pub fn held_since(&self) -> Option<Duration> {
+        self.agenda.held_since()
     }
 
     /// The transitions that may fire now, in conflict order: safety class, priority, earliest
@@ -243,5 +268,45 @@ impl State {
                 self.agenda.disable(&self.net, id);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Class, Interval};
+
+    #[test]
+    fn a_held_clock_goes_on_where_it_stood_and_safety_is_not_held() {
+        const SECOND: Duration = Duration::from_secs(1);
+        let mut net = Net::builder();
+        let (a, b) = (net.place("a", 1), net.place("b", 0));
+        let five = Interval::exactly(5 * SECOND);
+        let late = net.transition("late").input(a, 1).interval(five).id();
+        let new = net.transition("new").input(b, 1).interval(five).id();
+        let safe = net.transition("safe").input(b, 1).interval(five).class(Class::Safety).id();
+        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        state.advance(2 * SECOND);
+        state.hold();
+        state.advance(10 * SECOND);
+        state.add(b, 1).unwrap();
+        state.advance(20 * SECOND);
+        assert_eq!(
+            (state.fire(late), state.fire(new)),
+            (Err(FireError::TooEarly), Err(FireError::TooEarly))
+        );
+        assert_eq!(state.ready().collect::<Vec<_>>(), [safe]);
+        assert_eq!(state.fire(safe), Ok(5 * SECOND));
+        state.add(b, 1).unwrap();
+        state.release();
+        assert_eq!(
+            (state.earliest(late), state.earliest(new)),
+            (Some(23 * SECOND), Some(25 * SECOND))
+        );
+        state.advance(23 * SECOND);
+        assert_eq!(
+            (state.fire(late), state.fire(new)),
+            (Ok(Duration::ZERO), Err(FireError::TooEarly))
+        );
     }
 }

@@ -27,6 +27,8 @@ enum Deed {
     Remove(u32),
     TakeThenPutAfter(usize, u64),
     Clear,
+    Hold,
+    Release,
 }
 
 fn sketch() -> impl Strategy<Value = Sketch> {
@@ -52,6 +54,8 @@ fn deed() -> impl Strategy<Value = Deed> {
         1 => (0..PLACES).prop_map(Deed::Remove),
         2 => (0usize..8, 0u64..3).prop_map(|(t, s)| Deed::TakeThenPutAfter(t, s)),
         1 => Just(Deed::Clear),
+        1 => Just(Deed::Hold),
+        1 => Just(Deed::Release),
     ]
 }
 
@@ -92,6 +96,7 @@ struct Oracle {
     marking: Vec<u32>,
     open: Vec<bool>,
     since: Vec<Option<Duration>>,
+    held: Option<Duration>,
 }
 
 impl Oracle {
@@ -101,6 +106,7 @@ impl Oracle {
             marking: net.initial().to_vec(),
             open: vec![false; net.transitions().len()],
             since: vec![None; net.transitions().len()],
+            held: None,
             net,
         };
         oracle.look();
@@ -119,8 +125,22 @@ impl Oracle {
     fn look(&mut self) {
         for id in self.net.transition_ids() {
             let clock = self.since[id.index()];
-            self.since[id.index()] = self.has_concession(id).then(|| clock.unwrap_or(self.now));
+            let start = self.held.filter(|_| !self.runs(id)).unwrap_or(self.now);
+            self.since[id.index()] = self.has_concession(id).then(|| clock.unwrap_or(start));
         }
+    }
+
+    /// Whether its clock runs if it is enabled.
+    fn runs(&self, id: TransitionId) -> bool {
+        self.held.is_none() || self.net.transition(id).class == Class::Safety
+    }
+
+    fn release(&mut self) {
+        for id in self.net.transition_ids().filter(|id| !self.runs(*id)).collect::<Vec<_>>() {
+            let stood = self.now - self.held.expect("whoever stands is held");
+            self.since[id.index()] = self.since[id.index()].map(|since| since + stood);
+        }
+        self.held = None;
     }
 
     fn ready(&self) -> Vec<TransitionId> {
@@ -128,7 +148,7 @@ impl Oracle {
             let since = self.since[id.index()]?;
             let t = self.net.transition(*id);
             let deadline = t.interval.latest.map_or(Duration::MAX, |latest| since + latest);
-            let may = since + t.interval.earliest <= self.now;
+            let may = self.runs(*id) && since + t.interval.earliest <= self.now;
             may.then_some((t.class, std::cmp::Reverse(t.priority), deadline, *id))
         };
         let mut ready: Vec<_> = self.net.transition_ids().filter_map(|id| terms(&id)).collect();
@@ -213,6 +233,14 @@ fn play(state: &mut State, oracle: &mut Oracle, deed: &Deed) {
             oracle.marking.fill(0);
             oracle.look();
         }
+        Deed::Hold => {
+            state.hold();
+            oracle.held = oracle.held.or(Some(oracle.now));
+        }
+        Deed::Release => {
+            state.release();
+            oracle.release();
+        }
     }
 }
 
@@ -237,9 +265,10 @@ proptest! {
                 let at = |id: TransitionId| {
                     Some(oracle.since[id.index()]? + net.transition(id).interval.earliest)
                 };
-                net.transition_ids().filter_map(at).min()
+                net.transition_ids().filter(|id| oracle.runs(*id)).filter_map(at).min()
             });
             prop_assert_eq!(state.next_firing(), next);
+            prop_assert_eq!(state.held_since(), oracle.held);
         }
     }
 }
