@@ -56,6 +56,9 @@ pub enum Command {
     /// Look at the mission of a running system.
     #[command(subcommand)]
     Mission(Mission),
+    /// Count, check and convert Petri nets in files: PNML and TINA's .net.
+    #[command(subcommand)]
+    Net(crate::net::arguments::Net),
     /// Write the project of a new component.
     New(New),
     /// Print a completion script for a shell.
@@ -261,7 +264,7 @@ fn default_registry() -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], armor_wire::registry::DEFAULT_PORT))
 }
 
-fn duration(text: &str) -> Result<Duration, String> {
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
     Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
 }

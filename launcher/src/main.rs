@@ -12,6 +12,7 @@ mod fmt;
 mod guard;
 mod kinds;
 mod look;
+mod net;
 mod new;
 mod print;
 mod run;
@@ -52,6 +53,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Mission(Mission::Show { follow, running }) => {
             look::mission::show(&running, follow, format)?
         }
+        Command::Net(arguments) => net::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,
         Command::Completions { shell } => {
             let mut program = Arguments::command();

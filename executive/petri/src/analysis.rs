@@ -7,6 +7,7 @@
 
 pub mod boundedness;
 pub mod budget;
+pub mod components;
 mod elimination;
 pub mod explore;
 pub mod invariants;

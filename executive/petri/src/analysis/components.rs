@@ -1,0 +1,246 @@
+//! Where a net can end up: the strongly connected components of its states (Tarjan, 1972). What
+//! is in every bottom component is reachable from everywhere; in one that holds no state of the
+//! kind asked for, the net is lost for it.
+
+use super::budget::{Budget, Exhausted};
+use super::space::Space;
+
+/// The components of a complete space.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Components {
+    /// How many there are.
+    pub components: u64,
+    /// Those that are never left again.
+    pub bottoms: Vec<Bottom>,
+}
+
+/// A component that is never left again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bottom {
+    /// Its state nearest to the initial one.
+    pub nearest: u32,
+    /// How many states it has.
+    pub states: u64,
+    /// Whether one of them is of the kind asked for.
+    pub holds: bool,
+}
+
+impl Components {
+    /// Whether the initial state can be reached again from every state.
+    pub fn is_reversible(&self) -> bool {
+        self.components == 1
+    }
+
+    /// The states that are reachable from every state, counted; 0 if there are none.
+    pub fn home_states(&self) -> u64 {
+        match self.bottoms.as_slice() {
+            [only] => only.states,
+            _ => 0,
+        }
+    }
+
+    /// The nearest state from which no state of the kind asked for can be reached, in a component
+    /// that is never left; `None` if such states can be reached from everywhere.
+    pub fn lost(&self) -> Option<u32> {
+        self.bottoms.iter().filter(|bottom| !bottom.holds).map(|bottom| bottom.nearest).min()
+    }
+}
+
+/// Bytes per state that the search takes at worst.
+const BYTES_PER_STATE: u64 = 24;
+const STEPS_BETWEEN_QUESTIONS: u64 = 1 << 12;
+const UNSEEN: u32 = 0;
+const DONE: u32 = u32::MAX;
+
+/// The components of `space`, which must be complete; `asked` says which markings are looked for.
+///
+/// # Errors
+/// If memory or time ran out.
+pub fn components(
+    space: &Space,
+    budget: &Budget<'_>,
+    asked: impl FnMut(&[u32]) -> bool,
+) -> Result<Components, Exhausted> {
+    if space.bytes() + space.states() * BYTES_PER_STATE > budget.memory_bytes {
+        return Err(Exhausted::Memory);
+    }
+    let mut search = Search {
+        space,
+        asked,
+        order: vec![UNSEEN; space.states() as usize],
+        seen: 0,
+        stack: Vec::new(),
+        frames: Vec::new(),
+        marking: space.marking(0),
+        after: space.marking(0),
+        words: vec![0; space.layout.words()],
+        found: Components { components: 0, bottoms: Vec::new() },
+    };
+    search.run(budget)?;
+    Ok(search.found)
+}
+
+/// A state on the way from the initial one that the search is at.
+struct Frame {
+    state: u32,
+    next_transition: u32,
+    low: u32,
+    is_bottom: bool,
+}
+
+struct Search<'a, F> {
+    space: &'a Space,
+    asked: F,
+    /// When each state was first seen, from 1.
+    order: Vec<u32>,
+    seen: u32,
+    stack: Vec<u32>,
+    frames: Vec<Frame>,
+    marking: Vec<u32>,
+    after: Vec<u32>,
+    words: Vec<u64>,
+    found: Components,
+}
+
+impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
+    fn run(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+        self.enter(0);
+        let mut steps = 0u64;
+        while !self.frames.is_empty() {
+            steps += 1;
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && (budget.stop)() {
+                return Err(Exhausted::Time);
+            }
+            match self.next_successor() {
+                None => self.leave(),
+                Some(successor) => {
+                    let order = self.order[successor as usize];
+                    let frame = self.frames.last_mut().expect("a state is at hand");
+                    match order {
+                        UNSEEN => self.enter(successor),
+                        DONE => frame.is_bottom = false,
+                        _ => frame.low = frame.low.min(order),
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn enter(&mut self, state: u32) {
+        self.seen += 1;
+        self.order[state as usize] = self.seen;
+        self.stack.push(state);
+        self.frames.push(Frame { state, next_transition: 0, low: self.seen, is_bottom: true });
+    }
+
+    /// The next firing of the state at hand.
+    fn next_successor(&mut self) -> Option<u32> {
+        let space = self.space;
+        let frame = self.frames.last_mut().expect("a state is at hand");
+        space.read_marking(frame.state, &mut self.marking);
+        let rules = space.rules.all();
+        while let Some(rule) = rules.get(frame.next_transition as usize) {
+            frame.next_transition += 1;
+            if rule.enabled(&self.marking) {
+                self.after.copy_from_slice(&self.marking);
+                rule.fire(&mut self.after).expect("it was fired when the state was explored");
+                space.layout.pack(&self.after, &mut self.words);
+                let found = space.store.find(&self.words);
+                return Some(found.expect("a complete space holds every successor"));
+            }
+        }
+        None
+    }
+
+    /// Goes back from the state at hand, all of whose firings are done.
+    fn leave(&mut self) {
+        let frame = self.frames.pop().expect("a state is at hand");
+        let is_root = frame.low == self.order[frame.state as usize];
+        if is_root {
+            self.close(&frame);
+        }
+        if let Some(parent) = self.frames.last_mut() {
+            parent.low = parent.low.min(frame.low);
+            parent.is_bottom &= frame.is_bottom && !is_root;
+        }
+    }
+
+    fn close(&mut self, root: &Frame) {
+        self.found.components += 1;
+        let mut bottom = Bottom { nearest: root.state, states: 0, holds: false };
+        while let Some(state) = self.stack.pop() {
+            self.order[state as usize] = DONE;
+            bottom.states += 1;
+            bottom.nearest = bottom.nearest.min(state);
+            if root.is_bottom && !bottom.holds {
+                self.space.read_marking(state, &mut self.marking);
+                bottom.holds = (self.asked)(&self.marking);
+            }
+            if state == root.state {
+                break;
+            }
+        }
+        if root.is_bottom {
+            self.found.bottoms.push(bottom);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::explore;
+    use crate::analysis::invariants::Bounds;
+    use crate::net::Net;
+
+    /// One token that goes along these edges.
+    fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
+        let mut net = Net::builder();
+        let places: Vec<_> =
+            (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
+        for (index, &(from, to)) in edges.iter().enumerate() {
+            net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
+        }
+        let net = net.build().unwrap();
+        explore(&net, &Bounds::of_net(&net, &|| false), true, &Budget::UNLIMITED).space
+    }
+
+    fn check(places: usize, edges: &[(usize, usize)], expected: (u64, &[u64], bool)) {
+        let space = walker(places, edges);
+        let found = components(&space, &Budget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
+        let mut sizes: Vec<_> = found.bottoms.iter().map(|bottom| bottom.states).collect();
+        sizes.sort_unstable();
+        assert_eq!((found.components, &sizes[..], found.lost().is_none()), expected, "{edges:?}");
+    }
+
+    #[test]
+    fn bottoms_are_found_and_who_can_get_there() {
+        check(1, &[], (1, &[1], true));
+        check(3, &[(0, 1), (1, 2), (2, 0)], (1, &[3], true));
+        check(3, &[(0, 1), (1, 0), (1, 2)], (2, &[1], true));
+        check(3, &[(0, 1), (0, 2)], (3, &[1, 1], false));
+        check(5, &[(0, 1), (1, 2), (2, 1), (0, 3), (3, 4), (4, 3), (4, 0)], (2, &[2], false));
+        check(5, &[(0, 1), (1, 2), (2, 1), (2, 3), (3, 4), (4, 3), (3, 1)], (2, &[4], true));
+    }
+
+    #[test]
+    fn the_way_to_being_lost_is_the_shortest() {
+        let space = walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
+        let found = components(&space, &Budget::UNLIMITED, |m| m[3] > 0).unwrap();
+        let lost = found.lost().unwrap();
+        assert_eq!(space.marking(lost), [0, 0, 1, 0]);
+        assert_eq!(space.way_to(lost).unwrap().len(), 2);
+    }
+
+    #[test]
+    fn a_million_deep_is_no_recursion() {
+        let mut net = Net::builder();
+        let (a, b) = (net.place("a", 300_000), net.place("b", 0));
+        net.transition("t").input(a, 1).output(b, 1);
+        let net = net.build().unwrap();
+        let space = explore(&net, &Bounds::unknown(&net), false, &Budget::UNLIMITED).space;
+        let found = components(&space, &Budget::UNLIMITED, |m| m[0] == 0).unwrap();
+        assert_eq!((found.components, found.lost()), (300_001, None));
+    }
+}

@@ -1,0 +1,108 @@
+//! `armor net info`: how large a net's state space is, exactly, or which budget ran out.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+
+use super::arguments::Limits;
+use super::{Facts, load, option_of, shown, within};
+use crate::arguments::Format;
+use crate::exit::Ending;
+
+/// What is known is said; `null` is without end; what is missing was not decided.
+#[derive(Debug, Default, Serialize)]
+struct Info {
+    places: usize,
+    transitions: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    states: Option<Option<u64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edges: Option<Option<u64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_tokens_in_place: Option<Option<u64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_tokens_per_marking: Option<Option<u64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    deadlocks: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bounded: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    undecided: Option<&'static str>,
+}
+
+/// Prints the counts.
+///
+/// # Errors
+/// If the file cannot be read or holds no net.
+pub fn run(path: &Path, budget: &Limits, format: Format) -> Result<Ending> {
+    let file = load(path)?;
+    let facts = within(budget, |budget| Facts::gather(&file.net, false, budget));
+    let info = info(&file.net, &facts);
+    if format == Format::Json {
+        println!("{}", serde_json::to_string(&info)?);
+        return Ok(Ending::Fine);
+    }
+    print!("{}", text(&info));
+    if let Some(pumping) = &facts.pumping {
+        let net = &file.net;
+        let growing: Vec<_> = pumping.growing.iter().map(|place| net.place(*place)).collect();
+        println!("growing                {}", growing.join(" "));
+        println!("after                  {}", shown(net, &pumping.prefix));
+        println!("again and again        {}", shown(net, &pumping.cycle));
+    }
+    if let (Some(_), Some(space)) = (facts.undecided, &facts.space) {
+        println!("states seen            {}", space.states());
+    }
+    Ok(Ending::Fine)
+}
+
+fn info(net: &armor_petri::Net, facts: &Facts) -> Info {
+    let mut info = Info {
+        places: net.places().len(),
+        transitions: net.transitions().len(),
+        bounded: facts.bounded(),
+        undecided: facts.undecided.map(option_of),
+        ..Info::default()
+    };
+    if facts.pumping.is_some() {
+        info.states = Some(None);
+        info.edges = Some(None);
+        info.max_tokens_in_place = Some(None);
+        info.max_tokens_per_marking = Some(None);
+    } else if let Some(space) = facts.all_states() {
+        info.states = Some(Some(space.states()));
+        info.edges = Some(Some(space.edges()));
+        info.max_tokens_in_place = Some(Some(u64::from(space.max_tokens_in_place())));
+        info.max_tokens_per_marking = Some(Some(space.max_tokens_per_marking()));
+        info.deadlocks = Some(space.deadlocks());
+    }
+    info
+}
+
+fn text(info: &Info) -> String {
+    let number = |number: Option<Option<u64>>| match number {
+        Some(Some(number)) => number.to_string(),
+        Some(None) => "without end".into(),
+        None => "not decided".into(),
+    };
+    let bounded = match info.bounded {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "not decided",
+    };
+    let mut rows = vec![
+        ("places", info.places.to_string()),
+        ("transitions", info.transitions.to_string()),
+        ("states", number(info.states)),
+        ("edges", number(info.edges)),
+        ("max tokens in place", number(info.max_tokens_in_place)),
+        ("max tokens per marking", number(info.max_tokens_per_marking)),
+        ("deadlocks", number(info.deadlocks.map(Some))),
+        ("bounded", bounded.into()),
+    ];
+    if let Some(option) = info.undecided {
+        rows.push(("undecided", format!("--{option} ran out")));
+    }
+    rows.iter().map(|(name, value)| format!("{name:22} {value}\n")).collect()
+}
