@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
-use armor_missions::Configuration;
 use armor_missions::model::{self, Component};
-use armor_wire::config::{Assigned, InputSettings, Settings};
+use armor_missions::{Configuration, Manifests};
+use armor_wire::config::{Assigned, InputSettings, ListedParameter, Settings, cut};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::keep::Transport;
 
 /// Names listed to a component that the file does not hold.
 const MAX_LISTED: usize = 20;
+/// Where a value is from that nobody gave.
+const DEFAULT: &str = "default";
 
 /// How the component runs and is connected.
 pub(crate) fn settings(
@@ -66,4 +68,65 @@ pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal
         names.join(", ")
     );
     Refusal::new(RefusalCode::UnknownData, text)
+}
+
+/// Why a component gets no answer about a parameter that its kind does not have; nothing if its kind
+/// is not known, or has it.
+pub(crate) fn no_parameter(
+    component: &Component,
+    parameter: &str,
+    manifests: Option<&Manifests>,
+) -> Option<Refusal> {
+    let manifest = manifests?.get(&component.kind.value)?;
+    if manifest.parameters.iter().any(|known| known.name == parameter) {
+        return None;
+    }
+    let names: Vec<_> = manifest.parameters.iter().map(|known| known.name.as_str()).collect();
+    let has = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let text = format!(
+        "`{}` is a {}, and that has no parameter called `{parameter}`; it has: {has}",
+        component.name.value, manifest.kind
+    );
+    Some(Refusal::new(RefusalCode::UnknownData, text))
+}
+
+/// The parameters of a component: those of its kind, then what else the file assigns.
+pub(crate) fn listed(component: &Component, manifests: Option<&Manifests>) -> Vec<ListedParameter> {
+    let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
+    let declared: Vec<_> = manifest.iter().flat_map(|manifest| &manifest.parameters).collect();
+    let assigned = |name: &str| {
+        component.parameter(name).map(|given| (given.value.value.clone(), given.origin()))
+    };
+    let of_kind = declared.iter().map(|known| {
+        let default = || (known.default.clone().unwrap_or_default(), DEFAULT.to_owned());
+        let (value, origin) = assigned(&known.name).unwrap_or_else(default);
+        let range = match known.choices.as_slice() {
+            [] => known.range(),
+            choices => choices.join(", "),
+        };
+        ListedParameter {
+            component: component.name.value.clone(),
+            name: known.name.clone(),
+            kind: format!("{:?}", known.kind).to_lowercase(),
+            value: cut(value),
+            unit: known.unit.clone(),
+            origin: cut(origin),
+            live: known.live,
+            range: cut(range),
+            doc: cut(&*known.doc),
+        }
+    });
+    let others = component.parameters.iter().map(|given| &given.name.value);
+    let others = others.filter(|name| declared.iter().all(|known| known.name != **name));
+    let others = others.filter_map(|name| {
+        let (value, origin) = assigned(name)?;
+        Some(ListedParameter {
+            component: component.name.value.clone(),
+            name: name.clone(),
+            value: cut(value),
+            origin: cut(origin),
+            ..ListedParameter::default()
+        })
+    });
+    of_kind.chain(others).collect()
 }

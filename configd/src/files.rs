@@ -1,51 +1,88 @@
-//! The file and those that it names, on the disk: read again only when their bytes are others.
+//! The file and those that it names, on the disk: parsed again only when their bytes are others, and
+//! written only over what is known to be there.
 
-use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use armor_missions::{Reading, read, read_bytes};
+use armor_missions::{Reading, read, read_bytes, save};
 
-/// What was last seen of the files.
+use crate::versions::Write;
+
+/// Each file with its bytes; none if it could not be read.
+pub(crate) type Snapshot = Vec<(PathBuf, Option<Vec<u8>>)>;
+
+/// What is known of the files.
+#[derive(Clone)]
 pub(crate) struct Files {
     file: PathBuf,
-    /// Each file with its bytes; none if it could not be read.
-    seen: Vec<(PathBuf, Option<Vec<u8>>)>,
+    known: Snapshot,
 }
 
 impl Files {
     /// Nothing is read yet. A relative path starts from the current folder.
     pub(crate) fn new(file: PathBuf) -> Self {
-        Self { file, seen: Vec::new() }
+        Self { file, known: Snapshot::new() }
     }
 
-    /// Reads the files; nothing if they are what they were.
-    pub(crate) fn reread(&mut self) -> Option<Reading> {
-        let mut seen = Vec::new();
-        let reading = read(&self.file, &mut |path| {
-            let bytes = read_bytes(path);
-            seen.push((path.to_path_buf(), bytes.as_ref().ok().cloned()));
-            bytes
-        });
-        if seen == self.seen {
+    /// Reads the files; nothing if they are what is known.
+    pub(crate) fn look(&self) -> Option<(Snapshot, Reading)> {
+        // The bytes decide which files are named: the same bytes are the same files.
+        let same = |(path, bytes): &(PathBuf, Option<Vec<u8>>)| read_bytes(path).ok() == *bytes;
+        if !self.known.is_empty() && self.known.iter().all(same) {
             return None;
         }
-        self.seen = seen;
-        Some(reading)
+        let mut snapshot = Snapshot::new();
+        let reading = read(&self.file, &mut |path| {
+            let bytes = read_bytes(path);
+            snapshot.push((path.to_path_buf(), bytes.as_ref().ok().cloned()));
+            bytes
+        });
+        (snapshot != self.known).then_some((snapshot, reading))
     }
 
-    /// The folders in which a change of the files shows: theirs, and where links lead.
-    pub(crate) fn folders(&self) -> BTreeSet<PathBuf> {
-        let folder = |path: &Path| {
-            let parent = path.parent().unwrap_or(Path::new(""));
-            if parent.as_os_str().is_empty() { PathBuf::from(".") } else { parent.to_path_buf() }
-        };
-        let files = self.seen.iter().map(|(path, _)| path);
-        files
-            .flat_map(|path| {
-                let target = fs::canonicalize(path).ok().map(|target| folder(&target));
-                std::iter::once(folder(path)).chain(target)
-            })
-            .collect()
+    /// Takes what was seen as known.
+    pub(crate) fn know(&mut self, snapshot: Snapshot) {
+        self.known = snapshot;
     }
+
+    /// Every file that is known to be named.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.known.iter().map(|(path, _)| path.as_path())
+    }
+
+    /// Writes a file if all of them are still as expected.
+    ///
+    /// # Errors
+    /// As [`write`].
+    pub(crate) fn write(&mut self, wanted: &Write) -> Result<(), String> {
+        write(wanted)?;
+        let known = wanted.expected.iter().map(|(path, expected)| {
+            let text = if *path == wanted.file { &wanted.text } else { expected };
+            (path.clone(), Some(text.clone().into_bytes()))
+        });
+        self.known = known.collect();
+        Ok(())
+    }
+}
+
+/// Writes a file, whole or not at all, if all of them are still as expected.
+///
+/// # Errors
+/// In words, with what to do; nothing is written then.
+pub fn write(wanted: &Write) -> Result<(), String> {
+    let Write { expected, file, text } = wanted;
+    for (path, expected) in expected {
+        if read_bytes(path).ok().as_deref() != Some(expected.as_bytes()) {
+            return Err(format!(
+                "{} is being changed by somebody else; look at it and set the value again",
+                path.display()
+            ));
+        }
+    }
+    save(file, text.as_bytes()).map_err(|error| error.to_string())
+}
+
+/// Whether every file is there and has something in it. One that is not may be between two steps of
+/// a save.
+pub(crate) fn is_whole(snapshot: &Snapshot) -> bool {
+    snapshot.iter().all(|(_, bytes)| bytes.as_ref().is_some_and(|bytes| !bytes.is_empty()))
 }

@@ -7,10 +7,17 @@
 mod answers;
 mod background;
 mod files;
+pub mod history;
 mod serve;
+mod store;
+mod told;
 pub mod versions;
 mod watch;
+mod way;
 
 pub use background::Background;
+pub use files::write;
+pub use history::Kept;
 pub use serve::{Options, ServeError, serve};
-pub use versions::{Action, Event, Notice, Rules, Versions};
+pub use store::kept_files;
+pub use versions::{Action, Event, Notice, Rules, Versions, Write};

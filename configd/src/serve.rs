@@ -4,15 +4,18 @@ use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
-use armor_missions::{Colours, Feature, Findings, Manifests, Override};
+use armor_missions::{Colours, Configuration, Feature, Findings, Manifests, Override};
 use armor_net::{Limits, ListenError, Server, listen, random_id};
 use armor_wire::config::{Reply, Request};
 use thiserror::Error;
-use tracing::info;
+use tokio::sync::mpsc;
+use tracing::{info, warn};
 
 use crate::files::Files;
+use crate::history::{Kept, MAX_VERSIONS};
+use crate::store::Store;
 use crate::versions::{Action, Event, Notice, Rules, Versions};
-use crate::watch::watch;
+use crate::watch::{Seen, watch};
 
 /// How configd is run.
 #[derive(Clone, Debug)]
@@ -29,6 +32,11 @@ pub struct Options {
     pub manifests: Option<Manifests>,
     /// What of the format is played; without it nothing is refused for not being played.
     pub played: Option<Vec<Feature>>,
+    /// What else may be wrong with a file that is valid otherwise.
+    pub further: Option<fn(&Configuration) -> Findings>,
+    /// Folder in which the accepted versions are kept, from which a restarted configd goes on;
+    /// without one they are gone with the process.
+    pub versions: Option<PathBuf>,
 }
 
 impl Options {
@@ -41,6 +49,8 @@ impl Options {
             overrides: Vec::new(),
             manifests: None,
             played: None,
+            further: None,
+            versions: None,
         }
     }
 }
@@ -72,30 +82,59 @@ pub async fn serve(
         overrides: options.overrides,
         manifests: options.manifests,
         played: options.played,
+        further: options.further,
         root: std::env::current_dir()?,
     };
+    let store = options.versions.map(Store::new);
+    let kept = store.as_ref().map(|store| store.load(&options.file)).unwrap_or_default();
     let mut files = Files::new(options.file);
-    let first = files.reread().ok_or_else(|| std::io::Error::other("the file was not read"))?;
+    let (snapshot, first) =
+        files.look().ok_or_else(|| std::io::Error::other("the file was not read"))?;
+    files.know(snapshot);
     let instance = random_id();
-    let (mut versions, findings) =
-        Versions::new(instance, rules, first).map_err(ServeError::Refused)?;
+    let (mut versions, mut actions) =
+        Versions::new(instance, rules, first, kept).map_err(ServeError::Refused)?;
     let listener = listen(options.listen).await?;
     let address = listener.local_addr()?;
     let mut server = Server::<Request, Reply>::new(listener, options.limits);
-    let mut readings = watch(files);
+    let mut watching = watch(files);
+    let keeping = keep_in(store);
     info!(%address, instance, "configd listens");
     tell(Notice::Ready { address });
-    tell(Notice::Taken { version: versions.number(), findings });
     loop {
-        let event = tokio::select! {
-            event = server.event() => Event::Peer(event),
-            Some(reading) = readings.recv() => Event::Read(Box::new(reading)),
-        };
-        for action in versions.handle(event) {
+        for action in actions {
             match action {
                 Action::Peer(action) => server.act(action),
                 Action::Tell(notice) => tell(notice),
+                // There is one at a time, so there is room; and the task lives as long as this.
+                Action::Write(write) => drop(watching.writes.try_send(write)),
+                Action::Keep(kept) => drop(keeping.try_send(kept)),
             }
         }
+        let event = tokio::select! {
+            event = server.event() => Event::Peer(event),
+            Some(seen) = watching.seen.recv() => match seen {
+                Seen::Read(reading) => Event::Read(reading),
+                Seen::Written(result) => Event::Written(result),
+            },
+        };
+        actions = versions.handle(event);
     }
+}
+
+/// Keeps versions, one after the other, beside the loop. A disk that is slower than changes of the
+/// file keeps fewer of them.
+fn keep_in(store: Option<Store>) -> mpsc::Sender<Kept> {
+    let (sender, mut receiver) = mpsc::channel::<Kept>(MAX_VERSIONS);
+    tokio::spawn(async move {
+        while let Some(kept) = receiver.recv().await {
+            let Some(store) = store.clone() else { continue };
+            let number = kept.number;
+            let done = tokio::task::spawn_blocking(move || store.keep(&kept)).await;
+            if let Ok(Err(error)) = done {
+                warn!(number, %error, "a version is not kept for a restart of configd");
+            }
+        }
+    });
+    sender
 }

@@ -1,16 +1,22 @@
 //! Which version of the file is in force, and who is told what: configd without sockets, disk or
 //! clock.
 
+mod rules;
+mod setting;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use armor_missions::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+use armor_missions::{Configuration, Findings, Reading};
 use armor_net::PeerId;
-use armor_wire::config::{Reply, Request};
+use armor_wire::config::{Assigned, Change, ConfigurationState, MAX_TOLD, Reply, Request};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 
-use crate::answers;
+use crate::history::{History, Kept};
+use crate::{answers, told};
+pub use rules::Rules;
+use setting::Settings;
 
 /// What happens to configd.
 #[derive(Debug)]
@@ -19,6 +25,8 @@ pub enum Event {
     Peer(armor_net::Event<Request>),
     /// The file was read again, because it is not what it was.
     Read(Box<Reading>),
+    /// The last [`Action::Write`] is done, or why it is not.
+    Written(Result<(), String>),
 }
 
 /// What configd does.
@@ -28,6 +36,21 @@ pub enum Action {
     Peer(armor_net::Action<Reply>),
     /// Tells whoever runs it.
     Tell(Notice),
+    /// Writes into a file, and says in [`Event::Written`] what came of it. One at a time.
+    Write(Write),
+    /// Keeps a version on the disk.
+    Keep(Kept),
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Write {
+    /// What all the files must hold for it to be written.
+    pub expected: Vec<(PathBuf, String)>,
+    /// Which of them is written.
+    pub file: PathBuf,
+    /// What it will hold.
+    pub text: String,
 }
 
 /// What whoever runs configd is told; it is for them to log it.
@@ -44,6 +67,8 @@ pub enum Notice {
         version: u64,
         /// Warnings and notes about it.
         findings: Findings,
+        /// What changed with it, and when that takes effect; empty for the first.
+        changes: Vec<Change>,
     },
     /// The file is not valid; what was in force stays so.
     Refused {
@@ -57,34 +82,29 @@ pub enum Notice {
         /// The version in force.
         version: u64,
     },
+    /// How things stand, after any of the three; its stamp is left open.
+    State(Box<ConfigurationState>),
 }
 
-/// What a version of the file is judged by. It stays the same while configd runs.
-#[derive(Clone, Debug, Default)]
-pub struct Rules {
-    /// Values that go over those of every version.
-    pub overrides: Vec<Override>,
-    /// The kinds of components there are; without them only the file itself is checked.
-    pub manifests: Option<Manifests>,
-    /// What of the format is played; without it nothing is refused for not being played.
-    pub played: Option<Vec<Feature>>,
-    /// The absolute folder that relative paths of files start from.
-    pub root: PathBuf,
-}
-
-/// configd's state: the version in force, and the connections.
+/// configd's state: the version in force, those before it, and the connections.
 pub struct Versions {
     /// This process start.
     instance: u64,
     rules: Rules,
     number: u64,
     in_force: Configuration,
-    /// Whether the file, as last read, was refused.
-    refused: bool,
+    /// Warnings and notes about the version in force.
+    warnings: Findings,
+    /// What changed with the version in force, and how much more.
+    changes: (Vec<Change>, u32),
+    /// What is wrong with the file, as last read, if it was refused.
+    refused: Option<Findings>,
+    history: History,
     clients: BTreeMap<PeerId, Client>,
+    settings: Settings,
 }
 
-/// One component's connection.
+/// One component's or tool's connection.
 struct Client {
     component: String,
     /// The live parameters it asked for: their changes are sent to it.
@@ -92,18 +112,56 @@ struct Client {
 }
 
 impl Versions {
-    /// Starts with a first version.
+    /// Starts with the file as it is first read; or, after a restart, with the last version that was
+    /// `kept`, to which the file is then read as a change.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// What is wrong with the file, if nothing is kept.
     pub fn new(
         instance: u64,
         rules: Rules,
-        reading: Reading,
-    ) -> Result<(Self, Findings), Findings> {
-        let (in_force, findings) = judge(&rules, reading)?;
-        let clients = BTreeMap::new();
-        Ok((Self { instance, rules, number: 1, in_force, refused: false, clients }, findings))
+        first: Reading,
+        kept: Vec<Kept>,
+    ) -> Result<(Self, Vec<Action>), Findings> {
+        let mut history = History::default();
+        for version in &kept {
+            let sources = version.reading().configuration.map(|read| read.sources);
+            history.add(version.number, sources.unwrap_or_default());
+        }
+        let restored = kept.last().and_then(|last| Some((last.number, rules.again(last)?)));
+        let (number, in_force, warnings, first) = match restored {
+            Some((number, (configuration, warnings))) => {
+                (number, configuration, warnings, Some(first))
+            }
+            None => {
+                let (configuration, warnings) = rules.judge(first)?;
+                history = History::default();
+                (1, configuration, warnings, None)
+            }
+        };
+        let mut versions = Self {
+            instance,
+            rules,
+            number,
+            in_force,
+            warnings,
+            changes: (Vec::new(), 0),
+            refused: None,
+            history,
+            clients: BTreeMap::new(),
+            settings: Settings::default(),
+        };
+        let mut actions = match first {
+            Some(first) => {
+                versions.changes = versions.changes_of(number);
+                versions.read(first)
+            }
+            None => versions.took(),
+        };
+        if actions.is_empty() {
+            actions.push(versions.state());
+        }
+        Ok((versions, actions))
     }
 
     /// The number of the version in force.
@@ -130,6 +188,7 @@ impl Versions {
             }
             Event::Peer(Beat { .. }) => Vec::new(),
             Event::Read(reading) => self.read(*reading),
+            Event::Written(result) => self.written(result),
         }
     }
 
@@ -148,52 +207,152 @@ impl Versions {
     }
 
     fn request(&mut self, peer: PeerId, message: Request) -> Vec<Action> {
-        let Some(client) = self.clients.get_mut(&peer) else { return Vec::new() };
+        let reply = match message {
+            Request::Settings { request } => self.component(peer, request, None),
+            Request::Parameter { request, name } => self.component(peer, request, Some(name)),
+            Request::List { request, component, from } => {
+                Some(self.list(request, component.as_deref(), from))
+            }
+            Request::Diff { request, from, to } => Some(self.diff(request, from, to)),
+            Request::Set { request, component, parameter, value } => {
+                let wanted = setting::Wanted { peer, request, component, parameter, value };
+                return self.set(wanted);
+            }
+            Request::Beat => None,
+        };
+        reply.map(|reply| send(peer, reply)).into_iter().collect()
+    }
+
+    /// What a component asks of itself.
+    fn component(
+        &mut self,
+        peer: PeerId,
+        request: u64,
+        parameter: Option<String>,
+    ) -> Option<Reply> {
+        let client = self.clients.get_mut(&peer)?;
         let name = &client.component;
-        let (request, parameter) = match message {
-            Request::Settings { request } => (request, None),
-            Request::Parameter { request, name } => (request, Some(name)),
-            _ => return Vec::new(),
+        let Some(component) = self.in_force.system.component(name) else {
+            let refusal = answers::no_component(name, &self.in_force);
+            return Some(Reply::Refused { request, refusal });
         };
-        let component = self.in_force.system.component(name);
-        let message = match (component, parameter) {
-            (None, _) => {
-                Reply::Refused { request, refusal: answers::no_component(name, &self.in_force) }
-            }
-            (Some(component), None) => {
-                let settings = answers::settings(component, &self.in_force, self.number);
-                Reply::Settings { request, settings }
-            }
-            (Some(component), Some(parameter)) => {
-                let assigned = answers::assigned(component, &parameter, &self.rules.root);
-                if is_live(&self.rules, &component.kind.value, &parameter) {
-                    client.live.insert(parameter.clone());
-                }
-                Reply::Parameter { request, name: parameter, assigned }
-            }
+        let Some(parameter) = parameter else {
+            let settings = answers::settings(component, &self.in_force, self.number);
+            return Some(Reply::Settings { request, settings });
         };
-        vec![send(peer, message)]
+        let manifests = self.rules.manifests.as_ref();
+        if let Some(refusal) = answers::no_parameter(component, &parameter, manifests) {
+            return Some(Reply::Refused { request, refusal });
+        }
+        let assigned = answers::assigned(component, &parameter, &self.rules.root);
+        if self.rules.is_live(&component.kind.value, &parameter) {
+            client.live.insert(parameter.clone());
+        }
+        Some(Reply::Parameter { request, name: parameter, assigned })
+    }
+
+    fn list(&self, request: u64, of: Option<&str>, from: u32) -> Reply {
+        let components = &self.in_force.system.components;
+        if let Some(name) = of.filter(|name| self.in_force.system.component(name).is_none()) {
+            return Reply::Refused {
+                request,
+                refusal: answers::no_component(name, &self.in_force),
+            };
+        }
+        let asked = components.iter().filter(|one| of.is_none_or(|name| one.name.value == name));
+        let manifests = self.rules.manifests.as_ref();
+        let all: Vec<_> = asked.flat_map(|one| answers::listed(one, manifests)).collect();
+        let total = u32::try_from(all.len()).unwrap_or(u32::MAX);
+        let parameters = all.into_iter().skip(from as usize).take(MAX_TOLD).collect();
+        let refused = self.refused.is_some();
+        Reply::Listed { request, version: self.number, refused, parameters, total }
+    }
+
+    fn diff(&self, request: u64, from: Option<u64>, to: Option<u64>) -> Reply {
+        let to = to.unwrap_or(self.number);
+        let from = from.unwrap_or(to.saturating_sub(1));
+        let version = |number| self.history.configuration(number);
+        let (Some(before), Some(after)) = (version(from), version(to)) else {
+            let (oldest, newest) = (self.history.oldest(), self.number);
+            let text = if oldest == newest {
+                format!("version {newest} is the only one there is: nothing has changed yet")
+            } else {
+                format!("versions {from} and {to} are not both held; {oldest} to {newest} are")
+            };
+            let refusal = Refusal::new(RefusalCode::UnknownData, text);
+            return Reply::Refused { request, refusal };
+        };
+        let (changes, left_out) = told::changes(&before, &after, &self.rules);
+        Reply::Differences { request, from, to, changes, left_out }
     }
 
     fn read(&mut self, reading: Reading) -> Vec<Action> {
-        let (configuration, findings) = match judge(&self.rules, reading) {
+        let (configuration, findings) = match self.rules.judge(reading) {
             Ok(valid) => valid,
             Err(findings) => {
-                self.refused = true;
-                return vec![Action::Tell(Notice::Refused { kept: self.number, findings })];
+                self.refused = Some(findings.clone());
+                let refused = Notice::Refused { kept: self.number, findings };
+                return vec![Action::Tell(refused), self.state()];
             }
         };
-        if same(&configuration, &self.in_force) {
-            let restored = std::mem::take(&mut self.refused);
-            let notice = Notice::Restored { version: self.number };
-            return if restored { vec![Action::Tell(notice)] } else { Vec::new() };
+        if rules::is_same(&configuration, &self.in_force) {
+            if self.refused.take().is_none() {
+                return Vec::new();
+            }
+            let restored = Notice::Restored { version: self.number };
+            return vec![Action::Tell(restored), self.state()];
         }
-        self.refused = false;
+        self.take(configuration, findings)
+    }
+
+    /// Puts a valid version in force.
+    fn take(&mut self, configuration: Configuration, warnings: Findings) -> Vec<Action> {
         self.number += 1;
+        self.refused = None;
+        self.warnings = warnings;
         let before = std::mem::replace(&mut self.in_force, configuration);
-        let mut actions = vec![Action::Tell(Notice::Taken { version: self.number, findings })];
+        let mut actions = self.took();
         actions.extend(self.changes_of_live_parameters(&before));
         actions
+    }
+
+    /// What follows when the version in force is a new one.
+    fn took(&mut self) -> Vec<Action> {
+        let version = self.number;
+        self.history.add(version, self.in_force.sources.clone());
+        self.changes = self.changes_of(version);
+        let (findings, changes) = (self.warnings.clone(), self.changes.0.clone());
+        let mut actions = vec![Action::Tell(Notice::Taken { version, findings, changes })];
+        actions.extend(self.history.kept(version).map(Action::Keep));
+        actions.push(self.state());
+        actions
+    }
+
+    /// What changed with a version; nothing if the one before it is not known.
+    fn changes_of(&self, version: u64) -> (Vec<Change>, u32) {
+        let one = |number| self.history.configuration(number);
+        match (one(version.saturating_sub(1)), one(version)) {
+            (Some(before), Some(after)) => told::changes(&before, &after, &self.rules),
+            _ => (Vec::new(), 0),
+        }
+    }
+
+    fn state(&self) -> Action {
+        let (findings, findings_left_out) =
+            told::findings(self.refused.as_ref().unwrap_or(&self.warnings));
+        let (changes, changes_left_out) = self.changes.clone();
+        let files = self.in_force.sources.iter();
+        let files = files.map(|source| self.rules.root.join(source.path()));
+        Action::Tell(Notice::State(Box::new(ConfigurationState {
+            stamp: 0.0,
+            version: self.number,
+            files: files.map(|file| file.to_string_lossy().into_owned()).collect(),
+            refused: self.refused.is_some(),
+            findings,
+            findings_left_out,
+            changes,
+            changes_left_out,
+        })))
     }
 
     /// Sends each live parameter that a component asked for and that is another one now.
@@ -204,12 +363,11 @@ impl Versions {
             let (Some(old), Some(new)) = (component(before), component(&self.in_force)) else {
                 continue;
             };
-            for name in
-                client.live.iter().filter(|name| is_live(&self.rules, &new.kind.value, name))
-            {
+            let live = client.live.iter();
+            for name in live.filter(|name| self.rules.is_live(&new.kind.value, name)) {
                 let was = answers::assigned(&old, name, &self.rules.root);
                 let is = answers::assigned(&new, name, &self.rules.root);
-                let value = |assigned: &Option<armor_wire::config::Assigned>| {
+                let value = |assigned: &Option<Assigned>| {
                     assigned.as_ref().map(|assigned| (assigned.text.clone(), assigned.base.clone()))
                 };
                 if value(&was) != value(&is) {
@@ -224,37 +382,6 @@ impl Versions {
 
 fn send(peer: PeerId, message: Reply) -> Action {
     Action::Peer(armor_net::Action::Send { peer, message })
-}
-
-/// The configuration with its warnings if all of it is valid, else what is wrong.
-fn judge(rules: &Rules, reading: Reading) -> Result<(Configuration, Findings), Findings> {
-    let mut reading = check(reading, &rules.overrides, rules.manifests.as_ref());
-    if let (Some(played), Some(configuration)) = (&rules.played, &reading.configuration) {
-        configuration.refuse_unplayed(played, &mut reading.findings);
-    }
-    match reading.configuration {
-        Some(configuration) if !reading.findings.has_errors() => {
-            Ok((configuration, reading.findings))
-        }
-        _ => Err(reading.findings),
-    }
-}
-
-fn is_live(rules: &Rules, kind: &str, parameter: &str) -> bool {
-    let manifest = rules.manifests.as_ref().and_then(|manifests| manifests.get(kind));
-    let mut parameters = manifest.iter().flat_map(|manifest| &manifest.parameters);
-    parameters.any(|known| known.name == parameter && known.live)
-}
-
-/// Whether two versions were read from the same bytes.
-fn same(a: &Configuration, b: &Configuration) -> bool {
-    let texts = |of: &Configuration| -> Vec<_> {
-        of.sources
-            .iter()
-            .map(|source| (source.path().to_path_buf(), source.text().to_owned()))
-            .collect()
-    };
-    texts(a) == texts(b)
 }
 
 #[cfg(test)]

@@ -1,8 +1,16 @@
-//! Notices that the files are not what they were: at once by watching their folders (watching a
-//! file loses it at the first atomic save), and every [`POLL`] by looking, for where the kernel
-//! tells nothing.
+//! Notices that the files are not what they were: at once by watching every folder on the way to
+//! them (watching a file loses it at the first atomic save), and every [`POLL`] by looking, for
+//! where the kernel tells nothing. Writes them too, so that no write meets a look.
+//!
+//! A change is believed when the files have been quiet for [`QUIET`], and what is missing or empty
+//! only at the end of [`MAX_WAIT`]: so neither a file caught half-written nor the moment between two
+//! steps of an editor's save is taken for what was saved.
 
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use armor_missions::Reading;
@@ -12,85 +20,178 @@ use tokio::sync::{Notify, mpsc};
 use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::warn;
 
-use crate::files::Files;
+use crate::files::{Files, is_whole};
+use crate::versions::Write;
+use crate::way::Ways;
 
 /// How often the files are looked at without a reason.
 const POLL: Duration = Duration::from_secs(2);
-/// A save is over when nothing happens for this long: most half-written files are never seen.
-const QUIET: Duration = Duration::from_millis(30);
-/// A folder that is never quiet is looked at all the same; faults show within half a second.
-const MAX_WAIT: Duration = Duration::from_millis(250);
+/// A save is over when nothing happens for this long: longer than the pauses within one, and short
+/// enough that a fault is told within half a second.
+const QUIET: Duration = Duration::from_millis(100);
+/// Files that are never quiet, or stay away, are taken as they are after this long.
+const MAX_WAIT: Duration = Duration::from_millis(350);
 
-/// Starts to watch, in a task of its own on the current runtime; it ends with the receiver. Each
-/// time the files are other than before, their new reading is sent.
-pub(crate) fn watch(files: Files) -> mpsc::Receiver<Reading> {
-    let (telling, readings) = mpsc::channel(1);
+/// What the watching task tells, in the order in which it happened on the disk.
+pub(crate) enum Seen {
+    /// The files are other than before.
+    Read(Box<Reading>),
+    /// A write was done, or why not.
+    Written(Result<(), String>),
+}
+
+/// The two ends of the watching task.
+pub(crate) struct Watching {
+    pub(crate) seen: mpsc::Receiver<Seen>,
+    /// Takes one write at a time.
+    pub(crate) writes: mpsc::Sender<Write>,
+}
+
+/// Starts to watch, in a task of its own on the current runtime; it ends with the receiver.
+pub(crate) fn watch(files: Files) -> Watching {
+    let (telling, seen) = mpsc::channel(1);
+    let (writes, written) = mpsc::channel(1);
     tokio::spawn(async move {
         tokio::select! {
-            () = run(files, &telling) => {}
+            () = run(files, &telling, written) => {}
             () = telling.closed() => {}
         }
     });
-    readings
+    Watching { seen, writes }
 }
 
-async fn run(mut files: Files, telling: &mpsc::Sender<Reading>) {
+async fn run(mut files: Files, telling: &mpsc::Sender<Seen>, mut writes: mpsc::Receiver<Write>) {
     let stirred = Arc::new(Notify::new());
-    let mut watcher = watcher(&stirred);
+    let mut folders = Folders::new(&stirred);
     let mut poll = time::interval(POLL);
     poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
-        // Watching again brings back a folder that was itself replaced.
-        if let Some(watcher) = &mut watcher {
-            follow(watcher, &files);
-        }
-        tokio::select! {
-            () = stirred.notified() => settle(&stirred).await,
-            _ = poll.tick() => {}
-        }
-        let looked = tokio::task::spawn_blocking(move || {
-            let reading = files.reread();
-            (files, reading)
-        });
-        // It fails only when the runtime ends.
-        let Ok((back, reading)) = looked.await else { return };
-        files = back;
-        if let Some(reading) = reading
-            && telling.send(reading).await.is_err()
+        folders.follow(&files);
+        let news = tokio::select! {
+            () = stirred.notified() => settled(&mut files, &stirred, true).await,
+            _ = poll.tick() => settled(&mut files, &stirred, false).await,
+            Some(write) = writes.recv() => written(&mut files, write).await,
+        };
+        if let Some(news) = news
+            && telling.send(news).await.is_err()
         {
             return;
         }
     }
 }
 
-fn watcher(stirred: &Arc<Notify>) -> Option<RecommendedWatcher> {
-    let stirred = Arc::clone(stirred);
-    let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
-        // An error may have lost events, so it counts as one. Reading is no change: our own
-        // reading would wake us for ever.
-        let changed = event.map_or(true, |event| match event.kind {
-            EventKind::Access(AccessKind::Close(AccessMode::Write)) => true,
-            EventKind::Access(_) => false,
-            _ => true,
-        });
-        if changed {
-            stirred.notify_one();
+/// What the files are once they have settled, if it is not what is known. Without a stir they are
+/// looked at twice, because then nobody tells whether they are quiet.
+async fn settled(files: &mut Files, stirred: &Notify, is_stirred: bool) -> Option<Seen> {
+    let deadline = Instant::now() + MAX_WAIT;
+    let mut before = None;
+    if !is_stirred {
+        before = Some(look(files).await?.0);
+    }
+    loop {
+        let quiet = || QUIET.min(deadline.saturating_duration_since(Instant::now()));
+        while time::timeout(quiet(), stirred.notified()).await.is_ok() {}
+        let (snapshot, reading) = look(files).await?;
+        let is_quiet = before.as_ref().is_none_or(|before| *before == snapshot);
+        if is_quiet && is_whole(&snapshot) || Instant::now() >= deadline {
+            files.know(snapshot);
+            return Some(Seen::Read(Box::new(reading)));
         }
-    });
-    watcher
-        .inspect_err(|error| warn!(%error, "cannot watch folders; looking at the file every 2 s"))
-        .ok()
-}
-
-fn follow(watcher: &mut RecommendedWatcher, files: &Files) {
-    for folder in files.folders() {
-        // A folder that is gone is looked for again at the next poll.
-        let _ = watcher.watch(&folder, RecursiveMode::NonRecursive);
+        before = Some(snapshot);
     }
 }
 
-/// Waits until nothing happens any more.
-async fn settle(stirred: &Notify) {
-    let deadline = Instant::now() + MAX_WAIT;
-    while Instant::now() < deadline && time::timeout(QUIET, stirred.notified()).await.is_ok() {}
+async fn look(files: &Files) -> Option<(crate::files::Snapshot, Reading)> {
+    let files = files.clone();
+    // It fails only when the runtime ends.
+    tokio::task::spawn_blocking(move || files.look()).await.ok().flatten()
+}
+
+async fn written(files: &mut Files, write: Write) -> Option<Seen> {
+    let mut writing = files.clone();
+    let done = tokio::task::spawn_blocking(move || {
+        let result = writing.write(&write);
+        (writing, result)
+    });
+    let (back, result) = done.await.ok()?;
+    *files = back;
+    Some(Seen::Written(result))
+}
+
+/// The folders that the kernel watches for us.
+struct Folders {
+    watcher: Option<RecommendedWatcher>,
+    stirred: Arc<Notify>,
+    /// By path, with device and inode: a folder that was replaced is another one.
+    watched: BTreeMap<PathBuf, (u64, u64)>,
+    /// The paths whose events count; a busy folder beside the way wakes nobody.
+    entries: Arc<Mutex<BTreeSet<PathBuf>>>,
+}
+
+impl Folders {
+    fn new(stirred: &Arc<Notify>) -> Self {
+        let entries = Arc::<Mutex<BTreeSet<PathBuf>>>::default();
+        let watcher = watcher(Arc::clone(stirred), Arc::clone(&entries))
+            .inspect_err(|error| warn!(%error, "cannot watch folders; looking every 2 s"))
+            .ok();
+        Self { watcher, stirred: Arc::clone(stirred), watched: BTreeMap::new(), entries }
+    }
+
+    /// Watches the folders on the way to the files as they are now, and no others.
+    fn follow(&mut self, files: &Files) {
+        let Some(watcher) = &mut self.watcher else { return };
+        let ways = Ways::to(files.paths());
+        let wanted = ways.0.keys().filter_map(|folder| {
+            let folder_is = fs::metadata(folder).ok()?;
+            Some((folder.clone(), (folder_is.dev(), folder_is.ino())))
+        });
+        let wanted: BTreeMap<_, _> = wanted.collect();
+        let entries =
+            ways.0.into_iter().flat_map(|(folder, entries)| std::iter::once(folder).chain(entries));
+        *self.entries.lock().unwrap_or_else(PoisonError::into_inner) = entries.collect();
+        if wanted == self.watched {
+            return;
+        }
+        let old = std::mem::take(&mut self.watched);
+        for folder in old.iter().filter(|(folder, id)| wanted.get(*folder) != Some(*id)) {
+            // The kernel has let go of a folder that is gone.
+            let _ = watcher.unwatch(folder.0);
+        }
+        let mut is_news = false;
+        for (folder, id) in wanted {
+            let is_watched = old.get(&folder) == Some(&id);
+            // One that cannot be watched is tried again after the next look.
+            if is_watched || watcher.watch(&folder, RecursiveMode::NonRecursive).is_ok() {
+                self.watched.insert(folder, id);
+                is_news |= !is_watched;
+            }
+        }
+        if is_news {
+            // What happened before the new folders were watched is not told.
+            self.stirred.notify_one();
+        }
+    }
+}
+
+fn watcher(
+    stirred: Arc<Notify>,
+    entries: Arc<Mutex<BTreeSet<PathBuf>>>,
+) -> notify::Result<RecommendedWatcher> {
+    notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
+        // An error may have lost events, so it counts as one. Reading is no change: our own
+        // reading would wake us for ever.
+        let matters = event.map_or(true, |event| {
+            let changed = match event.kind {
+                EventKind::Access(AccessKind::Close(AccessMode::Write)) => true,
+                EventKind::Access(_) => false,
+                _ => true,
+            };
+            let entries = entries.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_ours = event.paths.iter().any(|path| entries.contains(path));
+            changed && (is_ours || event.paths.is_empty() || event.need_rescan())
+        });
+        if matters {
+            stirred.notify_one();
+        }
+    })
 }

@@ -9,6 +9,8 @@ use armor_wire::quantity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::param::arguments::Param;
+
 /// Robots from components: independent processes, direct links, and a mission that turns them on
 /// and off.
 #[derive(Debug, Parser)]
@@ -59,6 +61,9 @@ pub enum Command {
     /// Count, check and convert Petri nets in files: PNML and TINA's .net.
     #[command(subcommand)]
     Net(crate::net::arguments::Net),
+    /// See, set and compare the parameters of a running system, or of a file.
+    #[command(subcommand)]
+    Param(Param),
     /// Write the project of a new component.
     New(New),
     /// Print a completion script for a shell.
@@ -221,6 +226,10 @@ pub struct Configd {
     /// Give a parameter another value than the file does.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,
+    /// Folder in which accepted versions are kept, from which a restarted configd goes on. Default:
+    /// `configd` in the folder of the run, $ARMOR_OUT.
+    #[arg(long, value_name = "DIR")]
+    pub versions: Option<PathBuf>,
     #[command(flatten)]
     pub kinds: Kinds,
 }

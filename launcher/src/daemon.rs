@@ -1,26 +1,26 @@
 //! The daemons and the stock components, each as a program of its own: what the launcher starts,
 //! and what can be started by hand on any host.
 
+mod configd;
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_configd::Notice;
-use armor_executive::{Outcome, PLAYED, Plan};
+use armor_executive::{Outcome, Plan};
 use armor_missions::{Colours, Findings};
-use armor_net::Registration;
 use armor_wire::registry::ComponentEntry;
 use clap::CommandFactory;
 use tokio::signal::unix::{SignalKind, signal};
-use tracing::{debug, info, warn};
 
 use crate::arguments;
 use crate::check;
 use crate::exit::Ending;
-use crate::kinds::Catalogue;
 use crate::kinds::stock::STOCK;
+
+pub use configd::{of_the_mission, run as configd};
 
 /// Runs the registry until it is asked to end.
 ///
@@ -32,50 +32,6 @@ pub fn registry(arguments: &arguments::Registry) -> Result<Ending> {
         armor_registry::Options { listen: arguments.listen, ..armor_registry::Options::default() };
     until_asked(async {
         Ok(armor_registry::serve(options, |_| {}).await.map(|never| match never {})?)
-    })
-}
-
-/// Runs configd until it is asked to end.
-///
-/// # Errors
-/// If the file is not valid, or configd cannot listen.
-pub fn configd(arguments: &arguments::Configd) -> Result<Ending> {
-    armor_sdk::log::init();
-    let folder = std::env::current_dir().context("the current folder is gone")?;
-    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
-    if let Some(finding) = malformed.first() {
-        bail!("{finding}");
-    }
-    let files = armor_missions::load(&arguments.file).files;
-    let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
-    // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
-    kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
-    let options = armor_configd::Options {
-        overrides,
-        manifests: Some(kinds.manifests()),
-        played: Some(PLAYED.to_vec()),
-        ..armor_configd::Options::new(&arguments.file)
-    };
-    let registry = arguments.registry;
-    // Kept to the end: dropping it ends the registration.
-    let mut registrations = Vec::new();
-    let tell = |notice| match notice {
-        Notice::Ready { address } => {
-            registrations.push(Registration::keep(registry, entry("configd", address)));
-        }
-        Notice::Taken { version: 1, .. } => {}
-        Notice::Taken { version, findings } => {
-            findings.iter().for_each(|finding| warn!("{finding}"));
-            info!(version, "a new version of the file is in force");
-        }
-        Notice::Refused { kept, findings } => {
-            findings.iter().for_each(|finding| warn!("{finding}"));
-            warn!(kept, "the file is not valid; the last good version stays in force");
-        }
-        Notice::Restored { version } => info!(version, "the file is again what is in force"),
-    };
-    until_asked(async {
-        Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
     })
 }
 

@@ -14,6 +14,7 @@ mod kinds;
 mod look;
 mod net;
 mod new;
+mod param;
 mod print;
 mod run;
 #[cfg(test)]
@@ -54,6 +55,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
             look::mission::show(&running, follow, format)?
         }
         Command::Net(arguments) => net::run(&arguments, format)?,
+        Command::Param(arguments) => param::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,
         Command::Completions { shell } => {
             let mut program = Arguments::command();

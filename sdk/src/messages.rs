@@ -4,6 +4,8 @@
 //! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix epoch)
 //! and `frame` (the frame's name).
 
+pub use armor_wire::config::ConfigurationState;
+
 mod geometry;
 mod navigation;
 mod sensing;

@@ -57,7 +57,9 @@ impl Plan {
         let sets: Vec<OsString> = sets.collect();
 
         plan.daemon("registry", Role::Registry, vec!["--listen".into(), (&at).into()]);
+        let versions = fresh_versions(out)?;
         let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
+        configd.extend(["--versions".into(), versions.into_os_string()]);
         configd.extend(sets.iter().cloned());
         for directory in &arguments.kinds.directories {
             configd.extend(["--components".into(), directory.into()]);
@@ -131,6 +133,16 @@ impl Plan {
         self.duties.push(Duty { name: name.into(), role, restart });
         let environment = Vec::new();
         self.starts.push(Start { name: name.into(), program, arguments, environment });
+    }
+}
+
+/// The versions that configd keeps are for its restarts within one run, too.
+fn fresh_versions(out: &Path) -> Result<PathBuf> {
+    let versions = out.join("configd");
+    match std::fs::remove_dir_all(&versions) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error)
+            .with_context(|| format!("the old versions {} cannot be removed", versions.display())),
+        _ => Ok(versions),
     }
 }
 

@@ -1,0 +1,139 @@
+//! The accepted versions on the disk, from which a restarted configd goes on when the file is not
+//! valid: a folder per version, with the bytes of its files and an index that says what they are.
+//!
+//! A version is there whole or not at all: it is written beside, synced, and renamed.
+
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use armor_missions::read_bytes;
+use tracing::warn;
+
+use crate::history::{Kept, MAX_VERSIONS};
+
+/// The file of a version that lists the others: a line for each, its name, a tab, its path.
+const INDEX: &str = "index";
+
+/// The files of the newest version of `file` that is kept in `folder`; none if none is.
+pub fn kept_files(folder: &Path, file: &Path) -> Vec<PathBuf> {
+    let newest = Store::new(folder.to_path_buf()).load(file).pop();
+    newest.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
+}
+
+/// A folder of versions.
+#[derive(Clone, Debug)]
+pub(crate) struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    pub(crate) fn new(folder: PathBuf) -> Self {
+        Self { folder }
+    }
+
+    /// The versions of `file` that are kept, the oldest first. What cannot be read is passed over.
+    pub(crate) fn load(&self, file: &Path) -> Vec<Kept> {
+        let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut numbers: Vec<u64> = names.filter_map(|name| name.parse().ok()).collect();
+        numbers.sort_unstable();
+        let newest = numbers.split_off(numbers.len().saturating_sub(MAX_VERSIONS));
+        let versions = newest.into_iter().filter_map(|number| {
+            let version = self.version(number);
+            version.inspect_err(|error| warn!(number, %error, "a kept version is not read")).ok()
+        });
+        versions.filter(|kept| kept.files.first().is_some_and(|(path, _)| path == file)).collect()
+    }
+
+    fn version(&self, number: u64) -> io::Result<Kept> {
+        let folder = self.folder.join(number.to_string());
+        let text = |name: &str| -> io::Result<String> {
+            String::from_utf8(read_bytes(&folder.join(name))?).map_err(io::Error::other)
+        };
+        let mut files = Vec::new();
+        for line in text(INDEX)?.lines() {
+            let (name, path) = line.split_once('\t').ok_or(io::ErrorKind::InvalidData)?;
+            if name.contains('/') {
+                return Err(io::ErrorKind::InvalidData.into());
+            }
+            files.push((PathBuf::from(path), text(name)?));
+        }
+        Ok(Kept { number, files })
+    }
+
+    /// Keeps a version, and lets go of the oldest.
+    ///
+    /// # Errors
+    /// As the operating system says; what was kept before is untouched.
+    pub(crate) fn keep(&self, kept: &Kept) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        let beside = self.folder.join(format!(".{}.new", kept.number));
+        remove(&beside)?;
+        fs::create_dir(&beside)?;
+        let mut index = String::new();
+        for (number, (path, text)) in kept.files.iter().enumerate() {
+            let file_name = path.file_name().and_then(|name| name.to_str()).unwrap_or("file");
+            // Two files of different folders may have one name.
+            let name = format!("{}-{file_name}", number + 1);
+            let path = path.to_str().filter(|path| !path.contains(['\n', '\t']));
+            let path = path.ok_or_else(|| io::Error::other("a path that no index can hold"))?;
+            index += &format!("{name}\t{path}\n");
+            write_synced(&beside.join(name), text)?;
+        }
+        write_synced(&beside.join(INDEX), &index)?;
+        let folder = self.folder.join(kept.number.to_string());
+        remove(&folder)?;
+        fs::rename(&beside, &folder)?;
+        File::open(&self.folder)?.sync_all()?;
+        match kept.number.checked_sub(MAX_VERSIONS as u64) {
+            Some(old) => remove(&self.folder.join(old.to_string())),
+            None => Ok(()),
+        }
+    }
+}
+
+fn write_synced(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()
+}
+
+fn remove(folder: &Path) -> io::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(number: u64, text: &str) -> Kept {
+        let files = ["m/a.xml", "m/parts/a.xml"].map(|path| (path.into(), text.to_owned()));
+        Kept { number, files: files.into() }
+    }
+
+    #[test]
+    fn whole_versions_of_the_same_file_come_back() {
+        let folder = std::env::temp_dir().join(format!("armor-store-{}", std::process::id()));
+        remove(&folder).expect("ours");
+        let store = Store::new(folder.clone());
+        assert!(store.load(Path::new("m/a.xml")).is_empty(), "nothing is there yet");
+        for number in 1..=MAX_VERSIONS as u64 + 2 {
+            store.keep(&kept(number, &format!("text {number}"))).expect("writable");
+        }
+        store.keep(&kept(9, "again")).expect("writable");
+        // Cut off in the middle of keeping, and damaged.
+        fs::create_dir(folder.join(".40.new")).expect("writable");
+        fs::remove_file(folder.join("12/2-a.xml")).expect("it is there");
+        let loaded = store.load(Path::new("m/a.xml"));
+        let numbers: Vec<_> = loaded.iter().map(|kept| kept.number).collect();
+        let wanted: Vec<_> = (3..=MAX_VERSIONS as u64 + 2).filter(|number| *number != 12).collect();
+        assert_eq!(numbers, wanted);
+        assert_eq!(loaded[6], kept(9, "again"));
+        assert!(store.load(Path::new("m/b.xml")).is_empty(), "of another file");
+        remove(&folder).expect("ours");
+    }
+}

@@ -1,0 +1,73 @@
+//! What a version of the file is judged by.
+
+use std::path::PathBuf;
+
+use armor_missions::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+
+use crate::history::Kept;
+
+/// What a version of the file is judged by. It stays the same while configd runs.
+#[derive(Clone, Debug, Default)]
+pub struct Rules {
+    /// Values that go over those of every version.
+    pub overrides: Vec<Override>,
+    /// The kinds of components there are; without them only the file itself is checked.
+    pub manifests: Option<Manifests>,
+    /// What of the format is played; without it nothing is refused for not being played.
+    pub played: Option<Vec<Feature>>,
+    /// What else may be wrong with one that is valid otherwise.
+    pub further: Option<fn(&Configuration) -> Findings>,
+    /// The absolute folder that relative paths of files start from.
+    pub root: PathBuf,
+}
+
+impl Rules {
+    /// The configuration with its warnings if all of it is valid, else what is wrong.
+    pub(super) fn judge(&self, reading: Reading) -> Result<(Configuration, Findings), Findings> {
+        let mut reading = check(reading, &self.overrides, self.manifests.as_ref());
+        if let (Some(played), Some(configuration)) = (&self.played, &reading.configuration) {
+            configuration.refuse_unplayed(played, &mut reading.findings);
+        }
+        if let (Some(further), Some(configuration), true) =
+            (self.further, &reading.configuration, reading.is_valid())
+        {
+            reading.findings.extend(further(configuration));
+        }
+        match reading.configuration {
+            Some(configuration) if !reading.findings.has_errors() => {
+                Ok((configuration, reading.findings))
+            }
+            _ => Err(reading.findings),
+        }
+    }
+
+    /// A version that was accepted by an earlier process start. What has become of its kinds since
+    /// is no reason to leave the running components without an answer.
+    pub(super) fn again(&self, kept: &Kept) -> Option<(Configuration, Findings)> {
+        let judged = self.judge(kept.reading());
+        let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
+        judged.or_else(|_| lenient.judge(kept.reading())).ok()
+    }
+
+    /// Whether changes of a parameter reach the running components of a kind.
+    pub(crate) fn is_live(&self, kind: &str, parameter: &str) -> bool {
+        let manifest = self.manifests.as_ref().and_then(|manifests| manifests.get(kind));
+        let mut parameters = manifest.iter().flat_map(|manifest| &manifest.parameters);
+        parameters.any(|known| known.name == parameter && known.live)
+    }
+
+    /// Whether a value goes over whatever the file says.
+    pub(crate) fn is_overridden(&self, component: &str, parameter: &str) -> bool {
+        let mut overrides = self.overrides.iter();
+        overrides.any(|over| over.component.value == component && over.name.value == parameter)
+    }
+}
+
+/// Whether two versions were read from the same bytes.
+pub(super) fn is_same(a: &Configuration, b: &Configuration) -> bool {
+    let same = |(a, b): (&std::sync::Arc<armor_missions::Source>, &std::sync::Arc<_>)| {
+        let b: &armor_missions::Source = b;
+        a.path() == b.path() && a.text() == b.text()
+    };
+    a.sources.len() == b.sources.len() && a.sources.iter().zip(&b.sources).all(same)
+}

@@ -1,0 +1,152 @@
+//! Setting a parameter: worked out and judged here, written elsewhere, in force when it is on the
+//! disk. One after the other, so that each is judged by what the one before it left.
+
+use std::collections::VecDeque;
+
+use armor_missions::{Configuration, Document, Findings, Source};
+use armor_net::PeerId;
+use armor_wire::config::Reply;
+
+use super::{Action, Versions, Write, send};
+use crate::history::Kept;
+use crate::{answers, told};
+
+/// Wishes that wait for the one before them. A person has one, a script a few.
+const MAX_WAITING: usize = 64;
+
+/// A wish to set a parameter.
+pub(super) struct Wanted {
+    pub(super) peer: PeerId,
+    pub(super) request: u64,
+    pub(super) component: String,
+    pub(super) parameter: String,
+    pub(super) value: Option<String>,
+}
+
+/// The wishes that are not granted yet.
+#[derive(Default)]
+pub(super) struct Settings {
+    waiting: VecDeque<Wanted>,
+    /// The one that is being written, and what will be in force with it.
+    writing: Option<(Wanted, Configuration, Findings)>,
+}
+
+/// What is to be written, and what will be in force then.
+struct Prepared {
+    write: Write,
+    configuration: Configuration,
+    warnings: Findings,
+}
+
+/// Why nothing is written, with the findings if the file is the reason.
+struct Rejected(String, Findings);
+
+impl Versions {
+    pub(super) fn set(&mut self, wanted: Wanted) -> Vec<Action> {
+        if self.settings.waiting.len() >= MAX_WAITING {
+            let text = format!("{MAX_WAITING} other values are waiting to be written; try again");
+            return vec![rejected(&wanted, text, &Findings::default())];
+        }
+        self.settings.waiting.push_back(wanted);
+        self.settle()
+    }
+
+    /// The write that was asked for is done, or why it is not.
+    pub(super) fn written(&mut self, result: Result<(), String>) -> Vec<Action> {
+        let Some((wanted, configuration, warnings)) = self.settings.writing.take() else {
+            return Vec::new();
+        };
+        let mut actions = match result {
+            Err(reason) => vec![rejected(&wanted, reason, &Findings::default())],
+            Ok(()) => {
+                let mut actions = self.take(configuration, warnings);
+                let (request, version) = (wanted.request, self.number);
+                let changes = self.changes.0.clone();
+                actions.push(send(wanted.peer, Reply::Set { request, version, changes }));
+                actions
+            }
+        };
+        actions.extend(self.settle());
+        actions
+    }
+
+    /// Decides on the wishes up to the next that is to be written.
+    fn settle(&mut self) -> Vec<Action> {
+        let mut actions = Vec::new();
+        while self.settings.writing.is_none() {
+            let Some(wanted) = self.settings.waiting.pop_front() else { break };
+            match self.prepare(&wanted) {
+                Ok(None) => {
+                    let (request, version) = (wanted.request, self.number);
+                    let reply = Reply::Set { request, version, changes: Vec::new() };
+                    actions.push(send(wanted.peer, reply));
+                }
+                Err(Rejected(text, findings)) => actions.push(rejected(&wanted, text, &findings)),
+                Ok(Some(Prepared { write, configuration, warnings })) => {
+                    self.settings.writing = Some((wanted, configuration, warnings));
+                    actions.push(Action::Write(write));
+                }
+            }
+        }
+        actions
+    }
+
+    /// Works out what is to be written, if it is not so already, and judges it.
+    fn prepare(&self, wanted: &Wanted) -> Result<Option<Prepared>, Rejected> {
+        let source = self.source_of(wanted)?;
+        let text = edited(source, wanted)?;
+        if text == source.text() {
+            return Ok(None);
+        }
+        let sources = self.in_force.sources.iter();
+        let expected: Vec<_> =
+            sources.map(|source| (source.path().to_path_buf(), source.text().to_owned())).collect();
+        let mut files = expected.clone();
+        for (_, held) in files.iter_mut().filter(|(path, _)| path == source.path()) {
+            held.clone_from(&text);
+        }
+        let reading = Kept { number: self.number + 1, files }.reading();
+        let judged = self.rules.judge(reading).map_err(|findings| {
+            Rejected("nothing was written: the file would not be valid".into(), findings)
+        });
+        let (configuration, warnings) = judged?;
+        let write = Write { expected, file: source.path().to_path_buf(), text };
+        Ok(Some(Prepared { write, configuration, warnings }))
+    }
+
+    /// The file that holds the component, if a value may be written into it.
+    fn source_of(&self, wanted: &Wanted) -> Result<&Source, Rejected> {
+        let Wanted { component, parameter, .. } = wanted;
+        if let Some(findings) = &self.refused {
+            let text = "the file on the disk is not valid; mend it before anything is set in it";
+            return Err(Rejected(text.into(), findings.clone()));
+        }
+        let reject = |text: String| Err(Rejected(text, Findings::default()));
+        let Some(found) = self.in_force.system.component(component) else {
+            return reject(answers::no_component(component, &self.in_force).text);
+        };
+        if self.rules.is_overridden(component, parameter) {
+            return reject(format!(
+                "{component}.{parameter} is given by --set, which goes over the file as long as \
+                 the system runs; run it without that"
+            ));
+        }
+        Ok(&found.name.at.source)
+    }
+}
+
+/// The text of the file with the value in it.
+fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
+    let Wanted { component, parameter, value, .. } = wanted;
+    let mut document = Document::open(source.path(), source.text().as_bytes())
+        .map_err(|findings| Rejected("the file cannot be read".into(), findings))?;
+    document
+        .set_parameter(component, parameter, value.as_deref())
+        .map_err(|error| Rejected(error.to_string(), Findings::default()))?;
+    Ok(String::from_utf8_lossy(document.bytes()).into_owned())
+}
+
+fn rejected(wanted: &Wanted, text: String, findings: &Findings) -> Action {
+    let (findings, left_out) = told::findings(findings);
+    send(wanted.peer, Reply::Rejected { request: wanted.request, text, findings, left_out })
+}

@@ -1,0 +1,84 @@
+//! The way to a file: every folder on it, and in each the one name whose change may lead elsewhere.
+//! A link on the way adds the way to where it leads.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// Links followed on one way; as many as the kernel follows.
+const MAX_LINKS: usize = 40;
+
+/// Folders, each with the paths of the entries in it that matter. Without links: a folder has one
+/// spelling.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ways(pub(crate) BTreeMap<PathBuf, BTreeSet<PathBuf>>);
+
+impl Ways {
+    /// The ways to all of `files`. What is missing ends its way.
+    pub(crate) fn to<'a>(files: impl Iterator<Item = &'a Path>) -> Self {
+        let mut ways = Self::default();
+        for file in files {
+            if let Ok(file) = std::path::absolute(file) {
+                ways.add(Path::new("/"), &file, MAX_LINKS);
+            }
+        }
+        ways
+    }
+
+    /// Adds the way that leads from the folder `at` along `rest`.
+    fn add(&mut self, at: &Path, rest: &Path, links: usize) {
+        let mut at = at.to_path_buf();
+        let mut parts = rest.components();
+        while let Some(part) = parts.next() {
+            match part {
+                Component::RootDir => at = PathBuf::from("/"),
+                Component::ParentDir => {
+                    at.pop();
+                }
+                Component::Normal(name) => {
+                    let entry = at.join(name);
+                    self.0.entry(at.clone()).or_default().insert(entry.clone());
+                    if let Ok(target) = fs::read_link(&entry) {
+                        if links > 0 {
+                            self.add(&at, &target.join(parts.as_path()), links - 1);
+                        }
+                        return;
+                    }
+                    at = entry;
+                }
+                Component::CurDir | Component::Prefix(_) => {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn every_name_and_link_on_the_way_matters() {
+        let folder = std::env::temp_dir().join(format!("armor-way-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(folder.join("v1/parts")).expect("writable");
+        let folder = folder.canonicalize().expect("it is there");
+        fs::write(folder.join("v1/parts/real.xml"), "").expect("writable");
+        symlink("parts/../parts/real.xml", folder.join("v1/robot.xml")).expect("writable");
+        symlink("v1", folder.join("current")).expect("writable");
+        symlink("loop", folder.join("loop")).expect("writable");
+        let ways = Ways::to(
+            [folder.join("current/robot.xml"), folder.join("loop/x")].iter().map(AsRef::as_ref),
+        );
+        let names = |of: &str| -> Vec<_> {
+            let entries = ways.0.get(&folder.join(of)).into_iter().flatten();
+            entries.map(|entry| entry.file_name().and_then(|name| name.to_str())).collect()
+        };
+        assert_eq!(ways.0[&folder].len(), 3, "current, v1, loop: {ways:?}");
+        assert_eq!(names("v1"), [Some("parts"), Some("robot.xml")]);
+        assert_eq!(names("v1/parts"), [Some("real.xml")]);
+        assert!(ways.0.contains_key(Path::new("/")));
+        fs::remove_dir_all(&folder).expect("ours");
+    }
+}

@@ -1,0 +1,167 @@
+//! configd as a process: what becomes of the file goes to the log in words, and to everybody who
+//! wants it as the latched data `configuration.state`.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use armor_configd::{Notice, Options};
+use armor_executive::{PLAYED, Plan};
+use armor_missions::{Colours, Configuration, Finding, Findings, Severity};
+use armor_net::Registration;
+use armor_sdk::messages::ConfigurationState;
+use armor_sdk::node::{Node, NodeOptions};
+use armor_sdk::prelude::Latched;
+use armor_wire::config::Change;
+use tracing::{debug, info, warn};
+
+use super::{entry, until_asked};
+use crate::arguments;
+use crate::check;
+use crate::exit::Ending;
+use crate::kinds::Catalogue;
+
+/// The name and kind under which the state is published.
+const CONFIGURATION: &str = "configuration";
+/// How long one try to register may take before the reason is told; then it is tried on.
+const REGISTER_WITHIN: Duration = Duration::from_secs(20);
+/// Changes and findings that are written out; a log is no place for five hundred.
+const MAX_SAID: usize = 20;
+
+/// Runs configd until it is asked to end.
+///
+/// # Errors
+/// If the file is not valid and no version of it is kept, or configd cannot listen.
+pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
+    armor_sdk::log::init();
+    let folder = std::env::current_dir().context("the current folder is gone")?;
+    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    if let Some(finding) = malformed.first() {
+        bail!("{finding}");
+    }
+    let versions = arguments.versions.clone().or_else(default_versions);
+    // The file may be broken by now; the kinds are those of the version that will be in force.
+    let mut files = armor_missions::load(&arguments.file).files;
+    files.extend(versions.iter().flat_map(|kept| armor_configd::kept_files(kept, &arguments.file)));
+    let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
+    // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
+    kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
+    let options = Options {
+        overrides,
+        manifests: Some(kinds.manifests()),
+        played: Some(PLAYED.to_vec()),
+        further: Some(of_the_mission),
+        versions,
+        ..Options::new(&arguments.file)
+    };
+    let registry = arguments.registry;
+    let publisher = publisher(registry)?;
+    // Kept to the end: dropping it ends the registration.
+    let mut registrations = Vec::new();
+    let tell = |notice| match notice {
+        Notice::Ready { address } => {
+            registrations.push(Registration::keep(registry, entry("configd", address)));
+        }
+        // Nobody waits for it only when there is no thread for it, which was told.
+        Notice::State(state) => drop(publisher.send(*state)),
+        other => say(&other),
+    };
+    until_asked(async {
+        Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
+    })
+}
+
+/// In the folder of the run, if there is one.
+fn default_versions() -> Option<PathBuf> {
+    std::env::var_os("ARMOR_OUT").map(|out| PathBuf::from(out).join("configd"))
+}
+
+/// What only the executive can say of a mission.
+pub fn of_the_mission(configuration: &Configuration) -> Findings {
+    let mission = configuration.mission.as_ref();
+    mission
+        .and_then(|mission| Plan::compile(&configuration.system, mission).err())
+        .unwrap_or_default()
+}
+
+fn say(notice: &Notice) {
+    match notice {
+        Notice::Taken { version, findings, changes } if *version > 1 => {
+            // A note is no news: it was there before, or is about what was meant.
+            say_findings(findings.iter().filter(|finding| finding.severity() != Severity::Note));
+            let meaning =
+                if changes.is_empty() { "; it means what the last one meant" } else { "" };
+            info!("version {version} of the file is in force{meaning}");
+            for Change { text, effect, .. } in changes.iter().take(MAX_SAID) {
+                info!("{text}; it {effect}");
+            }
+            if changes.len() > MAX_SAID {
+                info!("and {} more; see `armor param diff`", changes.len() - MAX_SAID);
+            }
+        }
+        Notice::Refused { kept, findings } => {
+            warn!("the file is not valid; version {kept}, the last good one, stays in force");
+            say_findings(findings.iter());
+        }
+        Notice::Restored { version } => {
+            info!("the file is again that of version {version}, which is in force");
+        }
+        // What is wrong with the first version was said before it was started.
+        Notice::Taken { .. } | Notice::Ready { .. } | Notice::State(_) => {}
+    }
+}
+
+/// As `armor check` shows them. The launcher gives every line its time and name.
+fn say_findings<'a>(findings: impl Iterator<Item = &'a Finding> + Clone) {
+    for finding in findings.clone().take(MAX_SAID) {
+        let text = finding.render(Colours::No);
+        eprintln!("{}", text.trim_end());
+    }
+    let more = findings.count().saturating_sub(MAX_SAID);
+    if more > 0 {
+        eprintln!("and {more} more findings; `armor check` shows all of them");
+    }
+}
+
+/// Takes what is to be published. Publishing waits for the registry, which may be away, so it has a
+/// thread of its own.
+fn publisher(registry: SocketAddr) -> Result<Sender<ConfigurationState>> {
+    let (sender, states) = mpsc::channel();
+    std::thread::Builder::new()
+        .name("state".into())
+        .spawn(move || publish(registry, &states))
+        .context("no thread for publishing the state")?;
+    Ok(sender)
+}
+
+fn publish(registry: SocketAddr, states: &Receiver<ConfigurationState>) {
+    let options = NodeOptions {
+        name: CONFIGURATION.into(),
+        kind: CONFIGURATION.into(),
+        registry: registry.to_string(),
+    };
+    let mut said = String::new();
+    let node = loop {
+        match Node::start(&options, REGISTER_WITHIN, |armor| {
+            Ok(armor.provide::<Latched<ConfigurationState>>("state")?)
+        }) {
+            Ok(node) => break node,
+            Err(fault) => {
+                let text = fault.to_string();
+                if text != said {
+                    warn!("{CONFIGURATION}.state is not published: {text}; trying on");
+                }
+                said = text;
+            }
+        }
+    };
+    let armor = node.armor();
+    for mut state in states {
+        state.stamp = armor.timestamp();
+        if let Err(error) = armor.send_data("state", &state) {
+            warn!("{CONFIGURATION}.state is not published: {error}");
+        }
+    }
+}
