@@ -1,5 +1,5 @@
-//! The example missions, as a newcomer runs them: the office in simulation, the replay on every
-//! public log.
+//! The example missions, as a newcomer runs them: the office and the rounds in simulation, the
+//! replay on every public log.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -69,6 +69,30 @@ fn the_office_is_explored_mapped_and_left_for_home() {
     assert!(free_recall > 0.85 && free_precision > 0.95, "free: {free_recall} {free_precision}");
     let picture = std::fs::metadata(out.join("map.png")).expect("map.png");
     assert!(picture.len() > 5_000, "a picture of {} bytes", picture.len());
+}
+
+/// The waypoints of missions/patrol.xml, in metres on the map.
+const ROUTE: [(f64, f64); 5] = [(3.6, 1.5), (3.4, -1.6), (0.0, -2.0), (0.0, 2.0), (0.0, 0.0)];
+
+#[test]
+fn the_rounds_are_walked() {
+    let folder = Folder::new("patrol");
+    let file = root().join("missions/patrol.xml").display().to_string();
+    let arguments = ["run", &file, "--headless", "--out", "patrol", "--set", "patrol.laps=1"];
+    let (code, _, log) = ended(&mut folder.armor(&arguments));
+    assert_eq!(code, 0, "{log}");
+    let trajectory = std::fs::read_to_string(folder.path().join("patrol/trajectory.csv"));
+    let way: Vec<Vec<f64>> = trajectory
+        .expect("trajectory.csv")
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|number| number.parse().expect("a number")).collect())
+        .collect();
+    for (x_m, y_m) in ROUTE {
+        let distances = way.iter().map(|row| (row[2] - x_m).hypot(row[3] - y_m));
+        let nearest_m = distances.fold(f64::INFINITY, f64::min);
+        assert!(nearest_m < 0.35, "never nearer than {nearest_m:.2} m to {x_m},{y_m}");
+    }
 }
 
 /// The log, and how many scans are in it.

@@ -34,5 +34,6 @@ stock! {
     armor_grid_mapper::GridMapper,
     armor_homing::Homing,
     armor_map_writer::MapWriter,
+    armor_patrol::Patrol,
     armor_simulator::Simulator,
 }

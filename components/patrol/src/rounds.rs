@@ -1,0 +1,205 @@
+//! Which waypoint is next: reached, waited at, given up; lap after lap. Time is passed in.
+
+use armor_grid::Point2;
+
+/// How a patrol is walked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How often the route is walked; 0 is without end.
+    pub laps: u32,
+    /// A waypoint is reached within this, in metres.
+    pub tolerance_m: f64,
+    /// How long the robot stays at each, in seconds.
+    pub stay_s: f64,
+    /// A waypoint that the robot comes no nearer to for this long is given up, in seconds.
+    pub patience_s: f64,
+}
+
+/// What to do now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Nothing: it is not known where the robot is.
+    Wait,
+    /// Drive there.
+    Goto(Point2),
+    /// This waypoint is reached; numbered from 1. Ask again what to do.
+    Reached(usize),
+    /// This waypoint is given up; numbered from 1. Ask again what to do.
+    Skipped(usize),
+    /// So many laps are walked. Ask again what to do.
+    Lap(u32),
+    /// All laps are walked.
+    Done,
+    /// Not one waypoint of a lap could be reached.
+    Stuck,
+}
+
+/// Nearer by this is progress, in metres.
+const PROGRESS_M: f64 = 0.1;
+
+/// A patrol under way.
+#[derive(Clone, Debug)]
+pub struct Rounds {
+    route: Vec<Point2>,
+    settings: Settings,
+    robot: Option<Point2>,
+    next: usize,
+    laps: u32,
+    /// Waypoints reached in this lap.
+    reached: usize,
+    /// The robot is at the waypoint since then.
+    there_since_s: Option<f64>,
+    /// The least distance to the waypoint so far, and when it was last bettered.
+    nearest: Option<(f64, f64)>,
+}
+
+impl Rounds {
+    /// A patrol along `route`, which has at least one waypoint.
+    pub fn new(route: Vec<Point2>, settings: Settings) -> Self {
+        Self {
+            route,
+            settings,
+            robot: None,
+            next: 0,
+            laps: 0,
+            reached: 0,
+            there_since_s: None,
+            nearest: None,
+        }
+    }
+
+    /// Takes the robot's position on the map.
+    pub fn robot_seen(&mut self, robot: Point2) {
+        self.robot = Some(robot);
+    }
+
+    /// Decides at time `now_s`.
+    pub fn step(&mut self, now_s: f64) -> Step {
+        if self.next == self.route.len() {
+            return self.end_lap();
+        }
+        let Some(robot) = self.robot else { return Step::Wait };
+        let goal = self.route[self.next];
+        let distance_m = robot.distance_m(goal);
+        if distance_m <= self.settings.tolerance_m || self.there_since_s.is_some() {
+            let since_s = *self.there_since_s.get_or_insert(now_s);
+            if now_s - since_s < self.settings.stay_s {
+                return Step::Goto(goal);
+            }
+            self.reached += 1;
+            return Step::Reached(self.leave());
+        }
+        let (nearest_m, since_s) = *self.nearest.get_or_insert((distance_m, now_s));
+        if distance_m < nearest_m - PROGRESS_M {
+            self.nearest = Some((distance_m, now_s));
+        } else if now_s - since_s >= self.settings.patience_s {
+            return Step::Skipped(self.leave());
+        }
+        Step::Goto(goal)
+    }
+
+    /// Turns to the next waypoint; the number of the one left.
+    fn leave(&mut self) -> usize {
+        (self.there_since_s, self.nearest) = (None, None);
+        self.next += 1;
+        self.next
+    }
+
+    fn end_lap(&mut self) -> Step {
+        let all = self.settings.laps != 0 && self.laps >= self.settings.laps;
+        if all {
+            return Step::Done;
+        }
+        if self.reached == 0 {
+            return Step::Stuck;
+        }
+        self.laps += 1;
+        if self.settings.laps == 0 || self.laps < self.settings.laps {
+            (self.next, self.reached) = (0, 0);
+        }
+        Step::Lap(self.laps)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: Settings = Settings { laps: 2, tolerance_m: 0.3, stay_s: 1.0, patience_s: 5.0 };
+
+    fn route() -> Vec<Point2> {
+        vec![Point2::new(2.0, 0.0), Point2::new(2.0, 2.0), Point2::new(0.0, 0.0)]
+    }
+
+    /// Drives straight to each goal at 1 m/s, except to those `blocked`; all that is not driving.
+    fn patrol(settings: Settings, blocked: &[Point2], most_steps: usize) -> Vec<Step> {
+        let mut rounds = Rounds::new(route(), settings);
+        let (mut robot, mut told) = (Point2::new(0.0, 0.0), Vec::new());
+        for step in 0..most_steps {
+            rounds.robot_seen(robot);
+            match rounds.step(step as f64 * 0.1) {
+                Step::Goto(goal) if blocked.contains(&goal) => {}
+                Step::Goto(goal) => {
+                    let left_m = robot.distance_m(goal);
+                    let share = if left_m > 0.1 { 0.1 / left_m } else { 1.0 };
+                    robot = Point2::new(
+                        robot.x_m + share * (goal.x_m - robot.x_m),
+                        robot.y_m + share * (goal.y_m - robot.y_m),
+                    );
+                }
+                other => {
+                    told.push(other);
+                    if matches!(other, Step::Done | Step::Stuck) {
+                        break;
+                    }
+                }
+            }
+        }
+        told
+    }
+
+    #[test]
+    fn every_waypoint_is_reached_in_order_lap_after_lap() {
+        use Step::{Done, Lap, Reached};
+        let lap = |number| [Reached(1), Reached(2), Reached(3), Lap(number)];
+        let expected: Vec<_> = lap(1).into_iter().chain(lap(2)).chain([Done]).collect();
+        assert_eq!(patrol(SETTINGS, &[], 1000), expected);
+    }
+
+    #[test]
+    fn without_a_number_of_laps_it_goes_on() {
+        let told = patrol(Settings { laps: 0, ..SETTINGS }, &[], 2000);
+        assert!(told.iter().filter(|step| matches!(step, Step::Lap(_))).count() > 5, "{told:?}");
+        assert!(!told.contains(&Step::Done));
+    }
+
+    #[test]
+    fn what_cannot_be_reached_is_given_up_and_the_rest_goes_on() {
+        let told = patrol(Settings { laps: 1, ..SETTINGS }, &route()[1..2], 1000);
+        use Step::{Done, Lap, Reached, Skipped};
+        assert_eq!(told, [Reached(1), Skipped(2), Reached(3), Lap(1), Done]);
+    }
+
+    #[test]
+    fn a_lap_in_which_nothing_is_reached_is_a_failure() {
+        let far: Vec<_> = route()[..2].to_vec();
+        let mut rounds = Rounds::new(far, SETTINGS);
+        rounds.robot_seen(Point2::new(9.0, 9.0));
+        let told: Vec<_> = (0..).map(|step| rounds.step(f64::from(step))).take(20).collect();
+        assert!(told.contains(&Step::Skipped(1)) && told.contains(&Step::Skipped(2)), "{told:?}");
+        assert_eq!(told.last(), Some(&Step::Stuck));
+    }
+
+    #[test]
+    fn the_robot_stays_at_each_waypoint_and_without_a_pose_it_waits() {
+        let mut rounds = Rounds::new(route(), SETTINGS);
+        assert_eq!(rounds.step(0.0), Step::Wait);
+        rounds.robot_seen(Point2::new(1.9, 0.0));
+        assert_eq!(rounds.step(1.0), Step::Goto(route()[0]));
+        // A pose that jumps while it stays does not begin the stay anew.
+        rounds.robot_seen(Point2::new(1.5, 0.0));
+        assert_eq!(rounds.step(1.5), Step::Goto(route()[0]));
+        assert_eq!(rounds.step(2.0), Step::Reached(1));
+        assert_eq!(rounds.step(2.1), Step::Goto(route()[1]));
+    }
+}
