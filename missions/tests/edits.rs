@@ -356,3 +356,25 @@ fn references_cdata_and_instructions_stay_as_they_are_written() {
         &before.replace("reachable(<![CDATA[home]]>)", "a &lt; \"b\" ]]&gt; c&#10;d"),
     );
 }
+
+#[test]
+fn a_new_attribute_is_written_as_the_last_one_is() {
+    let set =
+        |name: &'static str, value| move |d: &mut Document| d.set_attribute_at(&[], name, value);
+    for (before, name, value, after) in [
+        ("<a/>", "x", Some("1"), "<a x=\"1\"/>"),
+        ("<a b='1' />", "x", Some("it's"), "<a b='1' x='it&apos;s' />"),
+        (
+            "<a b='1'\n   c = \"2\"></a>",
+            "x",
+            Some("\"'"),
+            "<a b='1'\n   c = \"2\"\n   x=\"&quot;'\"></a>",
+        ),
+        ("<a b='1'\n   c = \"2\"></a>", "c", Some("3"), "<a b='1'\n   c = \"3\"></a>"),
+        ("<a b='1'\n   c = \"2\"></a>", "b", None, "<a\n   c = \"2\"></a>"),
+        ("<a b='1'\n   c = \"2\"></a>", "c", None, "<a b='1'></a>"),
+        ("<a b='&#65;'/>", "b", Some("A"), "<a b='&#65;'/>"),
+    ] {
+        check(before, set(name, value), after);
+    }
+}

@@ -72,7 +72,7 @@ impl Document {
             (Item::Link { from, .. }, "to") => {
                 let to = value.unwrap_or_default();
                 self.check_link(from, to)?;
-                self.refuse_fed(item, to)?;
+                self.refuse_fed(Some(item), to)?;
             }
             (Item::Link { to, .. }, "from") => self.check_link(value.unwrap_or_default(), to)?,
             (Item::Link { .. }, _) => {}
@@ -94,7 +94,7 @@ impl Document {
     /// Refuses an item if there is one that is known by the same name, or feeds the same input.
     pub(super) fn refuse_taken(&self, item: Item<'_>) -> Result<(), EditError> {
         if let Item::Link { to, .. } = item {
-            return self.refuse_fed(item, to);
+            return self.refuse_fed(None, to);
         }
         match self.find(item) {
             Some(path) => Err(self.taken(item.to_string(), self.element(&path)?)),
@@ -102,10 +102,10 @@ impl Document {
         }
     }
 
-    /// Refuses an input that a link other than this one feeds.
-    fn refuse_fed(&self, link: Item<'_>, to: &str) -> Result<(), EditError> {
+    /// Refuses an input that a link feeds, other than the one that is being changed.
+    fn refuse_fed(&self, changed: Option<Item<'_>>, to: &str) -> Result<(), EditError> {
         let Some(system) = self.find(Item::System) else { return Ok(()) };
-        let own = self.find(link).and_then(|path| path.last().copied());
+        let own = changed.and_then(|link| self.find(link)).and_then(|path| path.last().copied());
         let mut links = self.element(&system)?.elements().enumerate();
         let feeds = |element: &Element| {
             element.name == "link" && element.attribute("to").is_some_and(|a| a.value == to)
