@@ -4,12 +4,14 @@
 //! A schema is finite (types are written out in place), so no wire type can be recursive.
 
 mod difference;
+mod field;
 mod json;
 #[cfg(test)]
 mod tests;
 mod text;
 
 pub use difference::difference;
+pub use field::{FieldError, FieldPath, PayloadError, Scalar};
 pub use json::{JsonError, MAX_JSON_LEN, to_json};
 pub use text::{MAX_DEPTH, MAX_LABEL_LEN, MAX_TEXT_LEN, MAX_UNIT_LEN, ParseError, parse};
 

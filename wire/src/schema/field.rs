@@ -1,0 +1,283 @@
+//! One value out of an encoded message, without its Rust type: a field is found by its names once,
+//! then read from every payload. What lies before it is stepped over, not decoded.
+
+#[cfg(test)]
+mod tests;
+
+use thiserror::Error;
+
+use super::{Field, Schema};
+
+/// The field that a message may have beside its one value without being asked for it.
+const STAMP: &str = "stamp";
+
+/// A value that a field of a message can have.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scalar {
+    /// Any number, in the field's unit.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
+    /// A text, or the name of an enum's variant.
+    Text(String),
+}
+
+/// Where a single value lies in the messages of one schema.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldPath<'a> {
+    steps: Vec<usize>,
+    /// Its layout: a number, `bool`, text or an enum; of an optional field what is inside.
+    pub schema: &'a Schema,
+    /// The unit of its number.
+    pub unit: Option<&'a str>,
+}
+
+/// Why names lead to no single value.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum FieldError {
+    /// There is no such field.
+    #[error("`{name}` is not a field there; there are: {}", known.join(", "))]
+    Unknown {
+        /// Which of the names, from 0.
+        index: usize,
+        /// The name.
+        name: String,
+        /// What is there.
+        known: Vec<String>,
+    },
+    /// What the names so far lead to has no fields.
+    #[error("what comes before `{name}` has no fields")]
+    NoFields {
+        /// Which of the names, from 0.
+        index: usize,
+        /// The name.
+        name: String,
+    },
+    /// The names lead to several values, or to none.
+    #[error("it has not one value but {}", match known.as_slice() { [] => "none".into(), known => known.join(", ") })]
+    NotOne {
+        /// The fields that could be meant.
+        known: Vec<String>,
+    },
+    /// The names lead to a list.
+    #[error("it is a list, not a single value")]
+    List,
+}
+
+/// Why a payload does not fit its schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{problem} at byte {at}")]
+pub struct PayloadError {
+    /// Offset into the payload.
+    pub at: usize,
+    /// What is wrong there.
+    pub problem: &'static str,
+}
+
+impl<'a> FieldPath<'a> {
+    /// Follows `names` from field to field. Where they end at a struct that has, beside `stamp`,
+    /// one number or `bool` and no second one, that is the value.
+    ///
+    /// # Errors
+    /// [`FieldError`] if they lead to no single value.
+    pub fn find(schema: &'a Schema, names: &[&str]) -> Result<Self, FieldError> {
+        let mut path = Self { steps: Vec::new(), schema: inside(schema), unit: None };
+        for (index, name) in names.iter().enumerate() {
+            let Schema::Struct { fields, .. } = path.schema else {
+                return Err(FieldError::NoFields { index, name: (*name).into() });
+            };
+            let Some(step) = fields.iter().position(|field| field.name == *name) else {
+                let known = fields.iter().map(|field| field.name.clone()).collect();
+                return Err(FieldError::Unknown { index, name: (*name).into(), known });
+            };
+            path.step(step, &fields[step]);
+        }
+        match path.schema {
+            Schema::List(_) | Schema::Fixed(..) => Err(FieldError::List),
+            Schema::Struct { fields, .. } => {
+                let single: Vec<_> = (0..fields.len()).filter(|i| is_value(&fields[*i])).collect();
+                let [only] = single[..] else {
+                    let known = single.iter().map(|i| fields[*i].name.clone()).collect();
+                    return Err(FieldError::NotOne { known });
+                };
+                path.step(only, &fields[only]);
+                Ok(path)
+            }
+            _ => Ok(path),
+        }
+    }
+
+    fn step(&mut self, step: usize, field: &'a Field) {
+        self.steps.push(step);
+        (self.schema, self.unit) = (inside(&field.schema), field.unit.as_deref());
+    }
+
+    /// Reads the value from one payload of `schema`, the one it was found in; none if it, or what
+    /// it is in, is optional and not there.
+    ///
+    /// # Errors
+    /// [`PayloadError`] if the payload up to the value is not one of the schema.
+    pub fn read(&self, schema: &Schema, payload: &[u8]) -> Result<Option<Scalar>, PayloadError> {
+        let mut cursor = Cursor { payload, at: 0 };
+        let mut schema = schema;
+        let mut steps = self.steps.iter();
+        loop {
+            while let Schema::Option(item) = schema {
+                if !cursor.flag()? {
+                    return Ok(None);
+                }
+                schema = item;
+            }
+            let Some(step) = steps.next() else { return cursor.scalar(schema).map(Some) };
+            let Schema::Struct { fields, .. } = schema else {
+                return Err(cursor.error("another schema"));
+            };
+            for field in fields.iter().take(*step) {
+                cursor.skip(&field.schema)?;
+            }
+            let field = fields.get(*step).ok_or_else(|| cursor.error("another schema"))?;
+            schema = &field.schema;
+        }
+    }
+}
+
+fn inside(mut schema: &Schema) -> &Schema {
+    while let Schema::Option(item) = schema {
+        schema = item;
+    }
+    schema
+}
+
+/// What may be left unnamed: a number or `bool` other than the stamp.
+fn is_value(field: &Field) -> bool {
+    use Schema::{Enum, Fixed, List, Struct, Text};
+    let schema = inside(&field.schema);
+    let is_other = matches!(schema, Text | List(_) | Fixed(..) | Struct { .. } | Enum { .. });
+    !is_other && field.name != STAMP
+}
+
+/// The length of every value of a schema, if they all have one.
+fn fixed_len(schema: &Schema) -> Option<usize> {
+    match schema {
+        Schema::Option(_) | Schema::List(_) | Schema::Text | Schema::Enum { .. } => None,
+        Schema::Fixed(item, count) => fixed_len(item)?.checked_mul(*count),
+        Schema::Struct { fields, .. } => {
+            fields.iter().try_fold(0_usize, |sum, field| sum.checked_add(fixed_len(&field.schema)?))
+        }
+        plain => Some(plain.min_len()),
+    }
+}
+
+struct Cursor<'a> {
+    payload: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn error(&self, problem: &'static str) -> PayloadError {
+        PayloadError { at: self.at, problem }
+    }
+
+    fn bytes(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
+        let end = self.at.checked_add(len).filter(|end| *end <= self.payload.len());
+        let end = end.ok_or_else(|| self.error("the payload ends too early"))?;
+        let bytes = &self.payload[self.at..end];
+        self.at = end;
+        Ok(bytes)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
+        let mut out = [0; N];
+        out.copy_from_slice(self.bytes(N)?);
+        Ok(out)
+    }
+
+    fn flag(&mut self) -> Result<bool, PayloadError> {
+        match self.array::<1>()?[0] {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(self.error("a flag is neither 0 nor 1")),
+        }
+    }
+
+    fn count(&mut self) -> Result<usize, PayloadError> {
+        let count = u64::from_le_bytes(self.array()?);
+        usize::try_from(count).map_err(|_| self.error("a count exceeds the payload"))
+    }
+
+    fn scalar(&mut self, schema: &Schema) -> Result<Scalar, PayloadError> {
+        Ok(Scalar::Number(match schema {
+            Schema::Bool => return Ok(Scalar::Flag(self.flag()?)),
+            Schema::U8 => self.array::<1>()?[0].into(),
+            Schema::I8 => i8::from_le_bytes(self.array()?).into(),
+            Schema::U16 => u16::from_le_bytes(self.array()?).into(),
+            Schema::I16 => i16::from_le_bytes(self.array()?).into(),
+            Schema::U32 => u32::from_le_bytes(self.array()?).into(),
+            Schema::I32 => i32::from_le_bytes(self.array()?).into(),
+            // Above 2^53 to the nearest number that a double can be.
+            Schema::U64 => u64::from_le_bytes(self.array()?) as f64,
+            Schema::I64 => i64::from_le_bytes(self.array()?) as f64,
+            // Through its shortest decimal form, so that 0.3f32 is 0.3 and not 0.30000001192.
+            Schema::F32 => {
+                let number = f32::from_le_bytes(self.array()?);
+                number.to_string().parse().unwrap_or(f64::from(number))
+            }
+            Schema::F64 => f64::from_le_bytes(self.array()?),
+            Schema::Text => {
+                let len = self.count()?;
+                let text = std::str::from_utf8(self.bytes(len)?);
+                let text = text.map_err(|_| self.error("text is not UTF-8"))?;
+                return Ok(Scalar::Text(text.to_owned()));
+            }
+            Schema::Enum { variants, .. } => {
+                let index = u32::from_le_bytes(self.array()?) as usize;
+                let variant =
+                    variants.get(index).ok_or_else(|| self.error("an unknown variant"))?;
+                return Ok(Scalar::Text(variant.name.clone()));
+            }
+            Schema::Option(_) | Schema::List(_) | Schema::Fixed(..) | Schema::Struct { .. } => {
+                return Err(self.error("another schema"));
+            }
+        }))
+    }
+
+    fn skip(&mut self, schema: &Schema) -> Result<(), PayloadError> {
+        if let Some(len) = fixed_len(schema) {
+            return self.bytes(len).map(drop);
+        }
+        match schema {
+            Schema::Text => {
+                let len = self.count()?;
+                self.bytes(len)?;
+            }
+            Schema::Option(item) => {
+                let is_there = self.flag()?;
+                (0..usize::from(is_there)).try_for_each(|_| self.skip(item))?;
+            }
+            Schema::List(item) => {
+                let count = self.count()?;
+                match fixed_len(item) {
+                    Some(len) => {
+                        let len = len.checked_mul(count);
+                        let len = len.ok_or_else(|| self.error("a count exceeds the payload"))?;
+                        self.bytes(len)?;
+                    }
+                    // Each takes a byte at least, so a wrong count ends with the payload.
+                    None => (0..count).try_for_each(|_| self.skip(item))?,
+                }
+            }
+            Schema::Fixed(item, count) => (0..*count).try_for_each(|_| self.skip(item))?,
+            Schema::Struct { fields, .. } => {
+                fields.iter().try_for_each(|field| self.skip(&field.schema))?;
+            }
+            Schema::Enum { variants, .. } => {
+                let index = u32::from_le_bytes(self.array()?) as usize;
+                let variant =
+                    variants.get(index).ok_or_else(|| self.error("an unknown variant"))?;
+                variant.fields.iter().try_for_each(|field| self.skip(&field.schema))?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
