@@ -2,45 +2,19 @@
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
+mod entry;
+mod input;
+mod memory;
+
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use armor_missions::{Colours, MAX_FINDINGS, Reading, check, read};
-use proptest::prelude::*;
+use armor_missions::{Colours, MAX_FINDINGS, check, read};
 
-/// Far beyond what any of these takes (milliseconds); a hang or a quadratic walk does not pass it.
-const DEADLINE: Duration = Duration::from_secs(20);
-
-fn read_all(bytes: &[u8]) -> Reading {
-    let started = Instant::now();
-    let reading = read(Path::new("a.xml"), &mut |path| {
-        // An include finds the same bytes: the worst that it could find.
-        if path.ends_with("gone") {
-            Err(std::io::ErrorKind::NotFound.into())
-        } else {
-            Ok(bytes.to_vec())
-        }
-    });
-    let reading = check(reading, &[], Some(&Default::default()));
-    assert!(started.elapsed() < DEADLINE, "{:?}", started.elapsed());
-    assert!(reading.findings.iter().count() <= MAX_FINDINGS + 1);
-    reading
-}
-
-/// Every location lies in its file and can be shown.
-fn spans_hold(reading: &Reading) {
-    for finding in &reading.findings {
-        let related = finding.related.iter().map(|(at, _)| at);
-        for at in finding.at.iter().chain(related) {
-            let text = at.source.text();
-            assert!(text.get(at.span.start()..at.span.end()).is_some(), "{at} of {finding}");
-            let (line, column) = at.line_column();
-            assert!(line >= 1 && column >= 1 && line <= text.split('\n').count());
-        }
-        assert!(finding.render(Colours::Yes).contains(finding.code.as_str()));
-        serde_json::to_string(finding).unwrap();
-    }
-}
+use entry::{ENTRIES, read_all, spans_hold};
+use input::input;
 
 fn refused(code: &str, bytes: &[u8]) {
     let reading = read_all(bytes);
@@ -147,79 +121,72 @@ fn a_thousand_components_and_three_thousand_links() {
     assert_eq!(reading.configuration.unwrap().system.links.len(), 3000);
 }
 
-const WORDS: &[&str] = &[
-    "<armor version=\"1\">",
-    "</armor>",
-    "<system>",
-    "</system>",
-    "<mission safe=\"a\">",
-    "</mission>",
-    "<component name=\"a\" kind=\"k\">",
-    "</component>",
-    "<parameter name=\"p\" value=\"1\"/>",
-    "<link from=\"a.x\" to=\"b.y\" keep=\"5\"/>",
-    "<place name=\"a\" initial=\"true\"/>",
-    "<transition name=\"t\" from=\"a b\" to=\"c\">",
-    "</transition>",
-    "<arc to=\"a\"/>",
-    "<check>x</check>",
-    "<mission system=\"gone\"/>",
-    "<exclusive components=\"a b\"/>",
-    "<layout><x/></layout>",
-    "<",
-    ">",
-    "/>",
-    "</",
-    "<!--",
-    "-->",
-    "<![CDATA[",
-    "]]>",
-    "<?",
-    "?>",
-    "<!DOCTYPE",
-    "&lt;",
-    "&#x41;",
-    "&#0;",
-    "&",
-    ";",
-    "\"",
-    "'",
-    "=",
-    " ",
-    "\n",
-    "\r\n",
-    "\t",
-    "ä",
-    "\u{feff}",
-    "\u{0}",
-    "xmlns:a=\"b\"",
-    "a:b=\"c\"",
-    "x",
-];
+/// Inputs under `CI` and `ARMOR_FULL`, and the time in which they have to fit; and else.
+const MANY: (u64, Duration) = (1_000_000, Duration::from_secs(60));
+const SOME: (u64, Duration) = (20_000, Duration::from_secs(6));
+/// One input of so many goes through everything.
+const OTHERS: u64 = 8;
+const SEED: &str = "ARMOR_SEED";
+/// Far beyond what one input takes.
+const HANGS: Duration = Duration::from_secs(60);
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3000))]
-
-    #[test]
-    fn any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        spans_hold(&read_all(&bytes));
+#[test]
+fn any_input_gets_an_answer() {
+    let full = ["CI", "ARMOR_FULL"].iter().any(|name| std::env::var_os(name).is_some());
+    let (count, time) = if full { MANY } else { SOME };
+    let seed = std::env::var(SEED).ok().and_then(|seed| seed.parse().ok()).unwrap_or(1);
+    println!("seed {seed}; {SEED}={seed} makes the same inputs again");
+    let next: &'static AtomicU64 = Box::leak(Box::new(AtomicU64::new(0)));
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(4);
+    let (done, answers) = channel();
+    let started = Instant::now();
+    for _ in 0..threads {
+        let done = done.clone();
+        std::thread::spawn(move || {
+            while started.elapsed() < time {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= count {
+                    break;
+                }
+                let fault =
+                    std::panic::catch_unwind(|| try_all(number, &input(seed, number))).err();
+                if fault.is_some() && done.send(Some(number)).is_err() {
+                    return;
+                }
+            }
+            let _ = done.send(None);
+        });
     }
-
-    #[test]
-    fn any_pieces_of_files(words in proptest::collection::vec(proptest::sample::select(WORDS), 0..60)) {
-        spans_hold(&read_all(words.concat().as_bytes()));
+    let (mut ended, mut faults) = (0, Vec::new());
+    while ended < threads {
+        match answers.recv_timeout(time + HANGS) {
+            Ok(None) => ended += 1,
+            Ok(Some(number)) => faults.push(number),
+            Err(_) => panic!("one of the inputs before {} hangs", next.load(Ordering::Relaxed)),
+        }
     }
+    let tried = next.load(Ordering::Relaxed).min(count);
+    println!("{tried} inputs in {:.1} s", started.elapsed().as_secs_f64());
+    for number in faults.iter().take(3) {
+        let name = format!("hostile-{seed}-{number}.xml");
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::write(&path, input(seed, *number)).unwrap();
+        eprintln!("input {number} of seed {seed} is in {}", path.display());
+    }
+    assert!(faults.is_empty(), "inputs {faults:?} of seed {seed}");
+}
 
-    #[test]
-    fn an_example_with_any_change(
-        at in 0.0f64..1.0,
-        cut in 0usize..20,
-        put in proptest::collection::vec(proptest::sample::select(WORDS), 0..3),
-    ) {
-        let example = include_str!("everything.xml");
-        let start = example.floor_char_boundary((at * example.len() as f64) as usize);
-        let end = example.floor_char_boundary((start + cut).min(example.len()));
-        let changed = format!("{}{}{}", &example[..start], put.concat(), &example[end..]);
-        spans_hold(&read_all(changed.as_bytes()));
+/// Every input is read and checked; one of [`OTHERS`] is also laid out and edited, which reads it
+/// several times more.
+fn try_all(number: u64, bytes: &[u8]) {
+    let all = number.is_multiple_of(OTHERS);
+    for (_, entry) in ENTRIES.iter().take(if all { ENTRIES.len() } else { 1 }) {
+        entry(bytes);
+    }
+    if all {
+        // The input as a file that is edited, by orders that come from it.
+        let orders = bytes.iter().copied().chain(std::iter::repeat(b'7')).take(22);
+        let file: Vec<u8> = orders.chain(bytes.iter().copied()).collect();
+        entry::edits(&file);
     }
 }
