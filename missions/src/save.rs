@@ -1,7 +1,6 @@
 //! Puts a file on the disk whole or not at all: written beside the old one, synced, renamed over
 //! it. Whoever reads meanwhile, or after a power cut, finds the old bytes or the new ones.
 
-use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
@@ -90,16 +89,14 @@ fn writable(target: &Path) -> io::Result<Option<Metadata>> {
 /// A new file in the folder. It is nobody else's to read before it has the old one's mode.
 fn temporary(folder: &Path, target: &Path, old: Option<&Metadata>) -> io::Result<(PathBuf, File)> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
-    let Some(name) = target.file_name() else {
+    if target.file_name().is_none() {
         return Err(io::Error::other("the path names no file"));
-    };
+    }
     let mode = if old.is_some() { 0o600 } else { 0o666 };
     for _ in 0..MAX_NAMES {
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let mut hidden = OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}-{count}.new", std::process::id()));
-        let path = folder.join(hidden);
+        // Not made of the file's own name, which may be as long as a name can be.
+        let path = folder.join(format!(".armor-{}-{count}.new", std::process::id()));
         match OpenOptions::new().write(true).create_new(true).mode(mode).open(&path) {
             Ok(file) => return Ok((path, file)),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}

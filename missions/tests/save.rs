@@ -42,6 +42,7 @@ fn a_new_version_has_the_mode_of_the_old_and_nothing_is_left_beside_it() {
         assert_eq!(mode(&path), wanted);
     }
     assert_eq!(names(&folder), ["a.xml"]);
+    save(&folder.join("x".repeat(255)), b"new").unwrap();
 }
 
 #[test]

@@ -40,6 +40,8 @@ fn start(random: &mut Random) -> (Document, Model) {
 
 /// Edits both sides at random and compares them after each edit.
 fn edited(seed: u64) -> Document {
+    // Shown when the test fails.
+    println!("seed {seed}");
     let random = &mut Random(seed);
     let (mut document, mut model) = start(random);
     assert_eq!(Said::by_file(&document), Said::by(&model), "{}", text(&document));
