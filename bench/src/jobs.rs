@@ -52,6 +52,8 @@ pub enum Job {
     First,
     /// What an idle process takes.
     Idle,
+    /// A large file read and checked.
+    Check,
 }
 
 /// What a figure should be.
@@ -93,12 +95,11 @@ impl Job {
         let spinning = [SMALL_LEN, 64 * KIB].map(|len| Self::RoundTrip { len, spin: true });
         let fan_outs = [1, 4, 8].map(|subscribers| Self::FanOut { subscribers });
         let rest = [Self::Flood, Self::Paced];
-        round_trips
-            .into_iter()
-            .chain(spinning)
-            .chain(rest)
-            .chain(fan_outs)
-            .chain([Self::First, Self::Idle])
+        round_trips.into_iter().chain(spinning).chain(rest).chain(fan_outs).chain([
+            Self::First,
+            Self::Idle,
+            Self::Check,
+        ])
     }
 
     /// Its name for `--only`.
@@ -111,6 +112,7 @@ impl Job {
             Self::Paced => "paced",
             Self::First => "first",
             Self::Idle => "idle",
+            Self::Check => "check",
         }
     }
 }
@@ -149,6 +151,7 @@ impl Bench {
             Job::Paced => self.flood(side, SMALL_LEN, 1, Some(PACE_HZ)),
             Job::First => self.first(side),
             Job::Idle => self.idle(side),
+            Job::Check => self.check(side),
         }
     }
 
@@ -356,6 +359,28 @@ impl Bench {
                 Goal::None,
             ),
             reading("idle, threads", "", subscriber.status("Threads")?, Goal::AtMost(6.0)),
+        ])
+    }
+}
+
+/// What only we do is nothing on the other side.
+impl Bench {
+    fn check(&self, side: Side) -> Result<Vec<Reading>> {
+        if side == Side::Std {
+            return Ok(Vec::new());
+        }
+        let file = std::env::temp_dir().join(format!("armor-bench-{}.xml", std::process::id()));
+        std::fs::write(&file, crate::check::file())?;
+        let arguments = [file.display().to_string(), self.window_s().to_string()];
+        let checking = Process::start(FIRST_CORE, Side::Armor, "check", &arguments);
+        let said = checking.and_then(|checking| checking.said("checked", PATIENCE + self.window));
+        let _ = std::fs::remove_file(&file);
+        let said = said?;
+        let mib = said["peak_kib"] / 1024.0;
+        Ok(vec![
+            reading("1,000 components, check", "ms", said["p50_ms"], Goal::AtMost(100.0)),
+            reading("1,000 components, first check", "ms", said["first_ms"], Goal::AtMost(100.0)),
+            reading("1,000 components, memory", "MiB", mib, Goal::AtMost(50.0)),
         ])
     }
 }

@@ -2,6 +2,7 @@
 //! a table. The program plays all parts itself: it starts itself again for each process of a
 //! measurement.
 
+mod check;
 mod jobs;
 mod machine;
 mod options;
@@ -49,6 +50,10 @@ fn role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let (side, role) = (next().context("no side")?, next().context("no role")?);
     process::settle(core)?;
     match side.as_str() {
+        _ if role == "check" => {
+            let (file, window) = (next().context("no file")?, next().context("no window")?);
+            check::run(file.as_ref(), std::time::Duration::try_from_secs_f64(window.parse()?)?)
+        }
         "std" => {
             plain::run(&role, &arguments.filter_map(|a| a.into_string().ok()).collect::<Vec<_>>())
         }
@@ -68,6 +73,7 @@ fn run(options: &Options) -> Result<()> {
                 let quiet = machine::wait_until_quiet(options.quiet_wait);
                 let load = machine::Load::start();
                 match bench.measure(job, side) {
+                    Ok(readings) if readings.is_empty() => {}
                     Ok(readings) => {
                         let foreign = load.foreign_percent();
                         let text: Vec<_> = readings.iter().map(ToString::to_string).collect();
