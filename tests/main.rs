@@ -7,6 +7,7 @@ mod launcher;
 mod manifests;
 mod missions;
 mod new_component;
+mod parameters;
 mod resilience;
 mod tutorial;
 mod workspace;

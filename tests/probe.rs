@@ -61,6 +61,8 @@ impl Component for Probe {
         Parameter::integer("panic").default("0").doc("ticks until it panics; 0: never"),
         Parameter::integer("fail").default("0").doc("ticks until it reports a failure; 0: never"),
         Parameter::number("work", "s").default("0s").doc("how long each tick takes"),
+        Parameter::text("mark").default("").doc("written down when it arrives").live(),
+        Parameter::text("ask").default("").doc("another parameter that it asks for"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
@@ -104,6 +106,8 @@ impl Component for Probe {
             "panic" => self.panic = u64::try_from(value.integer()?)?,
             "fail" => self.fail = u64::try_from(value.integer()?)?,
             "work" => self.work = Duration::from_secs_f64(value.number()?),
+            "mark" => self.trace.note(format_args!("mark {}", value.text()?))?,
+            "ask" if value.text()? != "" => self.armor.get_parameter(value.text()?)?,
             _ => {}
         }
         Ok(())

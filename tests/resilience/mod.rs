@@ -10,5 +10,5 @@ mod relinking;
 mod rounds;
 mod silence;
 mod strangers;
-mod system;
-mod trace;
+pub mod system;
+pub mod trace;

@@ -1,0 +1,219 @@
+//! Parameters of a running system: seen, set, compared, delivered; and what becomes of them when the
+//! file breaks and configd dies.
+
+use std::net::TcpListener;
+use std::process::{Child, Stdio};
+
+use serde_json::Value;
+
+use crate::fixture::{Folder, ended, wait_for};
+use crate::resilience::system::{Draft, System, probe};
+use crate::resilience::trace::Trace;
+
+/// `armor param` about a running system: code, stdout, stderr.
+fn param(system: &System, arguments: &[&str]) -> (i32, String, String) {
+    let registry = system.registry.to_string();
+    let mut command = system.folder.armor(&["param"]);
+    ended(command.args(arguments).args(["--registry", &registry]))
+}
+
+/// As [`param`], for what must work.
+fn told(system: &System, arguments: &[&str]) -> String {
+    let (code, out, err) = param(system, arguments);
+    assert_eq!(code, 0, "{arguments:?}: {out}{err}");
+    out
+}
+
+fn file(system: &System) -> String {
+    std::fs::read_to_string(system.folder.path().join("probes.xml")).expect("readable")
+}
+
+fn save(system: &System, text: &str) {
+    system.folder.write("probes.xml", text);
+}
+
+/// How the configuration stands.
+fn state(system: &System) -> Value {
+    let told = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
+    wait_for("the state of the configuration", told)["value"].take()
+}
+
+fn marked(system: &System, mark: &str) {
+    let note = format!("mark {mark}");
+    system.traced("lamp", &note, |trace| (trace.count(&note) > 0).then_some(()));
+}
+
+fn lamp(name: &str) -> System {
+    let draft = Draft::default().probe("lamp", "rate='20Hz'", "mark=one burst=1");
+    let system = draft.run(Folder::new(name));
+    marked(&system, "one");
+    system
+}
+
+#[test]
+fn a_live_value_reaches_the_component_also_after_configd_was_another() {
+    let system = lamp("param-live");
+    let out = told(&system, &["set", "lamp.mark", "two"]);
+    assert_eq!(out, "version 2: parameter lamp.mark: one → two; it reaches lamp at once\n");
+    marked(&system, "two");
+    let out = told(&system, &["set", "lamp.burst", "2"]);
+    assert!(out.ends_with("; it takes effect when lamp is started again\n"), "{out}");
+    assert!(file(&system).contains("<parameter name='burst' value='2'/>"), "{}", file(&system));
+
+    system.replace("configd");
+    wait_for("the new configd", || (param(&system, &["list"]).0 == 0).then_some(()));
+    save(&system, &file(&system).replace("value='two'", "value='three'"));
+    marked(&system, "three");
+    let trace = system.trace("lamp");
+    assert_eq!(trace.count("started"), 1, "it ran on all the time");
+    assert_eq!(trace.count("mark two"), 1, "what it had was not delivered again");
+    assert_eq!(state(&system)["version"], 4, "versions are counted on");
+    let out = told(&system, &["diff", "1"]);
+    assert!(out.starts_with("from version 1 to version 4:\n"), "{out}");
+    assert!(out.contains("parameter lamp.mark: one → three; it reaches lamp at once\n"), "{out}");
+}
+
+#[test]
+fn the_last_good_version_outlives_configd_and_a_broken_file() {
+    let system = lamp("param-broken");
+    told(&system, &["set", "lamp.mark", "two"]);
+    let good = file(&system);
+    let broken = good.replace("burst' value='1'", "burst' value='-1'");
+    save(&system, &broken);
+    system.run.logged("the file is not valid; version 2, the last good one, stays in force", 1);
+    system.replace("configd");
+    system.run.logged("the file is not valid; version 2, the last good one, stays in force", 2);
+    let state_now = wait_for("a refused state", || {
+        Some(state(&system)).filter(|state| state["refused"] == true)
+    });
+    assert_eq!(state_now["version"], 2);
+    let finding = &state_now["findings"][0];
+    assert_eq!((&finding["code"], &finding["text"]), (&"E0113".into(), &"-1".into()), "{finding}");
+
+    // Whoever starts now gets the good version.
+    system.replace("lamp");
+    system.traced("lamp", "another start", |trace| (trace.count("mark two") == 2).then_some(()));
+    assert_eq!(told(&system, &["get", "lamp.burst"]), "1\n");
+    let (code, _, err) = param(&system, &["set", "lamp.burst", "3"]);
+    assert!(code == 1 && err.contains("error[E0113]") && err.contains("mend it"), "{err}");
+    assert_eq!(file(&system), broken, "nothing was written");
+
+    save(&system, &good);
+    system.run.logged("the file is again that of version 2", 1);
+    assert_eq!(state(&system)["refused"], false);
+}
+
+#[test]
+fn what_check_would_refuse_is_not_set_and_a_given_value_neither() {
+    let draft = Draft::default().probe("lamp", "rate='20Hz'", "mark=one burst=1");
+    let system = draft.run_with(Folder::new("param-refused"), &["--set", "lamp.limit=7"]);
+    marked(&system, "one");
+    let before = file(&system);
+    for (name, value, reason) in [
+        ("lamp.burst", "-1", "error[E0113]"),
+        ("lamp.burst", "many", "error[E0112]"),
+        ("lamp.brust", "1", "error[E0110]"),
+        ("lump.burst", "1", "no component called `lump`"),
+        ("lamp.limit", "8", "--set"),
+    ] {
+        let (code, out, err) = param(&system, &["set", name, value]);
+        assert!(code == 1 && out.is_empty() && err.contains(reason), "{name}={value}: {err}");
+    }
+    assert_eq!(file(&system), before);
+    let (code, _, err) = param(&system, &["get", "lamp.brust"]);
+    assert!(code == 1 && err.contains("burst"), "{err}");
+    let listed = system.told(&["param", "list", "lamp"]);
+    let of = |name: &str| listed.iter().find(|one| one["name"] == name).expect("listed").clone();
+    assert_eq!((&of("limit")["value"], &of("limit")["origin"]), (&"7".into(), &"--set".into()));
+    assert_eq!((&of("done")["origin"], &of("done")["live"]), (&"default".into(), &false.into()));
+    assert_eq!(
+        (&of("mark")["live"], &of("burst")["range"]),
+        (&true.into(), &"0 to 1000000".into())
+    );
+    let origin = of("mark")["origin"].as_str().expect("a place").to_owned();
+    assert!(origin.contains("probes.xml:4:"), "{origin}");
+}
+
+#[test]
+fn a_parameter_that_its_kind_does_not_have_is_refused_in_words() {
+    let draft = Draft::default().probe("lamp", "rate='20Hz'", "ask=brust");
+    let system = draft.run(Folder::new("param-unknown"));
+    system.run.logged("that has no parameter called `brust`; it has: trace, alone", 1);
+    system.traced("lamp", "that it runs on", |trace| (trace.count("started") > 0).then_some(()));
+}
+
+/// A process that ends with the test.
+struct Started(Child);
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_component_may_be_there_before_configd() {
+    let folder = Folder::new("param-before");
+    let free = TcpListener::bind("127.0.0.1:0").expect("a free port").local_addr().expect("bound");
+    let at = free.to_string();
+    let file = "<armor version='1'><system><component name='lamp' kind='probe' rate='20Hz'>\
+                <parameter name='trace' value='lamp.trace'/><parameter name='mark' value='one'/>\
+                </component></system></armor>";
+    folder.write("lamp.xml", file);
+    std::fs::create_dir(folder.path().join("components")).expect("writable");
+    std::os::unix::fs::symlink(probe(), folder.path().join("components/probe")).expect("a link");
+    let start = |command: &mut std::process::Command| {
+        let quiet = command.stdout(Stdio::null()).stderr(Stdio::null());
+        Started(quiet.spawn().expect("it starts"))
+    };
+    let _registry = start(&mut folder.armor(&["registry", "--listen", &at]));
+    let mut lamp = std::process::Command::new(probe());
+    let _lamp = start(lamp.args(["--name", "lamp", "--registry", &at]).current_dir(folder.path()));
+    wait_for("the lamp in the registry", || {
+        let (_, out, _) = ended(&mut folder.armor(&["ps", "--registry", &at]));
+        out.contains("lamp").then_some(())
+    });
+    let marks = |mark: &str| Trace::read(&folder.path().join("lamp.trace")).count(mark);
+    assert_eq!(marks("started"), 0, "nobody has told it what it is");
+    let configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
+    wait_for("its parameters", || (marks("mark one") == 1).then_some(()));
+    // While configd is away a live value changes; the next configd tells it.
+    drop(configd);
+    folder.write("lamp.xml", &file.replace("'one'", "'two'"));
+    let _configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
+    wait_for("the other value", || (marks("mark two") == 1).then_some(()));
+    assert_eq!(marks("mark one"), 1);
+}
+
+#[test]
+fn a_file_alone_is_listed_set_and_compared_too() {
+    let folder = Folder::new("param-file");
+    folder.write("world.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"/>");
+    let text = "<armor version=\"1\">\n  <system>\n    <!-- ours -->\n    \
+                <component name=\"sim\" kind=\"simulator\">\n      \
+                <parameter name=\"world\" value=\"world.svg\"/>\n    </component>\n  </system>\n</armor>\n";
+    folder.write("old.xml", text);
+    folder.write("new.xml", text);
+    let param = |arguments: &[&str]| ended(folder.armor(&["param"]).args(arguments));
+    let (code, out, err) = param(&["set", "--file", "new.xml", "sim.seed", "7"]);
+    assert_eq!((code, out.as_str()), (0, "parameter sim.seed added: 7\n"), "{err}");
+    let seed = "      <parameter name=\"seed\" value=\"7\"/>\n";
+    let set = text.replace("world.svg\"/>\n", &format!("world.svg\"/>\n{seed}"));
+    let now = || std::fs::read_to_string(folder.path().join("new.xml")).expect("readable");
+    assert_eq!(now(), set, "its own line, and no other");
+    let (code, out, _) = param(&["diff", "--file", "old.xml", "--file", "new.xml"]);
+    assert_eq!((code, out.as_str()), (0, "parameter sim.seed added: 7\n"));
+    assert_eq!(param(&["get", "--file", "new.xml", "sim.seed"]).1, "7\n");
+    assert_eq!(param(&["get", "--file", "old.xml", "sim.seed"]).1, "1\n");
+    let (code, _, err) = param(&["set", "--file", "new.xml", "sim.seed", "-7"]);
+    assert!(code == 1 && err.contains("error[E0113]"), "{err}");
+    assert_eq!(now(), set);
+    assert_eq!(param(&["set", "--file", "new.xml", "sim.seed", "--default"]).0, 0);
+    assert_eq!(now(), text);
+    let (code, out, _) = param(&["list", "--file", "new.xml", "sim"]);
+    assert!(code == 0 && out.contains("sim.world") && out.contains("new.xml:5:38"), "{out}");
+    folder.write("new.xml", "<armor");
+    let (code, _, err) = param(&["list", "--file", "new.xml"]);
+    assert!(code == 1 && err.contains("new.xml is not valid"), "{err}");
+}
