@@ -1,0 +1,92 @@
+//! The daemon on a free port, over real files that are saved, moved, cut, deleted and linked.
+
+// A test may panic where a program may not.
+#![allow(clippy::unwrap_used)]
+
+mod bench;
+mod mutations;
+mod saves;
+mod setting;
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use armor_configd::{Background, Options, ServeError};
+use armor_wire::config::{Assigned, Reply, Request};
+
+use bench::*;
+
+#[test]
+fn components_are_answered_and_changes_show() {
+    let folder = Folder::new("answers");
+    let configd = folder.configd();
+    assert_eq!((settings(&configd).version, settings(&configd).rate_hz), (1, Some(1.0)));
+    let request = Request::Parameter { request: 1, name: "picture".into() };
+    let Reply::Parameter { assigned: Some(Assigned { text, base, origin }), .. } =
+        ask(configd.address(), "lamp", &request)
+    else {
+        panic!("not assigned");
+    };
+    assert_eq!((text.as_str(), Path::new(&base)), ("a.png", folder.0.as_path()));
+    let column = file(1).find("a.png").unwrap() + 1;
+    assert_eq!(origin, format!("{}:1:{column}", folder.file().display()));
+    for version in 2..12 {
+        folder.save(&file(version));
+        expect_taken(&configd, version.into());
+        let settings = settings(&configd);
+        assert_eq!((settings.version, settings.rate_hz), (version.into(), Some(version.into())));
+    }
+}
+
+#[test]
+fn the_system_file_of_a_mission_is_watched_too() {
+    let folder = Folder::new("include");
+    let mission = r#"<armor version="1"><mission system="parts/rover.xml" safe="a"><place name="a" initial="true" components="lamp"/></mission></armor>"#;
+    fs::create_dir(folder.0.join("parts")).unwrap();
+    let system = folder.0.join("parts/rover.xml");
+    fs::write(&system, file(1)).unwrap();
+    fs::write(folder.file(), mission).unwrap();
+    let configd = folder.configd();
+    assert!(settings(&configd).controlled);
+    fs::write(&system, file(7)).unwrap();
+    expect_taken_in_the_end(&configd, 2);
+    assert_eq!(settings(&configd).rate_hz, Some(7.0));
+}
+
+#[test]
+fn it_does_not_start_over_an_invalid_file() {
+    let folder = Folder::new("invalid");
+    fs::write(folder.file(), "<armor version=\"1\"><system/>").unwrap();
+    match Background::start(Options::new(folder.file())).err() {
+        Some(ServeError::Refused(findings)) => assert!(findings.has_errors()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
+    let folder = Folder::new("restart");
+    let kept = folder.0.join("out/configd");
+    let options = || Options { versions: Some(kept.clone()), ..Options::new(folder.file()) };
+    let configd = Background::start(options()).unwrap();
+    expect_taken(&configd, 1);
+    folder.save(&file(2));
+    expect_taken(&configd, 2);
+    while !kept.join("2/index").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    drop(configd);
+    fs::write(folder.file(), "<armor").unwrap();
+    let configd = Background::start(options()).unwrap();
+    expect_refused(&configd, 2);
+    assert_eq!((settings(&configd).version, settings(&configd).rate_hz), (2, Some(2.0)));
+    folder.save(&file(3));
+    expect_taken(&configd, 3);
+    // As an editor would find it after a bad day.
+    assert_eq!(fs::read_to_string(kept.join("2/1-robot.xml")).unwrap(), file(2));
+    drop(configd);
+    fs::write(folder.file(), "<armor").unwrap();
+    let refused = Background::start(Options::new(folder.file())).err();
+    assert!(matches!(refused, Some(ServeError::Refused(_))), "without the versions it cannot");
+}
