@@ -42,6 +42,127 @@ fn a_missing_file_is_a_finding_too() {
     assert!(err.contains("nothing.xml"), "{err}");
 }
 
+const FINE: &str = "<armor version=\"1\">\n  <system>\n    <component name=\"arm\" kind=\"arm\"/>\n  </system>\n</armor>\n";
+
+#[test]
+fn several_files_are_checked_and_warnings_fail_if_strict() {
+    let folder = Folder::new("strict");
+    folder.script("arm", "exit");
+    folder.write("fine.xml", FINE);
+    let loose = FINE.replace(
+        "</system>",
+        "</system>\n  <mission goal=\"a\"><place name=\"a\" initial=\"true\"/></mission>",
+    );
+    folder.write("loose.xml", &loose);
+    folder.write("wrong.xml", &FINE.replace("kind=\"arm\"", "kind=\"amr\""));
+    let check = |arguments: &[&str]| ended(&mut folder.armor(&[&["check"], arguments].concat()));
+    let (code, out, err) = check(&["fine.xml", "loose.xml"]);
+    assert_eq!((code, out.as_str()), (0, "fine.xml is fine\n"), "{err}");
+    assert!(err.ends_with("\n1 warning\narmor explain W0213 says more\n"), "{err}");
+    let (code, ..) = check(&["fine.xml", "loose.xml", "--strict"]);
+    assert_eq!(code, 1);
+    assert_eq!(check(&["fine.xml", "--strict"]).0, 0);
+    let (code, out, err) = check(&["loose.xml", "wrong.xml", "fine.xml"]);
+    assert_eq!((code, out.as_str()), (1, "fine.xml is fine\n"), "{err}");
+    assert!(err.contains("did you mean arm?") && err.matches("says more").count() == 1, "{err}");
+    assert!(err.ends_with("\n1 error\narmor explain E0105 says more\n"), "{err}");
+    let (code, out, err) = check(&["loose.xml", "wrong.xml", "--format", "json"]);
+    assert_eq!((code, err.as_str()), (1, ""), "{out}");
+    let codes: Vec<String> = out
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON Lines"))
+        .map(|finding| format!("{}:{}", finding["file"], finding["code"]).replace('"', ""))
+        .collect();
+    assert_eq!(codes, ["loose.xml:W0213", "wrong.xml:E0105"]);
+    assert_eq!(check(&[]).0, 2);
+}
+
+#[test]
+fn a_file_that_a_parameter_needs_must_be_there() {
+    let folder = Folder::new("needs");
+    let system = r#"<component name="player" kind="carmen-player"><parameter name="file" value="run.log"/></component>"#;
+    folder.write("a.xml", &format!("<armor version=\"1\"><system>{system}</system></armor>"));
+    let (code, _, err) = ended(&mut folder.armor(&["check", "a.xml"]));
+    assert!(code == 0 && err.contains("warning[W0118]: player.file names run.log"), "{err}");
+    let (_, _, err) = ended(&mut folder.armor(&["check", "a.xml", "--set", "player.file=other"]));
+    assert!(err.contains("W0118") && err.contains("player.file=other"), "{err}");
+    folder.write("run.log", "");
+    let (_, _, err) = ended(&mut folder.armor(&["check", "a.xml"]));
+    assert!(!err.contains("W0118"), "{err}");
+}
+
+/// What the page of a code shows as printed.
+fn shown(code: &str) -> String {
+    let page = format!("{}/../docs/errors/{code}.md", env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(page).expect("a page");
+    let block = page.split("```text\n").nth(1).expect("a block of what is printed");
+    block.split("```").next().expect("its end").to_owned()
+}
+
+#[test]
+fn component_directories_are_found_wanting_as_their_pages_show() {
+    let manifest = |version: u32, kind: &str| {
+        let rest = r#""summary":"x","inputs":[],"outputs":[],"parameters":[]"#;
+        format!("#!/bin/sh\necho '{{\"armor_manifest\":{version},\"kind\":\"{kind}\",{rest}}}'\n")
+    };
+    let twice = |kind: &'static str| {
+        move |folder: &Folder| {
+            folder.executable("components/one", &manifest(1, kind));
+            folder.executable("components/two", &manifest(1, kind));
+        }
+    };
+    let arm = |text: String| move |folder: &Folder| folder.executable("components/arm", &text);
+    let dangling = |folder: &Folder| {
+        let components = folder.path().join("components");
+        std::fs::create_dir_all(&components).expect("a folder");
+        std::os::unix::fs::symlink("gone", components.join("arm")).expect("a link");
+    };
+    let cases: [(&str, Box<dyn Fn(&Folder)>); 8] = [
+        ("W0119", Box::new(arm("#!/bin/sh\necho hello\n".into()))),
+        ("E0124", Box::new(twice("arm"))),
+        ("E0125", Box::new(|_| {})),
+        ("W0126", Box::new(arm("#!/bin/sh\nsleep 600\n".into()))),
+        ("W0127", Box::new(arm(manifest(2, "arm")))),
+        ("W0128", Box::new(arm("an arm\n".into()))),
+        ("W0129", Box::new(dangling)),
+        ("W0130", Box::new(twice("hand"))),
+    ];
+    for (code, prepare) in cases {
+        let folder = Folder::new(code);
+        folder.write("robot.xml", FINE);
+        prepare(&folder);
+        let mut arguments = vec!["check", "robot.xml"];
+        if code == "E0125" {
+            arguments.extend(["--components", "parts"]);
+        }
+        let (_, _, err) = ended(&mut folder.armor(&arguments));
+        let here = folder.path().canonicalize().expect("it is there");
+        let said = err.replace(&format!("{}/", here.display()), "");
+        assert!(
+            said.contains(&shown(code)),
+            "{code}: the page shows\n{}\nbut\n{said}",
+            shown(code)
+        );
+    }
+}
+
+#[test]
+fn every_finding_is_explained() {
+    let folder = Folder::new("explain");
+    let explain =
+        |arguments: &[&str]| ended(&mut folder.armor(&[&["explain"], arguments].concat()));
+    let (code, out, _) = explain(&["e0104"]);
+    assert!(code == 0 && out.starts_with("# E0104: an input is fed twice\n"), "{out}");
+    let (code, out, _) = explain(&[]);
+    assert!(code == 0 && out.contains("\nW0213  no safe place\n"), "{out}");
+    for line in explain(&["--format", "json"]).1.lines() {
+        let listed: serde_json::Value = serde_json::from_str(line).expect("JSON Lines");
+        assert!(listed["title"].is_string() && listed["severity"].is_string(), "{line}");
+    }
+    let (code, _, err) = explain(&["E9999"]);
+    assert!(code == 1 && err.contains("armor explain"), "{err}");
+}
+
 #[test]
 fn every_kind_is_described() {
     let folder = Folder::new("describe");

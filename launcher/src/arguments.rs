@@ -40,8 +40,13 @@ pub enum Format {
 pub enum Command {
     /// Start a system and its mission, watch it, stop it in order.
     Run(Run),
-    /// Check a file and print all findings.
+    /// Check files and print all findings.
     Check(Check),
+    /// Explain a finding of `armor check` by its code. Without CODE: list them.
+    Explain {
+        /// Such as E0103.
+        code: Option<String>,
+    },
     /// Lay files out in the one way: indentation, spaces, blank lines. What they say stays.
     Fmt(Fmt),
     /// Show the processes of a running system.
@@ -123,8 +128,12 @@ pub struct Run {
 
 #[derive(Args, Debug)]
 pub struct Check {
-    /// The system or mission file.
-    pub file: PathBuf,
+    /// The system and mission files.
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Fail on warnings too.
+    #[arg(long)]
+    pub strict: bool,
     /// Give a parameter another value than the file does.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,

@@ -1,11 +1,14 @@
-//! `armor check FILE`: the whole proof of a file, and all findings at once.
+//! `armor check FILE...`: the whole proof of a file, and all findings at once.
 
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use armor_executive::{PLAYED, Plan};
-use armor_missions::{Colours, Configuration, Finding, Override, Reading};
+use armor_missions::{
+    Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
+    needed_paths,
+};
 
 use crate::arguments::{self, Format};
 use crate::exit::Ending;
@@ -19,26 +22,33 @@ pub struct Checked {
     pub catalogue: Catalogue,
 }
 
-/// Prints the findings; fails on errors.
+/// Prints the findings of each file; fails on errors, and on warnings if it is to be strict.
 ///
 /// # Errors
-/// If the component directories cannot be read.
+/// If a stock component is broken, or the current folder is gone.
 pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
-    let checked = load(&arguments.file, &arguments.overrides, &arguments.kinds)?;
-    checked.print_problems(format);
-    if checked.accepted().is_none() {
-        return Ok(Ending::Failed);
+    let mut ending = Ending::Fine;
+    let mut gravest = None;
+    for file in &arguments.files {
+        let checked = load(file, &arguments.overrides, &arguments.kinds)?;
+        let findings = &checked.reading.findings;
+        print(findings, format);
+        gravest = gravest.into_iter().chain(self::gravest(findings)).min_by_key(|c| c.severity());
+        let warnings = findings.count(Severity::Warning);
+        if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
+            ending = Ending::Failed;
+        } else if warnings == 0 && format != Format::Json {
+            println!("{} is fine", file.display());
+        }
     }
-    if format != Format::Json {
-        println!("{} is fine", arguments.file.display());
-    }
-    Ok(Ending::Fine)
+    hint(gravest, format);
+    Ok(ending)
 }
 
 /// Reads the file and checks it against every kind there is.
 ///
 /// # Errors
-/// If the component directories cannot be read. What is wrong with the file is in the findings.
+/// As [`run`]. What is wrong with the file is in the findings.
 pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Checked> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
     let mut reading = armor_missions::load(file);
@@ -47,9 +57,13 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     let files = reading.files.clone();
     let catalogue = Catalogue::gather(&kinds.directories, files.iter().map(AsRef::as_ref))?;
     reading.findings.extend(catalogue.findings(reading.configuration.as_ref()));
-    let mut reading = armor_missions::check(reading, &overrides, Some(&catalogue.manifests()));
+    let manifests = catalogue.manifests();
+    let mut reading = armor_missions::check(reading, &overrides, Some(&manifests));
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
+        let needed = needed_paths(configuration, &manifests);
+        let missing = needed.iter().filter(|needed| !needed.path.exists());
+        reading.findings.extend(missing.map(NeededPath::missing));
     }
     // What only the executive can say of a mission, it says of one that is sound otherwise.
     if reading.is_valid()
@@ -58,6 +72,7 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     {
         reading.findings.extend(findings);
     }
+    reading.findings.sort();
     Ok(Checked { reading, catalogue })
 }
 
@@ -80,16 +95,36 @@ impl Checked {
         self.reading.configuration.as_ref().filter(|_| self.reading.is_valid())
     }
 
-    /// Prints what was found: for people on stderr, for programs as JSON Lines on stdout.
+    /// Prints what is worth stopping at: errors and warnings.
     pub fn print_problems(&self, format: Format) {
-        let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
-        // Whoever closed the stream does not want to know.
-        let _ = if format == Format::Json {
-            self.reading.findings.iter().try_for_each(|finding| writeln!(out, "{}", json(finding)))
-        } else {
-            let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
-            write!(err, "{}", self.reading.findings.render(colours))
-        };
+        let problems = self.reading.findings.without_notes();
+        print(&problems, format);
+        hint(gravest(&problems), format);
+    }
+}
+
+/// Prints findings: for people on stderr, for programs as JSON Lines on stdout.
+fn print(findings: &Findings, format: Format) {
+    let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
+    // Whoever closed the stream does not want to know.
+    let _ = if format == Format::Json {
+        findings.iter().try_for_each(|finding| writeln!(out, "{}", json(finding)))
+    } else {
+        let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
+        write!(err, "{}", findings.render(colours))
+    };
+}
+
+/// The code of the first error, or else of the first warning.
+fn gravest(findings: &Findings) -> Option<Code> {
+    let codes = findings.iter().map(|finding| finding.code);
+    codes.filter(|code| code.severity() != Severity::Note).min_by_key(|code| code.severity())
+}
+
+/// Says once where there is more to read.
+fn hint(code: Option<Code>, format: Format) {
+    if let Some(code) = code.filter(|_| format != Format::Json) {
+        let _ = writeln!(std::io::stderr(), "armor explain {} says more", code.as_str());
     }
 }
 

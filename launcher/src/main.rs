@@ -8,6 +8,7 @@ mod arguments;
 mod check;
 mod daemon;
 mod exit;
+mod explain;
 mod fmt;
 mod guard;
 mod kinds;
@@ -45,6 +46,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
     let ending = match command {
         Command::Run(arguments) => run::run(&arguments, format)?,
         Command::Check(arguments) => check::run(&arguments, format)?,
+        Command::Explain { code } => explain::run(code.as_deref(), format)?,
         Command::Fmt(arguments) => fmt::run(&arguments, format)?,
         Command::Ps(running) => look::ps::run(&running, format)?,
         Command::Describe(arguments) => look::describe::run(&arguments, format)?,

@@ -180,12 +180,24 @@ impl Findings {
         self.list.len() >= MAX_FINDINGS
     }
 
-    /// Sorts by file and place and says how many were left out.
-    pub(crate) fn finish(mut self) -> Self {
-        let key = |finding: &Finding| {
+    /// The errors and warnings among them.
+    #[must_use]
+    pub fn without_notes(&self) -> Self {
+        let kept = self.list.iter().filter(|finding| finding.severity() != Severity::Note);
+        Self { list: kept.cloned().collect(), left_out: 0 }
+    }
+
+    /// Sorts by file and place; what is about no text goes first, that others were left out last.
+    pub fn sort(&mut self) {
+        let place = |finding: &Finding| {
             finding.at.as_ref().map(|at| (at.source.path().to_path_buf(), at.span, finding.code))
         };
-        self.list.sort_by_key(key);
+        self.list.sort_by_key(|finding| (finding.code == Code::More, place(finding)));
+    }
+
+    /// Sorts and says how many were left out.
+    pub(crate) fn finish(mut self) -> Self {
+        self.sort();
         if self.left_out > 0 {
             let message = match self.left_out {
                 1 => "1 more finding was left out".to_owned(),

@@ -63,7 +63,7 @@ impl Findings {
 }
 
 impl Finding {
-    /// This finding in several lines.
+    /// This finding in several lines; a note without those of the file.
     pub fn render(&self, colours: Colours) -> String {
         let style = match self.severity() {
             Severity::Error => "1;31",
@@ -76,8 +76,12 @@ impl Finding {
             format!("{}: {}\n", colours.paint(style, &head), colours.paint("1", &message));
         let related = self.related.iter().map(|(at, _)| at);
         let lines = self.at.iter().chain(related).map(|at| at.line_column().0);
-        let margin = lines.max().map_or(0, |line| line.to_string().len());
-        if let Some(at) = &self.at {
+        let mut margin = lines.max().map_or(0, |line| line.to_string().len());
+        if let (Some(at), Severity::Note) = (&self.at, self.severity()) {
+            // A note is not to bury what matters: it says where, and shows no lines.
+            margin = 0;
+            let _ = writeln!(out, " {} {at}", colours.paint("1;34", "-->"));
+        } else if let Some(at) = &self.at {
             Snippet { at, margin, arrow: "-->", mark: ("^", style), label: "" }
                 .write(&mut out, colours);
         }

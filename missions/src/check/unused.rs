@@ -73,7 +73,7 @@ impl<'a> Used<'a> {
         if !unused.is_empty() {
             let message = format!("nothing takes {}", unused.join(", "));
             let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);
-            findings.push(finding.remedy("link them if they are needed; otherwise all is well"));
+            findings.push(finding.remedy("link what is needed; if nothing is, all is well"));
         }
     }
 }
