@@ -102,7 +102,8 @@ fn option_of(exhausted: Exhausted) -> &'static str {
         Exhausted::States => "max-states",
         Exhausted::Memory => "max-memory",
         Exhausted::Time => "time-limit",
-        Exhausted::Tokens => "max-tokens",
+        Exhausted::Tokens => "tokens",
+        Exhausted::Scale => "times",
     }
 }
 

@@ -3,11 +3,14 @@
 //!
 //! The untimed analysis ([`explore`], [`invariants`], [`boundedness`]) looks at tokens alone:
 //! intervals, priorities, classes and gates only take behaviour away, so what it excludes never
-//! happens in a run. Time is looked at by state classes.
+//! happens in a run. [`classes`] and [`durations`] look at time.
 
 pub mod boundedness;
 pub mod budget;
+pub mod classes;
 pub mod components;
+mod domain;
+pub mod durations;
 mod elimination;
 pub mod explore;
 pub mod invariants;

@@ -41,4 +41,7 @@ pub enum Exhausted {
     /// A place would hold more than 4,294,967,295 tokens.
     #[error("a place would hold more tokens than can be counted")]
     Tokens,
+    /// The times of the net, in their common unit, are more than can be counted.
+    #[error("times too far apart to be counted in one unit")]
+    Scale,
 }

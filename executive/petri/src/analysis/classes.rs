@@ -1,0 +1,204 @@
+//! The graph of state classes of a time Petri net: a marking with all that can be said of when
+//! its enabled transitions fire (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). It has
+//! the markings and firing sequences of the timed net, and is finite if that is bounded.
+//!
+//! Priorities and classes are not looked at, and gates open when they like: what is excluded never
+//! happens in a run.
+
+use super::budget::{Budget, Exhausted};
+use super::domain::{Domain, Times};
+use super::rules::Rules;
+use crate::net::{Net, TransitionId};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::rc::Rc;
+
+/// State classes in breadth-first order, 0 being the initial one.
+#[derive(Debug)]
+pub struct Classes {
+    classes: Vec<Rc<Class>>,
+    parents: Vec<(u32, TransitionId)>,
+    /// Per class, its firings.
+    successors: Vec<Vec<(TransitionId, u32)>>,
+    edges: u64,
+}
+
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Class {
+    marking: Box<[u32]>,
+    domain: Domain,
+}
+
+impl Classes {
+    /// How many classes there are.
+    pub fn classes(&self) -> u64 {
+        self.classes.len() as u64
+    }
+
+    /// How many firings there are: pairs of a class and a transition that can fire first in it.
+    pub fn edges(&self) -> u64 {
+        self.edges
+    }
+
+    /// How many markings there are.
+    pub fn markings(&self) -> u64 {
+        let markings: std::collections::HashSet<_> =
+            self.classes.iter().map(|class| &class.marking).collect();
+        markings.len() as u64
+    }
+
+    /// Tokens per place in a class.
+    pub fn marking(&self, class: u32) -> &[u32] {
+        &self.classes[class as usize].marking
+    }
+
+    /// What can fire first in a class, and the class after it.
+    pub fn successors(&self, class: u32) -> &[(TransitionId, u32)] {
+        &self.successors[class as usize]
+    }
+
+    /// The classes in which nothing can fire any more.
+    pub fn deadlocks(&self) -> impl Iterator<Item = u32> {
+        (0..self.successors.len() as u32).filter(|class| self.successors(*class).is_empty())
+    }
+
+    /// The transitions that never fire, of as many as the net has.
+    pub fn dead_transitions(&self, transitions: usize) -> Vec<TransitionId> {
+        let mut fired = vec![false; transitions];
+        self.successors.iter().flatten().for_each(|(id, _)| fired[id.index()] = true);
+        (0..transitions as u32).map(TransitionId).filter(|id| !fired[id.index()]).collect()
+    }
+
+    /// A firing sequence to a class, with the fewest firings.
+    pub fn way_to(&self, class: u32) -> Vec<TransitionId> {
+        let mut way = Vec::new();
+        let mut current = class;
+        while current != 0 {
+            let (parent, transition) = self.parents[current as usize];
+            way.push(transition);
+            current = parent;
+        }
+        way.reverse();
+        way
+    }
+}
+
+/// The classes of `net`, and which budget ran out, if one did.
+pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
+    let mut found =
+        Classes { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
+    let exhausted = match Firing::new(net) {
+        Ok(firing) => gather(&mut found, &firing, net, budget).err(),
+        Err(exhausted) => Some(exhausted),
+    };
+    (found, exhausted)
+}
+
+/// Bytes of a class beside its numbers: pointers, the table's entry, the way to it.
+const BYTES_BESIDE: u64 = 160;
+
+fn gather(
+    found: &mut Classes,
+    firing: &Firing,
+    net: &Net,
+    budget: &Budget<'_>,
+) -> Result<(), Exhausted> {
+    let mut numbers: HashMap<Rc<Class>, u32> = HashMap::new();
+    let marking: Box<[u32]> = net.initial().into();
+    let domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
+    let initial = Rc::new(Class { marking, domain });
+    numbers.insert(Rc::clone(&initial), 0);
+    found.classes.push(initial);
+    found.parents.push((0, TransitionId(0)));
+    let mut bytes = 0;
+    while let Some(class) = found.classes.get(found.successors.len()).cloned() {
+        let number = found.successors.len() as u32;
+        if number.is_multiple_of(256) && (budget.stop)() {
+            return Err(Exhausted::Time);
+        }
+        let mut successors = Vec::new();
+        for (transition, marking, domain) in firing.all(&class.marking, &class.domain)? {
+            let next = Rc::new(Class { marking, domain });
+            let new = found.classes.len() as u32;
+            let next_number = match numbers.entry(next) {
+                Entry::Occupied(known) => *known.get(),
+                Entry::Vacant(place) => {
+                    let size = place.key().marking.len() as u64 * 4 + place.key().domain.bytes();
+                    bytes += size + BYTES_BESIDE;
+                    if u64::from(new) >= budget.states {
+                        return Err(Exhausted::States);
+                    }
+                    if bytes > budget.memory_bytes {
+                        return Err(Exhausted::Memory);
+                    }
+                    found.classes.push(Rc::clone(place.key()));
+                    found.parents.push((number, transition));
+                    *place.insert(new)
+                }
+            };
+            successors.push((transition, next_number));
+            bytes += 8;
+        }
+        found.edges += successors.len() as u64;
+        found.successors.push(successors);
+    }
+    Ok(())
+}
+
+/// The timed firing rule between classes.
+pub(super) struct Firing {
+    pub rules: Rules,
+    pub times: Times,
+    /// Per transition, the places it takes from, with how many, and those it empties.
+    taking: Vec<(Vec<(u32, u32)>, Vec<u32>)>,
+}
+
+/// A firing, the marking after it and the domain after it.
+pub(super) type Fired = (TransitionId, Box<[u32]>, Domain);
+
+impl Firing {
+    pub fn new(net: &Net) -> Result<Self, Exhausted> {
+        let taking = net.transitions().iter().map(|t| {
+            let inputs = t.inputs.iter().map(|(place, weight)| (place.0, *weight)).collect();
+            (inputs, t.resets.iter().map(|place| place.0).collect())
+        });
+        Ok(Self { rules: Rules::new(net), times: Times::of(net)?, taking: taking.collect() })
+    }
+
+    /// The transitions that a marking enables, in order.
+    pub fn enabled(&self, marking: &[u32]) -> Vec<u32> {
+        let mut enabled = Vec::new();
+        self.rules.for_each_enabled(marking, |transition| enabled.push(transition));
+        enabled.sort_unstable();
+        enabled
+    }
+
+    /// All that can fire first in a class.
+    pub fn all(&self, marking: &[u32], domain: &Domain) -> Result<Vec<Fired>, Exhausted> {
+        let enabled = self.enabled(marking);
+        let mut fired = Vec::new();
+        for (index, &transition) in enabled.iter().enumerate() {
+            if !domain.can_be_first(index + 1, enabled.len()) {
+                continue;
+            }
+            let mut between = marking.to_vec();
+            let (inputs, resets) = &self.taking[transition as usize];
+            inputs.iter().for_each(|(place, weight)| between[*place as usize] -= weight);
+            resets.iter().for_each(|place| between[*place as usize] = 0);
+            let mut after = marking.to_vec();
+            self.rules.rule(transition).fire(&mut after).ok_or(Exhausted::Tokens)?;
+            // A clock goes on if its transition was enabled all the while, tokens taken and not
+            // yet put included, and did not fire itself.
+            let persists = |other: u32| {
+                let old = enabled.binary_search(&other).ok()?;
+                let goes_on = other != transition && self.rules.rule(other).enabled(&between);
+                goes_on.then_some(old + 1)
+            };
+            let then: Vec<_> =
+                self.enabled(&after).into_iter().map(|other| (other, persists(other))).collect();
+            let domain = domain.after(&self.times, index + 1, enabled.len(), &then);
+            fired.push((TransitionId(transition), after.into(), domain));
+        }
+        Ok(fired)
+    }
+}

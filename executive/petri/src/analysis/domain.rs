@@ -1,0 +1,182 @@
+//! Firing domains: when the enabled transitions may fire, as differences between their moments
+//! (Berthomieu and Diaz, 1991), in whole units of time that the net's own intervals give.
+
+use super::budget::Exhausted;
+use crate::net::Net;
+use std::time::Duration;
+
+/// No bound.
+pub(super) const NEVER: i64 = i64::MAX;
+/// Longest time in units: sums of a few stay far from overflow.
+const LONGEST: i64 = i64::MAX / 1024;
+
+/// The intervals of a net in whole units.
+#[derive(Clone, Debug)]
+pub(super) struct Times {
+    /// Earliest and latest per transition.
+    pub intervals: Vec<(i64, i64)>,
+    unit_ns: u128,
+}
+
+impl Times {
+    /// A gate may open at any moment, so a gated transition has no latest one.
+    ///
+    /// # Errors
+    /// If the times are too far apart to be counted in one unit.
+    pub fn of(net: &Net) -> Result<Self, Exhausted> {
+        let finite = net.transitions().iter().flat_map(|t| {
+            let latest = t.interval.latest.filter(|_| !t.gated);
+            [Some(t.interval.earliest), latest].into_iter().flatten()
+        });
+        let unit_ns = finite.map(|time| time.as_nanos()).fold(0, gcd).max(1);
+        let units = |time: Duration| {
+            let units = i64::try_from(time.as_nanos() / unit_ns).ok().filter(|n| *n <= LONGEST);
+            units.ok_or(Exhausted::Scale)
+        };
+        let interval = |t: &crate::net::Transition| {
+            let latest = t.interval.latest.filter(|_| !t.gated);
+            Ok((units(t.interval.earliest)?, latest.map_or(Ok(NEVER), units)?))
+        };
+        let intervals = net.transitions().iter().map(interval).collect::<Result<_, _>>()?;
+        Ok(Self { intervals, unit_ns })
+    }
+
+    /// A number of units as a time.
+    pub fn duration(&self, units: i64) -> Duration {
+        let ns = u128::from(units.max(0).unsigned_abs()) * self.unit_ns;
+        let seconds = u64::try_from(ns / 1_000_000_000).unwrap_or(u64::MAX);
+        Duration::new(seconds, (ns % 1_000_000_000) as u32)
+    }
+}
+
+fn gcd(a: u128, b: u128) -> u128 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Upper bounds of differences, tight: entry `x, y` bounds moment x minus moment y. Number 0 is
+/// now; then come the enabled transitions in order; and last, where it is asked for, the beginning.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Domain {
+    size: usize,
+    bounds: Box<[i64]>,
+}
+
+impl Domain {
+    /// All of `enabled` fresh, and the beginning being now if `with_beginning`.
+    pub fn fresh(times: &Times, enabled: &[u32], with_beginning: bool) -> Self {
+        let size = 1 + enabled.len() + usize::from(with_beginning);
+        let mut domain = Self { size, bounds: vec![0; size * size].into() };
+        for (index, transition) in enabled.iter().enumerate() {
+            let (earliest, latest) = times.intervals[*transition as usize];
+            domain.set(index + 1, 0, latest);
+            domain.set(0, index + 1, -earliest);
+        }
+        domain.join_by_now(1..size);
+        domain
+    }
+
+    #[inline]
+    pub fn at(&self, x: usize, y: usize) -> i64 {
+        self.bounds[x * self.size + y]
+    }
+
+    #[inline]
+    fn set(&mut self, x: usize, y: usize, bound: i64) {
+        self.bounds[x * self.size + y] = bound;
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.bounds.len() as u64 * 8
+    }
+
+    /// Whether the transition at `fired` can be the first of `enabled` many.
+    pub fn can_be_first(&self, fired: usize, enabled: usize) -> bool {
+        (1..=enabled).all(|other| self.at(other, fired) >= 0)
+    }
+
+    /// The domain after the transition at `fired` was the first: of `after`, each either goes on
+    /// from a place here or is fresh. The beginning, if there is one here, goes on.
+    pub fn after(
+        &self,
+        times: &Times,
+        fired: usize,
+        enabled: usize,
+        after: &[(u32, Option<usize>)],
+    ) -> Self {
+        let beginning = (self.size > enabled + 1).then_some(enabled + 1);
+        let size = 1 + after.len() + usize::from(beginning.is_some());
+        let mut next = Self { size, bounds: vec![0; size * size].into() };
+        let old: Vec<Option<usize>> =
+            after.iter().map(|a| a.1).chain(beginning.map(Some)).collect();
+        for (index, old) in old.iter().enumerate() {
+            let (upper, lower) = match old {
+                Some(old) => {
+                    // Everybody still enabled fires no earlier than the one that fired.
+                    let first = (1..=enabled).map(|other| self.at(other, *old)).min();
+                    (self.at(*old, fired), first.unwrap_or(0))
+                }
+                None => {
+                    let (earliest, latest) = times.intervals[after[index].0 as usize];
+                    (latest, -earliest)
+                }
+            };
+            next.set(index + 1, 0, upper);
+            next.set(0, index + 1, lower);
+        }
+        next.join_by_now(1..size);
+        for (x, old_x) in old.iter().enumerate() {
+            for (y, old_y) in old.iter().enumerate() {
+                if let (Some(old_x), Some(old_y)) = (old_x, old_y) {
+                    let bound = next.at(x + 1, y + 1).min(self.at(*old_x, *old_y));
+                    next.set(x + 1, y + 1, bound);
+                }
+            }
+        }
+        next
+    }
+
+    fn join_by_now(&mut self, range: std::ops::Range<usize>) {
+        for x in range.clone() {
+            for y in range.clone().filter(|y| *y != x) {
+                self.set(x, y, plus(self.at(x, 0), self.at(0, y)));
+            }
+        }
+    }
+
+    /// The beginning's own row and column taken out: the domain without it, and the row.
+    pub fn split_beginning(&self) -> (Self, Vec<i64>, Vec<i64>) {
+        let size = self.size - 1;
+        let core = (0..size).flat_map(|x| (0..size).map(move |y| (x, y)));
+        let core = core.map(|(x, y)| self.at(x, y)).collect();
+        let row = (0..size).map(|y| self.at(size, y)).collect();
+        let column = (0..size).map(|x| self.at(x, size)).collect();
+        (Self { size, bounds: core }, row, column)
+    }
+
+    /// Forgets how long ago the beginning can have been at most: as if it could be any longer.
+    pub fn forget_latest(&mut self) {
+        let beginning = self.size - 1;
+        (0..beginning).for_each(|x| self.set(x, beginning, NEVER));
+    }
+
+    /// Forgets how long ago the beginning must have been at least.
+    pub fn forget_earliest(&mut self) {
+        let beginning = self.size - 1;
+        (0..beginning).for_each(|y| self.set(beginning, y, NEVER));
+    }
+
+    /// How long ago the beginning was at least.
+    pub fn elapsed_at_least(&self) -> i64 {
+        -self.at(self.size - 1, 0)
+    }
+
+    /// How long ago the beginning was at most; [`NEVER`] without end.
+    pub fn elapsed_at_most(&self) -> i64 {
+        self.at(0, self.size - 1)
+    }
+}
+
+/// A sum of bounds; elapsed time that grows beyond counting counts as without end.
+fn plus(a: i64, b: i64) -> i64 {
+    if a == NEVER || b == NEVER { NEVER } else { a.saturating_add(b).max(-LONGEST * 4) }
+}
