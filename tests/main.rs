@@ -6,6 +6,7 @@ mod gathering;
 mod launcher;
 mod manifests;
 mod missions;
+mod mutations;
 mod new_component;
 mod parameters;
 mod resilience;

@@ -1,0 +1,118 @@
+//! What a running system says of its configuration: the state that configd publishes, and its answers.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use armor_sdk::directory::Directory;
+use armor_sdk::tap::Tap;
+use armor_wire::codec;
+use armor_wire::config::{ConfigurationState, ListedParameter, Reply, Request};
+use armor_wire::frame::{self, FrameKind, FrameReader};
+use armor_wire::hello::{self, Hello, Purpose};
+use armor_wire::keep::Keep;
+
+use crate::fixture::{DEADLINE, Run, wait_for};
+
+/// Looks at one run.
+pub struct Observer {
+    directory: Directory,
+    states: Receiver<(Instant, ConfigurationState)>,
+    configd: SocketAddr,
+}
+
+impl Observer {
+    /// Waits until there is something to be seen.
+    pub fn of(run: &Run) -> Self {
+        let registry: SocketAddr = wait_for("the registry", || {
+            let command = run.children().into_iter().map(command_of);
+            command.into_iter().find(|words| words.get(1).is_some_and(|word| word == "registry"))?
+                [3]
+            .parse()
+            .ok()
+        });
+        let directory = Directory::observer(&registry.to_string(), "observer");
+        let configd = wait_for("configd", || {
+            let all = directory.list(Duration::from_secs(2)).ok()?.components;
+            all.into_iter().find(|entry| entry.name == "configd")?.endpoint.parse().ok()
+        });
+        let (sender, states) = channel();
+        let mut tap = Tap::open(&directory, "configuration.state", Keep::All, DEADLINE)
+            .expect("the state is published");
+        std::thread::spawn(move || {
+            while let Ok(data) = tap.next(Duration::from_secs(1)) {
+                let now = Instant::now();
+                let Some(data) = data else { continue };
+                assert_eq!(data.lost, 0, "states were lost");
+                let state = codec::decode(&data.payload).expect("as its schema says");
+                if sender.send((now, state)).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { directory, states, configd }
+    }
+
+    /// The next state, with the time at which it came.
+    pub fn state(&self, within: Duration) -> Option<(Instant, ConfigurationState)> {
+        self.states.recv_timeout(within).ok()
+    }
+
+    /// The components with their processes.
+    pub fn processes(&self) -> Vec<(String, u32)> {
+        let all = self.directory.list(DEADLINE).expect("the registry answers").components;
+        let all = all.into_iter().filter(|entry| entry.kind != "configuration");
+        all.map(|entry| (entry.name, entry.pid)).collect()
+    }
+
+    /// What configd answers: the version in force, whether the file is refused, all parameters.
+    pub fn parameters(&self) -> (u64, bool, Vec<ListedParameter>) {
+        let mut all = Vec::new();
+        loop {
+            let from = u32::try_from(all.len()).expect("few");
+            match self.ask(&Request::List { request: 1, component: None, from }) {
+                Reply::Listed { version, refused, parameters, total, .. } => {
+                    all.extend(parameters);
+                    if all.len() >= total as usize {
+                        return (version, refused, all);
+                    }
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    /// Connects, asks once, and leaves.
+    fn ask(&self, request: &Request) -> Reply {
+        let mut stream = TcpStream::connect(self.configd).expect("configd listens");
+        stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        let hello = Hello::new("observer", 1, Purpose::Config);
+        let hello = frame::to_bytes(FrameKind::Hello, &hello).expect("it fits");
+        let request = frame::to_bytes(FrameKind::Control, request).expect("it fits");
+        stream.write_all(&[hello, request].concat()).expect("it is taken");
+        let (mut frames, mut welcome) = (FrameReader::new(), false);
+        loop {
+            while let Some(frame) = frames.next_frame().expect("frames") {
+                match frame.kind {
+                    FrameKind::Beat => {}
+                    _ if !welcome => {
+                        welcome = hello::read_answer(&frame).map(|_| true).expect("yes");
+                    }
+                    _ => match codec::decode_control(frame.body).expect("a reply") {
+                        Reply::Beat => {}
+                        reply => return reply,
+                    },
+                }
+            }
+            let read = stream.read(frames.space()).expect("an answer");
+            assert!(read > 0, "closed without an answer");
+            frames.filled(read);
+        }
+    }
+}
+
+fn command_of(pid: i32) -> Vec<String> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    text.split('\0').map(String::from).collect()
+}
