@@ -13,7 +13,8 @@ use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
 
 pub use armor_wire::control::{
-    Answer, Command, InputStatus, LinkStatus, OutputStatus, ReportKind, Role, RunState, Status,
+    Answer, Command, InputStatus, LinkStatus, Order, OutputStatus, ReportKind, Role, RunState,
+    Status, TokenMove,
 };
 
 use crate::session::{self, Writer};
@@ -57,9 +58,20 @@ impl ControlConnection {
         entry: &ComponentEntry,
         role: Role,
         from: &str,
+        sink: impl FnMut(ControlEvent) + Send + 'static,
+    ) -> Result<Self, ConnectError> {
+        Self::connect_as(entry, role, from, fresh_instance(), sink)
+    }
+
+    /// The same for a process that is known by its `instance` over all its connections.
+    pub(crate) fn connect_as(
+        entry: &ComponentEntry,
+        role: Role,
+        from: &str,
+        instance: u64,
         mut sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
-        let hello = Hello::new(from, fresh_instance(), Purpose::Control { role });
+        let hello = Hello::new(from, instance, Purpose::Control { role });
         let dialled = socket::dial_component(entry, &hello, Transport::Auto)?;
         let unreachable =
             |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };

@@ -58,6 +58,8 @@ pub mod directory;
 pub mod log;
 pub mod messages;
 pub mod node;
+pub mod operator;
+pub mod orders;
 pub mod tap;
 
 pub use armor::{Armor, DeclareError, SendError};

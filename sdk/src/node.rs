@@ -2,13 +2,16 @@
 //! and whatever tool wants to be seen.
 
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
+use armor_wire::control::Answer;
 use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
 use crate::armor::Armor;
 use crate::component::Fault;
 use crate::directory::Directory;
+use crate::orders::OrderEvent;
 use crate::service;
 use crate::shared::Shared;
 use crate::socket::{self, fresh_instance};
@@ -65,6 +68,17 @@ impl Node {
     /// Its connection to the registry.
     pub fn directory(&self) -> &Directory {
         self.shared.directory()
+    }
+
+    /// From now on operators may give orders to this process, in the order they arrive; without it
+    /// they are refused. Each wants [`Self::answer`].
+    pub fn orders(&self) -> Receiver<OrderEvent> {
+        self.shared.desk.take()
+    }
+
+    /// Answers order number `request` on the connection it came on. Who has left does not hear it.
+    pub fn answer(&self, connection: u64, request: u64, accepted: bool, text: String) {
+        self.shared.answer_order(connection, Answer::Ordered { request, accepted, text });
     }
 
     /// Whether somebody has ordered this process to end.

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::thread::Thread;
 
-use armor_wire::control::{ReportKind, RunState, Status};
+use armor_wire::control::{Answer, ReportKind, RunState, Status};
 use armor_wire::manifest::ParameterManifest;
 use armor_wire::message::Message;
 use rustix::event::{EventfdFlags, eventfd};
@@ -20,6 +20,7 @@ use crate::configuration::Asking;
 use crate::directory::Directory;
 use crate::faults::Faults;
 use crate::link::{Input, Output, Sent};
+use crate::orders::OrderDesk;
 use crate::parameter::Value;
 
 /// Reports that wait for an executive. Events beyond it are dropped, oldest first, and logged.
@@ -89,6 +90,8 @@ pub(crate) struct Shared {
     exec_calls: AtomicU64,
     gathered: AtomicBool,
     last_error: Mutex<String>,
+    /// What operators order.
+    pub desk: OrderDesk,
     /// What strangers did wrong.
     pub faults: Arc<Faults>,
 }
@@ -142,6 +145,7 @@ impl Shared {
             exec_calls: AtomicU64::new(0),
             gathered: AtomicBool::new(false),
             last_error: Mutex::default(),
+            desk: OrderDesk::default(),
             faults: Arc::default(),
         })
     }
@@ -198,6 +202,12 @@ impl Shared {
                 self.wake_service();
             }
         }
+    }
+
+    /// Answers an operator's order.
+    pub fn answer_order(&self, connection: u64, answer: Answer) {
+        self.desk.answer(connection, answer);
+        self.wake_service();
     }
 
     /// Whether frames are being gathered right now.

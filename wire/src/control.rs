@@ -1,9 +1,13 @@
 //! What is said on a control connection to a component: the executive's commands, the component's
-//! reports, and what observers want to know.
+//! reports, what observers want to know, and what an operator orders of the executive.
+
+mod order;
 
 use serde::Serialize;
 
 use crate::Message;
+
+pub use order::{MAX_AUTHOR_LEN, MAX_MOVES, MAX_ORDER_NAME_LEN, Order, OrderFault, TokenMove};
 
 /// By what right a control connection is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
@@ -15,6 +19,8 @@ pub enum Role {
     Launcher,
     /// Looks.
     Observer,
+    /// Commands the mission: gives orders to the executive.
+    Operator,
 }
 
 /// What a component is doing.
@@ -62,6 +68,18 @@ pub enum Command {
     },
     /// "I am alive."
     Beat,
+    /// From an operator to the executive. Answered by `Ordered`.
+    Order {
+        /// Names the order wherever it is told again, on another connection too: drawn at random,
+        /// not 0. Who repeats an order gets its answer again.
+        request: u64,
+        /// Who gives it: a person, such as `ruth@station`.
+        author: String,
+        /// Whether to take the command over from whoever holds it.
+        take: bool,
+        /// What is to be done.
+        order: Order,
+    },
 }
 
 /// From a component.
@@ -97,6 +115,15 @@ pub enum Answer {
     Beat {
         /// How long the running call of user code has taken, in seconds; 0 if none runs.
         call_s: f64,
+    },
+    /// What became of an order.
+    Ordered {
+        /// The order.
+        request: u64,
+        /// Whether it is carried out.
+        accepted: bool,
+        /// What follows from it, or why it is refused.
+        text: String,
     },
 }
 

@@ -186,6 +186,15 @@ fn report() -> control::Answer {
     control::Answer::Report { report: 1, activation: 2, outcome }
 }
 
+fn order() -> control::Command {
+    let order = control::Order::Fire { transition: "recall".into() };
+    control::Command::Order { request: 9, author: "ruth@station".into(), take: false, order }
+}
+
+fn ordered() -> control::Answer {
+    control::Answer::Ordered { request: 9, accepted: true, text: "recall fires".into() }
+}
+
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -213,6 +222,8 @@ fn the_golden_vectors_are_what_we_write() {
             ("set", framed(FrameKind::Control, &set())),
             ("was-set", framed(FrameKind::Control, &was_set())),
             ("report", framed(FrameKind::Control, &report())),
+            ("order", framed(FrameKind::Control, &order())),
+            ("ordered", framed(FrameKind::Control, &ordered())),
         ],
     );
 }
@@ -251,6 +262,8 @@ fn the_golden_vectors_are_read_as_what_they_are() {
     check_read("set", FrameKind::Control, body, &set());
     check_read("was-set", FrameKind::Control, body, &was_set());
     check_read("report", FrameKind::Control, body, &report());
+    check_read("order", FrameKind::Control, body, &order());
+    check_read("ordered", FrameKind::Control, body, &ordered());
     let data = |frame: &Frame<'_>| {
         let (header, payload) = frame.data().expect("data");
         (header, codec::decode::<Sample>(payload).expect("a sample"))
@@ -283,6 +296,9 @@ fn the_limits_are_the_constants() {
         ("MAX_LABEL_LEN", schema::MAX_LABEL_LEN),
         ("MAX_UNIT_LEN", schema::MAX_UNIT_LEN),
         ("MAX_FIXED_COUNT", armor_wire::message::MAX_FIXED_COUNT),
+        ("MAX_AUTHOR_LEN", control::MAX_AUTHOR_LEN),
+        ("MAX_ORDER_NAME_LEN", control::MAX_ORDER_NAME_LEN),
+        ("MAX_MOVES", control::MAX_MOVES),
         ("MAX_TOLD", config::MAX_TOLD),
         ("MAX_TOLD_TEXT_LEN", config::MAX_TOLD_TEXT_LEN),
         ("MAX_KEEP", armor_wire::keep::MAX_KEEP as usize),

@@ -13,6 +13,7 @@ use rustix::net::{RecvFlags, SendFlags, recv, send};
 
 use super::handshake::Admitted;
 use crate::faults::Fault;
+use crate::orders::GivenOrder;
 use crate::shared::{Shared, Wanted};
 
 /// Most control connections: the executive, the launcher, and plenty of observers.
@@ -23,8 +24,11 @@ const MAX_UNSENT_LEN: usize = 4 << 20;
 struct Connection {
     stream: TcpStream,
     reader: FrameReader,
+    /// Counted in this process, for the answers to orders.
+    id: u64,
     role: Role,
     from: String,
+    instance: u64,
     liveness: Liveness,
     unsent: Vec<u8>,
     /// Reports up to this number were sent on this connection.
@@ -37,6 +41,8 @@ struct Connection {
 pub(super) struct ControlServer {
     shared: Arc<Shared>,
     connections: Vec<Connection>,
+    /// The connections there have been.
+    count: u64,
     told: (RunState, u64),
     last_beat: Instant,
     /// The call that ran at the last beat, and since when it has been seen running.
@@ -46,7 +52,8 @@ pub(super) struct ControlServer {
 impl ControlServer {
     pub fn new(shared: Arc<Shared>) -> Self {
         let told = shared.state();
-        Self { shared, connections: Vec::new(), told, last_beat: Instant::now(), call: None }
+        let (connections, last_beat) = (Vec::new(), Instant::now());
+        Self { shared, connections, count: 0, told, last_beat, call: None }
     }
 
     pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -61,17 +68,20 @@ impl ControlServer {
             report(&self.shared, &admitted.stream, Fault::Crowded, &why);
             return;
         }
-        let Admitted { stream, reader, role, from } = admitted;
+        let Admitted { stream, reader, role, from, instance } = admitted;
         if role == Role::Executive {
             // Only one commands; the newest is the one that lives.
             self.connections.retain(|connection| connection.role != Role::Executive);
         }
         let liveness = Liveness::new(self.shared.clock.monotonic());
+        self.count += 1;
         let mut connection = Connection {
             stream,
             reader,
+            id: self.count,
             role,
             from,
+            instance,
             liveness,
             unsent: Vec::new(),
             reported: 0,
@@ -108,10 +118,18 @@ impl ControlServer {
             let answer = self.state_answer(state);
             self.tell_all(&answer);
         }
+        while let Some((id, answer)) = self.shared.desk.next_answer() {
+            if let Some(connection) = self.connections.iter_mut().find(|c| c.id == id) {
+                connection.queue(&answer);
+            }
+        }
         self.beat();
         for connection in &mut self.connections {
             connection.flush();
             connection.broken |= connection.liveness.is_silent(now);
+            if connection.broken && connection.role == Role::Operator {
+                self.shared.desk.closed(connection.id);
+            }
         }
         self.connections.retain(|connection| !connection.broken);
     }
@@ -140,6 +158,14 @@ impl ControlServer {
             (Command::Status { request }, _) => {
                 let status = self.shared.status();
                 connection.queue(&Answer::Status { request, status });
+            }
+            (Command::Order { request, author, take, order }, Role::Operator) => {
+                let (from, instance) = (connection.from.clone(), connection.instance);
+                let connection = connection.id;
+                let given = GivenOrder { connection, from, instance, request, author, take, order };
+                if let Some(answer) = self.shared.desk.give(given) {
+                    self.connections[index].queue(&answer);
+                }
             }
             (Command::Beat, _) => {}
             (command, role) => {

@@ -40,6 +40,8 @@ pub(super) struct Admitted {
     pub reader: FrameReader,
     pub role: Role,
     pub from: String,
+    /// The start of the process that connects.
+    pub instance: u64,
 }
 
 pub(super) struct Handshakes {
@@ -84,10 +86,15 @@ impl Handshakes {
                 Progress::Close(fault, reason) => self.log(pending.peer, fault, &reason),
                 Progress::Refuse(refusal) => self.refuse(pending, &refusal),
                 Progress::Hello(hello) => match self.admit(*hello, &pending) {
-                    Ok(Some((role, from))) => {
-                        let Pending { stream, mut reader, .. } = pending;
+                    Ok(Some((role, from, instance))) => {
+                        let Pending { stream, mut reader, peer, .. } = pending;
                         reader.lift_limit();
-                        admitted.push(Admitted { stream, reader, role, from });
+                        let from = if peer.ip().is_loopback() {
+                            from
+                        } else {
+                            format!("{from} at {}", peer.ip())
+                        };
+                        admitted.push(Admitted { stream, reader, role, from, instance });
                     }
                     Ok(None) => {}
                     Err(refusal) => self.refuse(pending, &refusal),
@@ -97,13 +104,17 @@ impl Handshakes {
         admitted
     }
 
-    fn admit(&self, hello: Hello, pending: &Pending) -> Result<Option<(Role, String)>, Refusal> {
+    fn admit(
+        &self,
+        hello: Hello,
+        pending: &Pending,
+    ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
         match hello.purpose {
             Purpose::Link { link } => self.admit_link(&link, &hello.from, stream).map(|()| None),
             Purpose::Control { role } => {
                 self.welcome(stream, String::new(), false)?;
-                Ok(Some((role, hello.from)))
+                Ok(Some((role, hello.from, hello.instance)))
             }
             Purpose::Registry { .. } | Purpose::Config => {
                 let text = format!(
