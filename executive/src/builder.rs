@@ -38,7 +38,7 @@ impl PlanBuilder {
 
     pub(crate) fn place(&mut self, name: &str, tokens: u32, active: &[ComponentId]) -> PlaceId {
         let id = self.net.place(name, tokens);
-        self.places.push(PlannedPlace { components: active.to_vec(), on_failure: None });
+        self.places.push(PlannedPlace { components: active.to_vec(), ..PlannedPlace::default() });
         for component in active {
             self.components[component.index()].places.push(id);
         }
@@ -53,6 +53,9 @@ impl PlanBuilder {
                     peers.push(other);
                 }
             }
+        }
+        if let Some(safe) = self.safe {
+            self.places[safe.index()].safety = true;
         }
         let net = self.net.build()?;
         let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();

@@ -36,22 +36,19 @@ impl Controller {
         if let Stage::Ending(_) | Stage::Ended(_) = self.ledger.stage {
             return self.wish_at_the_end(component);
         }
-        let firings = || self.ledger.firings.values();
-        let target = |starting: bool| {
-            firings().any(|f| f.is_starting() == starting && self.plan.activates(&f.to, component))
-        };
+        let firings = || self.ledger.firings.values().filter(|f| !self.ledger.is_held(f));
+        let wanted = |to| self.ledger.activates_now(to, component);
+        let target =
+            |starting: bool| firings().any(|f| f.is_starting() == starting && wanted(&f.to));
         if firings().any(|f| f.renewing.contains(&component)) {
             // Finished, and wanted once more: it comes to rest first.
             let rested = !self.roster.of(component).may_be_active();
             return if rested && target(true) { Wish::Active } else { Wish::Frozen };
         }
-        if self.ledger.marks(component) || target(true) {
+        if self.ledger.runs(component) || target(true) {
             return Wish::Active;
         }
-        let goes_on = |f: &crate::ledger::Firing| {
-            self.plan.activates(&f.from, component) && self.plan.activates(&f.to, component)
-        };
-        if firings().any(goes_on) { Wish::Keep } else { Wish::Frozen }
+        if firings().any(|f| wanted(&f.from) && wanted(&f.to)) { Wish::Keep } else { Wish::Frozen }
     }
 
     fn wish_at_the_end(&self, component: ComponentId) -> Wish {
@@ -81,10 +78,28 @@ impl Controller {
         if !observed.controllable {
             return observed.presence == Presence::Here;
         }
+        if self.has_finished_and_rests(component) {
+            return true;
+        }
         observed.presence == Presence::Here
             && observed.doing == Doing::Active
             && observed.activation == self.ledger.activations[component.index()].number
             && observed.order.is_none_or(|order| !order.stop)
+    }
+
+    /// It reported that it has finished, and a pause brought it to rest afterwards: nothing is left
+    /// for it to do in this activation, and its report stands.
+    fn has_finished_and_rests(&self, component: ComponentId) -> bool {
+        let (observed, last) =
+            (self.roster.of(component), &self.ledger.activations[component.index()]);
+        let finished = last.open && (last.done || last.failed.is_some());
+        let wanted_anew = || self.ledger.firings.values().any(|f| f.renewing.contains(&component));
+        finished
+            && last.interrupted
+            && observed.presence == Presence::Here
+            && observed.doing.is_at_rest()
+            && observed.activation == last.number
+            && !wanted_anew()
     }
 
     /// Gives each component the command it needs, if it can take one.
@@ -121,6 +136,9 @@ impl Controller {
             return;
         }
         let decided = self.ledger.activations[component.index()].number;
+        if self.has_finished_and_rests(component) {
+            return;
+        }
         if observed.doing == Doing::Active && observed.activation != decided {
             // It runs for someone else, or for a decision that was never written down.
             self.want_off(component);

@@ -8,8 +8,7 @@ use armor_missions::{Code, Feature, Finding, Findings, Location, Spanned, System
 use armor_petri::{Interval, PlaceId};
 use std::collections::HashMap;
 
-/// What of a mission this executive plays, beyond plain ArMoR. Of [`Feature::Operator`] only that
-/// an operator's transition never fires by itself; of [`Feature::Resume`] all but `hold`.
+/// What of a mission this executive plays, beyond plain ArMoR.
 pub const PLAYED: &[Feature] = &[
     Feature::Interval,
     Feature::Priority,
@@ -49,9 +48,11 @@ impl Plan {
         compiler.plan.goal = mission.goal.as_ref().and_then(|goal| compiler.find_place(goal));
         compiler.plan.safe = mission.safe.as_ref().and_then(|safe| compiler.find_place(safe));
         compiler.plan.period = mission.period.as_ref().map(|period| period.value);
-        if let Some(Resume::Safe) = mission.resume.as_deref() {
-            compiler.plan.on_resume = OnResume::Safe;
-        }
+        compiler.plan.on_resume = match mission.resume.as_deref() {
+            Some(Resume::Safe) => OnResume::Safe,
+            Some(Resume::Hold) => OnResume::Hold,
+            Some(Resume::Continue) | None => OnResume::Continue,
+        };
         for exclusive in &mission.exclusives {
             let names = exclusive.components.iter();
             let set = names.filter_map(|name| compiler.exclusive(name)).collect();
@@ -84,9 +85,6 @@ impl Compiler {
         for given in mission.places.iter().flat_map(|place| &place.parameters) {
             self.refuse(&given.parameter.name.at, "a parameter set by a place");
         }
-        if let Some(resume) = mission.resume.as_ref().filter(|r| r.value == Resume::Hold) {
-            self.refuse(&resume.at, "resume=\"hold\"");
-        }
         for t in &mission.transitions {
             if let Some(when) = &t.when {
                 self.refuse(&when.at, "a guard (when=\"…\")");
@@ -96,12 +94,6 @@ impl Compiler {
             }
             if let Some(missed) = &t.missed {
                 self.refuse(&missed.at, "an absolute date");
-            }
-            if let Some(lost) = &t.lost_link {
-                self.refuse(&lost.at, "lost-link");
-            }
-            if matches!(t.autonomy, Autonomy::Confirm { .. }) {
-                self.refuse(&t.name.at, "asking the operator to confirm");
             }
         }
     }
@@ -116,6 +108,7 @@ impl Compiler {
         let found = place.components.iter().filter_map(|name| self.find_component(name));
         let components: Vec<_> = found.collect();
         let id = self.plan.place(&place.name, place.initial, &components);
+        self.plan.places[id.index()].safety = place.class == Class::Safety;
         self.places.insert(place.name.value.clone(), id);
     }
 
@@ -126,13 +119,14 @@ impl Compiler {
         let on = transition
             .on
             .as_ref()
-            .filter(|_| !manual)
             .and_then(|on| Some((self.find_component(&on.component)?, on.event.value.clone())));
         let planned = PlannedTransition {
             on,
             on_stop_fail: found(&transition.on_stop_fail),
             on_start_fail: found(&transition.on_start_fail),
             overrun: found(&transition.overrun),
+            autonomy: transition.autonomy,
+            lost_link: transition.lost_link.as_deref().copied(),
         };
         let arcs: Vec<_> = transition
             .arcs
@@ -150,13 +144,17 @@ impl Compiler {
             };
         }
         if let Some(interval) = &transition.interval {
-            t = t.interval(Interval { earliest: interval.earliest, latest: interval.latest });
+            // Whoever waits for a person is never too late.
+            let latest = interval.latest.filter(|_| !manual);
+            t = t.interval(Interval { earliest: interval.earliest, latest });
+        } else if manual {
+            t = t.interval(Interval::UNTIMED);
         }
         if is_safety(mission, transition) {
             t = t.class(armor_petri::Class::Safety);
         }
         t = t.priority(transition.priority);
-        if transition.on.is_some() || manual {
+        if transition.on.is_some() {
             t.gated();
         }
         self.plan.transitions.push(planned);
@@ -218,6 +216,7 @@ fn is_safety(mission: &Mission, transition: &Transition) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use armor_missions::mission::LostLink;
 
     fn compiled(mission: &str) -> Result<Plan, Findings> {
         let file = format!(
@@ -259,13 +258,27 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_s_transition_never_fires_by_itself() {
+    fn whoever_waits_for_a_person_is_never_too_late() {
         let plan = compiled(
-            r#"><place name="x" initial="true"/><place name="z"/>
-            <transition name="t" from="x" to="z" operator="true"/>"#,
+            r#"resume="hold"><place name="x" initial="true" components="a" class="safety"/>
+            <place name="z"/>
+            <transition name="t" from="x" to="z" operator="true" timeout="3s" lost-link="fire"/>
+            <transition name="u" from="x" to="z" on="a.done" autonomy="confirm"
+                        answer-within="5s" unanswered="fire"/>"#,
         )
-        .expect("played as far as that");
-        assert!(plan.net.transitions()[0].gated && plan.listeners.is_empty());
+        .expect("it plays all of that");
+        let second = std::time::Duration::from_secs(1);
+        let (t, u) = (&plan.net.transitions()[0], &plan.net.transitions()[1]);
+        assert_eq!(t.interval, Interval { earliest: 3 * second, latest: None });
+        assert_eq!(u.interval, Interval::UNTIMED);
+        assert!(u.gated && !t.gated && plan.listeners.len() == 1);
+        let within = Some(5 * second);
+        assert_eq!(
+            plan.transitions.iter().map(|t| t.autonomy).collect::<Vec<_>>(),
+            [Autonomy::Operator, Autonomy::Confirm { within, fire_unanswered: true }]
+        );
+        assert_eq!(plan.transitions[0].lost_link, Some(LostLink::Fire));
+        assert!(plan.places[0].safety && plan.on_resume == OnResume::Hold);
     }
 
     #[test]
@@ -279,7 +292,6 @@ mod tests {
                 "variable",
                 r#"><variable name="v" min="0" max="1"/><place name="x" initial="true"/>"#,
             ),
-            ("hold", r#"resume="hold"><place name="x" initial="true"/>"#),
             (
                 "date",
                 r#"><place name="x" initial="true"/><place name="z"/><transition name="t" from="x" to="z" not-before="2030-01-01T00:00:00Z"/>"#,

@@ -6,6 +6,7 @@
 
 use crate::event::{Action, Event};
 use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
+use crate::operator::Link;
 use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record};
 use crate::roster::{Doing, Roster};
@@ -37,6 +38,8 @@ pub struct Controller {
     pub(crate) unstopped: Vec<ComponentId>,
     /// It has been told to stop.
     pub(crate) stopping: bool,
+    /// Of the holder of the lease, if there is one.
+    pub(crate) link: Link,
     finished: bool,
     /// With a period: when it looks at the net next, if there is something to see.
     next_look: Option<Duration>,
@@ -77,6 +80,12 @@ impl Controller {
             controller.finish(outcome);
         } else if on_resume == OnResume::Safe {
             controller.retreat("the executive was restarted, and the mission resumes in safety");
+        } else if on_resume == OnResume::Hold
+            && controller.ledger.stage == Stage::Playing
+            && controller.ledger.pause().is_none()
+        {
+            let why = "the executive was restarted; an operator has to resume the mission";
+            controller.record(Entry::Held { why: why.to_owned() });
         }
         controller.settle();
         let actions = std::mem::take(&mut controller.actions);
@@ -98,12 +107,14 @@ impl Controller {
         if self.finished {
             return None;
         }
-        let firing = self.may_fire().then(|| self.ledger.state.next_firing()).flatten();
+        let firing = self.may_fire().then(|| self.next_firing()).flatten();
         let firing = match self.next_look {
             Some(look) => firing.map(|at| at.max(look)),
             None => firing,
         };
-        firing.into_iter().chain(self.pushes()).chain(self.patience()).min()
+        let answers = self.answers_due().map(|due| due.1);
+        let operator = answers.chain(self.lease_due());
+        firing.into_iter().chain(self.pushes()).chain(self.patience()).chain(operator).min()
     }
 
     /// What has been decided.
@@ -133,6 +144,7 @@ impl Controller {
             dropped: Dropped::default(),
             unstopped: Vec::new(),
             stopping: false,
+            link: Link::Down(now),
             finished: false,
             next_look: None,
         }
@@ -146,8 +158,10 @@ impl Controller {
             let before = self.actions.len();
             self.push_orders();
             if !self.stopping {
+                self.notice_lost_link();
                 self.move_firings_on();
                 self.notice_failures();
+                self.ask();
                 self.fire_next(&mut step);
             }
             self.command_components();
@@ -160,12 +174,13 @@ impl Controller {
 
     /// Begins the transition whose turn it is, if there is one.
     fn fire_next(&mut self, step: &mut Step) {
-        if !self.may_fire() || self.ledger.state.first_ready().is_none() {
+        let Some(id) = self.next_ready().filter(|_| self.may_fire()) else {
             self.next_look = None;
             return;
-        }
+        };
         if let Some(period) = self.plan.period.filter(|period| !period.is_zero())
             && step.fired().is_empty()
+            && !self.is_granted(id)
         {
             let look = *self.next_look.get_or_insert_with(|| next_multiple(self.now, period));
             if self.now < look {
@@ -173,7 +188,6 @@ impl Controller {
             }
             self.next_look = None;
         }
-        let Some(id) = self.ledger.state.first_ready() else { return };
         self.begin_transition(id);
         let flights = self.ledger.firings.len();
         if flights > self.plan.limits.firings {

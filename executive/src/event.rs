@@ -1,5 +1,6 @@
 //! What the controller is told, and what it wants done.
 
+use crate::operator::Given;
 use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
@@ -55,6 +56,13 @@ pub enum Event {
         /// The process start; none: whichever there was.
         instance: Option<u64>,
     },
+    /// An operator gives an order.
+    Ordered(Given),
+    /// The connection of an operator has ended.
+    OperatorLeft {
+        /// Which.
+        connection: u64,
+    },
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,
     /// Everything is to come to rest; the mission stays as it is and can be resumed.
@@ -91,6 +99,17 @@ pub enum Action {
         component: ComponentId,
         /// The report.
         serial: u64,
+    },
+    /// Tell an operator what became of an order.
+    Answer {
+        /// The connection it came on.
+        connection: u64,
+        /// The order.
+        request: u64,
+        /// Whether it is carried out.
+        accepted: bool,
+        /// What follows from it, or why it is refused.
+        text: String,
     },
     /// Something to be seen has changed: publish the marking anew.
     Publish,

@@ -10,6 +10,7 @@ use armor_sdk::control::{
     Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
 };
 use armor_sdk::directory::Change;
+use armor_sdk::orders::OrderEvent;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Sender};
@@ -23,6 +24,7 @@ pub(crate) enum Input {
     Registry(Change),
     Connected { attempt: u64, component: ComponentId, made: Option<ControlConnection> },
     Told { attempt: u64, component: ComponentId, event: ControlEvent },
+    Operator(OrderEvent),
 }
 
 /// What is known of one component's process.
@@ -68,6 +70,10 @@ impl Hub {
             }
             Input::Told { attempt, component, event } => {
                 self.told(attempt, component, event).into_iter().collect()
+            }
+            Input::Operator(OrderEvent::Given(given)) => vec![Event::Ordered(given.into())],
+            Input::Operator(OrderEvent::Closed { connection }) => {
+                vec![Event::OperatorLeft { connection }]
             }
         }
     }
@@ -260,6 +266,6 @@ fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Eve
             };
             Event::Reported { component, instance, serial, activation, report }
         }
-        Answer::Status { .. } | Answer::Beat { .. } => return None,
+        Answer::Status { .. } | Answer::Beat { .. } | Answer::Ordered { .. } => return None,
     })
 }

@@ -45,6 +45,8 @@ impl Controller {
                     self.gone(component);
                 }
             }
+            Event::Ordered(given) => self.order(given),
+            Event::OperatorLeft { connection } => self.operator_left(connection),
             Event::Timer => {}
             Event::Stop => self.stopping = true,
         }

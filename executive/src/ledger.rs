@@ -1,6 +1,7 @@
 //! What has been decided: marking, firings in flight, activations, standing reports. It changes
 //! by records alone, so playing the journal again gives the same ledger, to the nanosecond.
 
+use crate::authority::{Authority, Consent};
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
 use armor_petri::{PlaceId, State};
@@ -89,6 +90,8 @@ pub(crate) struct Activation {
     pub(crate) open: bool,
     pub(crate) done: bool,
     pub(crate) failed: Option<String>,
+    /// A pause stopped it. If it has not finished it goes on, under another number.
+    pub(crate) interrupted: bool,
     /// The last report that counted: process start and number.
     pub(crate) heard: (u64, u64),
 }
@@ -103,6 +106,7 @@ pub struct Ledger {
     /// Reports that stand until a transition consumes them.
     pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
     pub(crate) stage: Stage,
+    pub(crate) authority: Authority,
     pub(crate) last_firing: u64,
     pub(crate) last_activation: u64,
     /// Transitions fired so far.
@@ -129,6 +133,7 @@ impl Ledger {
                 .collect(),
             standing: BTreeMap::new(),
             stage: Stage::Playing,
+            authority: Authority::default(),
             last_firing: 0,
             last_activation: 0,
             fired: 0,
@@ -174,15 +179,27 @@ impl Ledger {
             Entry::Heard { component, instance, serial, report } => {
                 self.heard(self.component(component)?, (*instance, *serial), report);
             }
+            Entry::Ordered(judged) => self.ordered(judged)?,
+            Entry::Asked { transition } => self.consent(transition, Consent::Asked(self.at))?,
+            Entry::Unanswered { transition, fires: true } => {
+                self.consent(transition, Consent::Granted)?;
+            }
+            Entry::Unanswered { transition, fires: false } => {
+                self.consent(transition, Consent::Declined)?;
+            }
+            Entry::LinkLost { .. } => self.link_is_lost(),
+            Entry::Held { .. } => self.hold("the executive"),
             Entry::Retreated { why } => self.retreated(why),
             Entry::GaveUp { why } => {
                 self.why.clone_from(why);
                 self.firings.clear();
                 self.stage = Stage::Ending(Outcome::Failed);
+                self.end_pause();
             }
             Entry::Ended { outcome } => self.stage = Stage::Ended(*outcome),
         }
         self.forget_what_no_longer_counts();
+        self.forget_consents();
         Ok(())
     }
 
@@ -276,6 +293,7 @@ impl Ledger {
         let id = self.plan.transition_named(name).ok_or_else(unknown)?;
         let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
         self.state.take(id).map_err(refused)?;
+        self.authority.consents.remove(&id);
         self.fired += 1;
         self.history.push_back((name.to_owned(), self.at));
         if self.history.len() > HISTORY {
@@ -306,22 +324,15 @@ impl Ledger {
             let refused = |why| LedgerError::NotAllowed { what: what(), why };
             self.state.add(place, tokens).map_err(refused)?;
         }
-        let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
-        if marked(self.plan.safe) {
-            self.stage = Stage::Ending(Outcome::Safe);
-        } else if marked(self.plan.goal) && self.stage == Stage::Playing {
-            self.stage = Stage::Ending(Outcome::Goal);
-        }
-        if self.stage != Stage::Playing {
-            self.firings.clear();
-        }
+        self.conclude();
         Ok(())
     }
 
-    fn retreated(&mut self, why: &str) {
+    pub(crate) fn retreated(&mut self, why: &str) {
         self.why = why.to_owned();
         self.firings.clear();
         self.state.clear();
+        self.end_pause();
         let Some(safe) = self.plan.safe else {
             self.stage = Stage::Ending(Outcome::Failed);
             return;

@@ -4,9 +4,11 @@
 //! what it has decided, record by record; [`run`] puts it between sockets and a journal. Start with
 //! `controller.rs`.
 
+mod authority;
 mod builder;
 mod commands;
 mod compile;
+mod confirm;
 mod controller;
 mod event;
 mod gathering;
@@ -15,6 +17,9 @@ mod intake;
 pub mod journal;
 mod ledger;
 mod marking;
+mod operator;
+pub mod order;
+mod pause;
 mod plan;
 mod process;
 mod progress;
@@ -27,11 +32,16 @@ mod scenarios;
 #[cfg(test)]
 mod simulation;
 
+pub use authority::{Lease, Pause};
 pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
 pub use event::{Action, Event};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
-pub use marking::{EnabledTransition, Fired, InFlight, MarkedPlace, Marking, MissionComponent};
+pub use marking::{
+    Confirmation, EnabledTransition, Fired, Holder, InFlight, MarkedPlace, Marking,
+    MissionComponent, OrderGiven, Paused,
+};
+pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };

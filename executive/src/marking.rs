@@ -1,13 +1,18 @@
 //! What the executive shows of itself: `executive.marking`, latched, at every change.
 
+mod commanding;
+
 use crate::controller::Controller;
 use crate::ledger::{Firing, Phase, Stage};
 use crate::plan::ComponentId;
 use crate::record::Outcome;
 use crate::roster::{Doing, Presence};
-use armor_petri::PlaceId;
+use armor_missions::mission::Autonomy;
+use armor_petri::{PlaceId, TransitionId};
 use armor_sdk::Message;
 use std::time::Duration;
+
+pub use commanding::{Confirmation, Holder, OrderGiven, Paused};
 
 /// Where the mission stands. Times named `…_at_s` are mission time, in seconds since its start.
 #[derive(Message, Clone, Debug, PartialEq)]
@@ -20,7 +25,7 @@ pub struct Marking {
     /// Mission time now.
     #[message(unit = "s")]
     pub now_at_s: f64,
-    /// `playing`, `retreating`, `ending`, `stopping`, or how it ended.
+    /// `playing`, `paused`, `retreating`, `ending`, `stopping`, or how it ended.
     pub stage: String,
     /// Why it retreats or has given up; empty if it does not.
     pub why: String,
@@ -40,6 +45,17 @@ pub struct Marking {
     pub late_reports: u64,
     /// Reports that nothing in the mission waited for.
     pub unheard_reports: u64,
+    /// Whether it stands still.
+    pub pause: Option<Paused>,
+    /// Who commands it; nobody: whoever orders something.
+    pub holder: Option<Holder>,
+    /// Since when the link to whoever commanded is lost, if it is.
+    #[message(unit = "s")]
+    pub link_lost_at_s: Option<f64>,
+    /// What the operator is asked.
+    pub confirmations: Vec<Confirmation>,
+    /// The last orders, the oldest first.
+    pub orders: Vec<OrderGiven>,
 }
 
 /// A place that holds tokens.
@@ -84,6 +100,10 @@ pub struct EnabledTransition {
     /// When it must have fired, if ever.
     #[message(unit = "s")]
     pub latest_at_s: Option<f64>,
+    /// Who lets it fire: `mission`, `operator`, or `confirmation` (the mission asks first).
+    pub by: String,
+    /// Whether a pause stops its clock; its times count from the beginning of the pause then.
+    pub held: bool,
 }
 
 /// A component and what it is known to do.
@@ -112,7 +132,7 @@ pub struct Fired {
 impl Controller {
     /// What is to be shown now; `stamp` is system time, in seconds.
     pub fn marking(&self, stamp: f64) -> Marking {
-        let (ledger, net) = (&self.ledger, &self.plan.net);
+        let ledger = &self.ledger;
         let places = self.plan.place_ids().filter(|place| ledger.state.tokens(*place) > 0);
         let fired = |(transition, at): &(String, Duration)| Fired {
             transition: transition.clone(),
@@ -126,12 +146,17 @@ impl Controller {
             why: ledger.why.clone(),
             places: places.map(|place| self.marked(place)).collect(),
             in_flight: ledger.firings.iter().map(|(id, firing)| self.flight(*id, firing)).collect(),
-            enabled: ledger.state.enabled().map(|id| enabled(net, &ledger.state, id)).collect(),
+            enabled: ledger.state.enabled().map(|id| self.enabled(id)).collect(),
             components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
             fired: ledger.fired,
             history: ledger.history.iter().map(fired).collect(),
             late_reports: self.dropped.late,
             unheard_reports: self.dropped.unheard,
+            pause: self.paused(),
+            holder: self.holder(),
+            link_lost_at_s: ledger.authority.link_lost.map(|at| at.as_secs_f64()),
+            confirmations: self.confirmations(),
+            orders: self.last_orders(),
         }
     }
 
@@ -141,6 +166,7 @@ impl Controller {
             Stage::Ended(Outcome::Safe) => "safe",
             Stage::Ended(_) => "failed",
             _ if self.stopping => "stopping",
+            Stage::Playing if self.ledger.pause().is_some() => "paused",
             Stage::Playing => "playing",
             Stage::Retreating => "retreating",
             Stage::Ending(_) => "ending",
@@ -202,19 +228,21 @@ impl Controller {
             activation: self.ledger.activations[id.index()].number,
         }
     }
-}
 
-fn enabled(
-    net: &armor_petri::Net,
-    state: &armor_petri::State,
-    id: armor_petri::TransitionId,
-) -> EnabledTransition {
-    let transition = net.transition(id);
-    let since = state.enabled_since(id).unwrap_or_default();
-    EnabledTransition {
-        transition: transition.name.clone(),
-        enabled_at_s: since.as_secs_f64(),
-        earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
-        latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
+    fn enabled(&self, id: TransitionId) -> EnabledTransition {
+        let (state, transition) = (&self.ledger.state, self.plan.net.transition(id));
+        let since = state.enabled_since(id).unwrap_or_default();
+        EnabledTransition {
+            transition: transition.name.clone(),
+            enabled_at_s: since.as_secs_f64(),
+            earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
+            latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
+            by: match self.plan.transition(id).autonomy {
+                _ if self.fires_by_itself(id) => "mission".to_owned(),
+                Autonomy::Confirm { .. } => "confirmation".to_owned(),
+                Autonomy::Auto | Autonomy::Operator => "operator".to_owned(),
+            },
+            held: state.is_held(id),
+        }
     }
 }

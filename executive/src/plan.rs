@@ -1,6 +1,7 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
+use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -30,6 +31,8 @@ pub struct Limits {
     pub stop_within: Duration,
     /// For a killed component to be gone.
     pub kill_within: Duration,
+    /// For the holder of the lease to come back after its connection broke.
+    pub lease: Duration,
     /// How late a transition may fire before that is an overrun.
     pub overrun: Duration,
     /// Firings in flight at once; a net that needs more grows without end.
@@ -46,6 +49,7 @@ impl Default for Limits {
             start_within: Duration::from_secs(10),
             stop_within: Duration::from_secs(1),
             kill_within: Duration::from_secs(2),
+            lease: Duration::from_secs(5),
             overrun: Duration::from_millis(100),
             firings: 256,
             step_bound: 1000,
@@ -59,6 +63,8 @@ pub enum OnResume {
     /// It goes on with the same marking.
     #[default]
     Continue,
+    /// It waits for an operator.
+    Hold,
     /// It goes to the safe place.
     Safe,
 }
@@ -91,6 +97,8 @@ pub struct PlannedPlace {
     pub components: Vec<ComponentId>,
     /// Where its token goes when one of them fails for good; without it, the mission retreats.
     pub on_failure: Option<PlaceId>,
+    /// Whether it goes on during a pause.
+    pub safety: bool,
 }
 
 /// A transition as the plan sees it, beside what the net knows.
@@ -104,6 +112,17 @@ pub struct PlannedTransition {
     pub on_start_fail: Option<PlaceId>,
     /// The place that gets a token more when it fires late.
     pub overrun: Option<PlaceId>,
+    /// Who decides that it fires.
+    pub autonomy: Autonomy,
+    /// What it does when the link to the operator is lost.
+    pub lost_link: Option<LostLink>,
+}
+
+impl PlannedTransition {
+    /// Whether the operator is asked before it fires.
+    pub fn asks(&self) -> bool {
+        matches!(self.autonomy, Autonomy::Confirm { .. })
+    }
 }
 
 /// A mission ready to be played.

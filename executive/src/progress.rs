@@ -26,7 +26,8 @@ impl Controller {
         }
         let numbers: Vec<_> = self.ledger.firings.keys().copied().collect();
         for number in numbers {
-            match self.ledger.firings.get(&number).map(|firing| firing.phase) {
+            let firing = self.ledger.firings.get(&number);
+            match firing.filter(|firing| !self.ledger.is_held(firing)).map(|firing| firing.phase) {
                 Some(Phase::Stopping) => self.move_on_stopping(number),
                 Some(Phase::Starting) => self.move_on_starting(number),
                 None => {}
@@ -54,7 +55,8 @@ impl Controller {
                 continue;
             }
             for place in planned.places.clone() {
-                if self.ledger.state.tokens(place) > 0 && !self.is_heard_failing(place, component) {
+                let marked = self.ledger.state.tokens(place) > 0 && self.ledger.plays(place);
+                if marked && !self.is_heard_failing(place, component) {
                     self.fail_place(place, component, &why);
                 }
             }
@@ -63,9 +65,11 @@ impl Controller {
 
     /// When patience with a component that should be up runs out.
     pub(crate) fn patience(&self) -> impl Iterator<Item = Duration> {
-        let firings = self.ledger.firings.values().filter(|firing| firing.is_starting());
+        let in_flight = self.ledger.firings.values();
+        let firings = in_flight.filter(|f| f.is_starting() && !self.ledger.is_held(f));
         let starting = firings.flat_map(|firing| {
-            let down = self.components_of(&firing.to).into_iter().filter(|c| !self.is_up(*c));
+            let wanted = self.components_now(&firing.to);
+            let down = wanted.into_iter().filter(|c| !self.is_up(*c));
             down.map(|component| self.up_deadline(component, Some(firing.since)))
         });
         let playing = self.ledger.stage == Stage::Playing;
@@ -78,7 +82,7 @@ impl Controller {
     /// A component that should be on, for a marked place or always, and is not.
     fn is_missed(&self, component: ComponentId) -> bool {
         let planned = self.plan.component(component);
-        let wanted = planned.places.is_empty() || self.ledger.marks(component);
+        let wanted = planned.places.is_empty() || self.ledger.runs(component);
         let known = self.ledger.activations[component.index()].failed.is_some();
         wanted && planned.controllable && !known && !self.is_up(component)
     }
@@ -146,7 +150,7 @@ impl Controller {
     fn move_on_starting(&mut self, number: u64) {
         let firing = &self.ledger.firings[&number];
         let (since, renewing) = (firing.since, !firing.renewing.is_empty());
-        let components = self.components_of(&firing.to);
+        let components = self.components_now(&firing.to);
         let failed = components.iter().find_map(|component| self.start_failure(firing, *component));
         if let Some(why) = failed {
             return self.fail_firing(number, Half::Start, &why);
@@ -202,7 +206,7 @@ impl Controller {
     /// the component should have been up all along.
     fn up_deadline(&self, component: ComponentId, since: Option<Duration>) -> Duration {
         let (limits, observed) = (&self.plan.limits, self.roster.of(component));
-        let began = self.roster.began;
+        let began = self.roster.began.max(self.ledger.authority.resumed_at);
         let from = since.unwrap_or(Duration::ZERO).max(began);
         let starting = observed.order.filter(|order| !order.stop);
         let deadline = match (observed.presence, observed.doing) {
@@ -235,6 +239,12 @@ impl Controller {
             }
             Presence::Here => format!("no confirmation within {:?}", limits.start_within),
         }
+    }
+
+    /// Those of them that run now: during a pause only the ones of safety.
+    fn components_now(&self, places: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
+        let playing = places.iter().filter(|arc| self.ledger.plays(arc.0)).copied();
+        self.components_of(&playing.collect::<Vec<_>>())
     }
 
     fn components_of(&self, places: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {

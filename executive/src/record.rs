@@ -1,6 +1,7 @@
 //! What the journal says: each thing decided, before it is done. Names, not numbers, so that a
 //! person can read it and a changed file cannot be mistaken for the old one.
 
+use crate::order::Judged;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
@@ -171,6 +172,30 @@ pub enum Entry {
         serial: u64,
         /// What.
         report: Report,
+    },
+    /// An operator's order has been judged; what follows from an accepted one is done with it.
+    Ordered(Judged),
+    /// The operator is asked whether a transition may fire.
+    Asked {
+        /// The transition.
+        transition: String,
+    },
+    /// No answer came in time.
+    Unanswered {
+        /// The transition.
+        transition: String,
+        /// Whether it fires all the same.
+        fires: bool,
+    },
+    /// Whoever commanded has not come back in time.
+    LinkLost {
+        /// Who commanded.
+        author: String,
+    },
+    /// The executive itself holds the mission until an operator resumes it.
+    Held {
+        /// Why, in words.
+        why: String,
     },
     /// Every token and every firing is given up; the mission goes to its safe place.
     Retreated {

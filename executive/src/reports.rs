@@ -1,6 +1,7 @@
 //! Which reports count: those of activations that are not over, each until a transition consumes
 //! it. A report that stands holds the gates open of the transitions that wait for it.
 
+use crate::authority::Consent;
 use crate::ledger::{Activation, Ledger};
 use crate::plan::ComponentId;
 use crate::record::Report;
@@ -12,8 +13,12 @@ impl Ledger {
         self.last_activation = self.last_activation.max(number);
         let activation = &mut self.activations[component.index()];
         let heard = activation.heard;
+        let finished = activation.done || activation.failed.is_some();
+        let goes_on = activation.interrupted && activation.open && !finished;
         *activation = Activation { number, open: true, heard, ..Activation::default() };
-        self.forget_reports_of(component);
+        if !goes_on {
+            self.forget_reports_of(component);
+        }
         for firing in self.firings.values_mut() {
             firing.renewing.remove(&component);
         }
@@ -32,6 +37,12 @@ impl Ledger {
         }
         let key = (component, report.name().to_owned());
         self.set_gates(&key, true);
+        // News is worth another question.
+        for id in self.plan.listeners.get(&key).into_iter().flatten() {
+            if self.authority.consents.get(id) == Some(&Consent::Declined) {
+                self.authority.consents.remove(id);
+            }
+        }
         self.standing.insert(key, worth);
     }
 

@@ -7,11 +7,13 @@ use crate::hub::{Hub, Input};
 use crate::journal::{self, Journal, JournalError, Life};
 use crate::ledger::LedgerError;
 use crate::marking::Marking;
+use crate::order::Judged;
 use crate::plan::Plan;
 use crate::record::{Entry, Outcome};
 use armor_sdk::Latched;
 use armor_sdk::control::Command;
 use armor_sdk::node::{Node, NodeOptions};
+use armor_sdk::orders::{GivenOrder, OrderEvent};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,7 +68,8 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
     journal.sync()?;
     let node = register(options)?;
     let (sender, inputs) = mpsc::channel();
-    watch(&node, sender.clone());
+    hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
+    hand_on("orders", node.orders(), sender.clone(), Input::Operator);
     let resumed = Controller::resume(Arc::clone(&plan), &story.records, now);
     let refused = |error| RunError::Resume { path: options.journal.clone(), error };
     let (controller, actions) = resumed.map_err(refused)?;
@@ -107,6 +110,7 @@ impl Executive {
             wait = wait.min(deadline.saturating_sub(self.now()));
         }
         let mut events = match inputs.recv_timeout(wait) {
+            Ok(Input::Operator(OrderEvent::Given(given))) if self.refuses(&given) => Vec::new(),
             Ok(input) => self.hub.take_in(input),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Vec::new(),
         };
@@ -129,6 +133,15 @@ impl Executive {
             }
         }
         Ok(None)
+    }
+
+    /// Whether an order is malformed, and then says so; it never reaches the journal.
+    fn refuses(&self, given: &GivenOrder) -> bool {
+        let wrong = given.order.check(given.request, &given.author).err();
+        if let Some(wrong) = wrong {
+            self.node.answer(given.connection, given.request, false, wrong.to_string());
+        }
+        wrong.is_some()
     }
 
     /// Does what the controller decided. Records are on disk before anything else is done.
@@ -156,6 +169,9 @@ impl Executive {
                     self.hub.send(component, &Command::Acknowledge { report: serial });
                 }
                 Action::Kill { component } => self.hub.kill(component),
+                Action::Answer { connection, request, accepted, text } => {
+                    self.node.answer(connection, request, accepted, text);
+                }
                 Action::Finished(outcome) => {
                     self.publish();
                     return Ok(Some(outcome));
@@ -203,18 +219,22 @@ fn register(options: &Options) -> Result<Node, RunError> {
         .map_err(|error| RunError::Register(error.to_string()))
 }
 
-/// Hands on what the registry tells, for as long as anybody listens.
-fn watch(node: &Node, inputs: mpsc::Sender<Input>) {
-    let changes = node.directory().watch();
+/// Hands on what comes from elsewhere, for as long as anybody listens.
+fn hand_on<T: Send + 'static>(
+    name: &str,
+    from: impl IntoIterator<Item = T> + Send + 'static,
+    inputs: mpsc::Sender<Input>,
+    input: impl Fn(T) -> Input + Send + 'static,
+) {
     let hand_on = move || {
-        for change in changes {
-            if inputs.send(Input::Registry(change)).is_err() {
+        for one in from {
+            if inputs.send(input(one)).is_err() {
                 return;
             }
         }
     };
-    if let Err(error) = std::thread::Builder::new().name("watch".into()).spawn(hand_on) {
-        tracing::error!("no thread for watching the registry: {error}");
+    if let Err(error) = std::thread::Builder::new().name(name.into()).spawn(hand_on) {
+        tracing::error!("no thread for the {name}: {error}");
     }
 }
 
@@ -232,6 +252,19 @@ fn log(entry: &Entry) {
         }
         Entry::Heard { component, report, .. } => tracing::info!("{component}: {report}"),
         Entry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
+        Entry::Ordered(Judged { by, order, accepted: true, text, .. }) => {
+            tracing::info!("{} orders: {order}; {text}", by.author);
+        }
+        Entry::Ordered(Judged { by, order, text, .. }) => {
+            tracing::warn!("{} orders: {order}; refused: {text}", by.author);
+        }
+        Entry::Asked { transition } => tracing::info!("asks whether {transition} may fire"),
+        Entry::Unanswered { transition, fires } => {
+            let what = if *fires { "fires" } else { "does not fire" };
+            tracing::warn!("no answer about {transition}: it {what}");
+        }
+        Entry::LinkLost { author } => tracing::warn!("the link to {author} is lost"),
+        Entry::Held { why } => tracing::warn!("holds: {why}"),
         Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
         Entry::GaveUp { why } => tracing::error!("gives up: {why}"),
         Entry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),

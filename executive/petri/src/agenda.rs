@@ -88,6 +88,10 @@ impl Agenda {
         self.hold.iter().flat_map(|hold| hold.stopped.iter().copied())
     }
 
+    pub(crate) fn is_stopped(&self, id: TransitionId) -> bool {
+        self.hold.as_ref().is_some_and(|hold| hold.stopped.contains(&id))
+    }
+
     /// Runs the clock of `id` from `since` on.
     fn start(&mut self, net: &Net, id: TransitionId, since: Duration, now: Duration) {
         self.since[id.index()] = Some(since);

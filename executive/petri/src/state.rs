@@ -114,6 +114,11 @@ impl State {
         self.agenda.release(&self.net, self.now);
     }
 
+    /// Whether the clock of an enabled transition is stopped by a hold.
+    pub fn is_held(&self, id: TransitionId) -> bool {
+        self.agenda.is_stopped(id)
+    }
+
     /// Since when all but the safety class are held, if they are.
     pub fn held_since(&self) -> Option<Duration> {
         self.agenda.held_since()
@@ -296,6 +301,7 @@ mod tests {
             (Err(FireError::TooEarly), Err(FireError::TooEarly))
         );
         assert_eq!(state.ready().collect::<Vec<_>>(), [safe]);
+        assert_eq!([late, new, safe].map(|id| state.is_held(id)), [true, true, false]);
         assert_eq!(state.fire(safe), Ok(5 * SECOND));
         state.add(b, 1).unwrap();
         state.release();

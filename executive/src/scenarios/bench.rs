@@ -3,6 +3,8 @@
 use crate::builder::PlanBuilder;
 use crate::controller::Controller;
 use crate::event::{Action, Event};
+use crate::operator::Given;
+use crate::order::{Giver, Order};
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Record, Report};
 use crate::roster::{Doing, Presence};
@@ -63,6 +65,8 @@ pub(super) struct Bench {
     wanted: Vec<String>,
     pub(super) records: Vec<Record>,
     instances: u64,
+    answers: Vec<String>,
+    request: u64,
 }
 
 impl Bench {
@@ -76,6 +80,8 @@ impl Bench {
             wanted: Vec::new(),
             records: Vec::new(),
             instances: 0,
+            answers: Vec::new(),
+            request: 0,
         };
         bench.note(actions);
         bench
@@ -123,6 +129,45 @@ impl Bench {
         self.tell(Event::Gone { component, instance: None });
     }
 
+    /// An order of the person called `author`, each sitting at a process of their own.
+    pub(super) fn orders(&mut self, author: &str, order: Order) -> String {
+        self.request += 1;
+        self.orders_as(author, self.request, false, order)
+    }
+
+    /// The same, taking the command over.
+    pub(super) fn takes_over(&mut self, author: &str, order: Order) -> String {
+        self.request += 1;
+        self.orders_as(author, self.request, true, order)
+    }
+
+    /// The same under a request number of one's own; answers what the operator is told.
+    pub(super) fn orders_as(
+        &mut self,
+        author: &str,
+        request: u64,
+        take: bool,
+        order: Order,
+    ) -> String {
+        let instance = u64::from(author.as_bytes()[0]);
+        let by = Giver { author: author.to_owned(), from: format!("tool-{author}"), instance };
+        self.tell(Event::Ordered(Given { connection: instance, request, by, take, order }));
+        self.answers.pop().expect("every order is answered")
+    }
+
+    /// The connection of that person ends.
+    pub(super) fn leaves(&mut self, author: &str) {
+        self.tell(Event::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });
+    }
+
+    /// Killed, and started again a moment later.
+    pub(super) fn restarts(&mut self) {
+        let (plan, now) = (Arc::clone(&self.plan), self.now);
+        let (controller, actions) = Controller::resume(plan, &self.records, now).unwrap();
+        self.controller = controller;
+        self.note(actions);
+    }
+
     pub(super) fn tell(&mut self, event: Event) {
         let actions = self.controller.handle(event, self.now);
         self.note(actions);
@@ -168,6 +213,10 @@ impl Bench {
                 }
                 Action::Kill { component } => self.wanted.push(format!("kill {}", name(component))),
                 Action::Finished(outcome) => self.wanted.push(format!("{outcome:?}")),
+                Action::Answer { accepted, text, .. } => {
+                    let verdict = if accepted { "accepted" } else { "refused" };
+                    self.answers.push(format!("{verdict}: {text}"));
+                }
                 Action::Acknowledge { .. } | Action::Publish => {}
             }
         }

@@ -1,6 +1,8 @@
 //! The controller told event by event what happens, and what it then wants done.
 
 mod bench;
+mod commanding;
+mod pausing;
 
 use crate::controller::Controller;
 use crate::event::Event;

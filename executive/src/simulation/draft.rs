@@ -2,7 +2,8 @@
 
 use super::dice::Dice;
 use crate::builder::PlanBuilder;
-use crate::plan::{ComponentId, Plan, PlannedTransition};
+use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Class, Interval, PlaceId};
 use std::time::Duration;
 
@@ -21,6 +22,8 @@ pub(crate) struct Way {
     pub(crate) read: Option<PlaceId>,
     pub(crate) reset: Option<PlaceId>,
     pub(crate) safety: bool,
+    pub(crate) autonomy: Autonomy,
+    pub(crate) lost_link: Option<LostLink>,
 }
 
 impl PlanBuilder {
@@ -32,6 +35,10 @@ impl PlanBuilder {
         t = way.read.into_iter().fold(t, |t, place| t.read(place, 1));
         t = way.reset.into_iter().fold(t, armor_petri::TransitionBuilder::reset);
         t = way.after.into_iter().fold(t, |t, after| t.interval(Interval::exactly(after)));
+        if way.autonomy != Autonomy::Auto {
+            let earliest = way.after.unwrap_or_default();
+            t = t.interval(Interval { earliest, latest: None });
+        }
         t = if way.safety { t.class(Class::Safety) } else { t };
         if way.on.is_some() {
             t.gated();
@@ -41,6 +48,8 @@ impl PlanBuilder {
             on_stop_fail: way.on_stop_fail,
             on_start_fail: way.on_start_fail,
             overrun: way.overrun,
+            autonomy: way.autonomy,
+            lost_link: way.lost_link,
         });
     }
 }
@@ -73,6 +82,10 @@ pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
         set.retain(|c| plan.components[c.index()].is_controlled());
         plan.exclusives.push(set);
     }
+    for place in &places {
+        plan.places[place.index()].safety = dice.one_in(8);
+    }
+    plan.on_resume = if dice.one_in(5) { OnResume::Hold } else { OnResume::Continue };
     plan.goal = dice.one_in(2).then(|| places[places.len() - 1]);
     plan.safe = (!dice.one_in(5)).then(|| places[places.len() - 2]);
     plan.period = dice.one_in(6).then(|| Duration::from_secs(1));
@@ -113,6 +126,10 @@ fn random_way(
         3..5 => (None, after),
         _ => (on, after),
     };
+    let within = dice.one_in(2).then(|| dice.up_to_ms(8000));
+    let confirm = Autonomy::Confirm { within, fire_unanswered: dice.one_in(2) };
+    way.autonomy = [Autonomy::Auto, Autonomy::Auto, Autonomy::Operator, confirm][dice.roll(4)];
+    way.lost_link = [None, Some(LostLink::Fire), Some(LostLink::Wait)][dice.roll(3)];
     way.priority = dice.roll(3) as i32;
     way.safety = dice.one_in(10);
     (way.on_stop_fail, way.on_start_fail) = (any_place(dice), any_place(dice));

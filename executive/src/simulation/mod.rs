@@ -3,6 +3,7 @@
 
 mod dice;
 pub(crate) mod draft;
+mod operators;
 mod world;
 
 use crate::controller::Controller;
@@ -11,6 +12,7 @@ use crate::ledger::{Ledger, Stage};
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
 use dice::Dice;
+use operators::Operators;
 use std::sync::Arc;
 use std::time::Duration;
 use world::{Command, Trouble, World};
@@ -31,6 +33,10 @@ struct Play {
     checked: usize,
     /// Takes that no put has answered yet.
     in_flight: std::collections::BTreeMap<u64, (Vec<Tokens>, Vec<Tokens>)>,
+    operators: Operators,
+    /// As the journal says.
+    paused: bool,
+    gave_up: bool,
 }
 
 impl Play {
@@ -40,6 +46,7 @@ impl Play {
         let one_in = [0, 1, 2, 6][dice.roll(4)];
         let trouble = Trouble { one_in, blind: dice.one_in(4) && one_in > 0 };
         let crashes = [0, 0, 2, 12][dice.roll(4)];
+        let orders = [0, 5, 40][dice.roll(3)];
         Self {
             oracle: vec![0; plan.places.len()],
             world: World::new(Arc::clone(&plan), dice, trouble),
@@ -51,6 +58,9 @@ impl Play {
             restart_at: Duration::ZERO,
             checked: 0,
             in_flight: Default::default(),
+            operators: Operators::new(orders),
+            paused: false,
+            gave_up: false,
         }
     }
 
@@ -64,6 +74,16 @@ impl Play {
                 continue;
             }
             let deadline = self.controller.as_ref().and_then(Controller::next_deadline);
+            let others = self.world.next_at().into_iter().chain(deadline).min();
+            if let Some(at) = self.operators.next_at()
+                && others.is_none_or(|other| at <= other)
+                && self.controller.is_some()
+            {
+                self.world.now = self.world.now.max(at);
+                let event = self.operators_act();
+                self.tell(event);
+                continue;
+            }
             let event = match (self.world.next_at(), deadline) {
                 (None, None) => break,
                 (Some(at), deadline) if deadline.is_none_or(|due| at <= due) => self.world.happen(),
@@ -75,18 +95,23 @@ impl Play {
                 }
             };
             self.check_exclusion();
-            if let (Some(event), Some(controller)) = (event, &mut self.controller) {
-                let timer = event == Event::Timer;
-                let actions = controller.handle(event, self.world.now);
-                let idle = timer && actions.iter().all(|action| *action == Action::Publish);
-                let due = controller.next_deadline().is_some_and(|due| due <= self.world.now);
-                assert!(!(idle && due), "a deadline that passes without consequence");
-                self.perform(actions);
+            if let Some(event) = event {
+                self.tell(event);
             }
         }
         if let (None, Some(controller)) = (self.outcome, &self.controller) {
             self.check_calm(controller);
         }
+    }
+
+    fn tell(&mut self, event: Event) {
+        let Some(controller) = &mut self.controller else { return };
+        let timer = event == Event::Timer;
+        let actions = controller.handle(event, self.world.now);
+        let idle = timer && actions.iter().all(|action| *action == Action::Publish);
+        let due = controller.next_deadline().is_some_and(|due| due <= self.world.now);
+        assert!(!(idle && due), "a deadline that passes without consequence");
+        self.perform(actions);
     }
 
     fn start(&mut self) {
@@ -109,6 +134,7 @@ impl Play {
                 self.restart_at = self.world.now + self.world.dice.up_to_ms(3000);
                 return;
             }
+            self.check_pause(&action);
             match action {
                 Action::Journal(record) => self.write(&record),
                 Action::Activate { component, activation } => {
@@ -122,6 +148,9 @@ impl Play {
                     self.world.send(component, Command::Acknowledge(serial));
                 }
                 Action::Publish => {}
+                Action::Answer { request, accepted, text, .. } => {
+                    self.operators.is_told(request, accepted, &text);
+                }
                 Action::Finished(outcome) => {
                     self.outcome = Some(outcome);
                     self.check_end(outcome);
@@ -133,6 +162,7 @@ impl Play {
 
     fn write(&mut self, record: &Record) {
         self.journal.push(serde_json::to_string(record).unwrap());
+        self.note_order(record);
         match &record.entry {
             Entry::Took { firing, cause, from, to, .. } => {
                 self.check_enabled(cause);
@@ -149,10 +179,6 @@ impl Play {
                 let retreat = || (Vec::new(), vec![Tokens { place: safe(), tokens: 1 }]);
                 let to = self.in_flight.remove(firing).unwrap_or_else(retreat).1;
                 self.add(&to, 1);
-            }
-            Entry::Retreated { .. } => {
-                self.oracle.fill(0);
-                self.in_flight.clear();
             }
             _ => {}
         }
@@ -219,6 +245,7 @@ impl Play {
         assert_eq!(live.firings, again.firings);
         assert_eq!(live.activations, again.activations);
         assert_eq!(live.standing, again.standing);
+        assert_eq!(live.authority, again.authority);
         assert_eq!(live.stage, again.stage);
         assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
         for id in self.plan.net.transition_ids() {
@@ -252,7 +279,8 @@ impl Play {
         let patience = Duration::from_secs(90);
         let stuck = |since: Duration| since + patience < self.world.now;
         assert!(ledger.stage() == Stage::Playing || !stuck(ledger.at), "stuck at the end");
-        let stuck: Vec<_> = ledger.firings().values().filter(|f| stuck(f.since)).collect();
+        let moving = ledger.firings().values().filter(|f| !ledger.is_held(f));
+        let stuck: Vec<_> = moving.filter(|f| stuck(f.since)).collect();
         assert!(stuck.is_empty(), "stuck: {stuck:?}");
         let stopped = self.world.next_at().is_none() && controller.next_deadline().is_none();
         if !stopped {
@@ -264,13 +292,16 @@ impl Play {
             if !planned.controllable || ledger.activations[component.index()].failed.is_some() {
                 continue;
             }
-            let wanted = planned.places.is_empty() || ledger.marks(component);
-            assert_eq!(process.active, wanted, "{}", planned.name);
+            let wanted = planned.places.is_empty() || ledger.runs(component);
+            // One that had finished when a pause stopped it has nothing more to do.
+            let finished = ledger.activations[component.index()].done;
+            assert!(process.active == wanted || finished && wanted, "{}", planned.name);
             let place = |place: &&armor_petri::PlaceId| ledger.state.tokens(**place) > 0;
             if process.done && planned.places.iter().any(|p| place(&p)) {
                 for id in self.plan.listeners(component, "done") {
                     let enabled = ledger.state.enabled_since(*id).is_some();
-                    assert!(!enabled, "done was not answered");
+                    let fires = controller.fires_by_itself(*id) && !ledger.state.is_held(*id);
+                    assert!(!(enabled && fires), "done was not answered");
                 }
             }
         }
@@ -289,27 +320,33 @@ fn seeds() -> std::ops::Range<u64> {
         let (from, to) = text.split_once("..")?;
         Some(from.parse().ok()?..to.parse().ok()?)
     };
-    given.as_deref().and_then(parse).unwrap_or(0..600)
+    given.as_deref().and_then(parse).unwrap_or(0..1000)
 }
 
 #[test]
 fn whatever_happens_the_invariants_hold() {
     let mut outcomes = std::collections::BTreeMap::new();
-    let (mut firings, mut crashes) = (0, 0);
+    let (mut firings, mut crashes, mut pauses, mut losses) = (0, 0, 0, 0);
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
             let mut play = Play::new(seed);
             let spare = play.crashes;
             play.run();
-            let takes = play.journal.iter().filter(|line| line.contains("\"took\"")).count();
-            (play.outcome, takes, spare - play.crashes)
+            let count = |word: &str| play.journal.iter().filter(|line| line.contains(word)).count();
+            let counts = [count("\"took\""), count("mission is paused\""), count("\"link-lost\"")];
+            (play.outcome, counts, spare - play.crashes)
         });
-        let Ok((outcome, takes, killed)) = played else {
+        let Ok((outcome, [takes, paused, lost], killed)) = played else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
         (firings, crashes) = (firings + takes, crashes + killed);
+        (pauses, losses) = (pauses + paused, losses + lost);
     }
-    println!("{outcomes:?}, {firings} firings, {crashes} crashes of the executive");
-    assert!(firings > 1000 && crashes > 100 || std::env::var("ARMOR_SEEDS").is_ok());
+    println!(
+        "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
+         {pauses} pauses, {losses} lost links"
+    );
+    let enough = firings > 1000 && crashes > 100 && pauses > 100 && losses > 50;
+    assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

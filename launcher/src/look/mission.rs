@@ -166,6 +166,8 @@ mod tests {
                 enabled_at_s: 0.0,
                 earliest_at_s: 150.0,
                 latest_at_s: Some(150.0),
+                by: "mission".into(),
+                held: false,
             }],
             components: vec![MissionComponent {
                 component: "explorer".into(),
@@ -177,6 +179,11 @@ mod tests {
             history: Vec::new(),
             late_reports: 0,
             unheard_reports: 2,
+            pause: None,
+            holder: None,
+            link_lost_at_s: None,
+            confirmations: Vec::new(),
+            orders: Vec::new(),
         };
         let expected = "\
 mission survey: playing, 12.0 s after its start, 0 fired
