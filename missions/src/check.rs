@@ -1,6 +1,7 @@
 //! Whether what was read holds together: within the file, and against the manifests of the
 //! components that it names. Everything is looked at in one pass; nothing stops at the first.
 
+mod guards;
 mod links;
 mod manifests;
 mod mission;
@@ -40,6 +41,7 @@ pub fn check(
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
         by_itself(configuration, &mut found);
+        guards::check(configuration, manifests, &mut found);
         overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);

@@ -205,6 +205,24 @@ codes! {
     /// A time that a mission with a period cannot keep.
     ShorterThanPeriod = "W0220", "a time shorter than the mission's period";
 
+    // Guards and variables.
+    /// The text of a guard is not one.
+    GuardSyntax = "E0230", "a guard that cannot be read";
+    /// A guard names a variable that the mission does not have.
+    UnknownVariable = "E0231", "an unknown variable";
+    /// A guard or a source names a field that the data does not have.
+    UnknownField = "E0232", "an unknown field of data";
+    /// Truths, numbers and texts are mixed.
+    GuardType = "E0233", "values of different types in a guard";
+    /// Numbers of different units are compared or added.
+    GuardUnit = "E0234", "numbers in a guard that do not fit together";
+    /// Data of several fields, or of none, where one value is wanted.
+    FieldNotSaid = "E0235", "a field of data is not a single value";
+    /// A guard, or a comparison in it, that comes out the same whatever happens.
+    GuardConstant = "W0236", "a guard that never changes";
+    /// A variable that no guard speaks of.
+    UnusedVariable = "W0237", "a variable that no guard speaks of";
+
     // What is understood but not played.
     /// Something that the format has and this version does not play.
     NotPlayed = "E0301", "not played by this version";
@@ -238,6 +256,7 @@ impl Code {
                     | Code::NoArcs
                     | Code::ExclusiveTogether
                     | Code::ForeignParameter
+                    | Code::UnknownVariable
             )
     }
 }

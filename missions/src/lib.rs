@@ -22,6 +22,7 @@ mod features;
 mod fields;
 mod finding;
 mod format;
+pub mod guard;
 mod load;
 pub mod mission;
 pub mod model;

@@ -1,5 +1,5 @@
-//! The mission's model: a Petri net over the system's components, as written. Guards and checks
-//! stay text here; the executive's own parser reads them.
+//! The mission's model: a Petri net over the system's components, as written. Guards stay text
+//! here, for [`crate::guard`] to read, and so do checks.
 
 use std::path::PathBuf;
 use std::time::Duration;

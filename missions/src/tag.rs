@@ -209,6 +209,21 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
     out
 }
 
+/// The lengths of what stands at byte `at` of a text: as written, and as [`unescape`] reads it.
+pub(crate) fn character(text: &Location, at: usize) -> (usize, usize) {
+    let rest = text.text().get(at..).unwrap_or_default();
+    let Some(first) = rest.chars().next() else { return (1, 0) };
+    if rest.starts_with("\r\n") {
+        return (2, 1);
+    }
+    let mut window = rest.as_bytes().iter().take(16);
+    let end = window.position(|b| *b == b';').filter(|_| first == '&');
+    match end.and_then(|end| Some((end + 1, reference(&rest[1..end])?))) {
+        Some((len, c)) => (len, c.len_utf8()),
+        None => (first.len_utf8(), first.len_utf8()),
+    }
+}
+
 fn push_normalised(out: &mut String, text: &str) {
     let mut previous = ' ';
     for c in text.chars() {

@@ -316,7 +316,7 @@ fn transitions_that_hinder_themselves_or_each_other() {
         r#"<transition name="s" from="b" on="go.done"/><transition name="t" from="b" on="go.failed"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" when="x &lt; 1"/><transition name="t" from="b" when="x &gt; 1"/>"#,
+        r#"<transition name="s" from="b" when="go.o.x &lt; 1"/><transition name="t" from="b" when="go.o.x &gt; 1"/>"#,
     );
 }
 

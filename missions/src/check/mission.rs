@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::check::{Names, reach};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition, Variable};
+use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
@@ -38,9 +38,6 @@ fn check_one(
     let known = Known::of(mission, system, controlled, findings);
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
-    }
-    for variable in &mission.variables {
-        known.check_variable(variable, findings);
     }
     for place in &mission.places {
         known.check_place(place, findings);
@@ -100,14 +97,6 @@ impl<'a> Known<'a> {
             active_in,
             controlled,
         }
-    }
-
-    /// `source="component.output"`, or a field of it.
-    fn check_variable(&self, variable: &Variable, findings: &mut Findings) {
-        let Some(source) = &variable.source else { return };
-        let len = source.value.find('.').unwrap_or(source.value.len());
-        let component = Spanned::new(source.value[..len].to_owned(), source.at.part(0, len));
-        self.expect_component(&component, findings);
     }
 
     fn expect_place(&self, name: &Spanned<String>, findings: &mut Findings) {

@@ -7,6 +7,7 @@ use armor_wire::manifest::Manifest;
 use crate::check::Manifests;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
+use crate::guard::{Guard, Name};
 use crate::model::{Component, Configuration};
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
@@ -24,6 +25,8 @@ struct Used<'a> {
     components: BTreeSet<&'a str>,
     /// Component and output.
     outputs: BTreeSet<(&'a str, &'a str)>,
+    /// The same of guards and variables, joined by the dot.
+    watched: BTreeSet<String>,
     /// Whether there is somebody to take part with.
     is_alone: bool,
 }
@@ -39,12 +42,12 @@ impl<'a> Used<'a> {
         }
         used.components.extend(system.links.iter().map(|link| link.to.component.value.as_str()));
         for mission in configuration.missions() {
-            for variable in &mission.variables {
-                let mut names = variable.source.iter().flat_map(|source| source.value.split('.'));
-                if let (Some(component), Some(output)) = (names.next(), names.next()) {
-                    used.outputs.insert((component, output));
-                    used.components.insert(component);
-                }
+            let sources = mission.variables.iter().filter_map(|variable| variable.source.as_ref());
+            let guards = mission.transitions.iter().filter_map(|t| t.when.as_ref());
+            for text in sources.chain(guards) {
+                let guard = Guard::parse(&text.value);
+                let data = guard.iter().flat_map(Guard::names).filter_map(Name::data);
+                used.watched.extend(data.map(str::to_owned));
             }
             let in_places = mission.places.iter().flat_map(|place| &place.components);
             used.components.extend(in_places.map(|name| name.value.as_str()));
@@ -59,14 +62,20 @@ impl<'a> Used<'a> {
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
         // Of a required input without link there is an error already.
         let is_refused = manifest.inputs.iter().any(|input| input.required);
-        if has_ports && !is_refused && !self.is_alone && !self.components.contains(name) {
+        let is_watched =
+            manifest.outputs.iter().any(|it| self.watched.contains(&format!("{name}.{}", it.id)));
+        let is_idle = !is_watched && !self.components.contains(name);
+        if has_ports && !is_refused && !self.is_alone && is_idle {
             let message =
                 format!("{name} takes part in nothing: it has no link and is in no place");
             let finding = Finding::new(Code::ComponentIdle, &component.name.at, message);
             findings.push(finding.remedy("link it, or remove it"));
             return;
         }
-        let unused = |output: &&str| !self.outputs.contains(&(name, output));
+        let unused = |output: &&str| {
+            !self.outputs.contains(&(name, output))
+                && !self.watched.contains(&format!("{name}.{output}"))
+        };
         let outputs = manifest.outputs.iter().map(|output| output.id.as_str());
         let unused: Vec<_> =
             outputs.filter(unused).map(|output| format!("{name}.{output}")).collect();

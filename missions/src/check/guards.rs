@@ -1,0 +1,133 @@
+//! Variables and guards: whether every name in them is there, and whether values fit together. The
+//! types of data are known where the manifests are; without them, only what the file says counts.
+
+mod data;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use self::data::Data;
+use crate::check::{Manifests, listed};
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::guard::{Guard, Meaning, Name, Type, judge};
+use crate::mission::{Mission, Variable};
+use crate::model::Configuration;
+use crate::nearest::did_you_mean;
+use crate::source::{Location, Spanned};
+
+pub(super) fn check(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
+    let data = Data::of(&configuration.system, manifests);
+    for mission in configuration.missions() {
+        check_one(mission, &data, findings);
+    }
+}
+
+fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
+    let mut variables = BTreeMap::new();
+    let mut used = BTreeSet::new();
+    for variable in &mission.variables {
+        let mut found = Findings::default();
+        variables.insert(variable.name.value.as_str(), data.variable(variable, &mut found));
+        if !found.is_empty() {
+            // What is wrong is to be corrected first.
+            used.insert(variable.name.value.clone());
+        }
+        findings.extend(found);
+    }
+    let mut all_read = true;
+    for when in mission.transitions.iter().filter_map(|transition| transition.when.as_ref()) {
+        let guard = match Guard::parse(&when.value) {
+            Ok(guard) => guard,
+            Err(error) => {
+                all_read = false;
+                let at = within(when, error.at);
+                findings
+                    .push(Finding::new(Code::GuardSyntax, &at, error.message).remedy(error.remedy));
+                continue;
+            }
+        };
+        let mut meanings = Vec::new();
+        for name in guard.names() {
+            used.insert(name.as_str().to_owned());
+            meanings.push(match name.data() {
+                Some(_) => data.field(name, when, findings).map(unbounded),
+                None => known_variable(name, when, &variables, findings),
+            });
+        }
+        // With a name that is wrong, no more can be said than that.
+        let Some(meanings) = meanings.into_iter().collect::<Option<Vec<_>>>() else {
+            all_read = false;
+            continue;
+        };
+        for problem in judge(&guard, &when.value, &meanings) {
+            let at = within(when, problem.at);
+            findings.push(Finding::new(problem.code, &at, problem.message).remedy(problem.remedy));
+        }
+    }
+    let unused = |variable: &&Variable| {
+        all_read && variable.source.is_some() && !used.contains(&variable.name.value)
+    };
+    for variable in mission.variables.iter().filter(unused) {
+        let message = format!("no guard speaks of {}", variable.name.value);
+        let finding = Finding::new(Code::UnusedVariable, &variable.name.at, message);
+        findings.push(finding.remedy("use it in a when=\"…\", or remove it"));
+    }
+}
+
+fn unbounded(is: Type) -> Meaning {
+    Meaning { is, within: (f64::NEG_INFINITY, f64::INFINITY), domain: "any value".into() }
+}
+
+fn known_variable(
+    name: &Name,
+    when: &Spanned<String>,
+    variables: &BTreeMap<&str, Meaning>,
+    findings: &mut Findings,
+) -> Option<Meaning> {
+    if let Some(meaning) = variables.get(name.as_str()) {
+        return Some(meaning.clone());
+    }
+    let message = format!("there is no variable called {name}");
+    let known = variables.keys().copied();
+    let before_minus =
+        |known: &&str| name.as_str().strip_prefix(*known).is_some_and(|rest| rest.starts_with('-'));
+    let remedy = match known.clone().find(before_minus) {
+        Some(_) => "put spaces around a minus: without, it belongs to the name".into(),
+        None => did_you_mean(name.as_str(), known.clone()).unwrap_or_else(|| {
+            format!(
+                "declare a <variable>, or name a field of data as component.output.field; \
+                 variables: {}",
+                listed(known)
+            )
+        }),
+    };
+    let at = within(when, name.at.clone());
+    findings.push(Finding::new(Code::UnknownVariable, &at, message).remedy(remedy));
+    None
+}
+
+/// The bytes `range` of a text as a place in the file, where `&lt;` is longer than what it means.
+fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
+    let raw = text.at.text();
+    let (mut at, mut read) = (0, 0);
+    let mut ends = [raw.len(); 2];
+    let mut found = 0;
+    loop {
+        while found < 2 && read >= [range.start, range.end][found] {
+            // The first byte of the next character, the last of the one before.
+            ends[found] = at;
+            found += 1;
+        }
+        if found == 2 || at >= raw.len() {
+            break;
+        }
+        let (len, written) = crate::tag::character(&text.at, at);
+        (at, read) = (at + len, read + written);
+    }
+    text.at.part(ends[0].min(ends[1]), ends[1])
+}

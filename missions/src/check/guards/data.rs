@@ -1,0 +1,230 @@
+//! The data that guards and variables name: whether it is there, and what it is.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use armor_wire::manifest::Manifest;
+use armor_wire::quantity::{self, Unit};
+use armor_wire::schema::{self, FieldError, FieldPath, Schema};
+
+use super::within;
+use crate::check::{Manifests, listed};
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::guard::{Meaning, Measure, Name, Type};
+use crate::mission::Variable;
+use crate::model::System;
+use crate::nearest::did_you_mean;
+use crate::source::{Location, Spanned};
+
+/// The data that guards may name.
+pub(super) struct Data<'a> {
+    system: &'a System,
+    /// By component; none without manifests.
+    kinds: Option<BTreeMap<&'a str, &'a Manifest>>,
+    /// Read once each: many guards may speak of one.
+    schemas: RefCell<BTreeMap<String, Option<Rc<Schema>>>>,
+}
+
+impl<'a> Data<'a> {
+    pub(super) fn of(system: &'a System, manifests: Option<&'a Manifests>) -> Self {
+        let kinds = manifests.map(|manifests| {
+            let components = system.components.iter();
+            let kind = |component: &'a crate::model::Component| {
+                Some((component.name.value.as_str(), manifests.get(&component.kind.value)?))
+            };
+            components.filter_map(kind).collect()
+        });
+        Self { system, kinds, schemas: RefCell::default() }
+    }
+
+    pub(super) fn variable(&self, variable: &Variable, findings: &mut Findings) -> Meaning {
+        let is = match &variable.source {
+            None => Type::Any,
+            Some(source) => match Name::of_data(&source.value) {
+                Some(name) => self.field(&name, source, findings).unwrap_or(Type::Any),
+                None => {
+                    let message = format!("`{}` is not a field of data", source.value);
+                    let finding = Finding::new(Code::BadValue, &source.at, message);
+                    let remedy =
+                        "write component.output, and .field for each field: power.state.level";
+                    findings.push(finding.remedy(remedy));
+                    Type::Any
+                }
+            },
+        };
+        let ends = [&variable.minimum, &variable.maximum];
+        let is =
+            ends.into_iter().flatten().fold(is, |is, end| of_domain(variable, is, end, findings));
+        let [low, high] = ends.map(|end| end.as_ref().map(|end| (end.value, end.at.text())));
+        let domain = match (low, high) {
+            (Some((_, low)), Some((_, high))) => format!("{low} to {high}"),
+            (Some((_, low)), None) => format!("{low} or more"),
+            (None, Some((_, high))) => format!("{high} or less"),
+            (None, None) => "any value".into(),
+        };
+        let within =
+            (low.map_or(f64::NEG_INFINITY, |low| low.0), high.map_or(f64::INFINITY, |high| high.0));
+        Meaning { is, within, domain }
+    }
+
+    /// The type of a field of data; none, and a finding, if there is no such field.
+    pub(super) fn field(
+        &self,
+        name: &Name,
+        text: &Spanned<String>,
+        findings: &mut Findings,
+    ) -> Option<Type> {
+        let data = name.data().unwrap_or_default();
+        let (component, output) = data.split_once('.')?;
+        let part = |index| within(text, name.part_at(index));
+        let components = || self.system.components.iter().map(|c| c.name.value.as_str());
+        if !components().any(|known| known == component) {
+            let what = "component";
+            unknown(Code::UnknownComponent, what, component, &part(0), components(), findings);
+            return None;
+        }
+        let Some(manifest) = self.kinds.as_ref().and_then(|kinds| kinds.get(component)) else {
+            return Some(Type::Any);
+        };
+        let outputs = || manifest.outputs.iter().map(|output| output.id.as_str());
+        let Some(port) = manifest.outputs.iter().find(|port| port.id == output) else {
+            let what = format!("output of {}", manifest.kind);
+            unknown(Code::UnknownPort, &what, output, &part(1), outputs(), findings);
+            return None;
+        };
+        let mut schemas = self.schemas.borrow_mut();
+        let schema = schemas
+            .entry(data.to_owned())
+            .or_insert_with(|| schema::parse(&port.schema).ok().map(Rc::new))
+            .clone();
+        // A manifest whose schema cannot be read is its own finding.
+        let Some(schema) = schema else { return Some(Type::Any) };
+        let found = FieldPath::find(&schema, &name.fields());
+        match found {
+            Ok(path) => Some(type_of(&path)),
+            Err(error) => {
+                let whole = within(text, name.at.clone());
+                wrong_field(&error, name, (&whole, &part), &port.type_name, findings);
+                None
+            }
+        }
+    }
+}
+
+fn wrong_field(
+    error: &FieldError,
+    name: &Name,
+    (whole, part): (&Location, &dyn Fn(usize) -> Location),
+    type_name: &str,
+    findings: &mut Findings,
+) {
+    match error {
+        FieldError::Unknown { index, name, known } => {
+            let what = format!("field of {type_name}");
+            let known = known.iter().map(String::as_str);
+            unknown(Code::UnknownField, &what, name, &part(index + 2), known, findings);
+        }
+        FieldError::NoFields { index, name } => {
+            let message = format!("there is no {name} here: what comes before it has no fields");
+            let finding = Finding::new(Code::UnknownField, &part(index + 2), message);
+            findings.push(finding.remedy("remove it"));
+        }
+        FieldError::NotOne { known } => {
+            let message = format!("{name} is a {type_name}, which is not a single value");
+            let finding = Finding::new(Code::FieldNotSaid, whole, message);
+            let remedy = match known.as_slice() {
+                [] => "name a field that is a number, a truth or a text; `armor describe` lists \
+                       them"
+                    .into(),
+                known => {
+                    let fields = known.iter().map(|field| format!("{name}.{field}"));
+                    let fields: Vec<_> = fields.collect();
+                    format!("name the field: {}", listed(fields.iter().map(String::as_str)))
+                }
+            };
+            findings.push(finding.remedy(remedy));
+        }
+        FieldError::List => {
+            let message = format!("{name} is a list");
+            let finding = Finding::new(Code::FieldNotSaid, whole, message);
+            let remedy =
+                "guards look at single values: let a component publish the one that counts";
+            findings.push(finding.remedy(remedy));
+        }
+    }
+}
+
+fn unknown<'a>(
+    code: Code,
+    what: &str,
+    name: &str,
+    at: &Location,
+    known: impl Iterator<Item = &'a str> + Clone,
+    findings: &mut Findings,
+) {
+    let message = format!("there is no {what} called {name}");
+    let before_minus =
+        |known: &str| name.strip_prefix(known).is_some_and(|rest| rest.starts_with('-'));
+    let remedy = if known.clone().any(before_minus) {
+        "put spaces around a minus: without, it belongs to the name".into()
+    } else {
+        let guess = did_you_mean(name, known.clone());
+        guess.unwrap_or_else(|| format!("there are: {}", listed(known)))
+    };
+    findings.push(Finding::new(code, at, message).remedy(remedy));
+}
+
+fn type_of(path: &FieldPath<'_>) -> Type {
+    match path.schema {
+        Schema::Bool => Type::Truth,
+        Schema::Text => Type::Text(None),
+        Schema::Enum { variants, .. } => {
+            Type::Text(Some(variants.iter().map(|variant| variant.name.clone()).collect()))
+        }
+        _ => Type::Number(match path.unit {
+            None => Measure::Bare,
+            Some(unit) => match Unit::named(unit) {
+                None => Measure::Other(unit.to_owned()),
+                Some(Unit { name, dimension, to_si }) => {
+                    let is_si = (to_si - 1.0).abs() < f64::EPSILON;
+                    Measure::Of { dimension: *dimension, unit: (!is_si).then_some(*name) }
+                }
+            },
+        }),
+    }
+}
+
+/// What a variable is, given an end of its domain: a number, and if its source says no more, in
+/// the unit of that end.
+fn of_domain(variable: &Variable, is: Type, end: &Spanned<f64>, findings: &mut Findings) -> Type {
+    let written = quantity::parse(end.at.text()).ok().and_then(|quantity| quantity.unit);
+    let measure =
+        written.map_or(Measure::Bare, |unit| Measure::Of { dimension: unit.dimension, unit: None });
+    let name = &variable.name.value;
+    let complain = |findings: &mut Findings, code, message: String, remedy: String| {
+        findings.push(Finding::new(code, &end.at, message).remedy(remedy));
+    };
+    match (&is, &measure) {
+        (Type::Truth | Type::Text(_), _) => {
+            let message =
+                format!("{name} follows what is not a number, so it has no least or greatest");
+            complain(findings, Code::GuardType, message, "remove min and max".into());
+        }
+        (Type::Any | Type::Number(Measure::Any), _) => return Type::Number(measure),
+        (Type::Number(Measure::Of { unit: Some(unit), .. }), Measure::Bare) if end.value != 0.0 => {
+            let message = format!("`{}` has no unit, but {name} is in {unit}", end.at.text());
+            complain(findings, Code::GuardUnit, message, format!("write {}{unit}", end.at.text()));
+        }
+        (Type::Number(Measure::Of { dimension, .. }), Measure::Of { dimension: other, .. })
+            if dimension != other =>
+        {
+            let message = format!("`{}` is not what {name} measures", end.at.text());
+            let remedy = "write it in the unit of the source, which `armor describe` shows".into();
+            complain(findings, Code::GuardUnit, message, remedy);
+        }
+        _ => {}
+    }
+    is
+}

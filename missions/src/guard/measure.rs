@@ -1,0 +1,70 @@
+//! What the numbers of a guard measure, and what comes of it when they are multiplied.
+
+use armor_wire::quantity::Dimension;
+
+/// What a number measures.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Measure {
+    Any,
+    /// Nothing: it has no unit.
+    Bare,
+    /// Something physical; `unit` is that of its field where it is not the SI one.
+    Of {
+        dimension: Dimension,
+        unit: Option<&'static str>,
+    },
+    /// A unit that is not known here.
+    Other(String),
+}
+
+pub(super) fn times(left: &Measure, right: &Measure) -> Measure {
+    match (left, right) {
+        (one, other) | (other, one) if is_pure(one) => other.clone(),
+        _ => Measure::Any,
+    }
+}
+
+pub(super) fn by(left: &Measure, right: &Measure) -> Measure {
+    match (left, right) {
+        (one, other) if is_pure(other) => one.clone(),
+        (Measure::Of { dimension, .. }, Measure::Of { dimension: other, .. })
+            if dimension == other =>
+        {
+            Measure::Bare
+        }
+        _ => Measure::Any,
+    }
+}
+
+/// A factor that changes no unit.
+fn is_pure(measure: &Measure) -> bool {
+    matches!(measure, Measure::Bare | Measure::Of { dimension: Dimension::Ratio, .. })
+}
+
+pub(super) fn in_words(measure: &Measure) -> String {
+    match measure {
+        Measure::Any => "a number".into(),
+        Measure::Bare => "a number without unit".into(),
+        Measure::Other(unit) => format!("in {unit}"),
+        Measure::Of { dimension, .. } => match dimension {
+            Dimension::Time => "a time",
+            Dimension::Frequency => "a frequency",
+            Dimension::Length => "a length",
+            Dimension::Angle => "an angle",
+            Dimension::Speed => "a speed",
+            Dimension::AngularSpeed => "an angular speed",
+            Dimension::Acceleration => "an acceleration",
+            Dimension::AngularAcceleration => "an angular acceleration",
+            Dimension::Mass => "a mass",
+            Dimension::Voltage => "a voltage",
+            Dimension::Current => "a current",
+            Dimension::Charge => "a charge",
+            Dimension::Energy => "an energy",
+            Dimension::Power => "a power",
+            Dimension::Temperature => "a temperature",
+            Dimension::Information => "an amount of data",
+            Dimension::Ratio => "a ratio",
+        }
+        .into(),
+    }
+}

@@ -1,0 +1,195 @@
+//! The text of a guard → its words and signs.
+
+use std::ops::Range;
+
+use armor_wire::quantity::{UNITS, Unit};
+
+use super::{GuardError, Operator};
+use crate::nearest::did_you_mean;
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Token {
+    Number(f64, Option<&'static Unit>),
+    Text(String),
+    /// A variable, or names joined by dots.
+    Name(String),
+    True,
+    False,
+    Not,
+    Known,
+    Operator(Operator),
+    Open,
+    Close,
+    End,
+}
+
+/// All tokens with their places, an end at the end.
+pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, GuardError> {
+    let mut lexer = Lexer { text, at: 0 };
+    let mut out = Vec::new();
+    loop {
+        let next = lexer.next()?;
+        let is_end = next.0 == Token::End;
+        out.push(next);
+        if is_end {
+            return Ok(out);
+        }
+    }
+}
+
+struct Lexer<'a> {
+    text: &'a str,
+    at: usize,
+}
+
+/// Spellings of other languages, and ours.
+const FOREIGN: [(&str, &str); 8] = [
+    ("&&", "write and"),
+    ("&", "write and"),
+    ("||", "write or"),
+    ("|", "write or"),
+    ("=", "write == to compare"),
+    ("!", "write not"),
+    ("\"", "put a text between single quotes: 'Charging'"),
+    (".", "write numbers with a digit before the point, and no spaces around the dots of a name"),
+];
+
+/// Longer ones first.
+const SIGNS: [(&str, Token); 12] = [
+    ("<=", Token::Operator(Operator::LessOrEqual)),
+    (">=", Token::Operator(Operator::GreaterOrEqual)),
+    ("==", Token::Operator(Operator::Equal)),
+    ("!=", Token::Operator(Operator::Unequal)),
+    ("<", Token::Operator(Operator::Less)),
+    (">", Token::Operator(Operator::Greater)),
+    ("+", Token::Operator(Operator::Plus)),
+    ("-", Token::Operator(Operator::Minus)),
+    ("*", Token::Operator(Operator::Times)),
+    ("/", Token::Operator(Operator::By)),
+    ("(", Token::Open),
+    (")", Token::Close),
+];
+
+impl<'a> Lexer<'a> {
+    fn next(&mut self) -> Result<(Token, Range<usize>), GuardError> {
+        let rest = self.rest();
+        self.at += rest.len() - rest.trim_start().len();
+        let (start, rest) = (self.at, self.rest());
+        let token = match rest.chars().next() {
+            None => Token::End,
+            Some(c) if c.is_ascii_digit() => self.number()?,
+            Some(c) if c.is_ascii_alphabetic() => self.word(),
+            Some('\'') => self.quoted()?,
+            Some(c) => match SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)) {
+                Some((sign, token)) => {
+                    self.at += sign.len();
+                    token.clone()
+                }
+                None => return Err(foreign(rest, start, c)),
+            },
+        };
+        Ok((token, start..self.at))
+    }
+
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    fn take_while(&mut self, wanted: impl Fn(char) -> bool) -> &'a str {
+        let rest = self.rest();
+        let len = rest.find(|c| !wanted(c)).unwrap_or(rest.len());
+        self.at += len;
+        &rest[..len]
+    }
+
+    /// A minus between letters belongs to the name, so that every component has its name here too.
+    fn word(&mut self) -> Token {
+        let word = self.take_while(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'));
+        match word {
+            "and" => Token::Operator(Operator::And),
+            "or" => Token::Operator(Operator::Or),
+            "not" => Token::Not,
+            "true" => Token::True,
+            "false" => Token::False,
+            "known" => Token::Known,
+            name => Token::Name(name.to_owned()),
+        }
+    }
+
+    fn quoted(&mut self) -> Result<Token, GuardError> {
+        let rest = &self.rest()[1..];
+        let Some(len) = rest.find('\'') else {
+            return Err(GuardError {
+                at: self.at..self.text.len(),
+                message: "this text has no end".into(),
+                remedy: "close it with a single quote".into(),
+            });
+        };
+        self.at += len + 2;
+        Ok(Token::Text(rest[..len].to_owned()))
+    }
+
+    fn number(&mut self) -> Result<Token, GuardError> {
+        let start = self.at;
+        self.take_while(|c| c.is_ascii_digit());
+        let digit = |text: &str, at: usize| text.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+        if self.rest().starts_with('.') && digit(self.rest(), 1) {
+            self.at += 1;
+            self.take_while(|c| c.is_ascii_digit());
+        }
+        let sign = usize::from(matches!(self.rest().as_bytes().get(1), Some(b'+' | b'-')));
+        if self.rest().starts_with(['e', 'E']) && digit(self.rest(), 1 + sign) {
+            self.at += 1 + sign;
+            self.take_while(|c| c.is_ascii_digit());
+        }
+        let value: Option<f64> = self.text[start..self.at].parse().ok();
+        let unit = self.unit()?;
+        let finite = |value: &f64| (value * unit.map_or(1.0, |unit| unit.to_si)).is_finite();
+        let value = value.filter(finite).ok_or_else(|| GuardError {
+            at: start..self.at,
+            message: format!("`{}` is too large", &self.text[start..self.at]),
+            remedy: "write a smaller number".into(),
+        })?;
+        Ok(Token::Number(value, unit))
+    }
+
+    /// The longest unit that the text goes on with.
+    fn unit(&mut self) -> Result<Option<&'static Unit>, GuardError> {
+        let rest = self.rest();
+        let goes_on = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let ends = |unit: &&Unit| {
+            rest.strip_prefix(unit.name)
+                .is_some_and(|after| unit.name == "%" || !after.starts_with(goes_on))
+        };
+        let longest = UNITS.iter().filter(ends).max_by_key(|unit| unit.name.len());
+        if let Some(unit) = longest {
+            self.at += unit.name.len();
+            return Ok(Some(unit));
+        }
+        if !rest.starts_with(goes_on) {
+            return Ok(None);
+        }
+        let start = self.at;
+        let word = self.take_while(goes_on);
+        let known = || UNITS.iter().map(|unit| unit.name);
+        let list = || format!("known are {}", known().collect::<Vec<_>>().join(" "));
+        Err(GuardError {
+            at: start..self.at,
+            message: format!("`{word}` is not a unit"),
+            remedy: did_you_mean(word, known()).unwrap_or_else(list),
+        })
+    }
+}
+
+fn foreign(rest: &str, start: usize, c: char) -> GuardError {
+    let (len, remedy) = match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
+        Some((sign, remedy)) => (sign.len(), *remedy),
+        None => (c.len_utf8(), "remove it"),
+    };
+    let at = start..start + len;
+    GuardError {
+        message: format!("`{}` has no meaning in a guard", &rest[..len]),
+        at,
+        remedy: remedy.into(),
+    }
+}
