@@ -141,12 +141,19 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Adds one, or counts it if there are too many already.
+    /// Adds one, or counts it if there are too many already. Room is made for an error: a file is
+    /// not taken because its warnings were many.
     pub fn push(&mut self, finding: Finding) {
         if self.list.len() < MAX_FINDINGS {
             self.list.push(finding);
-        } else {
-            self.left_out += 1;
+            return;
+        }
+        self.left_out += 1;
+        let is_minor = |other: &Finding| other.severity() != Severity::Error;
+        if finding.severity() == Severity::Error
+            && let Some(other) = self.list.iter_mut().rfind(|other| is_minor(other))
+        {
+            *other = finding;
         }
     }
 
@@ -224,5 +231,24 @@ impl<'a> IntoIterator for &'a Findings {
     type IntoIter = std::slice::Iter<'a, Finding>;
     fn into_iter(self) -> Self::IntoIter {
         self.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_never_hide_that_there_are_errors() {
+        let mut findings = Findings::default();
+        for _ in 0..2 * MAX_FINDINGS {
+            findings.push(Finding::nowhere(Code::NoSafePlace, "a warning"));
+        }
+        assert!(!findings.has_errors());
+        findings.push(Finding::nowhere(Code::NoSystem, "an error"));
+        assert!(findings.has_errors());
+        assert_eq!(findings.count(Severity::Warning), MAX_FINDINGS - 1);
+        let last = findings.finish().into_iter().last().map(|finding| finding.message);
+        assert_eq!(last.as_deref(), Some("501 more findings were left out"));
     }
 }

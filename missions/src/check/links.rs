@@ -11,6 +11,8 @@ use crate::model::{Component, Link, LinkMode, System};
 
 /// Links of a circle that are shown beside its last one.
 const MAX_SHOWN: usize = 8;
+/// Circles that are reported: whoever breaks these sees the next ones.
+const MAX_CIRCLES: usize = 8;
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let components: BTreeMap<&str, &Component> =
@@ -90,6 +92,7 @@ impl<'a> Circles<'a> {
     fn report(&self, findings: &mut Findings) {
         let mut is_done = vec![false; self.links.len()];
         let mut on_way = vec![None; self.links.len()];
+        let mut circles = 0;
         for start in 0..self.links.len() {
             // Each step: a component, how many of its links were followed, and the one led here.
             let mut way: Vec<(usize, usize, Option<&Link>)> = Vec::new();
@@ -109,6 +112,10 @@ impl<'a> Circles<'a> {
                 if let Some(since) = on_way[next] {
                     let others = way[since + 1..].iter().filter_map(|(_, _, link)| *link);
                     report_circle(link, others, findings);
+                    circles += 1;
+                    if circles == MAX_CIRCLES {
+                        return;
+                    }
                 } else if !is_done[next] {
                     on_way[next] = Some(way.len());
                     way.push((next, 0, Some(link)));
@@ -119,9 +126,6 @@ impl<'a> Circles<'a> {
 }
 
 fn report_circle<'a>(last: &Link, others: impl Iterator<Item = &'a Link>, findings: &mut Findings) {
-    if findings.is_full() {
-        return;
-    }
     let message = "these links drop nothing and go in a circle: when all are full, everybody waits for everybody";
     let mut finding = Finding::new(Code::KeepAllCircle, &last.from.at, message)
         .remedy("write keep=\"latest\" or a number on one of them");
