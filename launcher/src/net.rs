@@ -1,8 +1,10 @@
 //! `armor net`: Petri nets in files of others — counted, checked, converted.
 
 pub mod arguments;
+mod check;
 mod convert;
 mod info;
+mod report;
 
 use std::path::Path;
 use std::time::Instant;
@@ -24,6 +26,7 @@ use crate::exit::Ending;
 pub fn run(arguments: &arguments::Net, format: Format) -> Result<Ending> {
     match arguments {
         arguments::Net::Info { file, budget } => info::run(file, budget, format),
+        arguments::Net::Check(check) => check::run(check, format),
         arguments::Net::Convert { from, to } => convert::run(from, to),
     }
 }

@@ -17,6 +17,8 @@ pub enum Net {
         #[command(flatten)]
         budget: Limits,
     },
+    /// Say what is wrong, each thing with a firing sequence that shows it.
+    Check(Check),
     /// Write the net in the format that the other file's name says: .pnml or .net.
     Convert {
         /// The file that is read.
@@ -38,4 +40,22 @@ pub struct Limits {
     /// Take no longer than this.
     #[arg(long, value_name = "TIME", default_value = "5min", value_parser = crate::arguments::duration)]
     pub time_limit: Duration,
+}
+
+/// What `armor net check` is to look at.
+#[derive(Args, Debug)]
+pub struct Check {
+    /// A .pnml or .net file.
+    pub file: PathBuf,
+    /// The place that must be reachable from everywhere, and to which durations are told.
+    #[arg(long, value_name = "PLACE")]
+    pub goal: Option<String>,
+    /// Two places that must never be marked together; may be given several times.
+    #[arg(long, num_args = 2, value_names = ["PLACE", "PLACE"])]
+    pub exclusive: Vec<String>,
+    /// Print the semiflows of places and transitions.
+    #[arg(long)]
+    pub invariants: bool,
+    #[command(flatten)]
+    pub budget: Limits,
 }

@@ -106,3 +106,39 @@ fn text(info: &Info) -> String {
     }
     rows.iter().map(|(name, value)| format!("{name:22} {value}\n")).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_petri::analysis::Budget;
+    use armor_petri::file::tina;
+
+    fn check(text: &str, states: u64, expected: &str) {
+        let net = tina::read(text).expect("a net").net;
+        let budget = Budget { states, ..Budget::UNLIMITED };
+        let found = info(&net, &Facts::gather(&net, false, &budget));
+        assert_eq!(serde_json::to_string(&found).expect("plain numbers"), expected, "{text}");
+    }
+
+    #[test]
+    fn what_is_decided_is_said_and_nothing_else() {
+        check(
+            "tr t p -> q\npl p (2)",
+            u64::MAX,
+            r#"{"places":2,"transitions":1,"states":3,"edges":2,"max_tokens_in_place":2,"max_tokens_per_marking":2,"deadlocks":1,"bounded":true}"#,
+        );
+        check(
+            "tr t p -> q\npl p (2)",
+            2,
+            r#"{"places":2,"transitions":1,"bounded":true,"undecided":"max-states"}"#,
+        );
+        check(
+            "tr t -> q",
+            u64::MAX,
+            r#"{"places":1,"transitions":1,"states":null,"edges":null,"max_tokens_in_place":null,"max_tokens_per_marking":null,"bounded":false}"#,
+        );
+        // Bounded by an inhibitor arc, which no invariant sees: not known unless all is seen.
+        let held = "tr t q?-5 -> q";
+        check(held, 3, r#"{"places":1,"transitions":1,"undecided":"max-states"}"#);
+    }
+}

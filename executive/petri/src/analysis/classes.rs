@@ -149,8 +149,15 @@ fn gather(
 pub(super) struct Firing {
     pub rules: Rules,
     pub times: Times,
-    /// Per transition, the places it takes from, with how many, and those it empties.
-    taking: Vec<(Vec<(u32, u32)>, Vec<u32>)>,
+    taking: Vec<Taking>,
+}
+
+/// What the first half of a firing does.
+struct Taking {
+    /// Place and tokens taken.
+    inputs: Vec<(u32, u32)>,
+    /// Places emptied.
+    resets: Vec<u32>,
 }
 
 /// A firing, the marking after it and the domain after it.
@@ -160,7 +167,7 @@ impl Firing {
     pub fn new(net: &Net) -> Result<Self, Exhausted> {
         let taking = net.transitions().iter().map(|t| {
             let inputs = t.inputs.iter().map(|(place, weight)| (place.0, *weight)).collect();
-            (inputs, t.resets.iter().map(|place| place.0).collect())
+            Taking { inputs, resets: t.resets.iter().map(|place| place.0).collect() }
         });
         Ok(Self { rules: Rules::new(net), times: Times::of(net)?, taking: taking.collect() })
     }
@@ -182,7 +189,7 @@ impl Firing {
                 continue;
             }
             let mut between = marking.to_vec();
-            let (inputs, resets) = &self.taking[transition as usize];
+            let Taking { inputs, resets } = &self.taking[transition as usize];
             inputs.iter().for_each(|(place, weight)| between[*place as usize] -= weight);
             resets.iter().for_each(|place| between[*place as usize] = 0);
             let mut after = marking.to_vec();

@@ -160,10 +160,23 @@ struct Search {
     firing: Firing,
     nodes: Vec<(Box<[u32]>, Domain)>,
     from: Vec<Option<(usize, TransitionId)>>,
-    /// Per marking and domain, what is known of the beginning: its rows and columns.
-    known: HashMap<(Box<[u32]>, Domain), Vec<(Vec<i64>, Vec<i64>)>>,
+    /// Per marking and domain without the beginning, what is known of that.
+    known: HashMap<(Box<[u32]>, Domain), Vec<Beginning>>,
     bytes: u64,
     asked: u64,
+}
+
+/// The row and the column of the beginning in a domain.
+struct Beginning {
+    row: Vec<i64>,
+    column: Vec<i64>,
+}
+
+impl Beginning {
+    fn is_within(&self, other: &Self) -> bool {
+        let lower = |mine: &[i64], theirs: &[i64]| mine.iter().zip(theirs).all(|(m, t)| m <= t);
+        lower(&self.row, &other.row) && lower(&self.column, &other.column)
+    }
 }
 
 /// Time gone by, at least.
@@ -194,14 +207,11 @@ impl Search {
     ) {
         let (core, row, column) = domain.split_beginning();
         let known = self.known.entry((marking.clone(), core)).or_default();
-        let within = |other: &(Vec<i64>, Vec<i64>)| {
-            let lower = |mine: &[i64], theirs: &[i64]| mine.iter().zip(theirs).all(|(m, t)| m <= t);
-            lower(&row, &other.0) && lower(&column, &other.1)
-        };
-        if known.iter().any(within) {
+        let beginning = Beginning { row, column };
+        if known.iter().any(|other| beginning.is_within(other)) {
             return;
         }
-        known.push((row, column));
+        known.push(beginning);
         let node = self.nodes.len();
         self.bytes += 3 * domain.bytes() + 8 * marking.len() as u64 + 200;
         entered(Elapsed(domain.elapsed_at_least()), node);
