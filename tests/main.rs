@@ -10,5 +10,6 @@ mod mutations;
 mod new_component;
 mod parameters;
 mod resilience;
+mod submissions;
 mod tutorial;
 mod workspace;

@@ -31,11 +31,11 @@ pub(crate) fn settings(
             _ => Transport::Auto,
         },
     });
-    let mission = configuration.mission.as_ref();
     Settings {
         version,
         rate_hz: component.rate_hz.as_ref().map(|rate| rate.value),
-        controlled: component.controllable && mission.is_some_and(|mission| mission.controls(name)),
+        controlled: component.controllable
+            && configuration.missions().any(|mission| mission.controls(name)),
         inputs: inputs.collect(),
         // The format has no attribute for it.
         watchdog_s: None,

@@ -4,7 +4,7 @@
 use crate::builder::PlanBuilder;
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use armor_missions::mission::{ArcKind, Autonomy, Class, Mission, Place, Resume, Transition};
-use armor_missions::{Code, Feature, Finding, Findings, Location, Spanned, System};
+use armor_missions::{Code, Configuration, Feature, Finding, Findings, Location, Spanned, System};
 use armor_petri::{Interval, PlaceId};
 use std::collections::HashMap;
 
@@ -21,9 +21,19 @@ pub const PLAYED: &[Feature] = &[
     Feature::Overrun,
     Feature::Period,
     Feature::Resume,
+    Feature::Submission,
 ];
 
 impl Plan {
+    /// The plan of a configuration's mission with its sub-missions put in; none if it has none.
+    ///
+    /// # Errors
+    /// As [`Self::compile`], or if the whole is larger than a mission may be.
+    pub fn of(configuration: &Configuration) -> Result<Option<Self>, Findings> {
+        let mission = configuration.flattened()?;
+        mission.map(|mission| Self::compile(&configuration.system, &mission)).transpose()
+    }
+
     /// The plan of a mission over a system, both checked before.
     ///
     /// # Errors
@@ -75,9 +85,6 @@ impl Compiler {
     fn refuse_unplayed(&self, mission: &Mission) {
         for variable in &mission.variables {
             self.refuse(&variable.name.at, "a variable");
-        }
-        for submission in &mission.submissions {
-            self.refuse(&submission.file.at, "a sub-mission");
         }
         for check in &mission.checks {
             self.refuse(&check.at, "a check of the net");

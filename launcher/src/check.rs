@@ -67,8 +67,8 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     }
     // What only the executive can say of a mission, it says of one that is sound otherwise.
     if reading.is_valid()
-        && let Some(Configuration { system, mission: Some(mission), .. }) = &reading.configuration
-        && let Err(findings) = Plan::compile(system, mission)
+        && let Some(configuration) = &reading.configuration
+        && let Err(findings) = Plan::of(configuration)
     {
         reading.findings.extend(findings);
     }

@@ -52,10 +52,9 @@ pub fn executive(arguments: &arguments::Executive) -> Result<ExitCode> {
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
         return Err(refused(&reading.findings));
     };
-    let Some(mission) = &configuration.mission else {
+    let Some(plan) = Plan::of(configuration).map_err(|f| refused(&f))? else {
         bail!("{} has no mission to play", arguments.file.display());
     };
-    let plan = Plan::compile(&configuration.system, mission).map_err(|f| refused(&f))?;
     let journal = arguments.journal.clone().unwrap_or_else(default_journal);
     let options = armor_executive::Options { registry: arguments.registry.to_string(), journal };
     let outcome = armor_executive::run(plan, &options, asked_to_end()?)?;

@@ -21,6 +21,7 @@ mod edit;
 mod features;
 mod fields;
 mod finding;
+mod flatten;
 mod format;
 pub mod guard;
 mod load;

@@ -80,10 +80,7 @@ fn default_versions() -> Option<PathBuf> {
 
 /// What only the executive can say of a mission.
 pub fn of_the_mission(configuration: &Configuration) -> Findings {
-    let mission = configuration.mission.as_ref();
-    mission
-        .and_then(|mission| Plan::compile(&configuration.system, mission).err())
-        .unwrap_or_default()
+    Plan::of(configuration).err().unwrap_or_default()
 }
 
 fn say(notice: &Notice) {
