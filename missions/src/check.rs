@@ -126,11 +126,10 @@ impl<'a> Names<'a> {
 }
 
 /// The first dozen names, and how many more there are.
-fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     const SHOWN: usize = 12;
-    let mut names: Vec<_> = names.collect();
-    let more = names.len().saturating_sub(SHOWN);
-    names.truncate(SHOWN);
+    let shown: Vec<_> = names.by_ref().take(SHOWN).collect();
+    let (names, more) = (shown, names.count());
     match (names.is_empty(), more) {
         (true, _) => "none is there".into(),
         (_, 0) => names.join(", "),
