@@ -51,8 +51,7 @@ pub fn check(
             }
         }
         let is_partial = reading.is_partial;
-        let kept = found.into_iter().filter(|f| !is_partial || !f.code.is_of_something_missing());
-        findings.extend(kept);
+        findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
     }
     reading.findings = findings.finish();
     reading

@@ -162,6 +162,12 @@ impl Findings {
         others.into_iter().for_each(|finding| self.push(finding));
     }
 
+    /// Adds those of another list that are to be kept, and how many that one left out.
+    pub(crate) fn absorb(&mut self, others: Self, keep: impl Fn(&Finding) -> bool) {
+        self.left_out += others.left_out;
+        self.extend(others.list.into_iter().filter(keep));
+    }
+
     /// Whether nothing was found, not even a note.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

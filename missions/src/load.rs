@@ -124,7 +124,7 @@ impl Files<'_> {
         let mut of_xml = Findings::default();
         let (source, tree) = parse(path, bytes, &mut of_xml);
         let recovered = tree.is_none().then(|| recover(&source, &of_xml)).flatten();
-        self.findings.extend(of_xml);
+        self.findings.absorb(of_xml, |_| true);
         if let Some(tree) = tree {
             let contents = contents(tree.root(), &source, &mut self.findings);
             return Some((source, contents?));
@@ -133,8 +133,7 @@ impl Files<'_> {
         self.is_partial |= !is_whole;
         let mut findings = Findings::default();
         let contents = contents(&root, &source, &mut findings);
-        let kept = findings.into_iter().filter(|f| is_whole || !f.code.is_of_something_missing());
-        self.findings.extend(kept);
+        self.findings.absorb(findings, |f| is_whole || !f.code.is_of_something_missing());
         Some((source, contents?))
     }
 

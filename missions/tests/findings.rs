@@ -412,6 +412,14 @@ fn what_is_read_is_bounded_however_many_files_are_named() {
     assert!(codes.contains(&"E0008") && asked == 64, "{asked} {codes:?}");
 }
 
+#[test]
+fn what_is_left_out_is_said() {
+    let links = r#"<link from="a.x" to="b.y"/>"#.repeat(armor_missions::MAX_FINDINGS);
+    let codes = all_of(&system(&links));
+    assert_eq!(codes.len(), armor_missions::MAX_FINDINGS + 1);
+    assert_eq!(codes.last(), Some(&"N0999"));
+}
+
 /// All that is found, as codes, in the order of the file.
 fn all_of(file: &str) -> Vec<&'static str> {
     let (reading, _) = reading(file, None);
