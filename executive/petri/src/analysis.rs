@@ -1,7 +1,7 @@
 //! What can be said of a net before it runs, with a counterexample where it is bad news, and
 //! "undecided" where a budget ran out.
 //!
-//! The untimed analysis ([`explore`], [`invariants`], [`boundedness`]) looks at tokens alone:
+//! The untimed analysis ([`explore()`], [`invariants`], [`boundedness`]) looks at tokens alone:
 //! intervals, priorities, classes and gates only take behaviour away, so what it excludes never
 //! happens in a run. [`classes`] and [`durations`] look at time.
 
