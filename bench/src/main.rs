@@ -7,6 +7,7 @@ mod jobs;
 mod machine;
 mod options;
 mod ours;
+mod petri;
 mod plain;
 mod process;
 mod readings;
@@ -25,6 +26,8 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1).peekable();
     let result = if arguments.next_if(|first| first == "role").is_some() {
         role(arguments)
+    } else if arguments.next_if(|first| first == "nets").is_some() {
+        petri::run(3)
     } else {
         options::parse(arguments).and_then(|options| match options {
             Some(options) => run(&options),

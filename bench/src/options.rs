@@ -10,13 +10,15 @@ use crate::jobs::Job;
 
 pub const USAGE: &str = "\
 usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-wait S]
+       armor-bench nets
   --rounds N        how often everything is measured; medians are printed (default 5)
   --secs S          how long one figure is measured (default 1)
   --only PART       lat, spin, flood, fan, paced, first, idle or check; may be
                     repeated
   --same-core       both processes on core 0: what the software costs, without the wake-up of a
                     halted core; measures round trips only, unless --only says what
-  --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)";
+  --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)
+  nets              states and firings of Petri nets instead";
 
 /// What is to be measured, and how.
 #[derive(Clone, Debug)]
