@@ -9,6 +9,7 @@ use quick_xml::reader::Reader;
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
+use crate::nearest::did_you_mean;
 use crate::source::{Location, Source, Span};
 use crate::tag::{TagReader, unescape};
 use crate::tree::{Element, Node, Tree};
@@ -180,6 +181,7 @@ impl<'a> Builder<'a> {
         let text = self.source.slice(span);
         let name = text.trim_start_matches("</").trim_end_matches('>').trim_end().to_owned();
         match self.open.iter().rposition(|element| element.name == name) {
+            None if self.is_misspelt(&name) => self.misspelt(&name, span),
             None => {
                 let message = format!("</{name}> closes nothing");
                 let finding = self.finding(Code::EndTag, span, message);
@@ -197,6 +199,26 @@ impl<'a> Builder<'a> {
                 self.close();
             }
         }
+    }
+
+    /// Whether the end tag means the element that is open.
+    fn is_misspelt(&self, name: &str) -> bool {
+        let meant = self.open.last().map(|top| top.name.as_str());
+        did_you_mean(name, meant.into_iter()).is_some()
+    }
+
+    fn misspelt(&mut self, name: &str, span: Span) {
+        let Some(top) = self.open.last_mut() else { return };
+        top.span = Span::new(top.span.start(), span.end());
+        let (message, remedy) = (
+            format!("</{name}> does not close <{}>", top.name),
+            format!("did you mean </{}>?", top.name),
+        );
+        let start = Location::new(self.source, top.name_span);
+        let finding = self.finding(Code::EndTag, span, message).remedy(remedy);
+        self.report(finding.related(&start, "opened here"));
+        self.sound = false;
+        self.close();
     }
 
     fn unclosed(&mut self) {

@@ -445,6 +445,15 @@ fn tags_that_do_not_match_hide_nothing_else() {
 }
 
 #[test]
+fn a_misspelt_end_tag_is_one_mistake() {
+    let file =
+        r#"<armor version="1"><system><component name="a" kind="k"></componet></system></armor>"#;
+    assert_eq!(all_of(file), ["E0012"]);
+    let misspelt = r#"<armor version="1"><system><component name="a" kind="k"/></systm></armor>"#;
+    assert_eq!(all_of(misspelt), ["E0012"]);
+}
+
+#[test]
 fn a_malformed_tag_brings_no_follow_up() {
     // The component is not understood, so whether links lead to it is not known.
     let file = r#"<component name="a" kind=k/><component name="b" kind="k" rate="x"/><link from="a.x" to="b.y"/><link from="b.x" to="b.y"/>"#;

@@ -64,7 +64,8 @@ pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> 
     let options = match parse(C::KIND, arguments) {
         Ok(Some(options)) => options,
         Ok(None) => {
-            println!("{}: {}\n{USAGE}", C::KIND, C::SUMMARY);
+            // Whoever closed the stream has seen enough.
+            let _ = writeln!(std::io::stdout(), "{}: {}\n{USAGE}", C::KIND, C::SUMMARY);
             return ExitCode::SUCCESS;
         }
         Err(error) => {
