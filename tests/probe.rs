@@ -107,7 +107,7 @@ impl Component for Probe {
             "fail" => self.fail = u64::try_from(value.integer()?)?,
             "work" => self.work = Duration::from_secs_f64(value.number()?),
             "mark" => self.trace.note(format_args!("mark {}", value.text()?))?,
-            "ask" if value.text()? != "" => self.armor.get_parameter(value.text()?)?,
+            "ask" if !value.text()?.is_empty() => self.armor.get_parameter(value.text()?)?,
             _ => {}
         }
         Ok(())

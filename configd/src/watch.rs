@@ -1,6 +1,6 @@
 //! Notices that the files are not what they were: at once by watching every folder on the way to
-//! them (watching a file loses it at the first atomic save), and every [`POLL`] by looking, for
-//! where the kernel tells nothing. Writes them too, so that no write meets a look.
+//! them (watching a file alone loses it at the first atomic save), and every [`POLL`] by looking,
+//! for where the kernel tells nothing. Writes them too, so that no write meets a look.
 //!
 //! A change is believed when the files have been quiet for [`QUIET`], and what is missing or empty
 //! only at the end of [`MAX_WAIT`]: so neither a file caught half-written nor the moment between two
@@ -118,7 +118,7 @@ async fn written(files: &mut Files, write: Write) -> Option<Seen> {
     Some(Seen::Written(result))
 }
 
-/// The folders that the kernel watches for us.
+/// The folders, and the files themselves, that the kernel watches for us.
 struct Folders {
     watcher: Option<RecommendedWatcher>,
     stirred: Arc<Notify>,
@@ -137,27 +137,29 @@ impl Folders {
         Self { watcher, stirred: Arc::clone(stirred), watched: BTreeMap::new(), entries }
     }
 
-    /// Watches the folders on the way to the files as they are now, and no others.
+    /// Watches the files and the folders on the way to them as they are now, and no others.
     fn follow(&mut self, files: &Files) {
         let Some(watcher) = &mut self.watcher else { return };
         let ways = Ways::to(files.paths());
-        let wanted = ways.0.keys().filter_map(|folder| {
+        let wanted = ways.folders.keys().chain(&ways.files).filter_map(|folder| {
             let folder_is = fs::metadata(folder).ok()?;
             Some((folder.clone(), (folder_is.dev(), folder_is.ino())))
         });
         let wanted: BTreeMap<_, _> = wanted.collect();
-        let entries =
-            ways.0.into_iter().flat_map(|(folder, entries)| std::iter::once(folder).chain(entries));
-        *self.entries.lock().unwrap_or_else(PoisonError::into_inner) = entries.collect();
-        if wanted == self.watched {
-            return;
-        }
+        let entries = ways
+            .folders
+            .into_iter()
+            .flat_map(|(folder, entries)| std::iter::once(folder).chain(entries));
+        let entries = entries.collect();
+        let mut known = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut is_news = *known != entries;
+        *known = entries;
+        drop(known);
         let old = std::mem::take(&mut self.watched);
         for folder in old.iter().filter(|(folder, id)| wanted.get(*folder) != Some(*id)) {
             // The kernel has let go of a folder that is gone.
             let _ = watcher.unwatch(folder.0);
         }
-        let mut is_news = false;
         for (folder, id) in wanted {
             let is_watched = old.get(&folder) == Some(&id);
             // One that cannot be watched is tried again after the next look.
@@ -167,7 +169,7 @@ impl Folders {
             }
         }
         if is_news {
-            // What happened before the new folders were watched is not told.
+            // What happened on the new way before it was watched is not told.
             self.stirred.notify_one();
         }
     }

@@ -11,7 +11,11 @@ const MAX_LINKS: usize = 40;
 /// Folders, each with the paths of the entries in it that matter. Without links: a folder has one
 /// spelling.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Ways(pub(crate) BTreeMap<PathBuf, BTreeSet<PathBuf>>);
+pub(crate) struct Ways {
+    pub(crate) folders: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
+    /// The files themselves, where they are: one may be written under another name that it has.
+    pub(crate) files: BTreeSet<PathBuf>,
+}
 
 impl Ways {
     /// The ways to all of `files`. What is missing ends its way.
@@ -37,7 +41,7 @@ impl Ways {
                 }
                 Component::Normal(name) => {
                     let entry = at.join(name);
-                    self.0.entry(at.clone()).or_default().insert(entry.clone());
+                    self.folders.entry(at.clone()).or_default().insert(entry.clone());
                     if let Ok(target) = fs::read_link(&entry) {
                         if links > 0 {
                             self.add(&at, &target.join(parts.as_path()), links - 1);
@@ -49,6 +53,7 @@ impl Ways {
                 Component::CurDir | Component::Prefix(_) => {}
             }
         }
+        self.files.insert(at);
     }
 }
 
@@ -72,13 +77,14 @@ mod tests {
             [folder.join("current/robot.xml"), folder.join("loop/x")].iter().map(AsRef::as_ref),
         );
         let names = |of: &str| -> Vec<_> {
-            let entries = ways.0.get(&folder.join(of)).into_iter().flatten();
+            let entries = ways.folders.get(&folder.join(of)).into_iter().flatten();
             entries.map(|entry| entry.file_name().and_then(|name| name.to_str())).collect()
         };
-        assert_eq!(ways.0[&folder].len(), 3, "current, v1, loop: {ways:?}");
+        assert_eq!(ways.folders[&folder].len(), 3, "current, v1, loop: {ways:?}");
         assert_eq!(names("v1"), [Some("parts"), Some("robot.xml")]);
         assert_eq!(names("v1/parts"), [Some("real.xml")]);
-        assert!(ways.0.contains_key(Path::new("/")));
+        assert_eq!(ways.files, [folder.join("v1/parts/real.xml")].into());
+        assert!(ways.folders.contains_key(Path::new("/")));
         fs::remove_dir_all(&folder).expect("ours");
     }
 }

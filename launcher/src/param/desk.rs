@@ -9,7 +9,9 @@ use armor_configd::{Action, Event, Notice, Rules, Versions, write};
 use armor_executive::PLAYED;
 use armor_missions::{Colours, Findings};
 use armor_net::PeerId;
-use armor_sdk::configuration::{ConfigdConnection, Differences, Parameters, SetOutcome};
+use armor_sdk::configuration::{
+    ConfigdConnection, ConfigdError, Differences, Parameters, SetOutcome,
+};
 use armor_sdk::directory::Directory;
 use armor_wire::config::{Reply, Request};
 use armor_wire::hello::{Hello, Purpose};
@@ -82,7 +84,15 @@ impl Desk {
         value: Option<&str>,
     ) -> Result<SetOutcome> {
         match self {
-            Self::Running(connection) => Ok(connection.set(component, parameter, value)?),
+            Self::Running(connection) => {
+                let done = connection.set(component, parameter, value);
+                done.map_err(|error| match error {
+                    ConfigdError::Ended(_) => anyhow!(
+                        "{error}; whether it was written is not known: look with `armor param get`"
+                    ),
+                    error => error.into(),
+                })
+            }
             Self::File(alone) => alone.set(component, parameter, value),
         }
     }
