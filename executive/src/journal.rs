@@ -75,6 +75,26 @@ pub struct Story {
     pub life: Option<Life>,
 }
 
+/// Reads a journal without touching it; somebody may be writing it.
+///
+/// # Errors
+/// If it cannot be read, or is not a journal.
+pub fn read(path: &Path) -> Result<Story, JournalError> {
+    let failed = |error| JournalError::Io { path: path.to_owned(), error };
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    file.take(MAX_LEN + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_LEN {
+        return Err(JournalError::TooLong(path.to_owned()));
+    }
+    parse(path, &bytes[..whole_len(&bytes)])
+}
+
+/// Up to the end of the last whole line.
+fn whole_len(bytes: &[u8]) -> usize {
+    bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1)
+}
+
 impl Journal {
     /// Opens or creates a journal and reads it.
     ///
@@ -94,7 +114,7 @@ impl Journal {
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+        let whole = whole_len(&bytes);
         let story = parse(path, &bytes[..whole])?;
         file.set_len(whole as u64).map_err(failed)?;
         file.seek(SeekFrom::Start(whole as u64)).map_err(failed)?;
@@ -218,7 +238,9 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         let mut torn = whole.clone();
         torn.extend(b"{\"at_ns\":12,\"entry\":\"pu");
-        std::fs::write(&path, torn).unwrap();
+        std::fs::write(&path, &torn).unwrap();
+        assert_eq!(read(&path).unwrap().records, records());
+        assert_eq!(std::fs::read(&path).unwrap(), torn, "reading changes nothing");
         let (_, story) = Journal::open(&path).unwrap();
         assert_eq!((story.records, story.life), (records(), Some(life)));
         assert_eq!(std::fs::read(&path).unwrap(), whole);

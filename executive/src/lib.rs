@@ -31,6 +31,7 @@ mod run;
 mod scenarios;
 #[cfg(test)]
 mod simulation;
+mod story;
 
 pub use authority::{Lease, Pause};
 pub use compile::PLAYED;

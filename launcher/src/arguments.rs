@@ -1,5 +1,7 @@
 //! The command line: what can be asked of `armor`, in the words of `armor --help`.
 
+mod mission;
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,6 +10,8 @@ use armor_wire::name::{is_name, split_data};
 use armor_wire::quantity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+
+pub use mission::{By, Mission, Replay};
 
 use crate::param::arguments::Param;
 
@@ -60,7 +64,7 @@ pub enum Command {
     Echo(Echo),
     /// Measure how often data is published.
     Hz(Hz),
-    /// Look at the mission of a running system.
+    /// Look at the mission of a running system, and command it.
     #[command(subcommand)]
     Mission(Mission),
     /// Count, check and convert Petri nets in files: PNML and TINA's .net.
@@ -192,18 +196,6 @@ pub struct Hz {
     pub count: Option<u64>,
     #[command(flatten)]
     pub running: Running,
-}
-
-#[derive(Debug, Subcommand)]
-pub enum Mission {
-    /// Show which places are marked and what can fire.
-    Show {
-        /// Print again at every change.
-        #[arg(long, short)]
-        follow: bool,
-        #[command(flatten)]
-        running: Running,
-    },
 }
 
 #[derive(Args, Debug)]

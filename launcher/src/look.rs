@@ -57,7 +57,7 @@ impl Observed {
     }
 
     /// Its registry.
-    fn directory(&self) -> &Directory {
+    pub(crate) fn directory(&self) -> &Directory {
         &self.directory
     }
 

@@ -27,7 +27,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{CommandFactory, Parser};
 
-use arguments::{Arguments, Command, Format, Mission};
+use arguments::{Arguments, Command, Format};
 use exit::Ending;
 
 fn main() -> ExitCode {
@@ -53,9 +53,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Graph(running) => look::graph::run(&running, format)?,
         Command::Echo(arguments) => look::echo::run(&arguments)?,
         Command::Hz(arguments) => look::hz::run(&arguments, format)?,
-        Command::Mission(Mission::Show { follow, running }) => {
-            look::mission::show(&running, follow, format)?
-        }
+        Command::Mission(mission) => look::mission::run(mission, format)?,
         Command::Net(arguments) => net::run(&arguments, format)?,
         Command::Param(arguments) => param::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,

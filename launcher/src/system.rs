@@ -22,6 +22,20 @@ pub fn registry(running: &Running) -> Result<SocketAddr> {
     choose(records, running.system.as_deref())
 }
 
+/// What is known of the system that is meant, if this user runs it on this host.
+///
+/// # Errors
+/// If there is none, or several.
+pub fn record(running: &Running) -> Result<Record> {
+    let mut records = run_file::running(&run_file::directory()?)?;
+    if let Some(registry) = running.registry {
+        records.retain(|record| record.registry == registry);
+    }
+    let registry = choose(records.clone(), running.system.as_deref())?;
+    records.retain(|record| record.registry == registry);
+    Ok(records.swap_remove(0))
+}
+
 fn choose(mut records: Vec<Record>, name: Option<&str>) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe).collect();
     if let Some(name) = name {

@@ -1,0 +1,63 @@
+//! The journal in words, for people.
+
+use crate::record::{Entry, Outcome, Tokens};
+use std::fmt;
+
+impl fmt::Display for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Began { mission, .. } => write!(f, "mission {mission} begins"),
+            Self::Took { firing, cause, from, to, late_s } => {
+                write!(f, "firing {firing}, {cause}: {} -> {}", in_words(from), in_words(to))?;
+                if *late_s > 0.0 { write!(f, ", {late_s:.3} s late") } else { Ok(()) }
+            }
+            Self::Stopped { firing } => write!(f, "firing {firing}: all that had to stop has"),
+            Self::Activating { component, activation } => {
+                write!(f, "{component} is activated, number {activation}")
+            }
+            Self::Redirected { firing, to, why } => {
+                write!(f, "firing {firing} goes to {} instead: {why}", in_words(to))
+            }
+            Self::Put { firing } => write!(f, "firing {firing}: complete"),
+            Self::Heard { component, report, .. } => write!(f, "{component}: {report}"),
+            Self::Ordered(judged) => {
+                let verdict = if judged.accepted { "accepted" } else { "refused" };
+                let take = if judged.take { " (takes the command over)" } else { "" };
+                let (author, order, text) = (&judged.by.author, &judged.order, &judged.text);
+                write!(f, "{author} orders: {order}{take}; {verdict}: {text}")
+            }
+            Self::Asked { transition } => write!(f, "asks whether {transition} may fire"),
+            Self::Unanswered { transition, fires: true } => {
+                write!(f, "no answer about {transition}: it fires")
+            }
+            Self::Unanswered { transition, fires: false } => {
+                write!(f, "no answer about {transition}: it does not fire")
+            }
+            Self::LinkLost { author } => write!(f, "the link to {author}, who commanded, is lost"),
+            Self::Held { why } => write!(f, "holds: {why}"),
+            Self::Retreated { why } => write!(f, "retreats: {why}"),
+            Self::GaveUp { why } => write!(f, "gives up: {why}"),
+            Self::Ended { outcome } => write!(f, "the end: {outcome}"),
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Goal => "at its goal",
+            Self::Safe => "in its safe place",
+            Self::Failed => "failed",
+            Self::Interrupted => "interrupted",
+        })
+    }
+}
+
+fn in_words(tokens: &[Tokens]) -> String {
+    let one = |it: &Tokens| match it.tokens {
+        1 => it.place.clone(),
+        tokens => format!("{tokens} {}", it.place),
+    };
+    let all: Vec<_> = tokens.iter().map(one).collect();
+    if all.is_empty() { "nowhere".to_owned() } else { all.join(" ") }
+}

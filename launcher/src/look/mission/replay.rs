@@ -1,0 +1,117 @@
+//! `armor mission replay`: a past mission, record by record, from its journal and its file alone.
+
+use std::io;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use armor_executive::{Ledger, LedgerError, Phase, Plan, Record, Stage, journal};
+use armor_missions::Colours;
+use serde_json::{Map, Value, json};
+
+use super::super::{printed, say};
+use super::journal::{line, time};
+use crate::arguments::{Format, Replay};
+use crate::check;
+use crate::exit::Ending;
+
+/// Prints each record and the marking after it.
+///
+/// # Errors
+/// If the journal or the file cannot be used, or do not belong together.
+pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
+    let plan = Arc::new(plan(arguments)?);
+    let story = journal::read(&arguments.journal)?;
+    printed(play(arguments, plan, &story.records, format))
+}
+
+fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format) -> Result<()> {
+    let mut ledger = Ledger::new(Arc::clone(&plan));
+    for record in records {
+        ledger.apply(record).map_err(|error| mismatch(arguments, &plan, record, error))?;
+        match format {
+            Format::Json => say(json!({
+                "at_s": record.at.as_secs_f64(),
+                "record": record,
+                "marking": marking(&ledger, &plan),
+                "in_flight": ledger.firings().keys().collect::<Vec<_>>(),
+                "stage": stage(&ledger),
+            }))?,
+            _ => {
+                line(record, format)?;
+                say(format!("{:13}{}", "", in_words(&ledger, &plan)))?;
+            }
+        }
+        if arguments.step && io::stdin().read_line(&mut String::new())? == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn plan(arguments: &Replay) -> Result<Plan> {
+    let folder = std::env::current_dir().context("the current folder is gone")?;
+    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    if let Some(finding) = malformed.first() {
+        bail!("{finding}");
+    }
+    let reading = armor_missions::check(armor_missions::load(&arguments.file), &overrides, None);
+    let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
+        bail!("{}", reading.findings.render(Colours::No).trim_end());
+    };
+    let Some(mission) = &configuration.mission else {
+        bail!("{} has no mission", arguments.file.display());
+    };
+    Plan::compile(&configuration.system, mission)
+        .map_err(|findings| anyhow::anyhow!("{}", findings.render(Colours::No).trim_end()))
+}
+
+fn mismatch(arguments: &Replay, plan: &Plan, record: &Record, error: LedgerError) -> anyhow::Error {
+    let (journal, file) = (arguments.journal.display(), arguments.file.display());
+    match error {
+        LedgerError::OtherMission { mission, fingerprint } => anyhow::anyhow!(
+            "{journal} is not a journal of {file} as it is now: it was written for mission \
+             `{mission}` with fingerprint {fingerprint}, the file holds `{}` with {}; give the \
+             file as it was played",
+            plan.mission(),
+            plan.fingerprint()
+        ),
+        other => anyhow::anyhow!("{journal}, at {}: {other}", time(record)),
+    }
+}
+
+fn marking(ledger: &Ledger, plan: &Plan) -> Map<String, Value> {
+    let places = plan.net().places().iter().zip(ledger.marking());
+    places.filter(|(_, tokens)| **tokens > 0).map(|(p, n)| (p.clone(), json!(n))).collect()
+}
+
+fn stage(ledger: &Ledger) -> String {
+    match ledger.stage() {
+        Stage::Playing if ledger.pause().is_some() => "paused".into(),
+        Stage::Playing => "playing".into(),
+        Stage::Retreating => "retreating".into(),
+        Stage::Ending(_) => "ending".into(),
+        Stage::Ended(outcome) => format!("ended {outcome}"),
+    }
+}
+
+fn in_words(ledger: &Ledger, plan: &Plan) -> String {
+    let place = |(name, tokens): (&String, &Value)| match tokens.as_u64() {
+        Some(1) => name.clone(),
+        _ => format!("{tokens} {name}"),
+    };
+    let marked: Vec<_> = marking(ledger, plan).iter().map(place).collect();
+    let marked = if marked.is_empty() { "nothing".to_owned() } else { marked.join(" ") };
+    let flight = |(number, firing): (&u64, &armor_executive::Firing)| {
+        let phase = match firing.phase {
+            Phase::Stopping => "stopping",
+            Phase::Starting => "starting",
+        };
+        format!("; firing {number} {phase}")
+    };
+    let flights: String = ledger.firings().iter().map(flight).collect();
+    let stage = match ledger.stage() {
+        Stage::Playing if ledger.pause().is_none() => String::new(),
+        _ => format!("; {}", stage(ledger)),
+    };
+    format!("= {marked}{flights}{stage}")
+}

@@ -1,0 +1,245 @@
+//! The marking in words.
+
+use armor_executive::{
+    Confirmation, EnabledTransition, Holder, InFlight, MarkedPlace, Marking, MissionComponent,
+    OrderGiven,
+};
+
+use crate::print;
+
+/// Where the mission stands; the marking was told `age_s` ago.
+pub fn in_words(marking: &Marking, age_s: f64) -> String {
+    let now_s = marking.now_at_s + age_s;
+    let mut out = format!(
+        "mission {}: {}, {} after its start, {} fired\n",
+        marking.mission,
+        marking.stage,
+        print::duration(now_s),
+        marking.fired
+    );
+    if !marking.why.is_empty() {
+        out += &format!("because {}\n", marking.why);
+    }
+    if let Some(pause) = &marking.pause {
+        let rest = if pause.at_rest { "" } else { "; not everything has come to rest yet" };
+        let for_s = print::duration(now_s - pause.since_at_s);
+        out += &format!("paused by {} for {for_s}{rest}\n", pause.by);
+    }
+    if let Some(at_s) = marking.link_lost_at_s {
+        let for_s = print::duration(now_s - at_s);
+        out += &format!("the link to the operator has been lost for {for_s}\n");
+    }
+    let mut rows = Vec::new();
+    let mut section = |name: &str, lines: Vec<String>| {
+        let lines = if lines.is_empty() { vec!["none".into()] } else { lines };
+        for (number, line) in lines.into_iter().enumerate() {
+            rows.push((if number == 0 { name.to_owned() } else { String::new() }, line));
+        }
+    };
+    let paused = marking.pause.is_some();
+    section("marked", marking.places.iter().map(|it| place(it, paused)).collect());
+    section("in flight", marking.in_flight.iter().map(flight).collect());
+    // Whose clock is stopped stands where it stood when the pause began.
+    let stopped_s = marking.pause.as_ref().map_or(now_s, |pause| pause.since_at_s);
+    let clock_s = |held: bool| if held { stopped_s } else { now_s };
+    let can_fire = marking.enabled.iter().map(|it| transition(it, clock_s(it.held)));
+    section("can fire", can_fire.collect());
+    if !marking.confirmations.is_empty() {
+        let asked = marking.confirmations.iter();
+        section("asks", asked.map(|it| confirmation(it, now_s)).collect());
+    }
+    if let Some(holder) = &marking.holder {
+        section("command", vec![in_command(holder, now_s)]);
+    }
+    section("components", marking.components.iter().map(component).collect());
+    let history = marking.history.iter();
+    section(
+        "fired",
+        history.map(|it| format!("{} at {:.1} s", it.transition, it.fired_at_s)).collect(),
+    );
+    if !marking.orders.is_empty() {
+        section("orders", marking.orders.iter().map(order).collect());
+    }
+    for (name, line) in rows {
+        out += &format!("{name:10}  {line}\n");
+    }
+    if marking.late_reports + marking.unheard_reports > 0 {
+        out += &format!(
+            "reports that changed nothing: {} too late, {} that no transition waits for\n",
+            marking.late_reports, marking.unheard_reports
+        );
+    }
+    out
+}
+
+fn place(place: &MarkedPlace, paused: bool) -> String {
+    let tokens = if place.tokens == 1 { String::new() } else { format!(" x {}", place.tokens) };
+    let active = if place.active || paused { "" } else { "  (not all of its components run yet)" };
+    format!("{}{tokens}{active}", place.place)
+}
+
+fn flight(flight: &InFlight) -> String {
+    let waits = if flight.waits_for.is_empty() {
+        String::new()
+    } else {
+        format!(", waits for {}", flight.waits_for.join(" "))
+    };
+    let (from, to) = (flight.from.join(" "), flight.to.join(" "));
+    format!("{}: {from} -> {to}, {}{waits}", flight.cause, flight.phase)
+}
+
+fn transition(transition: &EnabledTransition, now_s: f64) -> String {
+    let in_s = |at_s: f64| match at_s - now_s {
+        left_s if left_s <= 0.0 => "now".into(),
+        left_s => format!("in {}", print::duration(left_s)),
+    };
+    let (first, last) = (transition.earliest_at_s, transition.latest_at_s);
+    let until = match last {
+        Some(last) if last > first => format!(", at the latest {}", in_s(last)),
+        _ => String::new(),
+    };
+    let who = match transition.by.as_str() {
+        "operator" => ", by the operator",
+        "confirmation" => ", if the operator confirms it",
+        _ => "",
+    };
+    let held = if transition.held { ", once the mission goes on" } else { "" };
+    format!("{} {}{until}{who}{held}", transition.transition, in_s(first))
+}
+
+fn confirmation(asked: &Confirmation, now_s: f64) -> String {
+    let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
+    let answer = match asked.answer_by_at_s {
+        None => "waits for an answer".to_owned(),
+        Some(_) if asked.put_off => "its time for an answer stands still".to_owned(),
+        Some(by_s) => format!("without an answer it {what} in {}", print::duration(by_s - now_s)),
+    };
+    format!("{}: {answer}", asked.transition)
+}
+
+fn in_command(holder: &Holder, now_s: f64) -> String {
+    let Holder { author, from, since_at_s, runs_out_at_s, .. } = holder;
+    let for_s = print::duration(now_s - since_at_s);
+    match runs_out_at_s {
+        None => format!("{author} ({from}) for {for_s}"),
+        Some(out_s) => {
+            let left = print::duration((out_s - now_s).max(0.0));
+            format!("{author} ({from}), whose link is down; it counts as lost in {left}")
+        }
+    }
+}
+
+fn order(order: &OrderGiven) -> String {
+    let verdict = if order.accepted { "" } else { "refused: " };
+    let OrderGiven { author, order, given_at_s, text, .. } = order;
+    format!("{author}: {order} at {given_at_s:.1} s; {verdict}{text}")
+}
+
+fn component(component: &MissionComponent) -> String {
+    let always = if component.controlled { "" } else { "  (not controlled by the mission)" };
+    format!("{} {}{always}", component.component, component.state)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_executive::Paused;
+
+    fn marking() -> Marking {
+        let enabled = |name: &str, by: &str, at_s: f64, until: Option<f64>| EnabledTransition {
+            transition: name.into(),
+            enabled_at_s: 0.0,
+            earliest_at_s: at_s,
+            latest_at_s: until,
+            by: by.into(),
+            held: false,
+        };
+        Marking {
+            stamp: 1.7e9,
+            mission: "survey".into(),
+            now_at_s: 11.5,
+            stage: "playing".into(),
+            why: String::new(),
+            places: vec![MarkedPlace { place: "explore".into(), tokens: 1, active: true }],
+            in_flight: Vec::new(),
+            enabled: vec![
+                enabled("recall", "operator", 0.0, None),
+                enabled("late", "mission", 150.0, Some(150.0)),
+            ],
+            components: vec![MissionComponent {
+                component: "explorer".into(),
+                controlled: true,
+                state: "active".into(),
+                activation: 1,
+            }],
+            fired: 0,
+            history: Vec::new(),
+            late_reports: 0,
+            unheard_reports: 2,
+            pause: None,
+            holder: None,
+            link_lost_at_s: None,
+            confirmations: Vec::new(),
+            orders: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_marking_in_words() {
+        let expected = "\
+mission survey: playing, 12.0 s after its start, 0 fired
+marked      explore
+in flight   none
+can fire    recall now, by the operator
+            late in 2 min 18 s
+components  explorer active
+fired       none
+reports that changed nothing: 0 too late, 2 that no transition waits for
+";
+        assert_eq!(in_words(&marking(), 0.5), expected);
+    }
+
+    #[test]
+    fn who_commands_what_is_asked_and_what_was_ordered() {
+        let mut marking = marking();
+        marking.stage = "paused".into();
+        marking.unheard_reports = 0;
+        marking.pause = Some(Paused { by: "ruth".into(), since_at_s: 10.0, at_rest: false });
+        marking.enabled[1].held = true;
+        marking.holder = Some(Holder {
+            author: "ruth".into(),
+            from: "mission-7".into(),
+            since_at_s: 2.0,
+            connected: false,
+            runs_out_at_s: Some(15.0),
+        });
+        marking.confirmations = vec![Confirmation {
+            transition: "land".into(),
+            asked_at_s: 9.0,
+            answer_by_at_s: Some(19.0),
+            unanswered: "decline".into(),
+            put_off: false,
+        }];
+        marking.orders = vec![OrderGiven {
+            given_at_s: 10.0,
+            author: "sam".into(),
+            order: "fire recall".into(),
+            accepted: false,
+            text: "ruth commands".into(),
+        }];
+        let expected = "\
+mission survey: paused, 12.0 s after its start, 0 fired
+paused by ruth for 2.0 s; not everything has come to rest yet
+marked      explore
+in flight   none
+can fire    recall now, by the operator
+            late in 2 min 20 s, once the mission goes on
+asks        land: without an answer it does not fire in 7.0 s
+command     ruth (mission-7), whose link is down; it counts as lost in 3.0 s
+components  explorer active
+fired       none
+orders      sam: fire recall at 10.0 s; refused: ruth commands
+";
+        assert_eq!(in_words(&marking, 0.5), expected);
+    }
+}
