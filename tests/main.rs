@@ -8,6 +8,7 @@ mod manifests;
 mod missions;
 mod mutations;
 mod new_component;
+mod operators;
 mod parameters;
 mod resilience;
 mod submissions;

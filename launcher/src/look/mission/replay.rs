@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use armor_executive::{Ledger, LedgerError, Phase, Plan, Record, Stage, journal};
 use armor_missions::Colours;
 use serde_json::{Map, Value, json};
@@ -58,24 +58,22 @@ fn plan(arguments: &Replay) -> Result<Plan> {
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
         bail!("{}", reading.findings.render(Colours::No).trim_end());
     };
-    let Some(mission) = &configuration.mission else {
-        bail!("{} has no mission", arguments.file.display());
-    };
-    Plan::compile(&configuration.system, mission)
-        .map_err(|findings| anyhow::anyhow!("{}", findings.render(Colours::No).trim_end()))
+    let plan = Plan::of(configuration)
+        .map_err(|findings| anyhow!("{}", findings.render(Colours::No).trim_end()))?;
+    plan.with_context(|| format!("{} has no mission", arguments.file.display()))
 }
 
 fn mismatch(arguments: &Replay, plan: &Plan, record: &Record, error: LedgerError) -> anyhow::Error {
     let (journal, file) = (arguments.journal.display(), arguments.file.display());
     match error {
-        LedgerError::OtherMission { mission, fingerprint } => anyhow::anyhow!(
+        LedgerError::OtherMission { mission, fingerprint } => anyhow!(
             "{journal} is not a journal of {file} as it is now: it was written for mission \
              `{mission}` with fingerprint {fingerprint}, the file holds `{}` with {}; give the \
              file as it was played",
             plan.mission(),
             plan.fingerprint()
         ),
-        other => anyhow::anyhow!("{journal}, at {}: {other}", time(record)),
+        other => anyhow!("{journal}, at {}: {other}", time(record)),
     }
 }
 
