@@ -93,7 +93,7 @@ impl Holder {
         self.says()
     }
 
-    fn is_killed(mut self) {
+    fn dies(mut self) {
         self.child.kill().expect("it runs");
         self.child.wait().expect("it has ended");
     }
@@ -143,9 +143,9 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     shows(&system, "the question", |marking| marking["confirmations"][0]["put_off"] == false);
     let tim = Holder::of(&system, "tim");
     accepted(&system, "sam", &["confirm", "climb", "--take"]);
-    tim.is_killed();
+    tim.dies();
     shows(&system, "the place above", |marking| is_marked(marking, "up"));
-    Holder::of(&system, "tim").is_killed();
+    Holder::of(&system, "tim").dies();
     assert_eq!(system.run.code(), Some(0), "left by itself:\n{}", system.run.log());
 
     for name in ["north", "south"] {

@@ -149,7 +149,7 @@ impl Play {
                 }
                 Action::Publish => {}
                 Action::Answer { request, accepted, text, .. } => {
-                    self.operators.is_told(request, accepted, &text);
+                    self.operators.note_answer(request, accepted, &text);
                 }
                 Action::Finished(outcome) => {
                     self.outcome = Some(outcome);

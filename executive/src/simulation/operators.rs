@@ -34,7 +34,7 @@ impl Operators {
     }
 
     /// Every order has one answer, however often it is told.
-    pub(super) fn is_told(&mut self, request: u64, accepted: bool, text: &str) {
+    pub(super) fn note_answer(&mut self, request: u64, accepted: bool, text: &str) {
         let answer = (accepted, text.to_owned());
         let before = self.answers.entry(request).or_insert_with(|| answer.clone());
         assert_eq!(*before, answer, "order {request} is answered otherwise than before");
