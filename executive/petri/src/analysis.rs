@@ -18,6 +18,7 @@ mod layout;
 pub mod rules;
 pub mod space;
 mod store;
+pub mod stubborn;
 
 pub use budget::{Budget, Exhausted};
 pub use explore::{Ending, Exploration, explore};

@@ -142,3 +142,30 @@ proptest! {
         }
     }
 }
+
+/// Philosophers who take the left fork, then the right one, then put both back.
+fn philosophers(count: usize) -> Net {
+    let mut net = Net::builder();
+    let mut place = |stem: &str, i: usize, tokens| net.place(format!("{stem}{i}"), tokens);
+    let places: Vec<_> = (0..count)
+        .map(|i| {
+            (place("think", i, 1), place("wait", i, 0), place("eat", i, 0), place("fork", i, 1))
+        })
+        .collect();
+    for (i, &(think, wait, eat, fork)) in places.iter().enumerate() {
+        let other = places[(i + 1) % count].3;
+        net.transition(format!("left{i}")).input(think, 1).input(fork, 1).output(wait, 1);
+        net.transition(format!("right{i}")).input(wait, 1).input(other, 1).output(eat, 1);
+        let done = net.transition(format!("done{i}")).input(eat, 1).output(think, 1);
+        done.output(fork, 1).output(other, 1);
+    }
+    net.build().expect("philosophers and forks")
+}
+
+#[test]
+fn thousands_of_places_are_bounded_at_once() {
+    let net = philosophers(3000);
+    let bounds = Bounds::of_net(&net, &never);
+    assert!((0..12_000).all(|place| bounds.of(place) == Some(1)));
+    assert_eq!(place_semiflows(&net, &never).semiflows.len(), 6000);
+}

@@ -138,15 +138,19 @@ fn walk_until_covering(
     None
 }
 
-/// Most states of a way that are compared, each with each.
+/// Most states of a way that are compared, each with each: the last ones.
 const WAY_STATES: usize = 3000;
+/// Most numbers that are compared for that: a fraction of a second.
+const WAY_COMPARISONS: usize = 200_000_000;
 
 /// Looks for growth between any two states on the way to `state`. Asked whenever a place has
 /// doubled, it finds growth in the end if there are no inhibitor and reset arcs: some infinite way
 /// holds two markings of which the later covers the earlier, and passes on to doubled places.
 pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
     let mut states = space.states_on_the_way(state)?;
-    let skipped = states.len().saturating_sub(WAY_STATES);
+    let places = space.most_in_place.len().max(1);
+    let compared = (WAY_COMPARISONS / places).isqrt().clamp(10, WAY_STATES);
+    let skipped = states.len().saturating_sub(compared);
     let head = states[..=skipped].to_vec();
     states.drain(..skipped);
     let markings: Vec<_> = states.iter().map(|state| space.marking(*state)).collect();

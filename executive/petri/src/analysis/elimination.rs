@@ -38,7 +38,7 @@ pub(super) fn solve(
 ) -> Solutions {
     let mut table = Table::new(matrix, columns, effort.steps);
     let mut complete = true;
-    while let Some(column) = table.next_column() {
+    while let Some((_, column)) = table.open.pop_first() {
         if table.live.len() > effort.rows || stop() || !table.eliminate(column, effort.rows, stop) {
             complete = false;
             break;
@@ -58,8 +58,11 @@ struct Table {
     /// Per column, rows with a value there; some may be dead meanwhile.
     holders: Vec<Vec<usize>>,
     /// Per column, how many live rows are positive and negative there.
-    signs: Vec<(u64, u64)>,
-    open: BTreeSet<u32>,
+    signs: Vec<(i64, i64)>,
+    /// The columns left, by how many rows their elimination adds.
+    open: BTreeSet<(i64, u32)>,
+    /// Per variable, the rows whose support begins with it; some may be dead meanwhile.
+    by_first: Vec<Vec<usize>>,
     steps_left: u64,
     overflowed: bool,
 }
@@ -71,7 +74,8 @@ impl Table {
             live: BTreeSet::new(),
             holders: vec![Vec::new(); columns],
             signs: vec![(0, 0); columns],
-            open: (0..columns as u32).collect(),
+            open: (0..columns as u32).map(|column| (0, column)).collect(),
+            by_first: vec![Vec::new(); matrix.len()],
             steps_left: steps,
             overflowed: false,
         };
@@ -85,8 +89,10 @@ impl Table {
         let number = self.rows.len();
         for &(column, value) in &row.rest {
             self.holders[column as usize].push(number);
-            let signs = &mut self.signs[column as usize];
-            if value > 0 { signs.0 += 1 } else { signs.1 += 1 }
+            self.count(column, value, 1);
+        }
+        if let Some((first, _)) = row.weights.first() {
+            self.by_first[*first as usize].push(number);
         }
         self.live.insert(number);
         self.rows.push(row);
@@ -94,22 +100,27 @@ impl Table {
 
     fn remove(&mut self, number: usize) {
         self.live.remove(&number);
-        for &(column, value) in &self.rows[number].rest {
-            let signs = &mut self.signs[column as usize];
-            if value > 0 { signs.0 -= 1 } else { signs.1 -= 1 }
+        let rest = std::mem::take(&mut self.rows[number].rest);
+        for &(column, value) in &rest {
+            self.count(column, value, -1);
         }
     }
 
-    /// The column whose elimination adds the fewest rows.
-    fn next_column(&mut self) -> Option<u32> {
-        let cost = |column: &u32| {
-            let (positive, negative) = self.signs[*column as usize];
-            (positive.saturating_mul(negative) as i64).saturating_sub((positive + negative) as i64)
-        };
-        self.steps_left = self.steps_left.saturating_sub(self.open.len() as u64 / 16);
-        let column = self.open.iter().copied().min_by_key(cost)?;
-        self.open.remove(&column);
-        Some(column)
+    /// One more or one fewer row with a value of this sign in a column.
+    fn count(&mut self, column: u32, value: i64, more: i64) {
+        let cost = |(positive, negative): (i64, i64)| positive * negative - positive - negative;
+        let signs = &mut self.signs[column as usize];
+        let before = (cost(*signs), column);
+        if value > 0 {
+            signs.0 += more;
+        } else {
+            signs.1 += more;
+        }
+        let after = (cost(*signs), column);
+        // The column being eliminated is no longer among those left.
+        if self.open.remove(&before) {
+            self.open.insert(after);
+        }
     }
 
     /// False if it gave up; the finished rows are solutions all the same.
@@ -147,19 +158,23 @@ impl Table {
     /// Adds the rows whose support holds no other's. False if that takes too long.
     fn keep_minimal(&mut self, mut made: Vec<Row>) -> bool {
         made.sort_by_key(|row| row.weights.len());
-        let mut kept: Vec<Row> = Vec::new();
         for row in made {
-            let others = (self.live.len() + kept.len()) as u64;
-            self.steps_left = self.steps_left.saturating_sub(others);
+            // A support within this one begins with one of its variables.
+            let mut minimal = true;
+            for (variable, _) in &row.weights {
+                let beginning = &self.by_first[*variable as usize];
+                self.steps_left = self.steps_left.saturating_sub(beginning.len() as u64 + 1);
+                let others = beginning.iter().filter(|number| self.live.contains(number));
+                minimal &=
+                    !others.map(|number| &self.rows[*number]).any(|o| holds_support_of(&row, o));
+            }
             if self.steps_left == 0 {
                 return false;
             }
-            let old = self.live.iter().map(|number| &self.rows[*number]);
-            if !old.chain(&kept).any(|other| holds_support_of(&row, other)) {
-                kept.push(row);
+            if minimal {
+                self.add(row);
             }
         }
-        kept.into_iter().for_each(|row| self.add(row));
         true
     }
 }

@@ -210,7 +210,8 @@ impl Search {
             if tokens > *most {
                 *most = tokens;
                 let looked_at = &mut self.looked_at[place as usize];
-                if tokens >= looked_at.saturating_mul(2).max(1) {
+                // The first token of a place is no growth yet.
+                if tokens >= looked_at.saturating_mul(2).max(2) {
                     *looked_at = tokens;
                     record = true;
                 }
@@ -260,7 +261,7 @@ impl Search {
 }
 
 /// As much room as the bounds say; where they say nothing, as the initial marking needs.
-fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
+pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     let mut changes = vec![false; net.places().len()];
     for rule in rules.all() {
         rule.change.iter().for_each(|(place, _)| changes[*place as usize] = true);

@@ -35,26 +35,29 @@ impl Layout {
         order.sort_by_key(|index| std::cmp::Reverse(width(&rooms[*index])));
         let mut fields = vec![Field { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
         let mut used: Vec<u32> = vec![0];
-        // Widths fall, so a word too full for one field is tried again only for narrower ones.
-        let mut first_open = 0;
+        // A word too full for one field is too full for the next of that width.
+        let (mut start, mut start_width) = (0, u32::MAX);
         for index in order {
             let width = width(&rooms[index]);
             if let Room::Constant(tokens) = rooms[index] {
                 fields[index].constant = tokens;
                 continue;
             }
-            let fits = (first_open..used.len()).find(|word| used[*word] + width <= u64::BITS);
+            if width != start_width {
+                (start, start_width) = (0, width);
+            }
+            let fits = (start..used.len()).find(|word| used[*word] + width <= u64::BITS);
             let word = fits.unwrap_or(used.len());
             if word == used.len() {
                 used.push(0);
             }
             let mask = (1u64 << width) - 1;
             let mask = u32::try_from(mask).expect("a field has 32 bits or fewer");
-            fields[index] = Field { word: word as u32, shift: used[word], mask, constant: 0 };
+            // A place without bits has nothing to shift, wherever it stands.
+            let shift = if width == 0 { 0 } else { used[word] };
+            fields[index] = Field { word: word as u32, shift, mask, constant: 0 };
             used[word] += width;
-            while first_open < used.len() && used[first_open] == u64::BITS {
-                first_open += 1;
-            }
+            start = word;
         }
         Self { fields, words: used.len() }
     }

@@ -1,0 +1,182 @@
+//! Deadlocks without all states: in each state only a stubborn set fires (Valmari, 1988), a set
+//! that firings outside of it neither disable nor enable and that commutes with them. Every
+//! deadlock is still reached, at the end of another order of the same firings.
+
+use super::budget::{Budget, Exhausted};
+use super::explore::rooms;
+use super::invariants::Bounds;
+use super::layout::Layout;
+use super::rules::Rules;
+use super::store::{Found, MOST_STATES, Store, hash_of};
+use crate::net::{Net, TransitionId};
+
+/// What a reduced search found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Deadlocks {
+    /// All deadlocks, counted.
+    pub deadlocks: u64,
+    /// Firings that lead to one, not necessarily the fewest, and its marking.
+    pub first: Option<(Vec<TransitionId>, Vec<u32>)>,
+    /// States that were looked at.
+    pub states: u64,
+}
+
+/// All deadlocks of a net whose bounds are all known; `None` if they are not, or if it has
+/// inhibitor or reset arcs, whose firings do not commute.
+///
+/// # Errors
+/// If a budget ran out.
+pub fn deadlocks(
+    net: &Net,
+    bounds: &Bounds,
+    budget: &Budget<'_>,
+) -> Result<Option<Deadlocks>, Exhausted> {
+    let plain = net.transitions().iter().all(|t| t.inhibitors.is_empty() && t.resets.is_empty());
+    if !plain || !bounds.is_bounded() {
+        return Ok(None);
+    }
+    let rules = Rules::new(net);
+    let layout = Layout::new(&rooms(net, &rules, bounds));
+    let mut stubborn = Stubborn::new(net, &rules);
+    let mut store = Store::new(layout.words());
+    let mut marking = net.initial().to_vec();
+    let mut words = vec![0; layout.words()];
+    layout.pack(&marking, &mut words);
+    store.insert(&words, hash_of(&words));
+    let mut from = vec![(0u32, 0u32)];
+    let (mut deadlocks, mut first) = (0, None);
+    let mut next = 0;
+    while next < store.len() {
+        if next.is_multiple_of(1 << 10) && (budget.stop)() {
+            return Err(Exhausted::Time);
+        }
+        layout.unpack(store.state(next as u32), &mut marking);
+        let firing = stubborn.set(&rules, &marking);
+        if firing.is_empty() {
+            deadlocks += 1;
+            first.get_or_insert(next as u32);
+        }
+        for transition in firing {
+            let mut after = marking.clone();
+            rules.fire(&mut after, TransitionId(transition)).ok_or(Exhausted::Tokens)?;
+            layout.pack(&after, &mut words);
+            let ways = from.capacity() as u64 * 16;
+            if store.is_about_to_grow() && store.bytes_with_one_more() + ways > budget.memory_bytes
+            {
+                return Err(Exhausted::Memory);
+            }
+            if let Found::New(number) = store.insert(&words, hash_of(&words)) {
+                if u64::from(number) >= budget.states || number as usize >= MOST_STATES {
+                    return Err(Exhausted::States);
+                }
+                from.push((next as u32, transition));
+            }
+        }
+        next += 1;
+    }
+    let first = first.map(|state| {
+        let mut way = Vec::new();
+        let mut current = state;
+        while current != 0 {
+            let (before, transition) = from[current as usize];
+            way.push(TransitionId(transition));
+            current = before;
+        }
+        way.reverse();
+        layout.unpack(store.state(state), &mut marking);
+        (way, marking)
+    });
+    Ok(Some(Deadlocks { deadlocks, first, states: store.len() as u64 }))
+}
+
+/// So many enabled transitions are tried as the beginning of a set.
+const BEGINNINGS: usize = 6;
+
+struct Stubborn {
+    /// Per transition, those that it may disable or be disabled by.
+    against: Vec<Vec<u32>>,
+    /// Per place, the transitions that add to it.
+    filling: Vec<Vec<u32>>,
+    /// Per transition, the round in which it was last put into a set.
+    taken: Vec<u32>,
+    round: u32,
+}
+
+impl Stubborn {
+    fn new(net: &Net, rules: &Rules) -> Self {
+        let mut taking = vec![Vec::new(); net.places().len()];
+        let mut testing = vec![Vec::new(); net.places().len()];
+        let mut filling = vec![Vec::new(); net.places().len()];
+        for (index, t) in net.transitions().iter().enumerate() {
+            let index = index as u32;
+            t.inputs.iter().for_each(|arc| taking[arc.0.index()].push(index));
+            t.outputs.iter().for_each(|arc| filling[arc.0.index()].push(index));
+            let tested = &rules.rule(index).at_least;
+            tested.iter().for_each(|(place, _)| testing[*place as usize].push(index));
+        }
+        let against = net.transitions().iter().enumerate().map(|(index, t)| {
+            let tested = &rules.rule(index as u32).at_least;
+            let takers = tested.iter().flat_map(|(place, _)| &taking[*place as usize]);
+            let testers = t.inputs.iter().flat_map(|arc| &testing[arc.0.index()]);
+            let mut against: Vec<u32> = takers.chain(testers).copied().collect();
+            against.sort_unstable();
+            against.dedup();
+            against
+        });
+        let against = against.collect();
+        Self { against, filling, taken: vec![0; net.transitions().len()], round: 0 }
+    }
+
+    /// The enabled transitions of a small stubborn set; empty if nothing is enabled.
+    fn set(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
+        let mut enabled = Vec::new();
+        rules.for_each_enabled(marking, |transition| enabled.push(transition));
+        enabled.sort_unstable();
+        let mut best: Vec<u32> = enabled.clone();
+        for &beginning in enabled.iter().take(BEGINNINGS) {
+            if best.len() <= 1 {
+                break;
+            }
+            if let Some(smaller) = self.closure(rules, marking, beginning, best.len()) {
+                best = smaller;
+            }
+        }
+        best
+    }
+
+    /// The enabled ones of the set around `beginning`, if they are fewer than `than`.
+    fn closure(
+        &mut self,
+        rules: &Rules,
+        marking: &[u32],
+        beginning: u32,
+        than: usize,
+    ) -> Option<Vec<u32>> {
+        self.round += 1;
+        let mut waiting = vec![beginning];
+        self.taken[beginning as usize] = self.round;
+        let mut enabled = Vec::new();
+        while let Some(transition) = waiting.pop() {
+            let mut missing = rules.rule(transition).at_least.iter();
+            let missing = missing.find(|(place, weight)| marking[*place as usize] < *weight);
+            let needed = match missing {
+                // Only they can enable it, by this place.
+                Some((place, _)) => &self.filling[*place as usize],
+                None => {
+                    enabled.push(transition);
+                    if enabled.len() >= than {
+                        return None;
+                    }
+                    &self.against[transition as usize]
+                }
+            };
+            for &other in needed {
+                if self.taken[other as usize] != self.round {
+                    self.taken[other as usize] = self.round;
+                    waiting.push(other);
+                }
+            }
+        }
+        Some(enabled)
+    }
+}
