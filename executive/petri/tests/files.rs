@@ -105,6 +105,22 @@ fn pnml_pages_references_and_foreign_words_are_understood() {
 }
 
 #[test]
+fn a_timed_arc_net_without_times_is_a_plain_net() {
+    let text = r#"<pnml><net id="n" type="P/T net"><place id="p" name="p" initialMarking="3" invariant="&lt; inf"/>
+        <place id="q" initialMarking="0" invariant="INVARIANT"/><transition id="t" urgent="false"/>
+        <arc id="a" inscription="[0,inf)" source="p" target="t" type="timed" weight="2"/>
+        <arc id="b" inscription="1" source="t" target="q" type="normal" weight="1"/>
+        <arc id="c" inscription="[0,inf)" source="q" target="t" type="tapnInhibitor" weight="4"/></net></pnml>"#;
+    let file = pnml::read(&text.replace("INVARIANT", "&lt; inf")).unwrap();
+    let t = &file.net.transitions()[0];
+    assert_eq!(file.net.initial(), [3, 0]);
+    assert_eq!((&t.inputs[..], &t.outputs[..]), (&[(PlaceId(0), 2)][..], &[(PlaceId(1), 1)][..]));
+    assert_eq!(t.inhibitors, [(PlaceId(1), 4)]);
+    let aged = pnml::read(&text.replace("INVARIANT", "&lt;= 4")).unwrap_err();
+    assert!(aged.to_string().contains("age"), "{aged}");
+}
+
+#[test]
 fn what_is_wrong_is_told_with_line_and_column() {
     let check = |text: &str, expected: &str| {
         let error = match text.starts_with('<') {

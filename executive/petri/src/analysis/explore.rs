@@ -10,8 +10,8 @@ use super::space::Space;
 use super::store::{Found, MOST_STATES, Store, hash_of};
 use crate::net::{Net, TransitionId};
 
-/// Between two questions whether to stop lie this many states.
-const STATES_BETWEEN_QUESTIONS: usize = 1 << 12;
+/// Between two questions whether to stop lie states of so many places.
+const PLACES_BETWEEN_QUESTIONS: usize = 1 << 18;
 
 /// How an exploration ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,8 +102,9 @@ impl Search {
         if let Err(exhausted) = self.check_growth(budget) {
             return Ending::Undecided(exhausted);
         }
+        let between = (PLACES_BETWEEN_QUESTIONS / self.marking.len().max(64)).max(1);
         while self.space.expanded < self.space.store.len() {
-            if self.space.expanded.is_multiple_of(STATES_BETWEEN_QUESTIONS) && (budget.stop)() {
+            if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
                 return Ending::Undecided(Exhausted::Time);
             }
             match self.expand(bounded, budget) {

@@ -1,5 +1,7 @@
 //! Markings as few bits as their places' bounds allow: fields within 64-bit words, none across two.
 
+use std::collections::BTreeMap;
+
 /// Where in the words each place stands, and how to read and write it.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -100,17 +102,15 @@ impl Layout {
 
     /// What is added, wrapping, to the words of a marking to change its places so.
     pub fn difference(&self, change: &[(u32, i64)]) -> Vec<(u32, u64)> {
-        let mut words: Vec<(u32, u64)> = Vec::new();
+        let mut words: BTreeMap<u32, u64> = BTreeMap::new();
         for &(place, change) in change {
             let field = &self.fields[place as usize];
             // Two's complement: borrows between fields cancel where every field stays in its room.
             let bits = (change as u64) << field.shift;
-            match words.iter_mut().find(|word| word.0 == field.word) {
-                Some(word) => word.1 = word.1.wrapping_add(bits),
-                None => words.push((field.word, bits)),
-            }
+            let word = words.entry(field.word).or_default();
+            *word = word.wrapping_add(bits);
         }
-        words
+        words.into_iter().collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The untimed firing rule, apart from any state: who may fire in a marking, and what comes of it.
 
 use crate::net::{Net, PlaceId, TransitionId};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a transition needs and does, gathered for many firings.
 #[derive(Clone, Debug)]
@@ -119,35 +120,28 @@ impl Rule {
 
 fn rule(net: &Net, id: TransitionId) -> Rule {
     let t = net.transition(id);
-    let mut at_least: Vec<(u32, u32)> = Vec::new();
+    let mut at_least: BTreeMap<u32, u32> = BTreeMap::new();
     for &(PlaceId(place), weight) in t.inputs.iter().chain(&t.reads) {
-        match at_least.iter_mut().find(|test| test.0 == place) {
-            Some(test) => test.1 = test.1.max(weight),
-            None => at_least.push((place, weight)),
-        }
+        let needed = at_least.entry(place).or_default();
+        *needed = weight.max(*needed);
     }
-    let mut below: Vec<(u32, u32)> = Vec::new();
+    let mut below: BTreeMap<u32, u32> = BTreeMap::new();
     for &(PlaceId(place), weight) in &t.inhibitors {
-        match below.iter_mut().find(|test| test.0 == place) {
-            Some(test) => test.1 = test.1.min(weight),
-            None => below.push((place, weight)),
-        }
+        let limit = below.entry(place).or_insert(weight);
+        *limit = weight.min(*limit);
     }
-    let mut touched: Vec<PlaceId> = t.inputs.iter().chain(&t.outputs).map(|arc| arc.0).collect();
-    touched.extend(&t.resets);
-    touched.sort_unstable();
-    touched.dedup();
-    let weight = |arcs: &[(PlaceId, u32)], place| {
-        arcs.iter().find(|arc| arc.0 == place).map_or(0, |arc| arc.1)
-    };
-    let (mut change, mut reset_to) = (Vec::new(), Vec::new());
-    for place in touched {
-        let (taken, put) = (weight(&t.inputs, place), weight(&t.outputs, place));
-        if t.resets.contains(&place) {
-            reset_to.push((place.0, put));
-        } else if taken != put {
-            change.push((place.0, i64::from(put) - i64::from(taken)));
-        }
-    }
+    // Tokens taken and put; the net has each place once on either side.
+    let mut moved: BTreeMap<u32, (u32, u32)> = BTreeMap::new();
+    t.inputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().0 = arc.1);
+    t.outputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().1 = arc.1);
+    let resets: BTreeSet<u32> = t.resets.iter().map(|place| place.0).collect();
+    let put = |place: &u32| moved.get(place).map_or(0, |moved| moved.1);
+    let reset_to = resets.iter().map(|place| (*place, put(place))).collect();
+    let change = moved
+        .iter()
+        .filter(|(place, (taken, put))| taken != put && !resets.contains(place))
+        .map(|(place, (taken, put))| (*place, i64::from(*put) - i64::from(*taken)))
+        .collect();
+    let (at_least, below) = (at_least.into_iter().collect(), below.into_iter().collect());
     Rule { at_least, below, change, reset_to }
 }

@@ -13,6 +13,8 @@ pub use super::pnml_writing::write;
 
 /// The name under which our own data stands in other tools' files.
 pub(super) const TOOL: &str = "armor";
+/// How TAPAAL says that tokens of any age will do.
+const ANY_AGE: &str = "[0,inf)";
 /// Elements that say how things look, except where nodes are.
 const LOOKS: &[&str] = &["offset", "line", "fill", "font", "dimension"];
 
@@ -116,6 +118,9 @@ impl<'a> Reading<'a> {
         if capacity.parse() != Ok(0u32) {
             return Err(here(Fault::Unsupported(format!("a place of capacity {capacity}"))));
         }
+        if element.attribute("invariant").is_some_and(|most| most.trim() != "< inf") {
+            return Err(here(Fault::Unsupported("a place whose tokens have an age".into())));
+        }
         let name = own_name(element).unwrap_or(id).to_owned();
         let note = note(element, &name);
         self.draft.places.push(DraftPlace { name, tokens, note });
@@ -156,7 +161,9 @@ impl<'a> Reading<'a> {
                 _ => return Err(fault(Fault::ArcEnds)),
             };
             let inscription = arc.child("inscription");
-            let text = inscription.map_or("1", |child| uncoloured(child.label(), "1"));
+            let text = inscription.map(|child| uncoloured(child.label(), "1"));
+            // TAPAAL has it in an attribute, beside the ages of tokens in another.
+            let text = text.or_else(|| arc.attribute("weight")).unwrap_or("1");
             let at = inscription.map_or(arc.at, |child| child.at);
             let weight = weight(text).map_err(|fault| (at, fault))?;
             self.draft.transitions[transition].arcs.push((kind, place, weight));
@@ -216,6 +223,7 @@ fn arc_kind(arc: &Element) -> Result<Kind, Fault> {
     match name.to_ascii_lowercase().as_str() {
         "" | "normal" | "ordinary" | "arc" => Ok(Kind::Input),
         "inhibitor" | "inhibitorarc" | "tapninhibitor" => Ok(Kind::Inhibitor),
+        "timed" if arc.attribute("inscription") == Some(ANY_AGE) => Ok(Kind::Input),
         "test" | "read" => Ok(Kind::Read),
         "reset" => Ok(Kind::Reset),
         _ => Err(Fault::Unsupported(format!("an arc of type `{}`", shortened(name)))),
