@@ -324,6 +324,12 @@ impl Ledger {
             let refused = |why| LedgerError::NotAllowed { what: what(), why };
             self.state.add(place, tokens).map_err(refused)?;
         }
+        // What a pause keeps from a fresh start has it afterwards, and nothing to report till then.
+        for component in firing.renewing {
+            let activation = &mut self.activations[component.index()];
+            (activation.done, activation.failed, activation.interrupted) = (false, None, false);
+            self.forget_reports_of(component);
+        }
         self.conclude();
         Ok(())
     }

@@ -149,7 +149,8 @@ impl Controller {
 
     fn move_on_starting(&mut self, number: u64) {
         let firing = &self.ledger.firings[&number];
-        let (since, renewing) = (firing.since, !firing.renewing.is_empty());
+        let wanted = |component: &ComponentId| self.ledger.activates_now(&firing.to, *component);
+        let (since, renewing) = (firing.since, firing.renewing.iter().any(wanted));
         let components = self.components_now(&firing.to);
         let failed = components.iter().find_map(|component| self.start_failure(firing, *component));
         if let Some(why) = failed {

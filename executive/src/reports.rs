@@ -79,7 +79,7 @@ impl Ledger {
         self.plan.listeners.get(key).is_some_and(|listeners| listeners.iter().any(waits))
     }
 
-    fn forget_reports_of(&mut self, component: ComponentId) {
+    pub(crate) fn forget_reports_of(&mut self, component: ComponentId) {
         let range = (component, String::new())..(ComponentId(component.0 + 1), String::new());
         let keys: Vec<_> = self.standing.range(range).map(|entry| entry.0.clone()).collect();
         for key in keys {

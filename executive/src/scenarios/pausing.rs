@@ -99,6 +99,30 @@ fn safety_is_not_paused() {
 }
 
 #[test]
+fn what_safety_starts_anew_in_a_pause_starts_when_the_pause_is_over() {
+    let mut office = office();
+    let (explorer, explore) = (office.explorer, office.explore);
+    let note = office.plan.place("note", 0, &[]);
+    office.plan.places[note.index()].safety = true;
+    let guard = office.plan.component("guard", false);
+    let on = Some((guard, "alarm"));
+    let way =
+        Way { from: vec![explore], to: vec![explore, note], on, safety: true, ..Way::default() };
+    let mut bench = Bench::begun(office.with("note", way));
+    bench.says(guard, Doing::Active, 0);
+    bench.done(explorer);
+    bench.orders("ruth", Order::Pause);
+    bench.obey();
+    bench.wanted();
+    bench.reports(guard, 0, Report::Event { name: "alarm".into(), value: 1.0 });
+    bench.obey();
+    assert_eq!((bench.marked(), bench.wanted()), (vec!["explore".into(), "note".into()], vec![]));
+    bench.orders("ruth", Order::Resume);
+    let wanted = bench.wanted();
+    assert!(wanted.contains(&"activate explorer".to_owned()), "it had finished before: {wanted:?}");
+}
+
+#[test]
 fn the_safe_place_is_reached_from_a_pause() {
     let mut bench = Bench::begun(office());
     bench.orders("ruth", Order::Pause);

@@ -179,6 +179,8 @@ impl Play {
                 let retreat = || (Vec::new(), vec![Tokens { place: safe(), tokens: 1 }]);
                 let to = self.in_flight.remove(firing).unwrap_or_else(retreat).1;
                 self.add(&to, 1);
+                // Safety reached is the end, of a pause too.
+                self.paused &= self.plan.safe.is_none_or(|safe| self.oracle[safe.index()] == 0);
             }
             _ => {}
         }
@@ -326,27 +328,32 @@ fn seeds() -> std::ops::Range<u64> {
 #[test]
 fn whatever_happens_the_invariants_hold() {
     let mut outcomes = std::collections::BTreeMap::new();
-    let (mut firings, mut crashes, mut pauses, mut losses) = (0, 0, 0, 0);
+    let (mut firings, mut crashes, mut pauses, mut losses, mut moves) = (0, 0, 0, 0, 0);
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
             let mut play = Play::new(seed);
             let spare = play.crashes;
             play.run();
             let count = |word: &str| play.journal.iter().filter(|line| line.contains(word)).count();
-            let counts = [count("\"took\""), count("mission is paused\""), count("\"link-lost\"")];
+            let counts = [
+                count("\"took\""),
+                count("mission is paused\""),
+                count("\"link-lost\""),
+                count(" moved; what"),
+            ];
             (play.outcome, counts, spare - play.crashes)
         });
-        let Ok((outcome, [takes, paused, lost], killed)) = played else {
+        let Ok((outcome, [takes, paused, lost, moved], killed)) = played else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
         (firings, crashes) = (firings + takes, crashes + killed);
-        (pauses, losses) = (pauses + paused, losses + lost);
+        (pauses, losses, moves) = (pauses + paused, losses + lost, moves + moved);
     }
     println!(
         "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
-         {pauses} pauses, {losses} lost links"
+         {pauses} pauses, {moves} moves, {losses} lost links"
     );
-    let enough = firings > 1000 && crashes > 100 && pauses > 100 && losses > 50;
+    let enough = firings > 1000 && crashes > 100 && pauses > 100 && moves > 100 && losses > 50;
     assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

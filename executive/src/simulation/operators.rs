@@ -73,23 +73,30 @@ impl Play {
         let (dice, net) = (&mut self.world.dice, &self.plan.net);
         let transition = net.transitions()[dice.roll(net.transitions().len())].name.clone();
         let place = |dice: &mut super::Dice| net.places()[dice.roll(net.places().len())].clone();
-        match dice.roll(16) {
+        let marked: Vec<_> = self.plan.place_ids().filter(|p| self.oracle[p.index()] > 0).collect();
+        // Mostly from where there is something to move, or hardly any move would be right.
+        let filled = |dice: &mut super::Dice| match marked.len() {
+            some if some > 0 && !dice.one_in(8) => net.place(marked[dice.roll(some)]).to_owned(),
+            _ => place(dice),
+        };
+        // What a pause is for.
+        if dice.one_in(if self.paused { 2 } else { 12 }) {
+            let count = 1 + dice.roll(2);
+            let moves = (0..count).map(|_| TokenMove {
+                from: filled(dice),
+                to: place(dice),
+                tokens: 1 + u32::from(dice.one_in(6)),
+            });
+            return Order::Move(moves.collect());
+        }
+        match dice.roll(14) {
             0..3 => Order::Fire(transition),
             3..5 => Order::Confirm(transition),
             5 => Order::Decline(transition),
             6..8 => Order::Pause,
             8..11 => Order::Resume,
-            11 | 12 => {
-                let count = 1 + dice.roll(2);
-                let moves = (0..count).map(|_| TokenMove {
-                    from: place(dice),
-                    to: place(dice),
-                    tokens: 1 + u32::from(dice.one_in(6)),
-                });
-                Order::Move(moves.collect())
-            }
-            13 | 14 => Order::Lease,
-            _ if dice.one_in(4) => Order::Safe,
+            11 | 12 => Order::Lease,
+            _ if dice.one_in(8) => Order::Safe,
             _ => Order::Release,
         }
     }
