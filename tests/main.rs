@@ -3,6 +3,7 @@
 mod command_line;
 mod fixture;
 mod gathering;
+mod guards;
 mod launcher;
 mod manifests;
 mod missions;

@@ -1,5 +1,6 @@
 //! Puts a plan together from parts whose names are resolved.
 
+use crate::guards::{PlannedVariable, Watch};
 use crate::plan::{
     ComponentId, Limits, Names, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
@@ -16,6 +17,8 @@ pub(crate) struct PlanBuilder {
     pub(crate) components: Vec<PlannedComponent>,
     pub(crate) places: Vec<PlannedPlace>,
     pub(crate) transitions: Vec<PlannedTransition>,
+    pub(crate) watches: Vec<Watch>,
+    pub(crate) variables: Vec<PlannedVariable>,
     pub(crate) exclusives: Vec<Vec<ComponentId>>,
     pub(crate) goal: Option<PlaceId>,
     pub(crate) safe: Option<PlaceId>,
@@ -57,6 +60,7 @@ impl PlanBuilder {
         if let Some(safe) = self.safe {
             self.places[safe.index()].safety = true;
         }
+        let watchers = self.watchers();
         let net = self.net.build()?;
         let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (id, transition) in net.transition_ids().zip(&self.transitions) {
@@ -83,6 +87,9 @@ impl PlanBuilder {
             places: self.places,
             transitions: self.transitions,
             listeners,
+            watches: self.watches,
+            variables: self.variables,
+            watchers,
             goal: self.goal,
             safe: self.safe,
             period: self.period,

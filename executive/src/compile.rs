@@ -2,8 +2,12 @@
 //! finding, never passed over.
 
 use crate::builder::PlanBuilder;
+use crate::guards::{PlannedGuard, PlannedVariable};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
-use armor_missions::mission::{ArcKind, Autonomy, Class, Mission, Place, Resume, Transition};
+use armor_missions::guard::{Guard, Name};
+use armor_missions::mission::{
+    ArcKind, Autonomy, Class, Mission, Place, Resume, Transition, Variable,
+};
 use armor_missions::{Code, Configuration, Feature, Finding, Findings, Location, Spanned, System};
 use armor_petri::{Interval, PlaceId};
 use std::collections::HashMap;
@@ -22,6 +26,8 @@ pub const PLAYED: &[Feature] = &[
     Feature::Period,
     Feature::Resume,
     Feature::Submission,
+    Feature::Guard,
+    Feature::Variable,
 ];
 
 impl Plan {
@@ -68,6 +74,7 @@ impl Plan {
             let set = names.filter_map(|name| compiler.exclusive(name)).collect();
             compiler.plan.exclusives.push(set);
         }
+        mission.variables.iter().for_each(|variable| compiler.variable(variable));
         mission.transitions.iter().for_each(|t| compiler.transition(mission, t));
         compiler.finish(mission)
     }
@@ -83,8 +90,8 @@ struct Compiler {
 
 impl Compiler {
     fn refuse_unplayed(&self, mission: &Mission) {
-        for variable in &mission.variables {
-            self.refuse(&variable.name.at, "a variable");
+        for variable in mission.variables.iter().filter(|variable| variable.source.is_none()) {
+            self.refuse(&variable.name.at, "a variable that follows no data");
         }
         for check in &mission.checks {
             self.refuse(&check.at, "a check of the net");
@@ -93,9 +100,6 @@ impl Compiler {
             self.refuse(&given.parameter.name.at, "a parameter set by a place");
         }
         for t in &mission.transitions {
-            if let Some(when) = &t.when {
-                self.refuse(&when.at, "a guard (when=\"…\")");
-            }
             for date in [&t.not_before, &t.not_after].into_iter().flatten() {
                 self.refuse(&date.at, "an absolute date");
             }
@@ -120,15 +124,17 @@ impl Compiler {
     }
 
     fn transition(&mut self, mission: &Mission, transition: &Transition) {
+        let manual = transition.autonomy != Autonomy::Auto;
+        let guard = transition.when.as_ref().and_then(|when| self.guard(&transition.name, when));
         let found =
             |name: &Option<Spanned<String>>| name.as_ref().and_then(|name| self.find_place(name));
-        let manual = transition.autonomy != Autonomy::Auto;
         let on = transition
             .on
             .as_ref()
             .and_then(|on| Some((self.find_component(&on.component)?, on.event.value.clone())));
         let planned = PlannedTransition {
             on,
+            guard,
             on_stop_fail: found(&transition.on_stop_fail),
             on_start_fail: found(&transition.on_start_fail),
             overrun: found(&transition.overrun),
@@ -161,10 +167,59 @@ impl Compiler {
             t = t.class(armor_petri::Class::Safety);
         }
         t = t.priority(transition.priority);
-        if transition.on.is_some() {
+        if transition.on.is_some() || transition.when.is_some() {
             t.gated();
         }
         self.plan.transitions.push(planned);
+    }
+
+    fn variable(&mut self, variable: &Variable) {
+        let Some(source) = &variable.source else { return };
+        let Some(name) = Name::of_data(&source.value) else {
+            return self.report(Code::BadValue, &source.at, "this is not a field of data");
+        };
+        self.expect_data(&name, &source.at);
+        let source = self.plan.watch(name.data().unwrap_or_default(), &name.fields());
+        let end = |end: &Option<Spanned<f64>>| end.as_ref().map(|end| end.value);
+        self.plan.variables.push(PlannedVariable {
+            name: variable.name.value.clone(),
+            source,
+            minimum: end(&variable.minimum).unwrap_or(f64::NEG_INFINITY),
+            maximum: end(&variable.maximum).unwrap_or(f64::INFINITY),
+        });
+    }
+
+    fn guard(&mut self, transition: &str, when: &Spanned<String>) -> Option<PlannedGuard> {
+        let guard = match Guard::parse(&when.value) {
+            Ok(guard) => guard,
+            Err(error) => {
+                self.report(Code::GuardSyntax, &when.at, &error.to_string());
+                return None;
+            }
+        };
+        for name in guard.names().iter().filter(|name| name.data().is_some()) {
+            self.expect_data(name, &when.at);
+        }
+        let planned = self.plan.guard(transition, guard);
+        if let Err(name) = &planned {
+            let message = format!("there is no variable called {name}");
+            self.report(Code::UnknownVariable, &when.at, &message);
+        }
+        planned.ok()
+    }
+
+    fn expect_data(&self, name: &Name, at: &Location) {
+        let component = name.as_str().split('.').next().unwrap_or_default();
+        if !self.components.contains_key(component) {
+            let message = format!("there is no component called {component}");
+            self.report(Code::UnknownComponent, at, &message);
+        }
+    }
+
+    /// What [`armor_missions::check`] says with more words; nobody compiles what it refuses.
+    fn report(&self, code: Code, at: &Location, message: &str) {
+        let finding = Finding::new(code, at, message).remedy("correct it; armor check says how");
+        self.findings.borrow_mut().push(finding);
     }
 
     /// A component that may be excluded from running: one that something starts and stops.
@@ -223,6 +278,7 @@ fn is_safety(mission: &Mission, transition: &Transition) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::guards::{Operand, WatchId};
     use armor_missions::mission::LostLink;
 
     fn compiled(mission: &str) -> Result<Plan, Findings> {
@@ -289,12 +345,47 @@ mod tests {
     }
 
     #[test]
+    fn guards_and_variables_are_resolved_to_the_data_they_look_at() {
+        let plan = compiled(
+            r#"><variable name="v" source="a.o.x" min="0" max="1"/>
+            <place name="x" initial="true"/><place name="z"/>
+            <transition name="t" from="x" to="z" when="v &lt; 30% and b.o"/>
+            <transition name="u" from="x" to="z" on="a.done" when="a.o.x > v"/>"#,
+        )
+        .expect("it plays all of that");
+        let watches: Vec<_> =
+            plan.watches.iter().map(|it| format!("{} {}", it.data, it.field.join("."))).collect();
+        assert_eq!(watches, ["a.o x", "b.o "], "each once");
+        let ids: Vec<_> = plan.net.transition_ids().collect();
+        assert_eq!(plan.watchers, [vec![ids[0], ids[1]], vec![ids[0]]]);
+        assert!(plan.net.transitions().iter().all(|t| t.gated));
+        let guard = plan.transitions[0].guard.as_ref().expect("it has one");
+        assert_eq!(guard.operands, [Operand::Variable(0), Operand::Field(WatchId(1))]);
+        assert_eq!((plan.variables[0].minimum, plan.variables[0].maximum), (0.0, 1.0));
+    }
+
+    #[test]
+    fn a_sub_mission_s_variables_are_its_own() {
+        let mut plan = PlanBuilder::default();
+        for (name, data) in [("v", "a.o"), ("dock.v", "b.o")] {
+            let source = plan.watch(data, &[]);
+            let (minimum, maximum) = (0.0, 1.0);
+            let name = name.to_owned();
+            plan.variables.push(PlannedVariable { name, source, minimum, maximum });
+        }
+        let mut variable = |transition: &str, guard: &str| {
+            let planned = plan.guard(transition, Guard::parse(guard).expect("a guard"));
+            planned.map(|planned| planned.operands[0]).ok()
+        };
+        assert_eq!(variable("t", "v < 1"), Some(Operand::Variable(0)));
+        assert_eq!(variable("dock.t", "v < 1"), Some(Operand::Variable(1)));
+        assert_eq!(variable("dock.inner.t", "v < 1"), None);
+        assert_eq!(variable("t", "w < 1"), None);
+    }
+
+    #[test]
     fn what_is_not_played_is_refused_where_it_stands() {
         for (what, mission) in [
-            (
-                "guard",
-                r#"><place name="x" initial="true"/><place name="z"/><transition name="t" from="x" to="z" when="1 &lt; 2"/>"#,
-            ),
             (
                 "variable",
                 r#"><variable name="v" min="0" max="1"/><place name="x" initial="true"/>"#,

@@ -10,6 +10,7 @@ use crate::operator::Link;
 use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record};
 use crate::roster::{Doing, Roster};
+use crate::senses::Senses;
 use armor_petri::{PlaceId, Step, TransitionId};
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,6 +41,7 @@ pub struct Controller {
     pub(crate) stopping: bool,
     /// Of the holder of the lease, if there is one.
     pub(crate) link: Link,
+    pub(crate) senses: Senses,
     finished: bool,
     /// With a period: when it looks at the net next, if there is something to see.
     next_look: Option<Duration>,
@@ -48,7 +50,7 @@ pub struct Controller {
 impl Controller {
     /// Begins a mission. The initial places are entered once every component is known to be off.
     pub fn new(plan: Arc<Plan>, now: Duration) -> (Self, Vec<Action>) {
-        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now);
+        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now, None);
         controller.record(Entry::Began {
             mission: plan.mission.clone(),
             fingerprint: plan.fingerprint(),
@@ -75,7 +77,7 @@ impl Controller {
         }
         let on_resume = plan.on_resume;
         let ledger = Ledger::replay(plan, records)?;
-        let mut controller = Self::around(ledger, now);
+        let mut controller = Self::around(ledger, now, Some(now));
         if let Stage::Ended(outcome) = controller.ledger.stage {
             controller.finish(outcome);
         } else if on_resume == OnResume::Safe {
@@ -114,7 +116,8 @@ impl Controller {
         };
         let answers = self.answers_due().map(|due| due.1);
         let operator = answers.chain(self.lease_due());
-        firing.into_iter().chain(self.pushes()).chain(self.patience()).chain(operator).min()
+        let waits = self.pushes().chain(self.patience()).chain(self.senses_due());
+        firing.into_iter().chain(waits).chain(operator).min()
     }
 
     /// What has been decided.
@@ -132,9 +135,10 @@ impl Controller {
         self.dropped
     }
 
-    fn around(ledger: Ledger, now: Duration) -> Self {
+    fn around(ledger: Ledger, now: Duration, restarted_at: Option<Duration>) -> Self {
         let plan = Arc::clone(&ledger.plan);
         let now = now.max(ledger.at);
+        let senses = Senses::new(&plan, restarted_at.map(|_| now));
         Self {
             roster: Roster::new(&plan, now),
             plan,
@@ -145,6 +149,7 @@ impl Controller {
             unstopped: Vec::new(),
             stopping: false,
             link: Link::Down(now),
+            senses,
             finished: false,
             next_look: None,
         }
@@ -161,6 +166,7 @@ impl Controller {
                 self.notice_lost_link();
                 self.move_firings_on();
                 self.notice_failures();
+                self.weigh_guards();
                 self.ask();
                 self.fire_next(&mut step);
             }
@@ -204,7 +210,7 @@ impl Controller {
         }
     }
 
-    fn may_fire(&self) -> bool {
+    pub(crate) fn may_fire(&self) -> bool {
         self.ledger.stage == Stage::Playing && !self.stopping
     }
 

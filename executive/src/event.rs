@@ -1,9 +1,11 @@
 //! What the controller is told, and what it wants done.
 
+use crate::guards::WatchId;
 use crate::operator::Given;
 use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
+use armor_missions::guard::Scalar;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +64,18 @@ pub enum Event {
     OperatorLeft {
         /// Which.
         connection: u64,
+    },
+    /// A field of data that guards look at has a new value; none: what was published has none.
+    Sensed {
+        /// Which.
+        watch: WatchId,
+        /// In SI.
+        value: Option<Scalar>,
+    },
+    /// The link to the provider of a field is down; its last value holds for a while.
+    Unlinked {
+        /// Which.
+        watch: WatchId,
     },
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,

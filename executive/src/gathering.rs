@@ -2,6 +2,7 @@
 //! place activates does not speak to nobody. On a link that may lose nothing that would be a loss.
 
 use crate::plan::Plan;
+use crate::watch::Watching;
 use armor_sdk::control::{ControlConnection, Role, Status};
 use armor_sdk::directory::Directory;
 use armor_sdk::wire::registry::ComponentEntry;
@@ -17,12 +18,14 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
 /// Waits until everybody is there, for a while.
-pub(crate) fn gather(plan: &Plan, registry: &str, stop: &AtomicBool) {
+pub(crate) fn gather(plan: &Plan, registry: &str, watching: &Watching, stop: &AtomicBool) {
     let directory = Directory::observer(registry, "executive");
     let mut connections = HashMap::new();
     let start = Instant::now();
     while !stop.load(Ordering::Relaxed) {
-        let Some(missing) = missing(plan, &directory, &mut connections) else { return };
+        let unwatched = || Some(format!("{} has no link to the guards", watching.unlinked()?));
+        let missing = missing(plan, &directory, &mut connections).or_else(unwatched);
+        let Some(missing) = missing else { return };
         if start.elapsed() >= LIMIT {
             tracing::warn!("begins although {missing}");
             return;

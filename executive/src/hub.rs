@@ -2,6 +2,7 @@
 //! turned into events, and looked into when they break.
 
 use crate::event::Event;
+use crate::guards::WatchId;
 use crate::plan::{ComponentId, Plan};
 use crate::process::Process;
 use crate::record::Report;
@@ -22,8 +23,18 @@ const RETRY: Duration = Duration::from_millis(200);
 /// What comes in from other threads.
 pub(crate) enum Input {
     Registry(Change),
-    Connected { attempt: u64, component: ComponentId, made: Option<ControlConnection> },
-    Told { attempt: u64, component: ComponentId, event: ControlEvent },
+    /// There is news of what guards look at.
+    News(WatchId),
+    Connected {
+        attempt: u64,
+        component: ComponentId,
+        made: Option<ControlConnection>,
+    },
+    Told {
+        attempt: u64,
+        component: ComponentId,
+        event: ControlEvent,
+    },
     Operator(OrderEvent),
 }
 
@@ -65,6 +76,8 @@ impl Hub {
     pub(crate) fn take_in(&mut self, input: Input) -> Vec<Event> {
         match input {
             Input::Registry(change) => self.registry_says(change),
+            // That is for the watching to say.
+            Input::News(_) => Vec::new(),
             Input::Connected { attempt, component, made } => {
                 self.connected(attempt, component, made).into_iter().collect()
             }

@@ -10,7 +10,8 @@ use crate::roster::Presence;
 impl Controller {
     pub(crate) fn take_in(&mut self, event: Event) {
         let now = self.now;
-        if event != Event::Timer {
+        // Of values alone there may be many; they are shown now and then.
+        if !matches!(event, Event::Timer | Event::Sensed { .. } | Event::Unlinked { .. }) {
             self.publish();
         }
         match event {
@@ -47,6 +48,8 @@ impl Controller {
             }
             Event::Ordered(given) => self.order(given),
             Event::OperatorLeft { connection } => self.operator_left(connection),
+            Event::Sensed { watch, value } => self.sensed(watch, value),
+            Event::Unlinked { watch } => self.unlinked(watch),
             Event::Timer => {}
             Event::Stop => self.stopping = true,
         }

@@ -105,6 +105,8 @@ pub struct Ledger {
     pub(crate) activations: Vec<Activation>,
     /// Reports that stand until a transition consumes them.
     pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
+    /// Per transition, whether its guard holds; true of those without one.
+    pub(crate) holds: Vec<bool>,
     pub(crate) stage: Stage,
     pub(crate) authority: Authority,
     pub(crate) last_firing: u64,
@@ -132,6 +134,7 @@ impl Ledger {
                 .map(|c| Activation { open: !c.is_controlled(), ..Activation::default() })
                 .collect(),
             standing: BTreeMap::new(),
+            holds: plan.transitions.iter().map(|t| t.guard.is_none()).collect(),
             stage: Stage::Playing,
             authority: Authority::default(),
             last_firing: 0,
@@ -189,6 +192,7 @@ impl Ledger {
             }
             Entry::LinkLost { .. } => self.link_is_lost(),
             Entry::Held { .. } => self.hold("the executive"),
+            Entry::Guard { transition, holds, .. } => self.weighed(transition, *holds)?,
             Entry::Retreated { why } => self.retreated(why),
             Entry::GaveUp { why } => {
                 self.why.clone_from(why);
@@ -304,6 +308,16 @@ impl Ledger {
             self.standing.remove(&on);
             self.set_gates(&on, false);
         }
+        Ok(())
+    }
+
+    fn weighed(&mut self, name: &str, holds: bool) -> Result<(), LedgerError> {
+        let unknown = || LedgerError::UnknownName(name.to_owned());
+        let id = self.plan.transition_named(name).ok_or_else(unknown)?;
+        self.holds[id.index()] = holds;
+        let on = self.plan.transition(id).on.as_ref();
+        let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
+        self.state.set_gate(id, holds && is_reported);
         Ok(())
     }
 

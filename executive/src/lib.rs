@@ -12,6 +12,7 @@ mod confirm;
 mod controller;
 mod event;
 mod gathering;
+mod guards;
 mod hub;
 mod intake;
 pub mod journal;
@@ -29,18 +30,21 @@ mod roster;
 mod run;
 #[cfg(test)]
 mod scenarios;
+mod senses;
 #[cfg(test)]
 mod simulation;
 mod story;
+mod watch;
 
 pub use authority::{Lease, Pause};
 pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
 pub use event::{Action, Event};
+pub use guards::{PlannedGuard, PlannedVariable, Watch, WatchId};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 pub use marking::{
-    Confirmation, EnabledTransition, Fired, Holder, InFlight, MarkedPlace, Marking,
-    MissionComponent, OrderGiven, Paused,
+    Confirmation, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
+    MissionComponent, OrderGiven, Paused, VariableValue,
 };
 pub use operator::Given;
 pub use plan::{

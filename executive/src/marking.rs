@@ -3,10 +3,13 @@
 mod commanding;
 
 use crate::controller::Controller;
+use crate::guards::PlannedVariable;
 use crate::ledger::{Firing, Phase, Stage};
 use crate::plan::ComponentId;
 use crate::record::Outcome;
 use crate::roster::{Doing, Presence};
+use crate::senses::in_words;
+use armor_missions::guard::Scalar;
 use armor_missions::mission::Autonomy;
 use armor_petri::{PlaceId, TransitionId};
 use armor_sdk::Message;
@@ -35,6 +38,10 @@ pub struct Marking {
     pub in_flight: Vec<InFlight>,
     /// The transitions that are enabled, those that may fire first.
     pub enabled: Vec<EnabledTransition>,
+    /// The variables of the mission.
+    pub variables: Vec<VariableValue>,
+    /// The guards of its transitions.
+    pub guards: Vec<GuardTruth>,
     /// The components of the mission.
     pub components: Vec<MissionComponent>,
     /// Transitions fired so far.
@@ -106,6 +113,32 @@ pub struct EnabledTransition {
     pub held: bool,
 }
 
+/// A variable and what it is known to be.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct VariableValue {
+    /// Its name.
+    pub variable: String,
+    /// In words: a number in SI, `true`, `false`, a text between single quotes, or `not known`.
+    pub value: String,
+    /// As a number in SI; 1 or 0 for true or false; none for a text and what is not known.
+    pub number: Option<f64>,
+    /// How many values came from outside its domain and counted as the nearer end.
+    pub outside: u64,
+}
+
+/// A transition's guard and what it is known to be.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct GuardTruth {
+    /// The transition.
+    pub transition: String,
+    /// The guard.
+    pub guard: String,
+    /// `true`, `false` or `not known`.
+    pub truth: String,
+    /// The values it looks at, in words.
+    pub because: String,
+}
+
 /// A component and what it is known to do.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub struct MissionComponent {
@@ -147,6 +180,8 @@ impl Controller {
             places: places.map(|place| self.marked(place)).collect(),
             in_flight: ledger.firings.iter().map(|(id, firing)| self.flight(*id, firing)).collect(),
             enabled: ledger.state.enabled().map(|id| self.enabled(id)).collect(),
+            variables: self.variables(),
+            guards: self.plan.net.transition_ids().filter_map(|id| self.guard(id)).collect(),
             components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
             fired: ledger.fired,
             history: ledger.history.iter().map(fired).collect(),
@@ -158,6 +193,37 @@ impl Controller {
             confirmations: self.confirmations(),
             orders: self.last_orders(),
         }
+    }
+
+    fn variables(&self) -> Vec<VariableValue> {
+        let variables = self.plan.variables.iter().zip(&self.senses.outside).enumerate();
+        let shown = |(index, (variable, outside)): (usize, (&PlannedVariable, &u64))| {
+            let value = self.variable(index);
+            VariableValue {
+                variable: variable.name.clone(),
+                value: in_words(value.as_ref()),
+                number: match value {
+                    Some(Scalar::Number(number)) => Some(number),
+                    Some(Scalar::Flag(flag)) => Some(f64::from(u8::from(flag))),
+                    Some(Scalar::Text(_)) | None => None,
+                },
+                outside: *outside,
+            }
+        };
+        variables.map(shown).collect()
+    }
+
+    fn guard(&self, id: TransitionId) -> Option<GuardTruth> {
+        let planned = self.plan.transition(id).guard.as_ref()?;
+        Some(GuardTruth {
+            transition: self.plan.net.transition(id).name.clone(),
+            guard: planned.guard.to_string(),
+            truth: match self.truth(id) {
+                Some(truth) => truth.to_string(),
+                None => "not known".to_owned(),
+            },
+            because: self.because(id),
+        })
     }
 
     fn stage_in_words(&self) -> &'static str {

@@ -1,6 +1,7 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
+use crate::guards::{PlannedGuard, PlannedVariable, Watch};
 use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, HashMap};
@@ -33,6 +34,8 @@ pub struct Limits {
     pub kill_within: Duration,
     /// For the holder of the lease to come back after its connection broke.
     pub lease: Duration,
+    /// For a value that guards look at, after its provider could be reached last.
+    pub value_holds: Duration,
     /// How late a transition may fire before that is an overrun.
     pub overrun: Duration,
     /// Firings in flight at once; a net that needs more grows without end.
@@ -50,6 +53,7 @@ impl Default for Limits {
             stop_within: Duration::from_secs(1),
             kill_within: Duration::from_secs(2),
             lease: Duration::from_secs(5),
+            value_holds: Duration::from_secs(2),
             overrun: Duration::from_millis(100),
             firings: 256,
             step_bound: 1000,
@@ -106,6 +110,8 @@ pub struct PlannedPlace {
 pub struct PlannedTransition {
     /// The report it consumes.
     pub on: Option<(ComponentId, String)>,
+    /// What must hold.
+    pub guard: Option<PlannedGuard>,
     /// Where the tokens go when a component does not stop; without it, the mission retreats.
     pub on_stop_fail: Option<PlaceId>,
     /// Where the tokens go when a component does not start; without it, the mission retreats.
@@ -134,6 +140,10 @@ pub struct Plan {
     pub(crate) places: Vec<PlannedPlace>,
     pub(crate) transitions: Vec<PlannedTransition>,
     pub(crate) listeners: BTreeMap<(ComponentId, String), Vec<TransitionId>>,
+    pub(crate) watches: Vec<Watch>,
+    pub(crate) variables: Vec<PlannedVariable>,
+    /// Per watch, the transitions whose guards look at it.
+    pub(crate) watchers: Vec<Vec<TransitionId>>,
     pub(crate) goal: Option<PlaceId>,
     pub(crate) safe: Option<PlaceId>,
     pub(crate) period: Option<Duration>,
@@ -165,6 +175,11 @@ impl Plan {
         &self.components
     }
 
+    /// The fields of data that its guards look at.
+    pub fn watches(&self) -> &[Watch] {
+        &self.watches
+    }
+
     /// The component called `name`.
     pub fn component_named(&self, name: &str) -> Option<ComponentId> {
         self.names.components.get(name).copied()
@@ -190,13 +205,14 @@ impl Plan {
     /// belongs to one of them.
     pub fn fingerprint(&self) -> String {
         let text = format!(
-            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
+            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
             self.net.places(),
             self.net.initial(),
             self.net.transitions(),
             self.components,
             self.places,
             self.transitions,
+            (&self.watches, &self.variables),
             (self.goal, self.safe)
         );
         // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.

@@ -197,6 +197,15 @@ pub enum Entry {
         /// Why, in words.
         why: String,
     },
+    /// A guard has come to hold, or does not hold any more.
+    Guard {
+        /// Of which transition.
+        transition: String,
+        /// Whether it holds.
+        holds: bool,
+        /// The values it looks at, in words.
+        because: String,
+    },
     /// Every token and every firing is given up; the mission goes to its safe place.
     Retreated {
         /// Why, in words.

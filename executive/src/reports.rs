@@ -90,7 +90,7 @@ impl Ledger {
 
     pub(crate) fn set_gates(&mut self, key: &(ComponentId, String), open: bool) {
         for id in self.plan.listeners.get(key).into_iter().flatten() {
-            self.state.set_gate(*id, open);
+            self.state.set_gate(*id, open && self.holds[id.index()]);
         }
     }
 

@@ -10,6 +10,7 @@ use crate::marking::Marking;
 use crate::order::Judged;
 use crate::plan::Plan;
 use crate::record::{Entry, Outcome};
+use crate::watch::Watching;
 use armor_sdk::Latched;
 use armor_sdk::control::Command;
 use armor_sdk::node::{Node, NodeOptions};
@@ -60,14 +61,15 @@ pub enum RunError {
 pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, RunError> {
     let plan = Arc::new(plan);
     let (mut journal, story) = Journal::open(&options.journal)?;
+    let (sender, inputs) = mpsc::channel();
+    let watching = Watching::start(&plan, &options.registry, &sender);
     if story.records.is_empty() {
-        gathering::gather(&plan, &options.registry, stop);
+        gathering::gather(&plan, &options.registry, &watching, stop);
     }
     let (life, now) = journal::clock(&story, &boot(), monotonic());
     journal.begin(life.clone())?;
     journal.sync()?;
     let node = register(options)?;
-    let (sender, inputs) = mpsc::channel();
     hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
     hand_on("orders", node.orders(), sender.clone(), Input::Operator);
     let resumed = Controller::resume(Arc::clone(&plan), &story.records, now);
@@ -81,7 +83,7 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
         tracing::info!("goes on where it left off: {}", all.join(", "));
     }
     let hub = Hub::new(plan, sender);
-    let mut executive = Executive { controller, hub, journal, node, life, shown: None };
+    let mut executive = Executive { controller, hub, watching, journal, node, life, shown: None };
     let mut outcome = executive.perform(actions)?;
     while outcome.is_none() {
         outcome = executive.turn(&inputs, stop)?;
@@ -92,6 +94,7 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
 struct Executive {
     controller: Controller,
     hub: Hub,
+    watching: Watching,
     journal: Journal,
     node: Node,
     life: Life,
@@ -111,6 +114,7 @@ impl Executive {
         }
         let mut events = match inputs.recv_timeout(wait) {
             Ok(Input::Operator(OrderEvent::Given(given))) if self.refuses(&given) => Vec::new(),
+            Ok(Input::News(watch)) => self.watching.news(watch),
             Ok(input) => self.hub.take_in(input),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Vec::new(),
         };
@@ -250,6 +254,7 @@ fn log(entry: &Entry) {
                 tracing::warn!("{cause} fires {late_s:.3} s late");
             }
         }
+        Entry::Guard { .. } => tracing::info!("{entry}"),
         Entry::Heard { component, report, .. } => tracing::info!("{component}: {report}"),
         Entry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
         Entry::Ordered(Judged { by, order, accepted: true, text, .. }) => {

@@ -35,6 +35,10 @@ impl fmt::Display for Entry {
             }
             Self::LinkLost { author } => write!(f, "the link to {author}, who commanded, is lost"),
             Self::Held { why } => write!(f, "holds: {why}"),
+            Self::Guard { transition, holds, because } => {
+                let verb = if *holds { "holds" } else { "does not hold" };
+                write!(f, "the guard of {transition} {verb}: {because}")
+            }
             Self::Retreated { why } => write!(f, "retreats: {why}"),
             Self::GaveUp { why } => write!(f, "gives up: {why}"),
             Self::Ended { outcome } => write!(f, "the end: {outcome}"),

@@ -24,8 +24,10 @@ pub enum Feature {
     Clock,
     /// `when="…"`.
     Guard,
-    /// `<variable>`.
+    /// `<variable>` that follows data.
     Variable,
+    /// `<variable>` without a source: nothing gives it a value.
+    FreeVariable,
     /// An interval that is not one moment.
     Interval,
     /// `priority="n"`.
@@ -68,6 +70,7 @@ impl fmt::Display for Feature {
             Feature::Clock => "time that follows data (<clock>)",
             Feature::Guard => "a guard (when=\"…\")",
             Feature::Variable => "a variable",
+            Feature::FreeVariable => "a variable that follows no data (no source=\"…\")",
             Feature::Interval => "a firing interval",
             Feature::Priority => "a priority",
             Feature::SafetyClass => "class=\"safety\"",
@@ -137,7 +140,11 @@ impl Uses {
     fn mission(&mut self, mission: &Mission) {
         self.at(Feature::Period, mission.period.iter().map(|period| &period.at));
         self.at(Feature::Resume, mission.resume.iter().map(|resume| &resume.at));
-        self.at(Feature::Variable, mission.variables.iter().map(|variable| &variable.name.at));
+        for variable in &mission.variables {
+            let is_free = variable.source.is_none();
+            let feature = if is_free { Feature::FreeVariable } else { Feature::Variable };
+            self.at(feature, [&variable.name.at]);
+        }
         for place in &mission.places {
             let name = &place.name.at;
             self.at(Feature::Weight, (place.initial > 1).then_some(name));

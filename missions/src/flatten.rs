@@ -78,11 +78,13 @@ impl Configuration {
     }
 }
 
-/// Puts `name.` before every name of the mission's own: places, transitions and variables.
+/// Puts `name.` before every name of the mission's own: places, transitions and variables. Guards
+/// stay as written: a variable in them is that of the mission whose transition it is.
 fn qualify(inner: &mut Mission, name: &str) {
     let qualify = |own: &mut Spanned<String>| own.value = format!("{name}.{}", own.value);
-    let Mission { goal, safe, places, transitions, .. } = inner;
+    let Mission { goal, safe, places, transitions, variables, .. } = inner;
     goal.iter_mut().chain(safe).for_each(qualify);
+    variables.iter_mut().for_each(|variable| qualify(&mut variable.name));
     for place in places {
         qualify(&mut place.name);
         place.on_failure.iter_mut().for_each(qualify);

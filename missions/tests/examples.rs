@@ -136,6 +136,7 @@ fn what_is_not_played_is_refused_by_name_and_place() {
         F::Clock,
         F::Guard,
         F::Variable,
+        F::FreeVariable,
         F::Interval,
         F::Priority,
         F::SafetyClass,

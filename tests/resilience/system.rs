@@ -46,6 +46,12 @@ impl Draft {
         self
     }
 
+    /// A component as in the file.
+    pub fn component(mut self, text: &str) -> Self {
+        self.components += text;
+        self
+    }
+
     /// The numbers of `from` to `to`, a `component.input`.
     pub fn link(mut self, from: &str, to: &str, keep: &str) -> Self {
         let _ = writeln!(self.links, "<link from='{from}.numbers' to='{to}' keep='{keep}'/>");
@@ -179,6 +185,13 @@ impl System {
             eprintln!("armor {arguments:?}: {err}");
         }
         out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    }
+
+    /// The same as people see it; empty if it fails.
+    pub fn shown(&self, arguments: &[&str]) -> String {
+        let registry = self.registry.to_string();
+        let mut command = self.folder.armor(arguments);
+        ended(command.args(["--registry", &registry])).1
     }
 
     /// A component started by hand, beside the launcher.

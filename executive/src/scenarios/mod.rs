@@ -2,6 +2,7 @@
 
 mod bench;
 mod commanding;
+mod guarding;
 mod pausing;
 
 use crate::controller::Controller;

@@ -2,7 +2,9 @@
 
 use super::dice::Dice;
 use crate::builder::PlanBuilder;
+use crate::guards::{PlannedGuard, PlannedVariable};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use armor_missions::guard::Guard;
 use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Class, Interval, PlaceId};
 use std::time::Duration;
@@ -24,9 +26,15 @@ pub(crate) struct Way {
     pub(crate) safety: bool,
     pub(crate) autonomy: Autonomy,
     pub(crate) lost_link: Option<LostLink>,
+    pub(crate) guard: Option<PlannedGuard>,
 }
 
 impl PlanBuilder {
+    /// A guard in order.
+    pub(crate) fn guarded(&mut self, text: &str) -> PlannedGuard {
+        self.guard("", Guard::parse(text).expect("a guard")).expect("its variables")
+    }
+
     pub(crate) fn way(&mut self, name: &str, way: Way) {
         let mut t = self.net.transition(name).priority(way.priority);
         t = way.from.iter().fold(t, |t, place| t.input(*place, 1));
@@ -40,11 +48,12 @@ impl PlanBuilder {
             t = t.interval(Interval { earliest, latest: None });
         }
         t = if way.safety { t.class(Class::Safety) } else { t };
-        if way.on.is_some() {
+        if way.on.is_some() || way.guard.is_some() {
             t.gated();
         }
         self.transitions.push(PlannedTransition {
             on: way.on.map(|(component, name)| (component, name.to_owned())),
+            guard: way.guard,
             on_stop_fail: way.on_stop_fail,
             on_start_fail: way.on_start_fail,
             overrun: way.overrun,
@@ -53,6 +62,15 @@ impl PlanBuilder {
         });
     }
 }
+
+const GUARDS: [&str; 6] = [
+    "level < 5",
+    "c0.level >= 3 and c1.load.x < 6",
+    "c1.load.x != 4 or level == 2",
+    "not known(level)",
+    "known(c0.level) and not (c1.load.x > 2)",
+    "true",
+];
 
 /// A mission nobody would draw: everything that can be in one, anywhere.
 pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
@@ -93,8 +111,18 @@ pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
     for place in &places {
         plan.places[place.index()].on_failure = any_place(dice);
     }
+    let level = plan.watch("c0.level", &[]);
+    plan.variables.push(PlannedVariable {
+        name: "level".to_owned(),
+        source: level,
+        minimum: 2.0,
+        maximum: 7.0,
+    });
     for index in 0..4 + dice.roll(10) {
-        let way = random_way(dice, &places, &components, any_place);
+        let mut way = random_way(dice, &places, &components, any_place);
+        if dice.one_in(3) {
+            way.guard = Some(plan.guarded(GUARDS[dice.roll(GUARDS.len())]));
+        }
         plan.way(&format!("t{index}"), way);
     }
     plan.build().expect("names are numbered")

@@ -4,6 +4,7 @@
 mod dice;
 pub(crate) mod draft;
 mod operators;
+mod outlook;
 mod world;
 
 use crate::controller::Controller;
@@ -13,6 +14,7 @@ use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
 use dice::Dice;
 use operators::Operators;
+use outlook::Outlook;
 use std::sync::Arc;
 use std::time::Duration;
 use world::{Command, Trouble, World};
@@ -37,6 +39,9 @@ struct Play {
     /// As the journal says.
     paused: bool,
     gave_up: bool,
+    outlook: Outlook,
+    /// The guards that hold, as the journal says.
+    holding: std::collections::BTreeSet<String>,
 }
 
 impl Play {
@@ -47,6 +52,7 @@ impl Play {
         let trouble = Trouble { one_in, blind: dice.one_in(4) && one_in > 0 };
         let crashes = [0, 0, 2, 12][dice.roll(4)];
         let orders = [0, 5, 40][dice.roll(3)];
+        let outlook = Outlook::new(&plan, Dice::new(seed ^ 0x6775_6172_6473));
         Self {
             oracle: vec![0; plan.places.len()],
             world: World::new(Arc::clone(&plan), dice, trouble),
@@ -61,6 +67,8 @@ impl Play {
             operators: Operators::new(orders),
             paused: false,
             gave_up: false,
+            outlook,
+            holding: Default::default(),
         }
     }
 
@@ -75,12 +83,17 @@ impl Play {
             }
             let deadline = self.controller.as_ref().and_then(Controller::next_deadline);
             let others = self.world.next_at().into_iter().chain(deadline).min();
-            if let Some(at) = self.operators.next_at()
+            let acts = self.operators.next_at();
+            let changes = self.outlook.next_at();
+            if let Some(at) = acts.into_iter().chain(changes).min()
                 && others.is_none_or(|other| at <= other)
                 && self.controller.is_some()
             {
                 self.world.now = self.world.now.max(at);
-                let event = self.operators_act();
+                let event = match changes {
+                    Some(change) if change == at => self.outlook.happen(self.world.now),
+                    _ => self.operators_act(),
+                };
                 self.tell(event);
                 continue;
             }
@@ -121,6 +134,7 @@ impl Play {
                 .expect("its own journal");
         self.controller = Some(controller);
         self.world.executive_starts();
+        self.outlook.executive_starts(self.world.now, !records.is_empty());
         self.perform(actions);
     }
 
@@ -172,6 +186,14 @@ impl Play {
             Entry::Redirected { firing, to, .. } => {
                 self.in_flight.get_mut(firing).unwrap().1.clone_from(to);
             }
+            Entry::Guard { transition, holds, .. } => {
+                let is_news = if *holds {
+                    self.holding.insert(transition.clone())
+                } else {
+                    self.holding.remove(transition)
+                };
+                assert!(is_news, "a guard that has not changed");
+            }
             Entry::Stopped { firing } => self.check_stopped(*firing),
             Entry::Put { firing } => {
                 // The one that ends everything else has no `Took`.
@@ -198,9 +220,12 @@ impl Play {
     fn check_enabled(&self, cause: &Cause) {
         let Cause::Transition(name) = cause else { return };
         let net = &self.plan.net;
-        let t = net.transition(self.plan.transition_named(name).unwrap());
+        let id = self.plan.transition_named(name).unwrap();
+        let t = net.transition(id);
         let tokens = |place: armor_petri::PlaceId| self.oracle[place.index()];
         assert!(t.inputs.iter().chain(&t.reads).all(|arc| tokens(arc.0) >= i64::from(arc.1)));
+        let is_free = self.plan.transition(id).guard.is_none();
+        assert!(is_free || self.holding.contains(name), "{name} fires against its guard");
         assert!(t.inhibitors.iter().all(|arc| tokens(arc.0) < i64::from(arc.1)));
     }
 
@@ -239,6 +264,7 @@ impl Play {
         let live = controller.ledger();
         let marking: Vec<_> = live.marking().iter().map(|tokens| i64::from(*tokens)).collect();
         assert_eq!(marking, self.oracle);
+        self.check_guards(live);
         if self.journal.len() < self.checked + self.checked / 4 {
             return;
         }
@@ -246,12 +272,28 @@ impl Play {
         let again = Ledger::replay(Arc::clone(&self.plan), &self.records()).unwrap();
         assert_eq!(live.firings, again.firings);
         assert_eq!(live.activations, again.activations);
-        assert_eq!(live.standing, again.standing);
+        assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
         assert_eq!(live.authority, again.authority);
         assert_eq!(live.stage, again.stage);
         assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
         for id in self.plan.net.transition_ids() {
+            assert_eq!(live.state.gate(id), again.state.gate(id));
             assert_eq!(live.state.enabled_since(id), again.state.enabled_since(id));
+        }
+    }
+
+    /// Each guard is what the world makes it, and each gate what guard and report make it.
+    fn check_guards(&self, live: &Ledger) {
+        for id in self.plan.net.transition_ids() {
+            let planned = self.plan.transition(id);
+            let Some(guard) = &planned.guard else { continue };
+            let holds = live.holds[id.index()];
+            let reported = planned.on.as_ref().is_none_or(|on| live.standing.contains_key(on));
+            assert_eq!(live.state.gate(id), holds && reported);
+            let truth = self.outlook.truth(&self.plan, guard, self.world.now);
+            if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
+                assert_eq!(holds, truth == Some(true), "{guard:?}");
+            }
         }
     }
 
@@ -328,7 +370,8 @@ fn seeds() -> std::ops::Range<u64> {
 #[test]
 fn whatever_happens_the_invariants_hold() {
     let mut outcomes = std::collections::BTreeMap::new();
-    let (mut firings, mut crashes, mut pauses, mut losses, mut moves) = (0, 0, 0, 0, 0);
+    let (mut firings, mut crashes, mut guards) = (0, 0, 0);
+    let (mut pauses, mut losses, mut moves) = (0, 0, 0);
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
             let mut play = Play::new(seed);
@@ -340,20 +383,22 @@ fn whatever_happens_the_invariants_hold() {
                 count("mission is paused\""),
                 count("\"link-lost\""),
                 count(" moved; what"),
+                count("\"guard\""),
             ];
             (play.outcome, counts, spare - play.crashes)
         });
-        let Ok((outcome, [takes, paused, lost, moved], killed)) = played else {
+        let Ok((outcome, [takes, paused, lost, moved, changes], killed)) = played else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
-        (firings, crashes) = (firings + takes, crashes + killed);
+        (firings, crashes, guards) = (firings + takes, crashes + killed, guards + changes);
         (pauses, losses, moves) = (pauses + paused, losses + lost, moves + moved);
     }
     println!(
         "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
-         {pauses} pauses, {moves} moves, {losses} lost links"
+         {pauses} pauses, {moves} moves, {losses} lost links, {guards} changes of guards"
     );
     let enough = firings > 1000 && crashes > 100 && pauses > 100 && moves > 100 && losses > 50;
+    let enough = enough && guards > 1000;
     assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

@@ -10,7 +10,6 @@ use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
 use armor_petri::analysis::invariants::{
     Semiflow, Semiflows, excludes, place_semiflows, transition_semiflows,
 };
-use armor_petri::analysis::stubborn::deadlocks;
 use armor_petri::analysis::{Budget, Exhausted, Space};
 use armor_petri::{Interval, Net, PlaceId, TransitionId};
 
@@ -61,7 +60,6 @@ impl Checking<'_> {
         }
         if let Some(exhausted) = facts.undecided {
             self.undecided(exhausted);
-            self.deadlocks_alone(&facts);
         }
         if let Some(space) = facts.all_states() {
             self.states(space);
@@ -92,14 +90,6 @@ impl Checking<'_> {
         self.report.dead_transitions = Some(names(self.net, &dead));
         self.report.deadlocks = Some(space.deadlocks());
         self.report.deadlock = space.first_deadlock().map(|state| self.way(space, state));
-    }
-
-    /// Deadlocks where all states are too many: a part of them is enough for this.
-    fn deadlocks_alone(&mut self, facts: &Facts) {
-        if let Ok(Some(found)) = deadlocks(self.net, &facts.bounds, self.budget) {
-            self.report.deadlocks = Some(found.deadlocks);
-            self.report.deadlock = found.first.map(|(way, marking)| self.way_with(&way, &marking));
-        }
     }
 
     /// Where the net can end up, and whether the goal stays within reach.
@@ -285,19 +275,6 @@ mod tests {
         let unsafe_ = report("tr a p -> q\npl p (2)", None, &[0, 1]);
         let together = unsafe_.exclusive[0].together.as_ref().expect("after one firing");
         assert_eq!((&together.sequence[..], unsafe_.errors.len()), (&["a".to_owned()][..], 1));
-    }
-
-    #[test]
-    fn deadlocks_are_found_where_all_states_are_too_many() {
-        let text: String = (0..9).map(|i| format!("tr t{i} p{i} -> q{i}\npl p{i} (1)\n")).collect();
-        let net = tina::read(&text).expect("a net").net;
-        let budget = Budget { states: 100, ..Budget::UNLIMITED };
-        let report = Report::default();
-        let checking = Checking { net: &net, budget: &budget, goal: None, report };
-        let report = checking.run(&[], false);
-        assert_eq!((report.undecided, report.states), (Some("max-states"), None));
-        assert_eq!(report.deadlocks, Some(1), "after nine firings in one order");
-        assert_eq!(report.deadlock.expect("its way").sequence.len(), 9);
     }
 
     #[test]

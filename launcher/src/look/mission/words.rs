@@ -1,8 +1,8 @@
 //! The marking in words.
 
 use armor_executive::{
-    Confirmation, EnabledTransition, Holder, InFlight, MarkedPlace, Marking, MissionComponent,
-    OrderGiven,
+    Confirmation, EnabledTransition, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
+    MissionComponent, OrderGiven, VariableValue,
 };
 
 use crate::print;
@@ -50,6 +50,12 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
     }
     if let Some(holder) = &marking.holder {
         section("command", vec![in_command(holder, now_s)]);
+    }
+    if !marking.variables.is_empty() {
+        section("variables", marking.variables.iter().map(variable).collect());
+    }
+    if !marking.guards.is_empty() {
+        section("guards", marking.guards.iter().map(guard).collect());
     }
     section("components", marking.components.iter().map(component).collect());
     let history = marking.history.iter();
@@ -105,6 +111,19 @@ fn transition(transition: &EnabledTransition, now_s: f64) -> String {
     };
     let held = if transition.held { ", once the mission goes on" } else { "" };
     format!("{} {}{until}{who}{held}", transition.transition, in_s(first))
+}
+
+fn variable(variable: &VariableValue) -> String {
+    let outside = match variable.outside {
+        0 => String::new(),
+        n => format!("  ({n} values were outside of its domain)"),
+    };
+    format!("{} is {}{outside}", variable.variable, variable.value)
+}
+
+fn guard(guard: &GuardTruth) -> String {
+    let because = if guard.because.is_empty() { "" } else { ": " };
+    format!("{}: {} is {}{because}{}", guard.transition, guard.guard, guard.truth, guard.because)
 }
 
 fn confirmation(asked: &Confirmation, now_s: f64) -> String {
@@ -166,6 +185,8 @@ mod tests {
                 enabled("recall", "operator", 0.0, None),
                 enabled("late", "mission", 150.0, Some(150.0)),
             ],
+            variables: Vec::new(),
+            guards: Vec::new(),
             components: vec![MissionComponent {
                 component: "explorer".into(),
                 controlled: true,
@@ -197,6 +218,30 @@ fired       none
 reports that changed nothing: 0 too late, 2 that no transition waits for
 ";
         assert_eq!(in_words(&marking(), 0.5), expected);
+    }
+
+    #[test]
+    fn variables_and_guards_are_there_if_the_mission_has_some() {
+        let mut marking = marking();
+        marking.variables = vec![VariableValue {
+            variable: "battery".into(),
+            value: "0.42".into(),
+            number: Some(0.42),
+            outside: 2,
+        }];
+        marking.guards = vec![GuardTruth {
+            transition: "weak".into(),
+            guard: "battery < 30%".into(),
+            truth: "false".into(),
+            because: "battery is 0.42".into(),
+        }];
+        let shown = in_words(&marking, 0.5);
+        let expected = "
+variables   battery is 0.42  (2 values were outside of its domain)
+guards      weak: battery < 30% is false: battery is 0.42
+components  explorer active
+";
+        assert!(shown.contains(expected), "{shown}");
     }
 
     #[test]

@@ -1,0 +1,207 @@
+//! Looks at the data that guards speak of: one thread and one link for each output, kept up for as
+//! long as the mission is played. Fields are read by the provider's schema, without a Rust type.
+
+use crate::event::Event;
+use crate::guards::WatchId;
+use crate::hub::Input;
+use crate::plan::Plan;
+use armor_missions::guard::Scalar;
+use armor_sdk::directory::Directory;
+use armor_sdk::tap::{Tap, TapData};
+use armor_sdk::wire::keep::Keep;
+use armor_sdk::wire::quantity::Unit;
+use armor_sdk::wire::schema::{FieldPath, Schema};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How long to wait for a provider, or for data, before looking whether it is all over.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// Time between two attempts to link to a provider that the registry knows.
+const RETRY: Duration = Duration::from_millis(100);
+
+/// All the watching for one mission; it ends when this is dropped.
+pub(crate) struct Watching {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    /// What has not been taken in yet: the newest of each watch, and no more, however fast it comes.
+    news: Mutex<BTreeMap<WatchId, News>>,
+    /// Data that is not linked.
+    missing: Mutex<Vec<String>>,
+    over: AtomicBool,
+}
+
+#[derive(Default)]
+struct News {
+    value: Option<Option<Scalar>>,
+    unlinked: bool,
+}
+
+impl Watching {
+    /// Begins to watch.
+    pub(crate) fn start(plan: &Plan, registry: &str, inputs: &Sender<Input>) -> Self {
+        let mut outputs: BTreeMap<&str, Vec<_>> = BTreeMap::new();
+        for (id, watch) in (0..).map(WatchId).zip(plan.watches()) {
+            outputs.entry(&watch.data).or_default().push((id, watch.field.clone()));
+        }
+        let shared = Arc::new(Shared {
+            news: Mutex::default(),
+            missing: Mutex::new(outputs.keys().map(|data| (*data).to_owned()).collect()),
+            over: AtomicBool::new(false),
+        });
+        if outputs.is_empty() {
+            return Self { shared };
+        }
+        let directory = Directory::observer(registry, "executive");
+        for (data, fields) in outputs {
+            let watcher = Watcher {
+                data: data.to_owned(),
+                fields,
+                directory: directory.clone(),
+                inputs: inputs.clone(),
+                shared: Arc::clone(&shared),
+            };
+            let spawned =
+                std::thread::Builder::new().name("guard".into()).spawn(move || watcher.run());
+            if let Err(error) = spawned {
+                tracing::error!("no thread to watch {data} for a guard: {error}");
+            }
+        }
+        Self { shared }
+    }
+
+    /// What is new of a watch.
+    pub(crate) fn news(&self, watch: WatchId) -> Vec<Event> {
+        let Some(news) = lock(&self.shared.news).remove(&watch) else { return Vec::new() };
+        let value = news.value.map(|value| Event::Sensed { watch, value });
+        value.into_iter().chain(news.unlinked.then_some(Event::Unlinked { watch })).collect()
+    }
+
+    /// Data that a guard looks at and that is not linked, if there is such.
+    pub(crate) fn unlinked(&self) -> Option<String> {
+        lock(&self.shared.missing).first().cloned()
+    }
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        self.shared.over.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A thread that panicked has left nothing half done here.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Watches one output.
+struct Watcher {
+    data: String,
+    fields: Vec<(WatchId, Vec<String>)>,
+    directory: Directory,
+    inputs: Sender<Input>,
+    shared: Arc<Shared>,
+}
+
+/// One field, and what was told of it last.
+struct Looked<'a> {
+    watch: WatchId,
+    path: FieldPath<'a>,
+    to_si: f64,
+    told: Option<Option<Scalar>>,
+}
+
+impl Watcher {
+    fn run(&self) {
+        while !self.shared.over.load(Ordering::Relaxed) {
+            match Tap::open(&self.directory, &self.data, Keep::Latest, LOOK_EVERY) {
+                Ok(tap) => {
+                    lock(&self.shared.missing).retain(|data| *data != self.data);
+                    self.follow(tap);
+                    for (watch, _) in &self.fields {
+                        self.tell(*watch, |news| news.unlinked = true);
+                    }
+                }
+                Err(error) => {
+                    tracing::debug!(data = self.data.as_str(), "not linked for a guard: {error}");
+                    std::thread::sleep(RETRY);
+                }
+            }
+        }
+    }
+
+    fn follow(&self, mut tap: Tap) {
+        let schema = tap.schema().clone();
+        let mut looked: Vec<_> = self
+            .fields
+            .iter()
+            .filter_map(|(watch, field)| self.find(*watch, field, &schema))
+            .collect();
+        let mut fits = true;
+        while !self.shared.over.load(Ordering::Relaxed) {
+            match tap.next(LOOK_EVERY) {
+                Ok(None) => {}
+                Ok(Some(TapData { payload, .. })) => {
+                    for field in &mut looked {
+                        fits &= self.look(field, &schema, &payload, fits);
+                    }
+                }
+                Err(error) => {
+                    let data = self.data.as_str();
+                    tracing::info!(data, "a guard's data is lost: {error}");
+                    return;
+                }
+            }
+        }
+    }
+
+    fn find<'a>(&self, watch: WatchId, field: &[String], schema: &'a Schema) -> Option<Looked<'a>> {
+        let names: Vec<_> = field.iter().map(String::as_str).collect();
+        match FieldPath::find(schema, &names) {
+            Ok(path) => {
+                let to_si = path.unit.and_then(Unit::named).map_or(1.0, |unit| unit.to_si);
+                Some(Looked { watch, path, to_si, told: None })
+            }
+            Err(error) => {
+                let (data, field) = (self.data.as_str(), field.join("."));
+                tracing::error!(data, field, "what a guard looks at is not there: {error}");
+                None
+            }
+        }
+    }
+
+    /// Reads one field and tells what is new; whether it could be read.
+    fn look(&self, field: &mut Looked<'_>, schema: &Schema, payload: &[u8], warn: bool) -> bool {
+        let read = field.path.read(schema, payload);
+        if let (Err(error), true) = (&read, warn) {
+            let data = self.data.as_str();
+            tracing::error!(data, "a message does not fit the schema of its provider: {error}");
+        }
+        let value = read.clone().unwrap_or_default().and_then(|value| match value {
+            Scalar::Number(number) if number.is_nan() => None,
+            Scalar::Number(number) => Some(Scalar::Number(number * field.to_si)),
+            other => Some(other),
+        });
+        if field.told.as_ref() != Some(&value) {
+            field.told = Some(value.clone());
+            self.tell(field.watch, |news| *news = News { value: Some(value), unlinked: false });
+        }
+        read.is_ok()
+    }
+
+    /// Changes the news of a watch, and wakes the executive if it had none.
+    fn tell(&self, watch: WatchId, change: impl FnOnce(&mut News)) {
+        let mut all = lock(&self.shared.news);
+        let is_first = !all.contains_key(&watch);
+        change(all.entry(watch).or_default());
+        drop(all);
+        if is_first {
+            // When nobody listens any more, all of this is about to end.
+            let _ = self.inputs.send(Input::News(watch));
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! A robot whose battery runs low goes home: a guard on data, played by real processes, with the
+//! executive killed before the guard holds and while it does.
+
+use std::path::Path;
+use std::time::Duration;
+
+use armor_executive::journal::Journal;
+use armor_executive::{Cause, Entry, Record};
+
+use crate::fixture::{Folder, ended, wait_for};
+use crate::resilience::system::Draft;
+
+/// How long the guard has to hold.
+const LOW_FOR: Duration = Duration::from_secs(4);
+
+/// A simulator that loses two percent a second, from 36 %.
+fn simulator() -> String {
+    let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/worlds/empty.svg");
+    format!(
+        "<component name='simulator' kind='simulator' rate='20Hz'>
+           <parameter name='world' value='{}'/>
+           <parameter name='battery_level' value='0.36'/>
+           <parameter name='battery_endurance' value='50s'/>
+         </component>\n",
+        world.display()
+    )
+}
+
+fn mission(weak: &str) -> String {
+    format!(
+        "<mission name='survey' goal='home' safe='hold'>
+           <variable name='battery' source='simulator.battery.percentage' min='0' max='1'/>
+           <place name='explore' initial='true' components='explorer'/>
+           <place name='home'/>
+           <place name='hold'/>
+           <transition name='weak' from='explore' to='home' {weak}/>
+           <transition name='late' from='explore' to='hold' timeout='50s'/>
+         </mission>"
+    )
+}
+
+fn draft(weak: &str) -> Draft {
+    Draft::default()
+        .component(&simulator())
+        .probe("explorer", "rate='20Hz'", "")
+        .mission(&mission(weak))
+}
+
+/// The changes of guards, and when `weak` took its token.
+fn story(records: &[Record]) -> (Vec<(Duration, bool)>, Option<Duration>) {
+    let change = |record: &Record| match &record.entry {
+        Entry::Guard { holds, .. } => Some((record.at, *holds)),
+        _ => None,
+    };
+    let weak = |record: &&Record| matches!(&record.entry, Entry::Took { cause: Cause::Transition(name), .. } if name == "weak");
+    (records.iter().filter_map(change).collect(), records.iter().find(weak).map(|it| it.at))
+}
+
+#[test]
+fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
+    let weak = format!(
+        "when=\"battery &lt; 30% and simulator.battery.power_supply_status == 'Discharging'\" \
+         timeout='{}s'",
+        LOW_FOR.as_secs()
+    );
+    let mut system = draft(&weak).run(Folder::new("low-battery"));
+    let show = |words: &str| {
+        let shown = wait_for(words, || {
+            let shown = system.shown(&["mission", "show"]);
+            shown.contains(words).then_some(shown)
+        });
+        assert!(shown.contains("battery is 0."), "{shown}");
+    };
+    show("is false");
+    system.replace("executive");
+    show("is false");
+    system.run.logged("the guard of weak holds", 1);
+    system.replace("executive");
+    show("is true");
+    let code = system.run.code();
+    let log = system.run.log();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.matches("goes on where it left off").count() >= 2, "{log}");
+    let journal = system.run.out().join("executive.journal");
+    let (changes, fired) = story(&Journal::open(&journal).expect("a journal").1.records);
+    let last = changes.last().expect("it came to hold");
+    let fired = fired.expect("it has fired");
+    assert!(last.1 && fired >= last.0 + LOW_FOR, "{changes:?}, {fired:?}");
+    assert_eq!(system.trace("explorer").count("stopping"), 1, "never disturbed before");
+}
+
+#[test]
+fn a_provider_that_stays_away_is_known_to_be_missing() {
+    let mut system = draft("when='not known(battery)' after='1s'").run(Folder::new("blind"));
+    wait_for("a value", || {
+        system.shown(&["mission", "show"]).contains("battery is 0.").then_some(())
+    });
+    // Killed again and again: it is restarted later each time.
+    let count = || system.run.log().matches("the guard of weak holds").count();
+    let before = count();
+    let gone = || count() > before;
+    wait_for("the end of the simulator", || {
+        if !gone() && system.entries().iter().any(|entry| entry.name == "simulator") {
+            system.kill("simulator");
+        }
+        gone().then_some(())
+    });
+    let code = system.run.code();
+    assert!(matches!(code, Some(0 | 1)), "{}", system.run.log());
+}
+
+#[test]
+fn a_guard_that_is_no_guard_is_refused_with_its_place() {
+    let folder = Folder::new("no-guard");
+    let text = format!(
+        "<armor version='1'><system>{}</system>{}</armor>",
+        simulator(),
+        mission("when='battery &lt; 10s'").replace(" components='explorer'", "")
+    );
+    folder.write("robot.xml", &text);
+    let (code, _, err) = ended(&mut folder.armor(&["check", "robot.xml"]));
+    assert_eq!(code, 1);
+    assert!(err.contains("error[E0234]: `battery` has no unit, and `10s` is a time"), "{err}");
+}
