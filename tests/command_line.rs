@@ -117,7 +117,8 @@ fn component_directories_are_found_wanting_as_their_pages_show() {
         std::fs::create_dir_all(&components).expect("a folder");
         std::os::unix::fs::symlink("gone", components.join("arm")).expect("a link");
     };
-    let cases: [(&str, Box<dyn Fn(&Folder)>); 8] = [
+    type Prepare = Box<dyn Fn(&Folder)>;
+    let cases: [(&str, Prepare); 8] = [
         ("W0119", Box::new(arm("#!/bin/sh\necho hello\n".into()))),
         ("E0124", Box::new(twice("arm"))),
         ("E0125", Box::new(|_| {})),

@@ -3,12 +3,14 @@
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use armor_missions::{Colours, Configuration, Feature, Findings, Manifests, Override};
 use armor_net::{Limits, ListenError, Server, listen, random_id};
 use armor_wire::config::{Reply, Request};
 use thiserror::Error;
 use tokio::sync::mpsc;
+use tokio::time::{self, MissedTickBehavior};
 use tracing::{info, warn};
 
 use crate::files::Files;
@@ -16,6 +18,9 @@ use crate::history::{Kept, MAX_VERSIONS};
 use crate::store::Store;
 use crate::versions::{Action, Event, Notice, Rules, Versions};
 use crate::watch::{Seen, watch};
+
+/// How often it is seen to that the version in force is still kept.
+const LOOK_AT_KEPT: Duration = Duration::from_secs(2);
 
 /// How configd is run.
 #[derive(Clone, Debug)]
@@ -37,6 +42,9 @@ pub struct Options {
     /// Folder in which the accepted versions are kept, from which a restarted configd goes on;
     /// without one they are gone with the process.
     pub versions: Option<PathBuf>,
+    /// Serves refusals until the file is valid, where there is neither a valid file nor a version
+    /// that is kept; else that is an error.
+    pub wait: bool,
 }
 
 impl Options {
@@ -51,6 +59,7 @@ impl Options {
             played: None,
             further: None,
             versions: None,
+            wait: false,
         }
     }
 }
@@ -92,13 +101,16 @@ pub async fn serve(
         files.look().ok_or_else(|| std::io::Error::other("the file was not read"))?;
     files.know(snapshot);
     let instance = random_id();
-    let (mut versions, mut actions) =
-        Versions::new(instance, rules, first, kept).map_err(ServeError::Refused)?;
+    let last = kept.last().map_or(0, |kept| kept.number);
+    let (mut versions, mut actions) = match Versions::new(instance, rules.clone(), first, kept) {
+        Err(findings) if options.wait => Versions::waiting(instance, rules, last, findings),
+        started => started.map_err(ServeError::Refused)?,
+    };
     let listener = listen(options.listen).await?;
     let address = listener.local_addr()?;
     let mut server = Server::<Request, Reply>::new(listener, options.limits);
     let mut watching = watch(files);
-    let keeping = keep_in(store);
+    let keeping = keep_in(store, versions.kept());
     info!(%address, instance, "configd listens");
     tell(Notice::Ready { address });
     loop {
@@ -122,16 +134,25 @@ pub async fn serve(
     }
 }
 
-/// Keeps versions, one after the other, beside the loop. A disk that is slower than changes of the
-/// file keeps fewer of them.
-fn keep_in(store: Option<Store>) -> mpsc::Sender<Kept> {
+/// Keeps versions, one after the other, beside the loop; and the `newest` again if it is not there
+/// any more. A disk that is slower than changes of the file keeps fewer of them.
+fn keep_in(store: Option<Store>, mut newest: Option<Kept>) -> mpsc::Sender<Kept> {
     let (sender, mut receiver) = mpsc::channel::<Kept>(MAX_VERSIONS);
     tokio::spawn(async move {
-        while let Some(kept) = receiver.recv().await {
-            let Some(store) = store.clone() else { continue };
+        let mut poll = time::interval(LOOK_AT_KEPT);
+        poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                kept = receiver.recv() => match kept {
+                    Some(kept) => newest = Some(kept),
+                    None => return,
+                },
+                _ = poll.tick() => {}
+            }
+            let (Some(store), Some(kept)) = (store.clone(), newest.clone()) else { continue };
             let number = kept.number;
-            let done = tokio::task::spawn_blocking(move || store.keep(&kept)).await;
-            if let Ok(Err(error)) = done {
+            let keep = move || if store.holds(&kept) { Ok(()) } else { store.keep(&kept) };
+            if let Ok(Err(error)) = tokio::task::spawn_blocking(keep).await {
                 warn!(number, %error, "a version is not kept for a restart of configd");
             }
         }

@@ -3,6 +3,7 @@
 //!
 //! A version is there whole or not at all: it is written beside, synced, and renamed.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -15,10 +16,10 @@ use crate::history::{Kept, MAX_VERSIONS};
 /// The file of a version that lists the others: a line for each, its name, a tab, its path.
 const INDEX: &str = "index";
 
-/// The files of the newest version of `file` that is kept in `folder`; none if none is.
-pub fn kept_files(folder: &Path, file: &Path) -> Vec<PathBuf> {
-    let newest = Store::new(folder.to_path_buf()).load(file).pop();
-    newest.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
+/// The files of the versions of `file` that are kept in `folder`, each once; none if none is.
+pub fn kept_files(folder: &Path, file: &Path) -> BTreeSet<PathBuf> {
+    let versions = Store::new(folder.to_path_buf()).load(file);
+    versions.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
 }
 
 /// A folder of versions.
@@ -60,6 +61,11 @@ impl Store {
             files.push((PathBuf::from(path), text(name)?));
         }
         Ok(Kept { number, files })
+    }
+
+    /// Whether a version is there as it should be.
+    pub(crate) fn holds(&self, kept: &Kept) -> bool {
+        self.version(kept.number).is_ok_and(|there| there == *kept)
     }
 
     /// Keeps a version, and lets go of the oldest.
@@ -125,6 +131,7 @@ mod tests {
             store.keep(&kept(number, &format!("text {number}"))).expect("writable");
         }
         store.keep(&kept(9, "again")).expect("writable");
+        assert!(store.holds(&kept(12, "text 12")) && !store.holds(&kept(12, "else")));
         // Cut off in the middle of keeping, and damaged.
         fs::create_dir(folder.join(".40.new")).expect("writable");
         fs::remove_file(folder.join("12/2-a.xml")).expect("it is there");
@@ -132,6 +139,7 @@ mod tests {
         let numbers: Vec<_> = loaded.iter().map(|kept| kept.number).collect();
         let wanted: Vec<_> = (3..=MAX_VERSIONS as u64 + 2).filter(|number| *number != 12).collect();
         assert_eq!(numbers, wanted);
+        assert!(!store.holds(&kept(12, "text 12")));
         assert_eq!(loaded[6], kept(9, "again"));
         assert!(store.load(Path::new("m/b.xml")).is_empty(), "of another file");
         remove(&folder).expect("ours");

@@ -9,13 +9,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
+use armor_missions::model::System;
 use armor_missions::{Configuration, Findings, Reading};
 use armor_net::PeerId;
 use armor_wire::config::{Assigned, Change, ConfigurationState, Reply, Request};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 
-use crate::answers;
 use crate::history::{History, Kept};
+use crate::{answers, told};
 pub use rules::Rules;
 use setting::Settings;
 
@@ -73,8 +74,8 @@ pub enum Notice {
     },
     /// The file is not valid; what was in force stays so.
     Refused {
-        /// The version that stays in force.
-        kept: u64,
+        /// The version that stays in force; none if there is none yet.
+        kept: Option<u64>,
         /// What is wrong.
         findings: Findings,
     },
@@ -125,33 +126,21 @@ impl Versions {
         kept: Vec<Kept>,
     ) -> Result<(Self, Vec<Action>), Findings> {
         let mut history = History::default();
-        for version in &kept {
-            let sources = version.reading().configuration.map(|read| read.sources);
-            history.add(version.number, sources.unwrap_or_default());
-        }
-        let restored = kept.last().and_then(|last| Some((last.number, rules.again(last)?)));
-        let (number, in_force, warnings, first) = match restored {
+        let (number, in_force, warnings, first) = match rules.newest_good(&kept) {
             Some((number, (configuration, warnings))) => {
+                for version in kept.iter().filter(|version| version.number <= number) {
+                    let sources = version.reading().configuration.map(|read| read.sources);
+                    history.add(version.number, sources.unwrap_or_default());
+                }
                 (number, configuration, warnings, Some(first))
             }
             None => {
                 let (configuration, warnings) = rules.judge(first)?;
-                history = History::default();
                 (1, configuration, warnings, None)
             }
         };
-        let mut versions = Self {
-            instance,
-            rules,
-            number,
-            in_force,
-            warnings,
-            changes: (Vec::new(), 0),
-            refused: None,
-            history,
-            clients: BTreeMap::new(),
-            settings: Settings::default(),
-        };
+        let mut versions =
+            Self { warnings, history, ..Self::with(instance, rules, number, in_force) };
         let mut actions = match first {
             Some(first) => {
                 versions.changes = versions.changes_of(number);
@@ -163,6 +152,53 @@ impl Versions {
             actions.push(versions.state());
         }
         Ok((versions, actions))
+    }
+
+    /// Starts with no version at all, until the file, in which `findings` were found, is valid: a
+    /// configd that is started again must not end a system that runs. `number` is that of the last
+    /// version there was.
+    pub(crate) fn waiting(
+        instance: u64,
+        rules: Rules,
+        number: u64,
+        findings: Findings,
+    ) -> (Self, Vec<Action>) {
+        let nothing = Configuration {
+            sources: Vec::new(),
+            system: System::default(),
+            mission: None,
+            included: BTreeMap::new(),
+        };
+        let refused = Some(findings.clone());
+        let versions = Self { refused, ..Self::with(instance, rules, number, nothing) };
+        let refused = Notice::Refused { kept: None, findings };
+        let actions = vec![Action::Tell(refused), versions.state()];
+        (versions, actions)
+    }
+
+    fn with(instance: u64, rules: Rules, number: u64, in_force: Configuration) -> Self {
+        Self {
+            instance,
+            rules,
+            number,
+            in_force,
+            warnings: Findings::default(),
+            changes: (Vec::new(), 0),
+            refused: None,
+            history: History::default(),
+            clients: BTreeMap::new(),
+            settings: Settings::default(),
+        }
+    }
+
+    /// The version in force with its bytes; nothing while there is none.
+    pub(crate) fn kept(&self) -> Option<Kept> {
+        self.history.kept(self.number)
+    }
+
+    /// Whether there is a version at all.
+    fn is_in_force(&self) -> bool {
+        !self.in_force.sources.is_empty()
     }
 
     /// The number of the version in force.
@@ -208,6 +244,15 @@ impl Versions {
     }
 
     fn request(&mut self, peer: PeerId, message: Request) -> Vec<Action> {
+        if !self.is_in_force() {
+            if let (Request::Parameter { name, .. }, Some(client)) =
+                (&message, self.clients.get_mut(&peer))
+            {
+                // It may be a live one; who runs already hears of it with the next version.
+                client.live.insert(name.clone());
+            }
+            return self.no_version(&message).map(|reply| send(peer, reply)).into_iter().collect();
+        }
         let reply = match message {
             Request::Settings { request } => self.component(peer, request, None),
             Request::Parameter { request, name } => self.component(peer, request, Some(name)),
@@ -222,6 +267,32 @@ impl Versions {
             Request::Beat => None,
         };
         reply.map(|reply| send(peer, reply)).into_iter().collect()
+    }
+
+    /// The answer to whatever is asked while no version is in force.
+    fn no_version(&self, message: &Request) -> Option<Reply> {
+        let request = match message {
+            Request::Settings { request }
+            | Request::Parameter { request, .. }
+            | Request::List { request, .. }
+            | Request::Diff { request, .. }
+            | Request::Set { request, .. } => *request,
+            Request::Beat => return None,
+        };
+        let first = self.refused.iter().flatten().next();
+        let why = first.map(|finding| format!("; {finding}")).unwrap_or_default();
+        let text = format!("there is no valid version of the file: mend it, and ask again{why}");
+        Some(match message {
+            Request::Set { .. } => {
+                let found = self.refused.clone().unwrap_or_default();
+                let (findings, left_out) = told::findings(&found);
+                Reply::Rejected { request, text, findings, left_out }
+            }
+            _ => {
+                let refusal = Refusal::new(RefusalCode::UnknownData, text);
+                Reply::Refused { request, refusal }
+            }
+        })
     }
 
     /// What a component asks of itself.
@@ -257,7 +328,8 @@ impl Versions {
             Ok(valid) => valid,
             Err(findings) => {
                 self.refused = Some(findings.clone());
-                let refused = Notice::Refused { kept: self.number, findings };
+                let kept = self.is_in_force().then_some(self.number);
+                let refused = Notice::Refused { kept, findings };
                 return vec![Action::Tell(refused), self.state()];
             }
         };
@@ -299,17 +371,18 @@ impl Versions {
         let mut actions = Vec::new();
         for (peer, client) in &self.clients {
             let component = |of: &Configuration| of.system.component(&client.component).cloned();
-            let (Some(old), Some(new)) = (component(before), component(&self.in_force)) else {
+            let (old, Some(new)) = (component(before), component(&self.in_force)) else {
                 continue;
             };
             let live = client.live.iter();
             for name in live.filter(|name| self.rules.is_live(&new.kind.value, name)) {
-                let was = answers::assigned(&old, name, &self.rules.root);
+                let was = old.as_ref();
+                let was = was.map(|old| answers::assigned(old, name, &self.rules.root));
                 let is = answers::assigned(&new, name, &self.rules.root);
                 let value = |assigned: &Option<Assigned>| {
                     assigned.as_ref().map(|assigned| (assigned.text.clone(), assigned.base.clone()))
                 };
-                if value(&was) != value(&is) {
+                if was.is_none_or(|was| value(&was) != value(&is)) {
                     let message = Reply::Parameter { request: 0, name: name.clone(), assigned: is };
                     actions.push(send(*peer, message));
                 }

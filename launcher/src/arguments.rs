@@ -231,6 +231,10 @@ pub struct Configd {
     /// `configd` in the folder of the run, $ARMOR_OUT.
     #[arg(long, value_name = "DIR")]
     pub versions: Option<PathBuf>,
+    /// Where the file is not valid and no version is kept: refuse whoever asks until it is valid,
+    /// and do not end.
+    #[arg(long)]
+    pub wait: bool,
     #[command(flatten)]
     pub kinds: Kinds,
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use armor_missions::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+use tracing::warn;
 
 use crate::history::Kept;
 
@@ -41,12 +42,28 @@ impl Rules {
         }
     }
 
+    /// The newest of the versions kept, the oldest first, that is still whole: a disk may have
+    /// damaged the last ones.
+    pub(super) fn newest_good(&self, kept: &[Kept]) -> Option<(u64, (Configuration, Findings))> {
+        for version in kept.iter().rev() {
+            match self.again(version) {
+                Ok(good) => return Some((version.number, good)),
+                Err(findings) => {
+                    let why = findings.iter().next().map(ToString::to_string).unwrap_or_default();
+                    let number = version.number;
+                    warn!("version {number}, as it was kept, is damaged and passed over: {why}");
+                }
+            }
+        }
+        None
+    }
+
     /// A version that was accepted by an earlier process start. What has become of its kinds since
     /// is no reason to leave the running components without an answer.
-    pub(super) fn again(&self, kept: &Kept) -> Option<(Configuration, Findings)> {
+    fn again(&self, kept: &Kept) -> Result<(Configuration, Findings), Findings> {
         let judged = self.judge(kept.reading());
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
-        judged.or_else(|_| lenient.judge(kept.reading())).ok()
+        judged.or_else(|_| lenient.judge(kept.reading()))
     }
 
     /// Whether changes of a parameter reach the running components of a kind.

@@ -163,7 +163,7 @@ fn only_a_valid_version_is_taken() {
         Some(Action::Tell(Notice::Restored { version })) => format!("restored {version}"),
         Some(Action::Tell(Notice::Refused { kept, findings })) => {
             let codes: Vec<_> = findings.iter().map(|finding| finding.code.as_str()).collect();
-            format!("refused, kept {kept}: {}", codes.join(" "))
+            format!("refused, kept {}: {}", kept.unwrap(), codes.join(" "))
         }
         other => panic!("{other:?}"),
     };
@@ -305,10 +305,59 @@ fn a_restart_goes_on_with_what_was_kept() {
     assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 6, .. }))));
     // An invalid one: the last good one goes on.
     let (mut versions, actions) = start("<armor", two).unwrap();
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: 5, .. }))));
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: Some(5), .. }))));
     assert!(state(&actions).refused && state(&actions).changes.len() == 1);
     assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
+    // The newest were damaged: the newest that is whole goes on, and the next takes its number.
+    let damaged = || {
+        let five = FILE.replace("10Hz", "20Hz");
+        vec![kept(4, FILE), kept(5, &five), kept(6, &FILE[..200]), kept(7, "")]
+    };
+    let (mut versions, actions) = start("<armor", damaged()).unwrap();
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: Some(5), .. }))));
+    assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
+    assert_eq!(start(FILE, damaged()).unwrap().0.number(), 6);
     // Kept bytes that nobody can read any more do not stand in for a valid file.
     assert_eq!(start(FILE, vec![kept(3, "<armor")]).unwrap().0.number(), 1);
     assert!(start("<armor", vec![kept(3, "<armor")]).is_err());
+}
+
+#[test]
+fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
+    let findings = Versions::new(7, Rules::default(), reading("<armor"), Vec::new()).err().unwrap();
+    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let (mut versions, actions) = Versions::waiting(7, rules, 3, findings);
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: None, .. }))));
+    assert!(state(&actions).refused && versions.kept().is_none());
+    connect(&mut versions, 1, "mapper", Purpose::Config);
+    let asked = [
+        Request::Settings { request: 1 },
+        Request::Parameter { request: 1, name: "speed".into() },
+        Request::List { request: 1, component: None, from: 0 },
+        Request::Diff { request: 1, from: None, to: None },
+    ];
+    for request in asked {
+        match ask(&mut versions, 1, request) {
+            Reply::Refused { request: 1, refusal } => {
+                assert!(refusal.text.contains("no valid version"), "{}", refusal.text);
+                assert!(refusal.text.contains("E0004"), "{}", refusal.text);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    let (component, parameter) = ("mapper".into(), "speed".into());
+    let set = Request::Set { request: 1, component, parameter, value: None };
+    let set = ask(&mut versions, 1, set);
+    assert!(matches!(&set, Reply::Rejected { findings, .. } if !findings.is_empty()), "{set:?}");
+    let actions = versions.handle(saved("<armor version"));
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: None, .. }))));
+    let actions = versions.handle(saved(FILE));
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 4, .. }))));
+    // Who had asked for a live one, and runs with its last value, hears of it.
+    let told = |action: &Action| {
+        let Action::Peer(armor_net::Action::Send { message, .. }) = action else { return false };
+        matches!(message, Reply::Parameter { request: 0, name, .. } if name == "speed")
+    };
+    assert!(actions.iter().any(told), "{actions:?}");
+    assert_eq!(settings(&mut versions, "mapper").version, 4);
 }

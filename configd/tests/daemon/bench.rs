@@ -89,7 +89,9 @@ pub fn expect_taken_in_the_end(configd: &Background, wanted: u64) {
 
 pub fn expect_refused(configd: &Background, wanted: u64) {
     match notice(configd) {
-        Notice::Refused { kept, findings } => assert!(kept == wanted && findings.has_errors()),
+        Notice::Refused { kept, findings } => {
+            assert!(kept == Some(wanted) && findings.has_errors());
+        }
         other => panic!("{other:?}"),
     }
 }

@@ -10,7 +10,7 @@ mod setting;
 
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Options, ServeError};
 use armor_wire::config::{Assigned, Reply, Request};
@@ -89,4 +89,39 @@ fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
     fs::write(folder.file(), "<armor").unwrap();
     let refused = Background::start(Options::new(folder.file())).err();
     assert!(matches!(refused, Some(ServeError::Refused(_))), "without the versions it cannot");
+}
+
+#[test]
+fn a_version_that_vanished_is_kept_again() {
+    let folder = Folder::new("vanished");
+    let kept = folder.0.join("out/configd");
+    let options = || Options { versions: Some(kept.clone()), ..Options::new(folder.file()) };
+    let configd = Background::start(options()).unwrap();
+    expect_taken(&configd, 1);
+    let whole = || {
+        let is_whole = || {
+            let text = fs::read_to_string(kept.join("1/1-robot.xml"));
+            text.is_ok_and(|text| text == file(1)) && kept.join("1/index").exists()
+        };
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while !is_whole() {
+            assert!(Instant::now() < deadline, "it is never whole");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    whole();
+    while fs::remove_dir_all(&kept).is_err() {}
+    whole();
+    fs::write(kept.join("1/1-robot.xml"), "<arm").unwrap();
+    whole();
+    // A restart without any: refusals until the file is valid.
+    drop(configd);
+    fs::write(folder.file(), "<armor").unwrap();
+    let empty = Some(folder.0.join("out/empty"));
+    let options = Options { wait: true, versions: empty, ..options() };
+    let configd = Background::start(options).unwrap();
+    let refused = ask(configd.address(), "lamp", &Request::Settings { request: 1 });
+    assert!(matches!(refused, Reply::Refused { .. }), "{refused:?}");
+    folder.save(&file(2));
+    expect_taken_in_the_end(&configd, 1);
 }

@@ -134,7 +134,7 @@ fn settled(configd: &Background, version: &mut u64, wanted: bool) -> Instant {
                 }
             }
             Notice::Refused { kept, findings } => {
-                assert!(kept == *version && findings.has_errors());
+                assert!(kept == Some(*version) && findings.has_errors());
                 if !wanted {
                     return Instant::now();
                 }

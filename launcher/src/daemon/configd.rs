@@ -15,7 +15,7 @@ use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::prelude::Latched;
 use armor_wire::config::Change;
-use tracing::{debug, info, warn};
+use tracing::{debug, error, info, warn};
 
 use super::{entry, until_asked};
 use crate::arguments;
@@ -54,6 +54,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
         played: Some(PLAYED.to_vec()),
         further: Some(of_the_mission),
         versions,
+        wait: arguments.wait,
         ..Options::new(&arguments.file)
     };
     let registry = arguments.registry;
@@ -99,7 +100,15 @@ fn say(notice: &Notice) {
             }
         }
         Notice::Refused { kept, findings } => {
-            warn!("the file is not valid; version {kept}, the last good one, stays in force");
+            match kept {
+                Some(kept) => warn!(
+                    "the file is not valid; version {kept}, the last good one, stays in force"
+                ),
+                None => error!(
+                    "the file is not valid, and no version of it is kept: whoever asks is refused \
+                     until it is"
+                ),
+            }
             say_findings(findings.iter());
         }
         Notice::Restored { version } => {

@@ -60,6 +60,8 @@ impl Plan {
         let versions = fresh_versions(out)?;
         let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
         configd.extend(["--versions".into(), versions.into_os_string()]);
+        // The file was valid when this began; nothing that becomes of it ends a system that runs.
+        configd.push("--wait".into());
         configd.extend(sets.iter().cloned());
         for directory in &arguments.kinds.directories {
             configd.extend(["--components".into(), directory.into()]);
