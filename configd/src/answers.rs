@@ -37,8 +37,7 @@ pub(crate) fn settings(
         controlled: component.controllable
             && configuration.missions().any(|mission| mission.controls(name)),
         inputs: inputs.collect(),
-        // The format has no attribute for it.
-        watchdog_s: None,
+        watchdog_s: component.watchdog.as_ref().map(|watchdog| watchdog.value.as_secs_f64()),
     }
 }
 

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use armor_wire::keep::{Keep, Wake};
 
@@ -63,6 +64,9 @@ pub struct Component {
     pub rate_hz: Option<Spanned<f64>>,
     /// What happens when it ends by itself.
     pub restart: Restart,
+    /// How long one call of its code may take before its process is killed as hanging; without it,
+    /// as long as it likes.
+    pub watchdog: Option<Spanned<Duration>>,
     /// Whether the mission may freeze it.
     pub controllable: bool,
     /// What is assigned, in the order of the file.

@@ -104,6 +104,7 @@ fn vocabulary() {
     one("E0019", &system(r#"<component name="a" kind="k" rate="[[10]]"/>"#));
     one("E0019", &system(r#"<component name="a" kind="k" rate="[[10s]]"/>"#));
     one("E0019", &system(r#"<component name="a" kind="k" restart="[[maybe]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" watchdog="[[0s]]"/>"#));
     one("E0019", &system(r#"<component name="a" kind="k" controllable="[[yes]]"/>"#));
     one("E0019", &system(r#"<component name="a" kind="k"/><link from="[[a]]" to="a.x"/>"#));
     one(

@@ -6,7 +6,7 @@ use rustix::process::Signal;
 
 use super::system::{Draft, System};
 use super::trace::check_nothing_lost;
-use crate::fixture::{DEADLINE, Folder, send, wait_for};
+use crate::fixture::{DEADLINE, Folder, lives, send, wait_for};
 
 /// Small enough for a busy machine, and enough to fill every buffer on the way in a moment.
 const BULK: &str = "rate='100Hz'";
@@ -108,6 +108,25 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
     let longest_ns = meanwhile.windows(2).map(|pair| pair[1].at_ns - pair[0].at_ns).max();
     println!("{} data meanwhile, at most {:?} ns apart", meanwhile.len(), longest_ns);
     assert!(meanwhile.len() > 50, "two seconds and more at 100 Hz: {}", meanwhile.len());
+}
+
+#[test]
+fn a_call_that_never_returns_is_a_hang_where_the_file_says_so() {
+    let draft = Draft::default().probe("stuck", "rate='50Hz' watchdog='1s'", "hang=3").probe(
+        "busy",
+        "rate='50Hz' watchdog='30s'",
+        "work=10ms",
+    );
+    let system = draft.run(Folder::new("watchdog"));
+    let hung = system
+        .traced("stuck", "its hanging", |trace| trace.all("hangs").first().map(|note| note.pid));
+    system.traced("stuck", "another process", |trace| {
+        trace.all("started").iter().any(|note| note.pid != hung).then_some(())
+    });
+    assert!(!lives(hung), "killed before");
+    system.run.logged("longer than its watchdog allows", 1);
+    let busy = system.trace("busy");
+    assert!(busy.0.iter().all(|note| note.pid == busy.0[0].pid), "its calls return");
 }
 
 #[test]

@@ -121,6 +121,9 @@ impl Plan {
             Origin::Executable(path) => path.clone(),
         };
         self.add(name, Role::Component, component.restart, program, arguments);
+        if let Some(duty) = self.duties.last_mut() {
+            duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
+        }
         Ok(())
     }
 
@@ -132,7 +135,7 @@ impl Plan {
         program: PathBuf,
         arguments: Vec<OsString>,
     ) {
-        self.duties.push(Duty { name: name.into(), role, restart });
+        self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
         let environment = Vec::new();
         self.starts.push(Start { name: name.into(), program, arguments, environment });
     }

@@ -31,6 +31,7 @@ enum Happening {
     Exited(ChildId, Exit),
     /// A component of this process said something: its state, if that was it.
     Heard(ChildId, Group, Option<RunState>),
+    Stuck(ChildId, Group, Duration),
     Registry(Change),
 }
 
@@ -177,6 +178,10 @@ impl Launcher {
                 let current = self.running[id].as_ref()?;
                 (current.group == group).then_some(Event::Heard(id, state))
             }
+            Happening::Stuck(id, group, call) => {
+                let current = self.running[id].as_ref()?;
+                (current.group == group).then_some(Event::Stuck(id, call))
+            }
             Happening::Registry(Change::RegistryFound) => Some(Event::Ready(self.registry()?)),
             Happening::Registry(Change::RegistryLost) => Some(Event::Vanished(self.registry()?)),
             Happening::Registry(Change::Appeared(entry)) => self.appeared(entry),
@@ -194,9 +199,17 @@ impl Launcher {
         let connected = running.pulse.as_ref().map(|pulse| pulse.instance) == Some(entry.instance);
         if self.plan.duties[id].role == Role::Component && !connected {
             let (happenings, group) = (self.happenings.clone(), running.group);
+            let watchdog = self.plan.duties[id].watchdog;
             running.pulse = Some(Pulse::begin(entry, move |answer| {
                 let state = match answer {
                     Answer::State { state, .. } => Some(*state),
+                    Answer::Beat { call_s } => {
+                        let call = Duration::try_from_secs_f64(*call_s).unwrap_or_default();
+                        if watchdog.is_some_and(|watchdog| call > watchdog) {
+                            let _ = happenings.try_send(Happening::Stuck(id, group, call));
+                        }
+                        None
+                    }
                     _ => None,
                 };
                 // A full queue has beats enough.

@@ -72,6 +72,16 @@ impl Supervisor {
             }
             Event::Ready(id) => self.children[id].became_ready(now),
             Event::Heard(id, state) => self.children[id].heard(state, now),
+            Event::Stuck(id, call) => {
+                if self.children[id].is_stuck() {
+                    let why = format!(
+                        "one call has taken {:.1} s, longer than its watchdog allows: killed",
+                        call.as_secs_f64()
+                    );
+                    self.actions.push(Action::Say(Level::Warn, id, why));
+                    self.actions.push(Action::Kill(id));
+                }
+            }
             Event::Vanished(id) => self.children[id].vanished(now),
             Event::Exited(id, exit) => self.exited(id, exit, now),
             Event::Stop(request) => self.asked_to_stop(request),

@@ -62,11 +62,14 @@ fn of_component(component: &Component) -> Item {
         Restart::Always => "always",
         Restart::Never => "never",
     };
-    let rate = component.rate_hz.as_ref();
+    let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
     let aspects = vec![
         plain("kind", &*component.kind.value),
         rate.map(|rate| aspect("rate", rate.value.to_string(), rate.at.text())),
         plain("restart", restart),
+        watchdog.map(|watchdog| {
+            aspect("watchdog", format!("{:?}", watchdog.value), watchdog.at.text())
+        }),
         plain("controllable", if component.controllable { "" } else { "false" }),
     ];
     Item::new(Subject::Component, &*component.name.value, aspects)

@@ -53,6 +53,7 @@ fn component(
             ("never", Restart::Never),
         ],
     );
+    let watchdog = fields.longer_than_nothing("watchdog");
     let controllable = fields.flag("controllable", true);
     let children = fields.finish(&["parameter"]);
     let parameters =
@@ -62,6 +63,7 @@ fn component(
         kind: kind?,
         rate_hz,
         restart: restart.map(|restart| restart.value).unwrap_or_default(),
+        watchdog,
         controllable,
         parameters,
     })

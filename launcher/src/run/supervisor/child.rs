@@ -116,6 +116,15 @@ impl Child {
         }
     }
 
+    /// One call takes too long: whether it is to be killed for that; if so, it counts as killed.
+    pub fn is_stuck(&mut self) -> bool {
+        let running = matches!(self.state, State::Running { .. });
+        if running {
+            self.state = State::Ending { kill_at: None, hung: true };
+        }
+        running
+    }
+
     pub fn vanished(&mut self, now: Duration) {
         if let State::Running { watch: watch @ Watch::Nothing } = &mut self.state
             && self.duty.role != Role::Component

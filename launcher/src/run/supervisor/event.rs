@@ -1,6 +1,7 @@
 //! What the supervisor is told, what it answers, and the words for both.
 
 use std::fmt;
+use std::time::Duration;
 
 use armor_missions::model::Restart;
 use armor_wire::control::RunState;
@@ -30,6 +31,8 @@ pub struct Duty {
     pub role: Role,
     /// What happens when a component ends by itself; daemons are always restarted.
     pub restart: Restart,
+    /// How long one call of a component's code may take.
+    pub watchdog: Option<Duration>,
 }
 
 /// How a process ended.
@@ -61,6 +64,8 @@ pub enum Event {
     Ready(ChildId),
     /// A component's control port said something: its state, if that was it.
     Heard(ChildId, Option<RunState>),
+    /// One call of the component's code has taken this long, longer than it may.
+    Stuck(ChildId, Duration),
     /// The registry lost a process of which no end is known; the registry itself: it is silent.
     Vanished(ChildId),
     /// The process ended.

@@ -14,7 +14,7 @@ fn s(seconds: f64) -> Duration {
 }
 
 fn duty(name: &str, role: Role, restart: Restart) -> Duty {
-    Duty { name: name.into(), role, restart }
+    Duty { name: name.into(), role, restart, watchdog: None }
 }
 
 fn system(restart: Restart) -> Vec<Duty> {
@@ -341,4 +341,14 @@ fn an_idle_system_asks_for_no_look_before_something_can_be_due() {
     assert_eq!(bench.supervisor.next_deadline(), Some(bench.now + s(1.75)), "the next beat");
     bench.on(Bench::killed(LASER));
     assert_eq!(bench.supervisor.next_deadline(), Some(bench.now + s(0.1)), "the restart");
+}
+
+#[test]
+fn a_component_whose_call_takes_too_long_is_killed_once_and_started_again() {
+    let mut bench = Bench::running(Restart::OnFailure);
+    assert_eq!(bench.on(Event::Stuck(LASER, s(2.5))), [Kill(LASER)]);
+    assert!(bench.said.last().is_some_and(|said| said.contains("2.5 s")), "{:?}", bench.said);
+    assert_eq!(bench.on(Event::Stuck(LASER, s(3.0))), [], "it is being killed");
+    bench.on(Event::Exited(LASER, Exit::Signal(9)));
+    assert_eq!(bench.pass(0.2, &[SLAM]), [Spawn(LASER)]);
 }
