@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use armor_wire::manifest::Manifest;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, short};
 use crate::load::Reading;
 use crate::model::Configuration;
 use crate::nearest::did_you_mean;
@@ -106,7 +106,7 @@ impl<'a> Names<'a> {
     fn expect(&self, name: &Spanned<String>, unknown: Code, findings: &mut Findings) -> bool {
         let known = self.known.contains_key(name.value.as_str());
         if !known {
-            let message = format!("there is no {} called {}", self.noun, name.value);
+            let message = format!("there is no {} called {}", self.noun, short(&name.value));
             let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
             let remedy =
                 remedy.unwrap_or_else(|| format!("add it, or name one of: {}", self.listed()));

@@ -10,7 +10,7 @@ use armor_wire::name::is_name;
 use armor_wire::quantity::{self, QuantityError};
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, short};
 use crate::model::Port;
 use crate::nearest::did_you_mean;
 use crate::source::{Location, Source, Spanned};
@@ -95,7 +95,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         let mut seen = std::collections::BTreeMap::new();
         for word in words {
             if let Some(first) = seen.insert(word.value.as_str(), &word.at) {
-                let message = format!("{} is twice in this list", word.value);
+                let message = format!("{} is twice in this list", short(&word.value));
                 let finding = Finding::new(Code::DuplicateInList, &word.at, message);
                 self.report(finding.remedy("name it once").related(first, "first here"));
             }
@@ -272,7 +272,7 @@ impl<'a, 'f> Fields<'a, 'f> {
     }
 
     fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
-        let message = format!("<{}> is not known in <{}>", child.name, self.element.name);
+        let message = format!("<{}> is not known in <{}>", short(&child.name), self.element.name);
         let remedy = match did_you_mean(&child.name, allowed.iter().copied()) {
             Some(guess) => guess,
             None if allowed.is_empty() => "nothing may stand there".into(),
@@ -289,7 +289,7 @@ impl<'a, 'f> Fields<'a, 'f> {
             if known || attribute.name.contains(':') || attribute.name == "xmlns" {
                 continue;
             }
-            let message = format!("<{}> has no attribute {}", element.name, attribute.name);
+            let message = format!("<{}> has no attribute {}", element.name, short(&attribute.name));
             let guess = did_you_mean(&attribute.name, self.known.iter().copied());
             let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
                 [] => "it has none".into(),
@@ -304,7 +304,10 @@ impl<'a, 'f> Fields<'a, 'f> {
 
     fn check_name(&mut self, value: &Spanned<String>) {
         if !is_name(&value.value) {
-            let message = format!("`{}` is not a name", value.value);
+            let message = match value.value.as_str() {
+                "" => "the name is empty".to_owned(),
+                name => format!("`{}` is not a name", short(name)),
+            };
             let finding = Finding::new(Code::BadName, &value.at, message);
             self.report(finding.remedy(
                 "a name starts with a letter and goes on with letters, digits, _ and -, at most 64",
@@ -313,7 +316,10 @@ impl<'a, 'f> Fields<'a, 'f> {
     }
 
     pub(crate) fn bad_value<T>(&mut self, name: &str, value: &Spanned<T>, expected: String) {
-        let message = format!("{name}: `{}` is not understood", value.at.text());
+        let message = match value.at.text() {
+            "" => format!("{name} is empty"),
+            text => format!("{name}: `{}` is not understood", short(text)),
+        };
         self.report(Finding::new(Code::BadValue, &value.at, message).remedy(expected));
     }
 
@@ -332,7 +338,7 @@ fn without_space(at: &Location) -> Location {
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let wanted = "a duration such as 0.2s or 10min is expected";
     let seconds = quantity::seconds(text).map_err(|error| expected(error, wanted))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is too long"))
+    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{}` is too long", short(text)))
 }
 
 /// What to write instead: the known units if it is only the unit that is wrong.

@@ -45,6 +45,8 @@ pub struct Finding {
     pub remedy: String,
     /// Other places that belong to it, each with a few words ("first fed here").
     pub related: Vec<(Location, String)>,
+    /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
+    more: usize,
 }
 
 impl Finding {
@@ -55,13 +57,14 @@ impl Finding {
 
     /// A finding about no text in particular.
     pub fn nowhere(code: Code, message: impl Into<String>) -> Self {
-        Self { code, message: message.into(), at: None, remedy: String::new(), related: Vec::new() }
+        let message = bounded(message.into());
+        Self { code, message, at: None, remedy: String::new(), related: Vec::new(), more: 0 }
     }
 
     /// Says what to do.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = remedy.into();
+        self.remedy = bounded(remedy.into());
         self
     }
 
@@ -76,6 +79,71 @@ impl Finding {
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
+
+    /// Whether both say that the same name is not there.
+    fn is_same_name(&self, other: &Self) -> bool {
+        matches!(self.code, Code::UnknownComponent | Code::UnknownPlace)
+            && self.code == other.code
+            && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
+    }
+
+    /// Takes in another mention of the same name.
+    fn fold(&mut self, other: Self) {
+        if self.more > 0 {
+            let own = self.message.rfind(FOLDED).unwrap_or(self.message.len());
+            self.message.truncate(own);
+        }
+        self.more += 1 + other.more;
+        let further = other.at.into_iter().map(|at| (at, "and here".to_owned()));
+        self.related.extend(further.chain(other.related));
+        self.related.truncate(MAX_RELATED);
+        let places = if self.more == 1 { "place" } else { "places" };
+        self.message += &format!("{FOLDED}{} more {places}", self.more);
+    }
+
+    fn left_out(count: usize) -> Self {
+        let message = match count {
+            1 => "1 more finding was left out".to_owned(),
+            n => format!("{n} more findings were left out"),
+        };
+        let finding = Self::nowhere(Code::More, message);
+        Self { more: count, ..finding.remedy("mend the first ones and check again") }
+    }
+}
+
+/// What a message says before the number of further places.
+const FOLDED: &str = ", and named in ";
+/// Further places of the same mistake that are shown.
+const MAX_RELATED: usize = 3;
+/// Characters of a name or value that a message shows.
+const MAX_SHOWN: usize = 60;
+/// Characters of a word, of a whole message, and of a piece of the file in JSON.
+const MAX_WORD: usize = 200;
+const MAX_MESSAGE: usize = 2000;
+const MAX_TEXT: usize = 200;
+
+/// A name or value as messages show it: a file may hold some of a megabyte.
+pub(crate) fn short(text: &str) -> std::borrow::Cow<'_, str> {
+    cut(text, MAX_SHOWN)
+}
+
+/// The first `most` characters, the last of them an ellipsis if there are more.
+fn cut(text: &str, most: usize) -> std::borrow::Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        None => text.into(),
+        Some(_) => text.chars().take(most - 1).chain(['…']).collect::<String>().into(),
+    }
+}
+
+/// A message that stays readable whatever names and values went into it.
+fn bounded(text: String) -> String {
+    if text.len() <= MAX_WORD {
+        return text;
+    }
+    let is_long = |word: &str| word.chars().nth(MAX_WORD).is_some();
+    let words = text.split(' ').map(|word| if is_long(word) { short(word) } else { word.into() });
+    let words: Vec<_> = words.collect();
+    cut(&words.join(" "), MAX_MESSAGE).into_owned()
 }
 
 /// One line: `file:line:column: error[E0103]: message (remedy)`.
@@ -130,7 +198,7 @@ fn serialize_location<S: SerializeStruct>(out: &mut S, at: &Location) -> Result<
     out.serialize_field("column", &column)?;
     out.serialize_field("end_line", &end_line)?;
     out.serialize_field("end_column", &end_column)?;
-    out.serialize_field("text", at.text())
+    out.serialize_field("text", &cut(at.text(), MAX_TEXT))
 }
 
 /// All findings of a reading, at most [`MAX_FINDINGS`].
@@ -138,22 +206,42 @@ fn serialize_location<S: SerializeStruct>(out: &mut S, at: &Location) -> Result<
 pub struct Findings {
     list: Vec<Finding>,
     left_out: usize,
+    /// Whether the last of the list says how many were left out, if any were.
+    is_finished: bool,
 }
 
 impl Findings {
     /// Adds one, or counts it if there are too many already. Room is made for an error: a file is
-    /// not taken because its warnings were many.
+    /// not taken because its warnings were many. A name that was found missing before is named
+    /// there once more.
     pub fn push(&mut self, finding: Finding) {
-        if self.list.len() < MAX_FINDINGS {
+        self.list.pop_if(|last| last.code == Code::More);
+        if finding.code == Code::More {
+            self.left_out += finding.more;
+        } else if let Some(first) = self.list.iter_mut().find(|f| f.is_same_name(&finding)) {
+            first.fold(finding);
+        } else if self.list.len() < MAX_FINDINGS {
             self.list.push(finding);
-            return;
+        } else {
+            self.left_out += 1;
+            self.make_room(finding);
         }
-        self.left_out += 1;
+        self.say_left_out();
+    }
+
+    /// Puts an error in the place of something that is none.
+    fn make_room(&mut self, finding: Finding) {
         let is_minor = |other: &Finding| other.severity() != Severity::Error;
         if finding.severity() == Severity::Error
             && let Some(other) = self.list.iter_mut().rfind(|other| is_minor(other))
         {
             *other = finding;
+        }
+    }
+
+    fn say_left_out(&mut self) {
+        if self.is_finished && self.left_out > 0 {
+            self.list.push(Finding::left_out(self.left_out));
         }
     }
 
@@ -193,11 +281,11 @@ impl Findings {
         self.list.len() >= MAX_FINDINGS
     }
 
-    /// The errors and warnings among them.
+    /// The errors and warnings among them, and that some were left out.
     #[must_use]
     pub fn without_notes(&self) -> Self {
-        let kept = self.list.iter().filter(|finding| finding.severity() != Severity::Note);
-        Self { list: kept.cloned().collect(), left_out: 0 }
+        let is_kept = |f: &&Finding| f.severity() != Severity::Note || f.code == Code::More;
+        Self { list: self.list.iter().filter(is_kept).cloned().collect(), ..*self }
     }
 
     /// Sorts by file and place; what is about no text goes first, that others were left out last.
@@ -208,18 +296,12 @@ impl Findings {
         self.list.sort_by_key(|finding| (finding.code == Code::More, place(finding)));
     }
 
-    /// Sorts and says how many were left out.
+    /// Sorts and says how many were left out, now and whatever is added later.
     pub(crate) fn finish(mut self) -> Self {
+        self.list.retain(|finding| finding.code != Code::More);
         self.sort();
-        if self.left_out > 0 {
-            let message = match self.left_out {
-                1 => "1 more finding was left out".to_owned(),
-                n => format!("{n} more findings were left out"),
-            };
-            let more = Finding::nowhere(Code::More, message);
-            self.list.push(more.remedy("mend the first ones and check again"));
-            self.left_out = 0;
-        }
+        self.is_finished = true;
+        self.say_left_out();
         self
     }
 }
@@ -256,5 +338,53 @@ mod tests {
         assert_eq!(findings.count(Severity::Warning), MAX_FINDINGS - 1);
         let last = findings.finish().into_iter().last().map(|finding| finding.message);
         assert_eq!(last.as_deref(), Some("501 more findings were left out"));
+    }
+
+    #[test]
+    fn what_is_added_later_and_from_elsewhere_is_counted_once() {
+        let many = |count| {
+            let mut findings = Findings::default();
+            (0..count).for_each(|_| findings.push(Finding::nowhere(Code::NoSystem, "an error")));
+            findings.finish()
+        };
+        let mut findings = many(4000);
+        findings.push(Finding::nowhere(Code::NotPlayed, "an error"));
+        findings.push(Finding::nowhere(Code::FileMissing, "a warning"));
+        findings.extend(many(501));
+        findings.sort();
+        for findings in [findings.without_notes(), findings.clone().finish(), findings] {
+            let notes = findings.iter().filter(|finding| finding.code == Code::More);
+            let notes: Vec<_> = notes.map(|finding| finding.message.as_str()).collect();
+            assert_eq!(notes, ["4003 more findings were left out"]);
+            assert_eq!(findings.count(Severity::Error), MAX_FINDINGS);
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_missing_in_many_places_is_one_finding() {
+        let source = crate::source::Source::new("a.xml", "laser ".repeat(1000));
+        let mut findings = Findings::default();
+        for n in 0..1000 {
+            let at = Location::new(&source, crate::source::Span::new(6 * n, 6 * n + 5));
+            findings.push(Finding::new(Code::UnknownComponent, &at, "there is no laser"));
+        }
+        let found: Vec<_> = findings.finish().into_iter().collect();
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].message, "there is no laser, and named in 999 more places");
+        assert_eq!(found[0].related.len(), MAX_RELATED);
+    }
+
+    #[test]
+    fn a_message_stays_short_whatever_the_value() {
+        let value = "x".repeat(900_000);
+        let finding = Finding::nowhere(Code::BadValue, format!("no {value}")).remedy(&*value);
+        assert_eq!(finding.message.chars().count(), 3 + MAX_SHOWN);
+        assert_eq!(finding.remedy.chars().count(), MAX_SHOWN);
+        let finding = Finding::nowhere(Code::BadValue, "x ".repeat(500_000));
+        assert_eq!(finding.message.chars().count(), MAX_MESSAGE);
+        let source = crate::source::Source::new("a.xml", &*value);
+        let at = Location::new(&source, crate::source::Span::new(0, value.len()));
+        let json = serde_json::to_string(&Finding::new(Code::BadValue, &at, "no")).unwrap();
+        assert!(json.len() < 1000, "{json}");
     }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::code::Code;
 use crate::fields::Fields;
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, short};
 use crate::mission::Mission;
 use crate::model::System;
 use crate::source::{Location, Source};
@@ -35,7 +35,7 @@ pub(crate) fn contents(
 ) -> Option<Contents> {
     let at = root.at(source);
     if root.name != "armor" {
-        let message = format!("the root element is <{}>", root.name);
+        let message = format!("the root element is <{}>", short(&root.name));
         let finding = Finding::new(Code::WrongRoot, &at, message);
         findings.push(finding.remedy("an Armor file starts with <armor version=\"1\">"));
         return None;
@@ -43,7 +43,7 @@ pub(crate) fn contents(
     crate::namespaces::check(root, source, findings);
     let mut fields = Fields::new(root, source, findings);
     if let Some(version) = fields.required("version").filter(|version| version.value != "1") {
-        let message = format!("version {} of the format is not known", version.value);
+        let message = format!("version {} of the format is not known", short(&version.value));
         let finding = Finding::new(Code::WrongRoot, &version.at, message);
         fields.report(finding.remedy("this program reads version=\"1\""));
     }

@@ -7,7 +7,7 @@ use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType};
 
 use crate::check::{Manifests, listed, ports};
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, short};
 use crate::model::{Component, Configuration, Parameter};
 use crate::nearest::did_you_mean;
 use crate::source::Spanned;
@@ -57,7 +57,7 @@ pub(super) fn unknown<'a>(
     known: impl Iterator<Item = &'a str> + Clone,
     findings: &mut Findings,
 ) {
-    let message = format!("there is no {noun} called {}", name.value);
+    let message = format!("there is no {noun} called {}", short(&name.value));
     let guess = if findings.is_full() { None } else { did_you_mean(&name.value, known.clone()) };
     let remedy = guess.unwrap_or_else(|| match known.clone().next() {
         None => "there is none at all".into(),
