@@ -217,3 +217,31 @@ fn a_file_alone_is_listed_set_and_compared_too() {
     let (code, _, err) = param(&["list", "--file", "new.xml"]);
     assert!(code == 1 && err.contains("new.xml is not valid"), "{err}");
 }
+
+#[test]
+fn a_kind_that_came_after_the_start_counts() {
+    let system = lamp("param-kinds");
+    let describe = |parameters: &str| {
+        let manifest = r#""armor_manifest":1,"kind":"arm","summary":"x","inputs":[],"outputs":[]"#;
+        format!("#!/bin/sh\necho '{{{manifest},\"parameters\":[{parameters}]}}'\n")
+    };
+    let taken = |version: u64| {
+        let is_taken = || {
+            let state = state(&system);
+            (state["version"] == version && state["refused"] == false).then_some(())
+        };
+        wait_for("the version", is_taken);
+    };
+    system.folder.executable("components/arm", &describe(""));
+    let with = |arm: &str| file(&system).replace("</system>", &format!("{arm}</system>"));
+    save(&system, &with("<component name='arm' kind='arm'/>"));
+    taken(2);
+    // Built again with a parameter, after the file was saved with it.
+    let reach = "<parameter name='reach' value='1'/>";
+    let text = file(&system);
+    let text = text.replace("kind='arm'/>", &format!("kind='arm'>{reach}</component>"));
+    save(&system, &text);
+    wait_for("the refusal", || (state(&system)["refused"] == true).then_some(()));
+    system.folder.executable("components/arm", &describe(r#"{"name":"reach","type":"text"}"#));
+    taken(3);
+}

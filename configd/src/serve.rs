@@ -15,6 +15,7 @@ use tracing::{info, warn};
 
 use crate::files::Files;
 use crate::history::{Kept, MAX_VERSIONS};
+use crate::kinds::Kinds;
 use crate::store::Store;
 use crate::versions::{Action, Event, Notice, Rules, Versions};
 use crate::watch::{Seen, watch};
@@ -35,6 +36,8 @@ pub struct Options {
     pub overrides: Vec<Override>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
+    /// Says when there are other kinds; without it those stay.
+    pub kinds: Option<Kinds>,
     /// What of the format is played; without it nothing is refused for not being played.
     pub played: Option<Vec<Feature>>,
     /// What else may be wrong with a file that is valid otherwise.
@@ -56,6 +59,7 @@ impl Options {
             limits: Limits::default(),
             overrides: Vec::new(),
             manifests: None,
+            kinds: None,
             played: None,
             further: None,
             versions: None,
@@ -109,7 +113,7 @@ pub async fn serve(
     let listener = listen(options.listen).await?;
     let address = listener.local_addr()?;
     let mut server = Server::<Request, Reply>::new(listener, options.limits);
-    let mut watching = watch(files);
+    let mut watching = watch(files, options.kinds);
     let keeping = keep_in(store, versions.kept());
     info!(%address, instance, "configd listens");
     tell(Notice::Ready { address });
@@ -127,6 +131,7 @@ pub async fn serve(
             event = server.event() => Event::Peer(event),
             Some(seen) = watching.seen.recv() => match seen {
                 Seen::Read(reading) => Event::Read(reading),
+                Seen::Kinds(manifests) => Event::Kinds(manifests),
                 Seen::Written(result) => Event::Written(result),
             },
         };

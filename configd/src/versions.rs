@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use armor_missions::model::System;
-use armor_missions::{Configuration, Findings, Reading};
+use armor_missions::{Configuration, Findings, Manifests, Reading};
 use armor_net::PeerId;
 use armor_wire::config::{Assigned, Change, ConfigurationState, Reply, Request};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
@@ -27,6 +27,8 @@ pub enum Event {
     Peer(armor_net::Event<Request>),
     /// The file was read again, because it is not what it was.
     Read(Box<Reading>),
+    /// There are other kinds of components than before.
+    Kinds(Manifests),
     /// The last [`Action::Write`] is done, or why it is not.
     Written(Result<(), String>),
 }
@@ -101,6 +103,8 @@ pub struct Versions {
     changes: (Vec<Change>, u32),
     /// What is wrong with the file, as last read, if it was refused.
     refused: Option<Findings>,
+    /// It, as it was read.
+    refused_reading: Option<Reading>,
     history: History,
     clients: BTreeMap<PeerId, Client>,
     settings: Settings,
@@ -185,6 +189,7 @@ impl Versions {
             warnings: Findings::default(),
             changes: (Vec::new(), 0),
             refused: None,
+            refused_reading: None,
             history: History::default(),
             clients: BTreeMap::new(),
             settings: Settings::default(),
@@ -225,6 +230,7 @@ impl Versions {
             }
             Event::Peer(Beat { .. }) => Vec::new(),
             Event::Read(reading) => self.read(*reading),
+            Event::Kinds(manifests) => self.kinds(manifests),
             Event::Written(result) => self.written(result),
         }
     }
@@ -323,10 +329,20 @@ impl Versions {
         Some(Reply::Parameter { request, name: parameter, assigned })
     }
 
+    /// Judges by other kinds from now on; what was refused may be fine by them. What is in force
+    /// stays so: the running components are those of then.
+    fn kinds(&mut self, manifests: Manifests) -> Vec<Action> {
+        self.rules.manifests = Some(manifests);
+        let reading = self.refused_reading.take();
+        reading.map(|reading| self.read(reading)).unwrap_or_default()
+    }
+
     fn read(&mut self, reading: Reading) -> Vec<Action> {
-        let (configuration, findings) = match self.rules.judge(reading) {
+        self.refused_reading = None;
+        let (configuration, findings) = match self.rules.judge(reading.clone()) {
             Ok(valid) => valid,
             Err(findings) => {
+                self.refused_reading = Some(reading);
                 self.refused = Some(findings.clone());
                 let kept = self.is_in_force().then_some(self.number);
                 let refused = Notice::Refused { kept, findings };
@@ -347,6 +363,7 @@ impl Versions {
     fn take(&mut self, configuration: Configuration, warnings: Findings) -> Vec<Action> {
         self.number += 1;
         self.refused = None;
+        self.refused_reading = None;
         self.warnings = warnings;
         let before = std::mem::replace(&mut self.in_force, configuration);
         let mut actions = self.took();

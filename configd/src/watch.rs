@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use armor_missions::Reading;
+use armor_missions::{Manifests, Reading};
 use notify::event::{AccessKind, AccessMode, EventKind};
 use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 use tokio::sync::{Notify, mpsc};
@@ -21,6 +21,7 @@ use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::warn;
 
 use crate::files::{Files, is_whole};
+use crate::kinds::Kinds;
 use crate::versions::Write;
 use crate::way::Ways;
 
@@ -36,6 +37,8 @@ const MAX_WAIT: Duration = Duration::from_millis(350);
 pub(crate) enum Seen {
     /// The files are other than before.
     Read(Box<Reading>),
+    /// There are other kinds of components than before.
+    Kinds(Manifests),
     /// A write was done, or why not.
     Written(Result<(), String>),
 }
@@ -48,34 +51,41 @@ pub(crate) struct Watching {
 }
 
 /// Starts to watch, in a task of its own on the current runtime; it ends with the receiver.
-pub(crate) fn watch(files: Files) -> Watching {
+pub(crate) fn watch(files: Files, kinds: Option<Kinds>) -> Watching {
     let (telling, seen) = mpsc::channel(1);
     let (writes, written) = mpsc::channel(1);
     tokio::spawn(async move {
         tokio::select! {
-            () = run(files, &telling, written) => {}
+            () = run(files, kinds, &telling, written) => {}
             () = telling.closed() => {}
         }
     });
     Watching { seen, writes }
 }
 
-async fn run(mut files: Files, telling: &mpsc::Sender<Seen>, mut writes: mpsc::Receiver<Write>) {
+async fn run(
+    mut files: Files,
+    kinds: Option<Kinds>,
+    telling: &mpsc::Sender<Seen>,
+    mut writes: mpsc::Receiver<Write>,
+) {
     let stirred = Arc::new(Notify::new());
     let mut folders = Folders::new(&stirred);
     let mut poll = time::interval(POLL);
     poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         folders.follow(&files);
-        let news = tokio::select! {
-            () = stirred.notified() => settled(&mut files, &stirred, true).await,
-            _ = poll.tick() => settled(&mut files, &stirred, false).await,
-            Some(write) = writes.recv() => written(&mut files, write).await,
+        let (news, is_write) = tokio::select! {
+            () = stirred.notified() => (settled(&mut files, &stirred, true).await, false),
+            _ = poll.tick() => (settled(&mut files, &stirred, false).await, false),
+            Some(write) = writes.recv() => (written(&mut files, write).await, true),
         };
-        if let Some(news) = news
-            && telling.send(news).await.is_err()
-        {
-            return;
+        // A version is judged by the kinds there are when it is saved, so they come first.
+        let kinds = if is_write { None } else { look_for(kinds.as_ref(), &files).await };
+        for news in kinds.into_iter().chain(news) {
+            if telling.send(news).await.is_err() {
+                return;
+            }
         }
     }
 }
@@ -105,6 +115,12 @@ async fn look(files: &Files) -> Option<(crate::files::Snapshot, Reading)> {
     let files = files.clone();
     // It fails only when the runtime ends.
     tokio::task::spawn_blocking(move || files.look()).await.ok().flatten()
+}
+
+async fn look_for(kinds: Option<&Kinds>, files: &Files) -> Option<Seen> {
+    let (kinds, files) = (kinds?.clone(), files.paths().map(Into::into).collect::<Vec<_>>());
+    let looked = tokio::task::spawn_blocking(move || kinds.look(&files)).await;
+    looked.ok().flatten().map(Seen::Kinds)
 }
 
 async fn written(files: &mut Files, write: Write) -> Option<Seen> {

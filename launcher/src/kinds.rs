@@ -18,6 +18,8 @@ use anyhow::Result;
 use armor_missions::{Code, Configuration, Finding, Manifests};
 use armor_wire::manifest::Manifest;
 
+pub use cache::Identity;
+
 use cache::Cache;
 
 /// A kind of component.
@@ -91,6 +93,17 @@ impl Catalogue {
             }
         }
         Ok(catalogue)
+    }
+
+    /// What decides which kinds there are: the executables, each with what tells it from its next
+    /// build.
+    pub fn sources<'a>(
+        directories: &[PathBuf],
+        files: impl IntoIterator<Item = &'a Path>,
+    ) -> Vec<(PathBuf, Option<Identity>)> {
+        let executables = folders::executables(directories, files, &mut Vec::new());
+        let identity = |path: &PathBuf| Identity::of(path).ok();
+        executables.into_iter().map(|path| (path.clone(), identity(&path))).collect()
     }
 
     /// The manifests alone.

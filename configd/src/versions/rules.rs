@@ -7,7 +7,7 @@ use tracing::warn;
 
 use crate::history::Kept;
 
-/// What a version of the file is judged by. It stays the same while configd runs.
+/// What a version of the file is judged by. Only the kinds may become others while configd runs.
 #[derive(Clone, Debug, Default)]
 pub struct Rules {
     /// Values that go over those of every version.

@@ -10,6 +10,7 @@ use armor_missions::{Feature, Manifests, Override, read};
 use armor_net::CloseReason;
 use armor_wire::config::{Assigned, InputSettings, Settings};
 use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::manifest::Manifest;
 
 use super::*;
 
@@ -204,7 +205,7 @@ fn what_is_not_played_is_not_taken() {
 }
 
 fn live_manifests() -> Manifests {
-    use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
+    use armor_wire::manifest::{ParameterManifest, ParameterType, PortManifest};
     let port = |id: &str| PortManifest {
         id: id.into(),
         type_name: "T".into(),
@@ -360,4 +361,21 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
     };
     assert!(actions.iter().any(told), "{actions:?}");
     assert_eq!(settings(&mut versions, "mapper").version, 4);
+}
+
+#[test]
+fn a_file_is_judged_by_the_kinds_there_are_when_it_is_saved_or_later() {
+    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let mut versions = versions_under(rules);
+    let with_arm = FILE.replace("kind=\"view\"", "kind=\"arm\"");
+    assert!(state(&versions.handle(saved(&with_arm))).refused);
+    let mut manifests = live_manifests();
+    manifests.insert("arm".into(), Manifest { kind: "arm".into(), ..manifests["view"].clone() });
+    let actions = versions.handle(Event::Kinds(manifests.clone()));
+    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 2, .. }))));
+    // Nothing is refused now, so other kinds are no news; the next version is judged by them.
+    manifests.remove("arm");
+    assert!(versions.handle(Event::Kinds(manifests)).is_empty());
+    assert_eq!(versions.number(), 2);
+    assert!(state(&versions.handle(saved(&with_arm.replace("10Hz", "20Hz")))).refused);
 }

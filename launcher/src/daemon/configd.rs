@@ -4,10 +4,11 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use armor_configd::{Notice, Options};
+use armor_configd::{Kinds, Notice, Options};
 use armor_executive::{PLAYED, Plan};
 use armor_missions::{Colours, Configuration, Finding, Findings, Severity};
 use armor_net::Registration;
@@ -21,7 +22,7 @@ use super::{entry, until_asked};
 use crate::arguments;
 use crate::check;
 use crate::exit::Ending;
-use crate::kinds::Catalogue;
+use crate::kinds::{Catalogue, Identity};
 
 /// The name and kind under which the state is published.
 const CONFIGURATION: &str = "configuration";
@@ -45,12 +46,16 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     // The file may be broken by now; the kinds are those of the version that will be in force.
     let mut files = armor_missions::load(&arguments.file).files;
     files.extend(versions.iter().flat_map(|kept| armor_configd::kept_files(kept, &arguments.file)));
+    let files: Vec<_> = files.into_iter().collect();
+    let directories = arguments.kinds.directories.clone();
+    let known = Catalogue::sources(&directories, files.iter().map(AsRef::as_ref));
     let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
     // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
     kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
     let options = Options {
         overrides,
         manifests: Some(kinds.manifests()),
+        kinds: Some(watched(directories, files, known)),
         played: Some(PLAYED.to_vec()),
         further: Some(of_the_mission),
         versions,
@@ -71,6 +76,29 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     };
     until_asked(async {
         Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
+    })
+}
+
+/// Gathers the kinds again whenever the executables are others than those `known`.
+fn watched(
+    directories: Vec<PathBuf>,
+    first: Vec<PathBuf>,
+    known: Vec<(PathBuf, Option<Identity>)>,
+) -> Kinds {
+    let known = Mutex::new(known);
+    Kinds::new(move |files| {
+        let files = || first.iter().chain(files).map(AsRef::as_ref);
+        let now = Catalogue::sources(&directories, files());
+        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        if *known == now {
+            return None;
+        }
+        let gathered = Catalogue::gather(&directories, files());
+        let kinds = gathered.inspect_err(|error| warn!("the kinds stay: {error:#}")).ok()?;
+        kinds.findings(None).iter().for_each(|finding| warn!("{finding}"));
+        info!("the component directories have changed; files are checked by what is there now");
+        *known = now;
+        Some(kinds.manifests())
     })
 }
 
