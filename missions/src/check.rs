@@ -18,9 +18,10 @@ use std::collections::BTreeMap;
 use armor_wire::manifest::Manifest;
 
 use crate::code::Code;
+use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings, short};
 use crate::load::Reading;
-use crate::model::Configuration;
+use crate::model::{Configuration, System};
 use crate::nearest::did_you_mean;
 use crate::overrides::{self, Override};
 use crate::source::{Location, Spanned};
@@ -40,6 +41,8 @@ pub fn check(
     let mut findings = std::mem::take(&mut reading.findings);
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
+        findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
+        system::keep_first(&mut configuration.system, &mut found);
         by_itself(configuration, &mut found);
         guards::check(configuration, manifests, &mut found);
         overrides::apply(configuration, overrides, &mut found);
@@ -55,6 +58,18 @@ pub fn check(
     }
     reading.findings = findings.finish();
     reading
+}
+
+/// Whether it only says once more that the name of a component is malformed: where it is used.
+fn repeats_malformed(finding: &Finding, system: &System) -> bool {
+    let Some(at) = &finding.at else { return false };
+    let used = match finding.code {
+        Code::BadName => at.text(),
+        Code::BadValue => at.text().rsplit_once('.').map_or("", |(component, _)| component),
+        _ => return false,
+    };
+    let is_there = || system.components.iter().any(|component| component.name.at.span == at.span);
+    system.doubts.is_malformed(used) && !is_there()
 }
 
 /// What needs no manifests.
@@ -74,6 +89,8 @@ struct Names<'a> {
     /// What such a name is for, such as "place".
     noun: &'static str,
     known: BTreeMap<&'a str, &'a Location>,
+    /// What else may be there.
+    doubts: Option<&'a Doubts>,
 }
 
 impl<'a> Names<'a> {
@@ -99,13 +116,18 @@ impl<'a> Names<'a> {
                 known.insert(&name.value, &name.at);
             }
         }
-        Self { noun, known }
+        Self { noun, known, doubts: None }
     }
 
-    /// Whether the name is known; if not, it is a finding.
+    /// The same names, and those that could not be read.
+    fn beside(self, doubts: &'a Doubts) -> Self {
+        Self { doubts: Some(doubts), ..self }
+    }
+
+    /// Whether the name is known; if not, it is a finding, unless it may be there all the same.
     fn expect(&self, name: &Spanned<String>, unknown: Code, findings: &mut Findings) -> bool {
         let known = self.known.contains_key(name.value.as_str());
-        if !known {
+        if !known && !self.doubts.is_some_and(|doubts| doubts.may_hold(&name.value)) {
             let message = format!("there is no {} called {}", self.noun, short(&name.value));
             let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
             let remedy =

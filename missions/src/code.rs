@@ -58,9 +58,9 @@ codes! {
     TooManyAttributes = "E0007", "too many attributes";
     /// More elements of a sort than the stated limit.
     TooMany = "E0008", "too many elements of a sort";
-    /// An entity other than the five of XML, or a reference to no character.
+    /// An entity other than the five of XML.
     UnknownEntity = "E0009", "an unknown entity";
-    /// A character that XML does not allow.
+    /// A character that XML does not allow, or a reference to one.
     BadCharacter = "E0010", "a character that XML does not allow";
     /// The same attribute twice in one tag.
     DuplicateAttribute = "E0011", "an attribute is written twice";

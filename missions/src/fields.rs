@@ -52,7 +52,13 @@ impl<'a, 'f> Fields<'a, 'f> {
     /// The value as it stands; its absence is a finding.
     pub(crate) fn required(&mut self, name: &'static str) -> Option<Spanned<String>> {
         let value = self.text(name);
-        if value.is_none() {
+        // One that is misspelt is a finding already.
+        let mut others = self.element.attributes.iter();
+        let is_misspelt = others.any(|other| {
+            let other = other.name.to_ascii_lowercase();
+            did_you_mean(&other, std::iter::once(name)).is_some()
+        });
+        if value.is_none() && !is_misspelt {
             let message = format!("<{}> has no attribute {name}", self.element.name);
             let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
             self.report(finding.remedy(format!("write {name}=\"…\"")));
@@ -78,14 +84,21 @@ impl<'a, 'f> Fields<'a, 'f> {
     pub(crate) fn names(&mut self, name: &'static str) -> Vec<Spanned<String>> {
         let Some(attribute) = self.text(name) else { return Vec::new() };
         let raw = attribute.at.text();
-        let words = raw.split_ascii_whitespace().map(|word| {
+        let has_commas = raw.contains([',', ';']);
+        let between = |c: char| c.is_ascii_whitespace() || (has_commas && matches!(c, ',' | ';'));
+        let words = raw.split(between).filter(|word| !word.is_empty()).map(|word| {
             // Both slices are of one string, so the difference is the word's offset.
             let start = word.as_ptr() as usize - raw.as_ptr() as usize;
             Spanned::new(word.to_owned(), attribute.at.part(start, start + word.len()))
         });
         let words: Vec<_> = words.collect();
-        for word in &words {
-            self.check_name(word);
+        if has_commas {
+            let message = format!("{name}: names are separated by spaces");
+            let names: Vec<_> = words.iter().map(|word| word.value.as_str()).collect();
+            let finding = Finding::new(Code::BadValue, &attribute.at, message);
+            self.report(finding.remedy(format!("write {name}=\"{}\"", names.join(" "))));
+        } else {
+            words.iter().for_each(|word| self.check_name(word));
         }
         self.refuse_repeats(&words);
         words
@@ -153,7 +166,9 @@ impl<'a, 'f> Fields<'a, 'f> {
 
     /// A number with or without a unit, in SI.
     pub(crate) fn quantity(&mut self, name: &'static str) -> Option<Spanned<f64>> {
-        self.converted(name, |text| quantity::parse(text).map(|q| q.si).map_err(|e| e.to_string()))
+        self.converted(name, |text| {
+            quantity::parse(text).map(|q| q.si).map_err(|e| number_expected(text, &e))
+        })
     }
 
     /// A whole number of at most nine digits, at least `least`.
@@ -162,7 +177,7 @@ impl<'a, 'f> Fields<'a, 'f> {
             digits(text)
                 .and_then(|digits| digits.parse().ok())
                 .filter(|count| *count >= least)
-                .ok_or_else(|| format!("a whole number from {least} on is expected"))
+                .ok_or_else(|| format!("a whole number from {least} to 999999999 is expected"))
         })
     }
 
@@ -273,7 +288,7 @@ impl<'a, 'f> Fields<'a, 'f> {
 
     fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
         let message = format!("<{}> is not known in <{}>", short(&child.name), self.element.name);
-        let remedy = match did_you_mean(&child.name, allowed.iter().copied()) {
+        let remedy = match did_you_mean(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
             Some(guess) => guess,
             None if allowed.is_empty() => "nothing may stand there".into(),
             None => format!("known there: {}", allowed.join(", ")),
@@ -290,7 +305,8 @@ impl<'a, 'f> Fields<'a, 'f> {
                 continue;
             }
             let message = format!("<{}> has no attribute {}", element.name, short(&attribute.name));
-            let guess = did_you_mean(&attribute.name, self.known.iter().copied());
+            let guess =
+                did_you_mean(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
             let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
                 [] => "it has none".into(),
                 known => {
@@ -339,6 +355,17 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let wanted = "a duration such as 0.2s or 10min is expected";
     let seconds = quantity::seconds(text).map_err(|error| expected(error, wanted))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{}` is too long", short(text)))
+}
+
+/// What is wrong with a quantity; one that starts with a number may be too large for any.
+fn number_expected(text: &str, error: &QuantityError) -> String {
+    let digits = text.trim_start_matches(['+', '-']);
+    match error {
+        QuantityError::NotANumber(_) if digits.starts_with(|c: char| c.is_ascii_digit()) => {
+            "a number below 1e308 with or without a unit is expected, such as 0.5m/s".into()
+        }
+        error => error.to_string(),
+    }
 }
 
 /// What to write instead: the known units if it is only the unit that is wrong.

@@ -245,6 +245,16 @@ impl Findings {
         }
     }
 
+    /// How many were found, also those left out: for telling whether there was another one.
+    pub(crate) fn total(&self) -> usize {
+        self.list.iter().map(|finding| 1 + finding.more).sum::<usize>() + self.left_out
+    }
+
+    /// Takes out those that are not to be kept.
+    pub(crate) fn retain(&mut self, keep: impl Fn(&Finding) -> bool) {
+        self.list.retain(keep);
+    }
+
     /// Adds all of another reading.
     pub fn extend(&mut self, others: impl IntoIterator<Item = Finding>) {
         others.into_iter().for_each(|finding| self.push(finding));

@@ -116,6 +116,7 @@ fn join(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
         on_start_fail: None,
         overrun: None,
         autonomy_at: None,
+        is_doubtful: false,
     };
     let arc = |kind, place: &Spanned<String>, weight| Arc { kind, place: place.clone(), weight };
     if let Some(enter) = &by.enter {

@@ -17,6 +17,7 @@
 mod check;
 mod code;
 mod difference;
+mod doubts;
 mod edit;
 mod features;
 mod fields;

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::doubts::Doubts;
 use crate::model::Parameter;
 use crate::source::{Location, Spanned};
 
@@ -36,6 +37,8 @@ pub struct Mission {
     pub checks: Vec<Spanned<String>>,
     /// The `<mission>` tag.
     pub at: Location,
+    /// What it says and could not be read.
+    pub(crate) doubts: Doubts,
 }
 
 impl Mission {
@@ -161,6 +164,8 @@ pub struct Transition {
     pub overrun: Option<Spanned<String>>,
     /// Where it says who decides, if it says it.
     pub(crate) autonomy_at: Option<Location>,
+    /// Whether something in its element could not be read.
+    pub(crate) is_doubtful: bool,
 }
 
 impl Transition {

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use armor_wire::keep::{Keep, Wake};
 
+use crate::doubts::Doubts;
 use crate::mission::Mission;
 use crate::overrides::OVERRIDE;
 use crate::source::{Location, Source, Spanned};
@@ -44,6 +45,8 @@ pub struct System {
     pub links: Vec<Link>,
     /// The data that time follows, if it is not the host's clock.
     pub clock: Option<Clock>,
+    /// What it says and could not be read.
+    pub(crate) doubts: Doubts,
 }
 
 impl System {

@@ -7,6 +7,7 @@ mod transition;
 use std::sync::Arc;
 
 use crate::code::Code;
+use crate::doubts::Doubts;
 use crate::fields::Fields;
 use crate::finding::{Finding, Findings, short};
 use crate::mission::Mission;
@@ -25,6 +26,8 @@ pub(crate) struct Contents {
     pub(crate) mission: Option<Mission>,
     /// The `<armor>` tag.
     pub(crate) at: Location,
+    /// Whether there is an element that was probably meant as a `<system>`.
+    pub(crate) is_system_misspelt: bool,
 }
 
 /// Reads the root element. None if it is not ours at all.
@@ -55,6 +58,7 @@ pub(crate) fn contents(
         system: system.map(|element| system::read(element, source, findings)),
         mission: mission.map(|element| mission::read(element, source, findings)),
         at,
+        is_system_misspelt: root.elements().any(|child| Doubts::is_meant(child, "system")),
     })
 }
 

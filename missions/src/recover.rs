@@ -9,7 +9,7 @@ use crate::finding::Findings;
 use crate::source::{Location, Source, Span};
 use crate::tag::{TagReader, unescape};
 use crate::tree::{Element, Node};
-use crate::xml::{MAX_DEPTH, MAX_PIECES};
+use crate::xml::{MAX_DEPTH, MAX_PIECES, conflict};
 
 /// What could be read.
 pub(crate) struct Recovered {
@@ -44,7 +44,8 @@ fn holds(parent: &str, child: &str) -> bool {
 
 /// Reads the file in which the strict reader found `refused`. The work is linear in its length.
 pub(crate) fn recover(source: &Arc<Source>, refused: &Findings) -> Option<Recovered> {
-    if refused.iter().any(|finding| HOPELESS.contains(&finding.code)) {
+    let is_hopeless = refused.iter().any(|finding| HOPELESS.contains(&finding.code));
+    if is_hopeless || conflict(source).is_some() {
         return None;
     }
     let mut reader = Reader { source, at: 0, open: Vec::new(), root: None, is_whole: true };

@@ -199,8 +199,20 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
                 let here = at.part(start, start + len);
                 out.push_str(here.text());
                 let message = format!("{} is not known; entities are never expanded", here.text());
-                let finding = Finding::new(Code::UnknownEntity, &here, message);
-                findings.push(finding.remedy("write & as &amp;"));
+                let is_number = |text: &str| {
+                    let text = text.strip_prefix("&#").unwrap_or_default();
+                    let (digits, radix) =
+                        text.strip_prefix('x').map_or((text, 10), |hex| (hex, 16));
+                    let digits = digits.strip_suffix(';').unwrap_or_default();
+                    !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix))
+                };
+                findings.push(if is_number(here.text()) {
+                    let message = format!("{} is no character that XML allows", here.text());
+                    Finding::new(Code::BadCharacter, &here, message).remedy("remove it")
+                } else {
+                    let finding = Finding::new(Code::UnknownEntity, &here, message);
+                    finding.remedy("write & as &amp;")
+                });
             }
         }
         rest = start + len;

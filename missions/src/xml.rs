@@ -54,8 +54,34 @@ pub(crate) fn parse(
         }
     };
     let source = Source::new(path, text);
+    if let Some(marks) = conflict(&source) {
+        findings.push(marks);
+        return (source, None);
+    }
     let tree = Builder::new(&source, findings).run();
     (source, tree)
+}
+
+/// The marks that git leaves at the start of lines where two versions contradict each other.
+pub(crate) fn conflict(source: &Arc<Source>) -> Option<Finding> {
+    let mark_of = |line: &str| {
+        ["<<<<<<<", "=======", ">>>>>>>"].into_iter().find(|mark| line.starts_with(mark))
+    };
+    let mut marks = Vec::new();
+    let mut start = 0;
+    for line in source.text().split_inclusive('\n') {
+        if let Some(mark) = mark_of(line) {
+            marks.push(Location::new(source, Span::new(start, start + mark.len())));
+        }
+        start += line.len();
+    }
+    let ours = marks.iter().position(|at| at.text().starts_with('<'))?;
+    marks.iter().skip(ours).find(|at| at.text().starts_with('>'))?;
+    let message = "the file has marks of a merge conflict: <<<<<<<, ======= and >>>>>>>";
+    let finding = Finding::new(Code::Malformed, &marks[ours], message)
+        .remedy("keep what is right between them, and remove the lines of the marks");
+    let others = marks.iter().skip(ours + 1).take(2);
+    Some(others.fold(finding, |finding, at| finding.related(at, "and here")))
 }
 
 /// The elements that are open, and what was found on the way.

@@ -509,6 +509,15 @@ fn systems_against_manifests() {
     // A slip in a name, and not also that what it meant is missing.
     with("E0106", "", r#"<link from="a.out" to="a.[[inn]]"/>"#);
     with("E0103", "", r#"<link from="a.out" to="[[aa]].in"/>"#);
+    with("E0019", "", r#"<link from="[[a]]" to="a.in"/>"#);
+    with("E0019", "", r#"<link from="a.out" to="[[a]]"/>"#);
+    with("E0017", "", r#"<[[link]] from="a.out"/>"#);
+    with("E0015", "", r#"<[[lnik]] from="a.out" to="a.in"/>"#);
+    with("E0101", "", &format!(r#"{fed}<component name="[[a]]" kind="other"/>"#));
+    for kind in ["[[]]", "[[k ]]"] {
+        let malformed = format!(r#"<component name="a" kind="{kind}"/>{fed}"#);
+        one_with("E0018", &system(&malformed), Some(&manifests));
+    }
     one_with(
         "E0110",
         &system(&format!(
@@ -598,4 +607,106 @@ fn overrides_go_over_the_file() {
             "{bad}"
         );
     }
+}
+
+/// The codes of all findings of the file, and these as they are shown.
+fn found_in(file: &str) -> (Vec<&'static str>, String) {
+    let (reading, _) = reading(file, None);
+    let codes = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    (codes, reading.findings.render(Colours::No))
+}
+
+#[test]
+fn one_mistake_about_a_component_is_one_finding() {
+    let with = |component: &str| {
+        format!(
+            "<armor version=\"1\"><system>{component}<component name=\"b\" kind=\"k\"/>\
+             <link from=\"arm.x\" to=\"b.in\"/><link from=\"b.y\" to=\"arm.z\"/></system>\
+             <mission safe=\"p\"><place name=\"p\" initial=\"true\" components=\"arm\">\
+             <parameter component=\"arm\" name=\"n\" value=\"1\"/></place></mission></armor>"
+        )
+    };
+    for (code, component) in [
+        ("E0015", r#"<componnet name="arm" kind="k"/>"#),
+        ("E0015", r#"<Component name="arm" kind="k"/>"#),
+        ("E0016", r#"<component nmae="arm" kind="k"/>"#),
+        ("E0017", r#"<component kind="k"/>"#),
+        ("E0017", r#"<component name="arm"/>"#),
+        ("E0018", r#"<component name="arm " kind="k"/>"#),
+        ("E0018", r#"<component name="arm" kind="k "/>"#),
+        ("E0101", r#"<component name="arm" kind="k"/><component name="arm" kind="j"/>"#),
+        ("E0103", ""),
+    ] {
+        let (codes, shown) = found_in(&with(component));
+        assert_eq!(codes, [code], "{component}\n{shown}");
+        assert_eq!(code == "E0103", shown.contains("and named in 3 more places"), "{shown}");
+    }
+    let malformed = r#"<component name="2arm" kind="k"/>"#;
+    let (codes, shown) = found_in(&with(malformed).replace("arm.", "2arm."));
+    assert_eq!(codes, ["E0018", "E0103"], "{shown}");
+}
+
+#[test]
+fn one_mistake_in_a_mission_is_one_finding() {
+    let mission = |inner: &str| {
+        format!(
+            "<armor version=\"1\"><system><component name=\"go\" kind=\"k\"/>\
+             <component name=\"stop\" kind=\"k\"/></system><mission safe=\"hold\">{inner}\
+             <place name=\"hold\"/></mission></armor>"
+        )
+    };
+    let place = r#"<place name="a" initial="true" components="go"/><place name="b"/>"#;
+    let ab = r#"<transition name="t" from="a" to="b" timeout="5s"/>"#;
+    for (code, inner) in [
+        ("E0019", r#"<place name="a" initial="yes"/>"#.to_owned()),
+        ("E0019", r#"<place name="a" initial="true" components="go,stop"/>"#.to_owned()),
+        ("E0019", format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" on=\"go\"/>")),
+        (
+            "E0230",
+            format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 1\"/>"),
+        ),
+        (
+            "E0230",
+            format!("{place}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 1\"/>{ab}"),
+        ),
+        (
+            "E0009",
+            format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 & 1\"/>"),
+        ),
+        ("E0015", format!("{place}{}", ab.replace("transition", "transtion"))),
+        ("E0203", format!("{place}{}", ab.replace("\"b\"", "\"bb\""))),
+        ("W0212", place.to_owned()),
+    ] {
+        let (codes, shown) = found_in(&mission(&inner));
+        assert_eq!(codes, [code], "{inner}\n{shown}");
+    }
+    let goal = mission(place).replace("safe=\"hold\"", "safe=\"hold\" goal=\"b\"");
+    assert!(found_in(&goal).1.contains("the goal can never be reached"));
+}
+
+#[test]
+fn one_mistake_in_the_file_is_one_finding() {
+    let (codes, shown) = found_in("<armor version=\"1\"><System/></armor>");
+    assert_eq!(codes, ["E0015"], "{shown}");
+    assert!(shown.contains("did you mean system?"), "{shown}");
+    one(
+        "E0010",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="[[&#0;]]"/></component>"#,
+        ),
+    );
+    let conflict = "<armor version=\"1\">\n<system>\n[[<<<<<<<]] HEAD\n<component name=\"a\" kind=\"k\"/>\n\
+                    =======\n<component name=\"a\" kind=\"j\"/>\n>>>>>>> other\n</system></armor>";
+    one("E0004", conflict);
+}
+
+#[test]
+fn what_is_expected_of_a_number_is_said() {
+    let shown = |inner: &str| found_in(&mission(inner)).1;
+    let count = shown(r#"<transition name="t" from="a" priority="99999999999999"/>"#);
+    assert!(count.contains("a whole number from -999999999 to 999999999"), "{count}");
+    let large = shown(r#"<variable name="v" min="1e999m/s"/>"#);
+    assert!(large.contains("below 1e308"), "{large}");
+    let empty = shown(r#"<transition name="t" from="a" priority=""/>"#);
+    assert!(empty.contains("priority is empty"), "{empty}");
 }

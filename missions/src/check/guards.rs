@@ -45,6 +45,12 @@ fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
             Ok(guard) => guard,
             Err(error) => {
                 all_read = false;
+                // A reference that XML does not know is a finding already.
+                let mut of_xml = Findings::default();
+                crate::tag::unescape(&when.at, &mut of_xml);
+                if !of_xml.is_empty() {
+                    continue;
+                }
                 let at = within(when, error.at);
                 findings
                     .push(Finding::new(Code::GuardSyntax, &at, error.message).remedy(error.remedy));

@@ -32,7 +32,7 @@ fn never_called(system: &System, findings: &mut Findings) {
     }
     for component in system.components.iter().filter(|component| component.rate_hz.is_none()) {
         let name = component.name.value.as_str();
-        if pushed.get(name) == Some(&false) {
+        if pushed.get(name) == Some(&false) && !system.doubts.is_half_read(name) {
             let message = format!(
                 "{name} is never called: it has no rate, and its links pull, which they do when it is called"
             );

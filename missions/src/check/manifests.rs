@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType};
+use armor_wire::name::is_name;
 
 use crate::check::{Manifests, listed, ports};
 use crate::code::Code;
@@ -20,6 +21,8 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             Some(manifest) => {
                 kinds.insert(&component.name.value, manifest);
             }
+            // That it is malformed is a finding already.
+            None if !is_name(&component.kind.value) => {}
             None => unknown(
                 Code::UnknownKind,
                 &component.kind,
@@ -38,7 +41,8 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let fed = ports::Fed::of(system, &kinds);
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
-            check_parameters(component, manifest, findings);
+            let is_whole = !system.doubts.is_half_read(&component.name.value);
+            check_parameters(component, manifest, is_whole, findings);
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
@@ -66,12 +70,17 @@ pub(super) fn unknown<'a>(
     findings.push(Finding::new(code, &name.at, message).remedy(remedy));
 }
 
-fn check_parameters(component: &Component, manifest: &Manifest, findings: &mut Findings) {
+fn check_parameters(
+    component: &Component,
+    manifest: &Manifest,
+    is_whole: bool,
+    findings: &mut Findings,
+) {
     for parameter in &component.parameters {
         check_value(parameter, manifest, findings);
     }
     let name = &component.name;
-    for wanted in manifest.parameters.iter().filter(|parameter| parameter.default.is_none()) {
+    for wanted in manifest.parameters.iter().filter(|wanted| is_whole && wanted.default.is_none()) {
         if component.parameter(&wanted.name).is_none() && !is_misspelt(wanted, component, manifest)
         {
             let message = format!("{} has no value for {}", name.value, wanted.name);

@@ -51,7 +51,7 @@ fn check_one(
     for place in mission.submissions.iter().flat_map(|sub| [&sub.enter, &sub.leave]).flatten() {
         known.expect_place(place, findings);
     }
-    if !mission.places.iter().any(|place| place.initial > 0) {
+    if !mission.doubts.start && !mission.places.iter().any(|place| place.initial > 0) {
         let finding =
             Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
@@ -91,8 +91,10 @@ impl<'a> Known<'a> {
         // Duplicates among the components are the system's findings.
         let unheard = &mut Findings::default();
         Self {
-            places: Names::collect("place", Code::DuplicatePlace, places, findings),
-            components: Names::collect("component", Code::DuplicateComponent, components, unheard),
+            places: Names::collect("place", Code::DuplicatePlace, places, findings)
+                .beside(&mission.doubts),
+            components: Names::collect("component", Code::DuplicateComponent, components, unheard)
+                .beside(&system.doubts),
             fixed: fixed.map(|component| component.name.value.as_str()).collect(),
             active_in,
             controlled,

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
+use crate::guard::Guard;
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 
 /// Conditions that are compared: four thousand transitions out of one place are not worth minutes.
@@ -47,6 +48,8 @@ struct Conditions<'a> {
     /// Fewer tokens than that are wanted in each place.
     inhibitors: BTreeMap<&'a str, u32>,
     is_safety: bool,
+    /// Whether not all of its conditions could be read.
+    is_vague: bool,
     earliest: Duration,
     latest: Option<Duration>,
 }
@@ -75,6 +78,8 @@ impl<'a> Conditions<'a> {
             inhibitors,
             is_safety: transition.class == Class::Safety
                 || transition.outputs().any(|arc| safety.contains(arc.place.value.as_str())),
+            is_vague: transition.is_doubtful
+                || transition.when.as_ref().is_some_and(|when| Guard::parse(&when.value).is_err()),
             earliest: interval.map_or(Duration::ZERO, |interval| interval.earliest),
             latest: interval.map_or(Some(Duration::ZERO), |interval| interval.latest),
         }
@@ -112,10 +117,14 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// Whether somebody or a date decides, of which the file says nothing.
+    /// Whether somebody or a date decides, of which the file says nothing, or something that could
+    /// not be read.
     fn is_manual(&self) -> bool {
         let t = self.transition;
-        t.autonomy != Autonomy::Auto || t.not_before.is_some() || t.not_after.is_some()
+        self.is_vague
+            || t.autonomy != Autonomy::Auto
+            || t.not_before.is_some()
+            || t.not_after.is_some()
     }
 
     /// Whether this one's tokens are there whenever those of `other` are.

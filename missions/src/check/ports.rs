@@ -8,6 +8,7 @@ use armor_wire::schema::difference;
 
 use crate::check::manifests::unknown;
 use crate::code::Code;
+use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, Port, System};
 
@@ -140,6 +141,8 @@ pub(super) struct Fed<'a> {
     ends: BTreeSet<(&'a str, &'a str)>,
     /// Ends that are not there, in the component or in the port.
     mistaken: Vec<(&'a str, &'a str)>,
+    /// What could not be read.
+    doubts: &'a Doubts,
 }
 
 impl<'a> Fed<'a> {
@@ -152,14 +155,15 @@ impl<'a> Fed<'a> {
         let is_there = |(component, port): &(&str, &str)| match kinds.get(component) {
             Some(kind) => kind.inputs.iter().chain(&kind.outputs).any(|known| known.id == *port),
             // Of an unknown kind any port may be there.
-            None => components.contains(component),
+            None => components.contains(component) || system.doubts.may_hold(component),
         };
         let to = links.iter().map(|link| name(&link.to));
-        Self { ends, mistaken: to.filter(|end| !is_there(end)).collect() }
+        Self { ends, mistaken: to.filter(|end| !is_there(end)).collect(), doubts: &system.doubts }
     }
 
     fn is_fed(&self, component: &str, input: &str) -> bool {
-        self.ends.contains(&(component, input))
+        self.doubts.may_feed(component, input)
+            || self.ends.contains(&(component, input))
             || self.mistaken.iter().any(|(name, port)| *name == component || *port == input)
     }
 }

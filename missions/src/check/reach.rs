@@ -10,7 +10,12 @@ use crate::mission::{ArcKind, Mission, Place, Transition};
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let starts = mission.places.iter().any(|place| place.initial > 0);
-    if !starts || !mission.submissions.is_empty() {
+    let places: BTreeSet<_> =
+        mission.places.iter().map(|place| place.name.value.as_str()).collect();
+    let mut arcs = mission.transitions.iter().flat_map(|transition| &transition.arcs);
+    let is_misled =
+        mission.doubts.moves || arcs.any(|arc| !places.contains(arc.place.value.as_str()));
+    if !starts || !mission.submissions.is_empty() || is_misled {
         return;
     }
     let reached = reached(mission);
@@ -20,7 +25,11 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         |of: &Place| of.components.iter().map(|name| name.value.clone()).collect::<Vec<_>>();
     let ever_active: BTreeSet<_> = reached.into_iter().flat_map(active).collect();
     for place in unreached {
-        let mut message = format!("no transition leads to {}", place.name.value);
+        let name = &place.name.value;
+        let mut message = match mission.goal.as_ref().filter(|goal| goal.value == *name) {
+            Some(_) => format!("the goal can never be reached: no transition leads to {name}"),
+            None => format!("no transition leads to {name}"),
+        };
         let never: Vec<_> =
             active(place).into_iter().filter(|name| !ever_active.contains(name)).collect();
         match never.as_slice() {

@@ -1,7 +1,7 @@
 //! What a system must hold without knowing its kinds: names once, links between components that
 //! exist, every input fed at most once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::Names;
 use crate::code::Code;
@@ -13,9 +13,18 @@ use crate::source::Spanned;
 const RESERVED: [&str; 6] =
     ["registry", "configd", "configuration", "executive", "launcher", "all"];
 
+/// Of components of one name the first counts, and nothing is checked against another.
+pub(super) fn keep_first(system: &mut System, findings: &mut Findings) {
+    let names = system.components.iter().map(|component| &component.name);
+    Names::collect("component", Code::DuplicateComponent, names, findings);
+    let mut seen = BTreeSet::new();
+    system.components.retain(|component| seen.insert(component.name.value.clone()));
+}
+
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
     let names = Names::collect("component", Code::DuplicateComponent, names, findings);
+    let names = names.beside(&system.doubts);
     for component in &system.components {
         parameters_once(component, findings);
         if RESERVED.contains(&component.name.value.as_str()) {

@@ -3,6 +3,7 @@
 use std::sync::Arc as Shared;
 
 use crate::code::Code;
+use crate::doubts::Doubts;
 use crate::fields::{Fields, digits};
 use crate::finding::{Finding, Findings};
 use crate::load::plain;
@@ -36,9 +37,17 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         submissions: Vec::new(),
         checks: Vec::new(),
         at: fields.at(),
+        doubts: Doubts::default(),
     };
     for child in fields.finish(CHILDREN) {
         read_child(&mut mission, child, source, findings);
+    }
+    for child in element.elements() {
+        if Doubts::is_meant(child, "place") {
+            mission.doubts.named(child);
+            (mission.doubts.start, mission.doubts.moves) = (true, true);
+        }
+        mission.doubts.moves |= Doubts::is_meant(child, "transition");
     }
     mission
 }
@@ -59,9 +68,24 @@ fn read_child(
     }
     match child.name.as_str() {
         "variable" => into!(variables, variable(child, source, findings)),
-        "place" => into!(places, place(child, source, findings)),
+        "place" => {
+            let before = findings.total();
+            let read = place(child, source, findings);
+            let doubts = &mut mission.doubts;
+            doubts.read(child, read.as_ref().map(|place| place.name.value.as_str()));
+            doubts.start |= findings.total() > before;
+            doubts.moves |= findings.total() > before;
+            into!(places, read);
+        }
         "exclusive" => into!(exclusives, exclusive(child, source, findings)),
-        "transition" => into!(transitions, transition::read(child, source, findings)),
+        "transition" => {
+            let before = findings.total();
+            let mut read = transition::read(child, source, findings);
+            let is_doubtful = findings.total() > before;
+            mission.doubts.moves |= is_doubtful;
+            read.iter_mut().for_each(|transition| transition.is_doubtful = is_doubtful);
+            into!(transitions, read);
+        }
         "check" => into!(checks, check(child, source, findings)),
         "submission" => into!(submissions, submission(child, source, findings)),
         // The layout is the designer's; the tree keeps it.
@@ -114,7 +138,7 @@ fn tokens(text: &str) -> Result<u32, String> {
         "false" => Ok(0),
         number => digits(number)
             .and_then(|digits| digits.parse().ok())
-            .ok_or_else(|| "true, false or a number of tokens is expected".into()),
+            .ok_or_else(|| "true, false or a number of tokens up to 999999999 is expected".into()),
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use armor_wire::keep::{Keep, Wake};
 
 use crate::code::Code;
+use crate::doubts::Doubts;
 use crate::fields::Fields;
 use crate::finding::{Finding, Findings};
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
@@ -19,21 +20,39 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
         let at = child.at(source);
         match child.name.as_str() {
             "component" => {
-                if let Some(component) = component(child, source, findings) {
+                let read = component(child, source, findings);
+                doubt(child, read.as_ref(), &mut system.doubts);
+                if let Some(component) = read {
                     add(&mut system.components, component, MAX_ELEMENTS, &at, findings);
                 }
             }
-            "link" => {
-                if let Some(link) = link(child, source, findings) {
-                    add(&mut system.links, link, MAX_LINKS, &at, findings);
-                }
-            }
+            "link" => match link(child, source, findings) {
+                Some(link) => add(&mut system.links, link, MAX_LINKS, &at, findings),
+                None => system.doubts.link(child),
+            },
             "clock" => clock(child, source, &mut system, findings),
             // The layout is the designer's; the tree keeps it.
             _ => {}
         }
     }
+    for child in element.elements() {
+        if Doubts::is_meant(child, "component") {
+            system.doubts.named(child);
+        } else if Doubts::is_meant(child, "link") {
+            system.doubts.link(child);
+        }
+    }
     system
+}
+
+/// Notes what of a component could not be read.
+fn doubt(element: &Element, read: Option<&Component>, doubts: &mut Doubts) {
+    doubts.read(element, read.map(|component| component.name.value.as_str()));
+    let Some(read) = read else { return };
+    let is_rate_lost = read.rate_hz.is_none() && element.attribute("rate").is_some();
+    if is_rate_lost || element.elements().count() > read.parameters.len() {
+        doubts.half_read(&read.name.value);
+    }
 }
 
 fn component(

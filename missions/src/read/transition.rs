@@ -42,6 +42,7 @@ pub(super) fn read(
         on_start_fail: fields.name("on-start-fail"),
         overrun: fields.name("overrun"),
         autonomy_at,
+        is_doubtful: false,
     };
     without_effect(&transition, &mut fields);
     for child in fields.finish(&["arc", "read", "inhibitor", "reset"]) {
@@ -168,7 +169,7 @@ fn interval_of(text: &str) -> Result<Interval, String> {
 fn priority(text: &str) -> Result<i32, String> {
     digits(text.strip_prefix('-').unwrap_or(text))
         .and_then(|_| text.parse().ok())
-        .ok_or_else(|| "a whole number is expected".into())
+        .ok_or_else(|| "a whole number from -999999999 to 999999999 is expected".into())
 }
 
 /// `operator="true"` is `autonomy="operator"`.

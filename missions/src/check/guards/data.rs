@@ -82,6 +82,9 @@ impl<'a> Data<'a> {
         let components = || self.system.components.iter().map(|c| c.name.value.as_str());
         if !components().any(|known| known == component) {
             let what = "component";
+            if self.system.doubts.may_hold(component) {
+                return Some(Type::Any);
+            }
             unknown(Code::UnknownComponent, what, component, &part(0), components(), findings);
             return None;
         }
