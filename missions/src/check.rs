@@ -1,6 +1,7 @@
 //! Whether what was read holds together: within the file, and against the manifests of the
 //! components that it names. Everything is looked at in one pass; nothing stops at the first.
 
+mod endless;
 mod guards;
 mod links;
 mod manifests;
@@ -81,6 +82,7 @@ fn by_itself(configuration: &Configuration, findings: &mut Findings) {
     for mission in configuration.missions() {
         transition::check(mission, findings);
         order::check(mission, findings);
+        endless::check(mission, findings);
     }
 }
 

@@ -204,6 +204,10 @@ codes! {
     DatesCrossed = "E0219", "dates that leave no time";
     /// A time that a mission with a period cannot keep.
     ShorterThanPeriod = "W0220", "a time shorter than the mission's period";
+    /// A report called almost as one that the executive sends itself.
+    ReportMisspelt = "W0221", "a report that is probably misspelt";
+    /// Transitions that pass a token round without any time.
+    EndlessLoop = "W0222", "transitions in a circle that takes no time";
 
     // Guards and variables.
     /// The text of a guard is not one.

@@ -710,3 +710,31 @@ fn what_is_expected_of_a_number_is_said() {
     let empty = shown(r#"<transition name="t" from="a" priority=""/>"#);
     assert!(empty.contains("priority is empty"), "{empty}");
 }
+
+#[test]
+fn a_report_that_is_almost_done_is_a_warning() {
+    for report in ["dnoe", "Done", "don", "faild"] {
+        one("W0221", &mission(&format!(r#"<transition name="t" from="a" on="go.[[{report}]]"/>"#)));
+    }
+    for report in ["done", "failed", "seen", "docked"] {
+        none(&mission(&format!(r#"<transition name="t" from="a" on="go.{report}"/>"#)));
+    }
+}
+
+#[test]
+fn a_circle_that_takes_no_time_is_a_warning() {
+    let circle = |first: &str, more: &str| {
+        mission(&format!(
+            r#"<place name="b"/><place name="c"/><transition name="t" from="a" to="b"/><transition name="[[u]]" from="b" to="c"/><transition name="v" from="c" to="b"{first}/>{more}"#
+        ))
+    };
+    one("W0222", &circle("", ""));
+    one("W0222", &mission(r#"<transition name="[[t]]" from="a" to="a"/>"#));
+    for rest in [r#" after="1s""#, r#" timeout="1s""#, r#" on="go.done""#, r#" operator="true""#] {
+        none(&circle(rest, "").replace("[[u]]", "u"));
+    }
+    // Another one goes first, and leads out of it.
+    let out = r#"<place name="d"/><transition name="w" from="b" to="d" priority="1"/>"#;
+    let (codes, shown) = found_in(&circle("", out).replace("[[u]]", "u"));
+    assert!(!codes.contains(&"W0222"), "{shown}");
+}

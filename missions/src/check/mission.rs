@@ -8,6 +8,7 @@ use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
 use crate::model::{Configuration, System};
+use crate::nearest::did_you_mean;
 use crate::source::Spanned;
 
 pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
@@ -193,6 +194,7 @@ impl<'a> Known<'a> {
         if !self.expect_component(reporter, findings) {
             return;
         }
+        misspelt_report(&on.event, findings);
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
         if self.active_in.contains_key(reporter.value.as_str()) && !heard {
@@ -203,6 +205,22 @@ impl<'a> Known<'a> {
             let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
             findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
         }
+    }
+}
+
+/// A component may report whatever its author likes; but what is one slip away from `done` or
+/// `failed` is hardly meant.
+fn misspelt_report(event: &Spanned<String>, findings: &mut Findings) {
+    const SENT: [&str; 2] = ["done", "failed"];
+    let name = event.value.to_ascii_lowercase();
+    if SENT.contains(&event.value.as_str()) {
+        return;
+    }
+    if let Some(guess) = did_you_mean(&name, SENT.into_iter()) {
+        let message =
+            format!("the report {} is almost called as one of done and failed", event.value);
+        let finding = Finding::new(Code::ReportMisspelt, &event.at, message);
+        findings.push(finding.remedy(guess));
     }
 }
 
