@@ -641,6 +641,10 @@ fn one_mistake_about_a_component_is_one_finding() {
         assert_eq!(codes, [code], "{component}\n{shown}");
         assert_eq!(code == "E0103", shown.contains("and named in 3 more places"), "{shown}");
     }
+    let reserved = with(r#"<component name="executive" kind="k"/>"#)
+        .replace("arm.", "executive.")
+        .replace("\"arm\"", "\"executive\"");
+    assert_eq!(found_in(&reserved).0, ["E0115"]);
     let malformed = r#"<component name="2arm" kind="k"/>"#;
     let (codes, shown) = found_in(&with(malformed).replace("arm.", "2arm."));
     assert_eq!(codes, ["E0018", "E0103"], "{shown}");
@@ -737,4 +741,19 @@ fn a_circle_that_takes_no_time_is_a_warning() {
     let out = r#"<place name="d"/><transition name="w" from="b" to="d" priority="1"/>"#;
     let (codes, shown) = found_in(&circle("", out).replace("[[u]]", "u"));
     assert!(!codes.contains(&"W0222"), "{shown}");
+}
+
+#[test]
+fn how_many_findings_were_left_out_is_right_also_after_the_check() {
+    let parts: String =
+        (0..4000).map(|n| format!("<component name=\"c{n}\" kind=\"k\" rate=\"x\"/>")).collect();
+    let (mut reading, _) = reading(&system(&parts), None);
+    let configuration = reading.configuration.clone().unwrap();
+    configuration.refuse_unplayed(&[], &mut reading.findings);
+    reading.findings.sort();
+    for findings in [reading.findings.without_notes(), reading.findings] {
+        let shown = findings.render(Colours::No);
+        assert_eq!(shown.matches("3500 more findings were left out").count(), 1, "{shown}");
+        assert_eq!(findings.iter().len(), 501);
+    }
 }
