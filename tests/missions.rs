@@ -1,5 +1,5 @@
-//! The example missions, as a newcomer runs them: the office and the rounds in simulation, the
-//! replay on every public log.
+//! The example missions, as a newcomer runs them: the office, the rounds and the survey in
+//! simulation, the replay on every public log.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -92,6 +92,21 @@ fn the_rounds_are_walked() {
         let distances = way.iter().map(|row| (row[2] - x_m).hypot(row[3] - y_m));
         let nearest_m = distances.fold(f64::INFINITY, f64::min);
         assert!(nearest_m < 0.35, "never nearer than {nearest_m:.2} m to {x_m},{y_m}");
+    }
+}
+
+#[test]
+fn a_weak_battery_ends_the_survey_at_the_dock() {
+    let folder = Folder::new("survey");
+    let file = root().join("missions/survey.xml").display().to_string();
+    let mut arguments = vec!["run", &file, "--headless", "--out", "survey"];
+    for set in ["simulator.battery_level=0.36", "simulator.battery_endurance=200s"] {
+        arguments.extend(["--set", set]);
+    }
+    let (code, log, _) = ended(&mut folder.armor(&arguments));
+    assert_eq!(code, 0, "{log}");
+    for step in ["weak: explore -> return", "there: return -> at-dock", "dock.leave: dock.docked"] {
+        assert!(log.contains(step), "{step} in\n{log}");
     }
 }
 

@@ -24,6 +24,7 @@ mod pause;
 mod plan;
 mod process;
 mod progress;
+mod proof;
 mod record;
 mod reports;
 mod roster;
@@ -50,6 +51,7 @@ pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
+pub use proof::{MAX_BYTES, MAX_STATES, prove};
 pub use record::{Cause, Entry, Outcome, Record, Report, Tokens};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};

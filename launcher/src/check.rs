@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_executive::{PLAYED, Plan};
@@ -14,6 +15,9 @@ use crate::arguments::{self, Format};
 use crate::exit::Ending;
 use crate::kinds::Catalogue;
 use crate::print;
+
+/// How long a mission is looked at. One that people draw takes milliseconds.
+const PROOF_WITHIN: Duration = Duration::from_secs(5);
 
 /// A file with all that was found.
 pub struct Checked {
@@ -68,12 +72,23 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     // What only the executive can say of a mission, it says of one that is sound otherwise.
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
-        && let Err(findings) = Plan::of(configuration)
     {
-        reading.findings.extend(findings);
+        reading.findings.extend_new(of_the_mission(configuration));
     }
     reading.findings.sort();
     Ok(Checked { reading, catalogue })
+}
+
+/// What only the executive can say of a mission: whether it can play it, and what it proves of it.
+pub fn of_the_mission(configuration: &Configuration) -> Findings {
+    match Plan::of(configuration) {
+        Ok(Some(plan)) => {
+            let start = Instant::now();
+            armor_executive::prove(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN)
+        }
+        Ok(None) => Findings::default(),
+        Err(findings) => findings,
+    }
 }
 
 /// The `--set` of a command line, and what is wrong with them.

@@ -20,7 +20,7 @@ use crate::check;
 use crate::exit::Ending;
 use crate::kinds::stock::STOCK;
 
-pub use configd::{of_the_mission, run as configd};
+pub use configd::run as configd;
 
 /// Runs the registry until it is asked to end.
 ///

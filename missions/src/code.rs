@@ -227,6 +227,22 @@ codes! {
     /// A variable that no guard speaks of.
     UnusedVariable = "W0237", "a variable that no guard speaks of";
 
+    // What the executive proves of a mission.
+    /// A place that can get more and more tokens.
+    FillsWithoutEnd = "W0240", "a place that fills without end";
+    /// No way leads to the goal, whatever is reported and when.
+    GoalNeverReached = "E0241", "the goal can never be reached";
+    /// A marking that nothing leads out of, and that is not the end.
+    Standstill = "W0242", "a mission that can come to a standstill";
+    /// Markings that lead in circles, away from goal and safe place.
+    GoalLost = "W0243", "a goal that can get out of reach";
+    /// More than one token in a place that activates components, after some firings.
+    TwoTokens = "W0244", "a second token in a place with components";
+    /// Places of exclusive components that can be marked together.
+    MarkedTogether = "W0245", "exclusive components wanted together";
+    /// Too many states.
+    NotProven = "W0246", "a mission too large to be proven";
+
     // What is understood but not played.
     /// Something that the format has and this version does not play.
     NotPlayed = "E0301", "not played by this version";

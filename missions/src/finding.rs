@@ -266,6 +266,19 @@ impl Findings {
         self.extend(others.list.into_iter().filter(keep));
     }
 
+    /// Adds those of another reading that say nothing new of a place: the same code there is the
+    /// same mistake, seen from elsewhere.
+    pub fn extend_new(&mut self, others: impl IntoIterator<Item = Finding>) {
+        for finding in others {
+            let place = |finding: &Finding| finding.at.as_ref().map(ToString::to_string);
+            let known =
+                self.list.iter().any(|f| f.code == finding.code && place(f) == place(&finding));
+            if !known {
+                self.push(finding);
+            }
+        }
+    }
+
     /// Whether nothing was found, not even a note.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_configd::{Kinds, Notice, Options};
-use armor_executive::{PLAYED, Plan};
-use armor_missions::{Colours, Configuration, Finding, Findings, Severity};
+use armor_executive::PLAYED;
+use armor_missions::{Colours, Finding, Severity};
 use armor_net::Registration;
 use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};
@@ -57,7 +57,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
         played: Some(PLAYED.to_vec()),
-        further: Some(of_the_mission),
+        further: Some(check::of_the_mission),
         versions,
         wait: arguments.wait,
         ..Options::new(&arguments.file)
@@ -105,11 +105,6 @@ fn watched(
 /// In the folder of the run, if there is one.
 fn default_versions() -> Option<PathBuf> {
     std::env::var_os("ARMOR_OUT").map(|out| PathBuf::from(out).join("configd"))
-}
-
-/// What only the executive can say of a mission.
-pub fn of_the_mission(configuration: &Configuration) -> Findings {
-    Plan::of(configuration).err().unwrap_or_default()
 }
 
 fn say(notice: &Notice) {

@@ -18,7 +18,7 @@ use armor_wire::hello::{Hello, Purpose};
 
 use super::arguments::Where;
 use crate::arguments::{Kinds, Running};
-use crate::daemon;
+use crate::check;
 use crate::kinds::Catalogue;
 use crate::system;
 
@@ -123,7 +123,7 @@ impl Alone {
         let rules = Rules {
             manifests: Some(catalogue.manifests()),
             played: Some(PLAYED.to_vec()),
-            further: Some(daemon::of_the_mission),
+            further: Some(check::of_the_mission),
             root: std::env::current_dir().context("the current folder is gone")?,
             ..Rules::default()
         };
