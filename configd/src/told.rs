@@ -17,6 +17,8 @@ pub(crate) fn findings(findings: &Findings) -> (Vec<config::Finding>, u32) {
         };
         if let Some(at) = &finding.at {
             place(at, &mut told);
+        } else if let Some(file) = &finding.file {
+            told.file = cut(file.to_string_lossy());
         }
         told
     });

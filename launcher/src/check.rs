@@ -63,6 +63,7 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     reading.findings.extend(catalogue.findings(reading.configuration.as_ref()));
     let manifests = catalogue.manifests();
     let mut reading = armor_missions::check(reading, &overrides, Some(&manifests));
+    catalogue.point_to_broken(&mut reading.findings);
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         let needed = needed_paths(configuration, &manifests);

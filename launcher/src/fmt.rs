@@ -78,7 +78,7 @@ impl Formatter<'_> {
         };
         let old = read.map_err(|error| {
             let message = format!("{} cannot be read: {error}", name.display());
-            let finding = Finding::nowhere(Code::Unreadable, message);
+            let finding = Finding::of_file(Code::Unreadable, name, message);
             let mut findings = Findings::default();
             findings.push(finding.remedy("check the path and its permissions"));
             findings

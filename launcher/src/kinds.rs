@@ -15,7 +15,7 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use armor_missions::{Code, Configuration, Finding, Manifests};
+use armor_missions::{Code, Configuration, Finding, Findings, Manifests};
 use armor_wire::manifest::Manifest;
 
 pub use cache::Identity;
@@ -58,6 +58,8 @@ pub struct Catalogue {
     pub kinds: BTreeMap<String, Kind>,
     /// What in the component directories could not be used, and why.
     problems: Vec<Finding>,
+    /// The executables among it, each with its kind of finding.
+    broken: Vec<(PathBuf, Code)>,
 }
 
 impl Catalogue {
@@ -89,7 +91,10 @@ impl Catalogue {
         for (path, answer) in ask::all(executables, cache) {
             match answer {
                 Ok(manifest) => catalogue.add(manifest, Origin::Executable(path)),
-                Err(problem) => catalogue.problems.push(problem.finding(&path)),
+                Err(problem) => {
+                    catalogue.problems.push(problem.finding(&path));
+                    catalogue.broken.push((path, problem.code()));
+                }
             }
         }
         Ok(catalogue)
@@ -129,6 +134,19 @@ impl Catalogue {
             }
         }
         findings
+    }
+
+    /// Says of each unknown kind if an executable of its name is there that cannot be used.
+    pub fn point_to_broken(&self, findings: &mut Findings) {
+        for finding in findings.iter_mut().filter(|finding| finding.code == Code::UnknownKind) {
+            let kind = finding.at.as_ref().map(|at| at.text());
+            let is_it =
+                |path: &Path| kind.is_some_and(|kind| path.file_stem() == Some(kind.as_ref()));
+            if let Some((path, code)) = self.broken.iter().find(|(path, _)| is_it(path)) {
+                let (path, code) = (path.display(), code.as_str());
+                finding.remedy = format!("{path} is there, but did not describe itself ({code})");
+            }
+        }
     }
 
     fn add(&mut self, manifest: Manifest, origin: Origin) {

@@ -1,6 +1,7 @@
 //! Findings: what is wrong with a file, where, and what to do about it.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
@@ -41,6 +42,8 @@ pub struct Finding {
     pub message: String,
     /// Where; none if it is about no text (a file that cannot be read).
     pub at: Option<Location>,
+    /// The file that it is about where it is about no text in it.
+    pub file: Option<PathBuf>,
     /// What to do.
     pub remedy: String,
     /// Other places that belong to it, each with a few words ("first fed here").
@@ -58,7 +61,20 @@ impl Finding {
     /// A finding about no text in particular.
     pub fn nowhere(code: Code, message: impl Into<String>) -> Self {
         let message = bounded(message.into());
-        Self { code, message, at: None, remedy: String::new(), related: Vec::new(), more: 0 }
+        Self {
+            code,
+            message,
+            at: None,
+            file: None,
+            remedy: String::new(),
+            related: Vec::new(),
+            more: 0,
+        }
+    }
+
+    /// A finding about a file of which no text is known.
+    pub fn of_file(code: Code, file: &Path, message: impl Into<String>) -> Self {
+        Self { file: Some(file.to_path_buf()), ..Self::nowhere(code, message) }
     }
 
     /// Says what to do.
@@ -158,7 +174,7 @@ impl fmt::Display for Finding {
 }
 
 /// The JSON form: severity, code, message, remedy; file, line, column, end_line, end_column
-/// (from 1, the end exclusive) and text, absent for findings about no text; related.
+/// (from 1, the end exclusive) and text, absent for findings about no text, which have a file at most; related.
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut out = serializer.serialize_struct("Finding", 11)?;
@@ -168,6 +184,8 @@ impl Serialize for Finding {
         out.serialize_field("remedy", &self.remedy)?;
         if let Some(at) = &self.at {
             serialize_location(&mut out, at)?;
+        } else if let Some(file) = &self.file {
+            out.serialize_field("file", &file.to_string_lossy())?;
         }
         let related: Vec<_> =
             self.related.iter().map(|(at, label)| Related { at, label }).collect();
@@ -299,6 +317,11 @@ impl Findings {
         self.list.iter()
     }
 
+    /// The same, to say more about them.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, Finding> {
+        self.list.iter_mut()
+    }
+
     /// Whether no more will be kept, so that a search for suggestions is in vain.
     pub(crate) fn is_full(&self) -> bool {
         self.list.len() >= MAX_FINDINGS
@@ -409,5 +432,14 @@ mod tests {
         let at = Location::new(&source, crate::source::Span::new(0, value.len()));
         let json = serde_json::to_string(&Finding::new(Code::BadValue, &at, "no")).unwrap();
         assert!(json.len() < 1000, "{json}");
+    }
+
+    #[test]
+    fn one_about_a_file_names_it() {
+        let finding = Finding::of_file(Code::Unreadable, Path::new("m/a.xml"), "it cannot be read");
+        let json = serde_json::to_value(&finding).unwrap();
+        assert_eq!((&json["file"], json.get("line")), (&"m/a.xml".into(), None));
+        let nowhere = Finding::nowhere(Code::NoDirectory, "there is none");
+        assert!(serde_json::to_value(&nowhere).unwrap().get("file").is_none());
     }
 }

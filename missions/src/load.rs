@@ -86,7 +86,7 @@ impl Files<'_> {
             Ok(bytes) => bytes,
             Err(error) => {
                 let message = format!("{} cannot be read: {error}", path.display());
-                let finding = Finding::nowhere(Code::Unreadable, message);
+                let finding = Finding::of_file(Code::Unreadable, path, message);
                 self.findings.push(finding.remedy("check the path and its permissions"));
                 return None;
             }

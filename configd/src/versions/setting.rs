@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use armor_missions::{Configuration, Document, Findings, Source};
+use armor_missions::{Code, Configuration, Document, Finding, Findings, Source};
 use armor_net::PeerId;
 use armor_wire::config::Reply;
 
@@ -118,8 +118,12 @@ impl Versions {
     fn source_of(&self, wanted: &Wanted) -> Result<&Source, Rejected> {
         let Wanted { component, parameter, .. } = wanted;
         if let Some(findings) = &self.refused {
-            let text = "the file on the disk is not valid; mend it before anything is set in it";
-            return Err(Rejected(text.into(), findings.clone()));
+            let first = findings.iter().next().map(|first| format!(" ({first})"));
+            let text = format!(
+                "the file on the disk is not valid{}; mend it before anything is set in it",
+                first.unwrap_or_default()
+            );
+            return Err(Rejected(text, findings.clone()));
         }
         let reject = |text: String| Err(Rejected(text, Findings::default()));
         let Some(found) = self.in_force.system.component(component) else {
@@ -131,6 +135,14 @@ impl Versions {
                  the system runs; run it without that"
             ));
         }
+        // A value of an unknown parameter is refused by the check; nothing would refuse its removal.
+        let is_there = wanted.value.is_some() || found.parameter(parameter).is_some();
+        let unknown = answers::no_parameter(found, parameter, self.rules.manifests.as_ref());
+        if let Some(refusal) = unknown.filter(|_| !is_there) {
+            let mut findings = Findings::default();
+            findings.push(Finding::new(Code::UnknownParameter, &found.name.at, refusal.text));
+            return Err(Rejected("there is nothing to leave to its default".into(), findings));
+        }
         Ok(&found.name.at.source)
     }
 }
@@ -138,6 +150,13 @@ impl Versions {
 /// The text of the file with the value in it.
 fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
     let Wanted { component, parameter, value, .. } = wanted;
+    let refused =
+        |c: &char| (*c < ' ' && !"\t\n\r".contains(*c)) || matches!(c, '\u{fffe}' | '\u{ffff}');
+    if let Some(c) = value.iter().flat_map(|value| value.chars()).find(refused) {
+        let c = u32::from(c);
+        let text = format!("the value holds U+{c:04X}, a character that XML does not allow");
+        return Err(Rejected(text, Findings::default()));
+    }
     let mut document = Document::open(source.path(), source.text().as_bytes())
         .map_err(|findings| Rejected("the file cannot be read".into(), findings))?;
     document

@@ -364,6 +364,17 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
 }
 
 #[test]
+fn a_file_that_cannot_be_read_is_named() {
+    let missing = read(Path::new("m/a.xml"), &mut |_| Err(std::io::ErrorKind::NotFound.into()));
+    let state = state(&versions().handle(Event::Read(Box::new(missing))));
+    assert_eq!(
+        (state.findings[0].code.as_str(), state.findings[0].file.as_str()),
+        ("E0003", "m/a.xml")
+    );
+    assert_eq!(state.findings[0].line, 0);
+}
+
+#[test]
 fn a_file_is_judged_by_the_kinds_there_are_when_it_is_saved_or_later() {
     let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
     let mut versions = versions_under(rules);

@@ -31,17 +31,22 @@ pub fn all(executables: Vec<PathBuf>, cache: &Cache) -> Vec<Answer> {
         while let Some((path, answer)) = { next.lock().ok().and_then(|mut next| next.next()) } {
             let before = identity(path);
             let remembered = before.as_ref().and_then(|identity| known.get(path, identity));
-            let told = remembered.map(Ok).unwrap_or_else(|| {
+            let told = remembered.unwrap_or_else(|| {
                 if let Some(identity) = &before {
                     identity.settle();
                 }
                 let told = probe::describe(path);
                 // Only what can be told from its next version, and was not replaced meanwhile.
-                if let (Ok(manifest), Some(before)) = (&told, before)
+                // Any other problem is found again at once, and may lie elsewhere.
+                let lasting = match &told {
+                    Ok(manifest) => Some(Some(manifest.clone())),
+                    Err(problem) => (*problem == Problem::hangs()).then_some(None),
+                };
+                if let (Some(lasting), Some(before)) = (lasting, before)
                     && identity(path).as_ref() == Some(&before)
                     && let Ok(mut fresh) = fresh.lock()
                 {
-                    fresh.push((path.clone(), before, manifest.clone()));
+                    fresh.push((path.clone(), before, lasting));
                 }
                 told
             });

@@ -14,6 +14,8 @@ use armor_wire::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use tracing::debug;
 
+use super::probe::Problem;
+
 /// Set to anything, nothing is remembered.
 const OFF: &str = "ARMOR_NO_CACHE";
 /// Form of the file.
@@ -80,16 +82,18 @@ pub struct Known {
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
     identity: Identity,
-    manifest: Manifest,
+    /// None if it hangs.
+    manifest: Option<Manifest>,
 }
 
 impl Known {
-    /// The manifest of the executable at `path`, if it is still the one that was asked.
-    pub fn get(&self, path: &Path, identity: &Identity) -> Option<Manifest> {
+    /// What the executable at `path` said or that it hangs, if it is still the one that was asked.
+    pub fn get(&self, path: &Path, identity: &Identity) -> Option<Result<Manifest, Problem>> {
         let entry = self.executables.get(path).filter(|entry| entry.identity == *identity)?;
+        let Some(manifest) = &entry.manifest else { return Some(Err(Problem::hangs())) };
         // An earlier Armor may have remembered what this one refuses.
-        entry.manifest.validate().ok()?;
-        Some(entry.manifest.clone())
+        manifest.validate().ok()?;
+        Some(Ok(manifest.clone()))
     }
 }
 
@@ -123,7 +127,7 @@ impl Cache {
 
     /// Remembers more. What another `armor` remembers at the same moment may be forgotten, never
     /// mixed up: the file is replaced whole.
-    pub fn keep(&self, fresh: Vec<(PathBuf, Identity, Manifest)>) {
+    pub fn keep(&self, fresh: Vec<(PathBuf, Identity, Option<Manifest>)>) {
         let Some(file) = self.file.as_ref().filter(|_| !fresh.is_empty()) else { return };
         // JSON has no other paths.
         let fresh = fresh.into_iter().filter(|(path, ..)| path.to_str().is_some());

@@ -1,6 +1,7 @@
 //! What is in the component directories: the executables, each once, and everything that looks as
 //! if it were meant to be one. Nothing in them is opened.
 
+use std::collections::BTreeSet;
 use std::fs::Metadata;
 use std::io;
 use std::os::unix::fs::PermissionsExt;
@@ -23,13 +24,22 @@ pub fn executables<'a>(
     let variable: Vec<_> =
         std::env::split_paths(&variable).filter(|path| !path.as_os_str().is_empty()).collect();
     let mut found = Vec::new();
+    let mut folders = BTreeSet::new();
+    // One that cannot be resolved is found wanting where it is read.
+    let mut is_new =
+        |folder: &Path| folder.canonicalize().map_or(true, |folder| folders.insert(folder));
     for directory in asked.iter().chain(&variable) {
-        if let Err(error) = look_into(directory, &mut found, problems) {
+        if is_new(directory)
+            && let Err(error) = look_into(directory, &mut found, problems)
+        {
             problems.push(no_directory(directory, &error));
         }
     }
     for file in files {
         let beside = file.parent().unwrap_or(Path::new("")).join(BESIDE);
+        if !is_new(&beside) {
+            continue;
+        }
         match look_into(&beside, &mut found, problems) {
             // Nobody asked for it, so it need not be there.
             Err(error) if beside.is_dir() => problems.push(no_directory(&beside, &error)),

@@ -47,6 +47,21 @@ impl Problem {
     pub fn unasked() -> Self {
         no_manifest("it could not be asked")
     }
+
+    /// It did not answer in time.
+    pub fn hangs() -> Self {
+        Self {
+            code: Code::DescribeHangs,
+            message: format!("--describe did not end within {} s", WITHIN.as_secs()),
+            remedy: "nothing may happen before --describe is answered: no hardware, no network; \
+                     touch it to have it asked again",
+        }
+    }
+
+    /// Its kind of finding.
+    pub fn code(&self) -> Code {
+        self.code
+    }
 }
 
 fn no_manifest(message: impl Into<String>) -> Problem {
@@ -113,11 +128,7 @@ fn answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, Problem> {
         return Err(no_manifest("it has no output"));
     };
     let (printed, complaint) = (reading(stdout, MAX_LEN + 1), reading(stderr, MAX_COMPLAINT_LEN));
-    let late = || Problem {
-        code: Code::DescribeHangs,
-        message: format!("--describe did not end within {} s", WITHIN.as_secs()),
-        remedy: "nothing may happen before --describe is answered: no hardware, no network",
-    };
+    let late = Problem::hangs;
     let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
     let bytes = printed.recv_timeout(left(deadline)).map_err(|_| late())?;
     let bytes = bytes.map_err(|error| no_manifest(format!("its output is lost: {error}")))?;

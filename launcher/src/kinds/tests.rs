@@ -196,3 +196,42 @@ fn a_damaged_or_unwritable_cache_only_costs_time() {
     assert!(kinds().contains_key("one"));
     assert_eq!(times_asked(&scratch), asked + 2);
 }
+
+#[test]
+fn one_that_hangs_costs_its_seconds_once_until_it_is_touched() {
+    let scratch = Scratch::new("hanging");
+    let path = scratch.path().join("c/arm");
+    let asked = scratch.path().join("asked");
+    script(&path, &format!("#!/bin/sh\necho >> '{}'\nsleep 600", asked.display()));
+    let catalogue = || gathered(&scratch, &[scratch.path().join("c")], &[]);
+    for _ in 0..3 {
+        let said = said(&catalogue());
+        assert!(said.len() == 1 && said[0].contains("W0126"), "{said:#?}");
+    }
+    assert_eq!(times_asked(&scratch), 1);
+    let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
+    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+    let catalogue = catalogue();
+    let manifests = catalogue.manifests();
+    let mut reading = armor_missions::check(reading, &[], Some(&manifests));
+    catalogue.point_to_broken(&mut reading.findings);
+    let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
+    let remedy = unknown.map(|finding| finding.remedy.as_str()).unwrap_or_default();
+    assert!(remedy.ends_with("c/arm is there, but did not describe itself (W0126)"), "{remedy}");
+    let file = std::fs::File::open(&path).expect("there");
+    file.set_modified(std::time::SystemTime::now()).expect("touched");
+    gathered(&scratch, &[scratch.path().join("c")], &[]);
+    assert_eq!(times_asked(&scratch), 2);
+}
+
+#[test]
+fn a_folder_that_is_named_twice_is_looked_into_once() {
+    let scratch = Scratch::new("named-twice");
+    let there = scratch.path().join("components");
+    std::fs::create_dir_all(&there).expect("a folder");
+    std::os::unix::fs::symlink("gone", there.join("arm")).expect("a link");
+    let again = there.join("../components");
+    let file = scratch.path().join("rover.xml");
+    let said = said(&gathered(&scratch, &[there, again], &[&file]));
+    assert!(said.len() == 1 && said[0].contains("W0129"), "{said:#?}");
+}

@@ -91,10 +91,22 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     assert!(nobody.contains("no component called `nobody`; it holds: player, mapper"), "{nobody}");
     let over = rejected(&mut versions, "mapper.speed", "1");
     assert!(over.starts_with("mapper.speed is given by --set"), "{over}");
+    let control = rejected(&mut versions, "player.file", "a\u{1}b");
+    assert_eq!(control, "the value holds U+0001, a character that XML does not allow []");
+    let unknown = set(&mut versions, 8, "player.nosuch", None);
+    match replies(&unknown).as_slice() {
+        [Reply::Rejected { findings, .. }] => {
+            assert_eq!((findings[0].code.as_str(), findings[0].line), ("E0110", 3));
+        }
+        other => panic!("{other:?}"),
+    }
+    let is_so = set(&mut versions, 8, "mapper.file", None);
+    assert!(matches!(replies(&is_so).as_slice(), [Reply::Set { .. }]), "{is_so:?}");
     versions.handle(saved("<armor"));
     let broken = rejected(&mut versions, "player.speed", "1");
     assert!(
-        broken.starts_with("the file on the disk is not valid") && broken.contains("E00"),
+        broken.starts_with("the file on the disk is not valid (m/a.xml:1:")
+            && broken.contains("E0004"),
         "{broken}"
     );
 }
