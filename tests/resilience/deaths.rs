@@ -193,7 +193,8 @@ fn what_does_not_stop_is_killed_before_its_successor_starts() {
               <place name='hold'/>
               <exclusive components='one two'/>
               <transition name='late' from='first' to='second' timeout='1s' on-stop-fail='rescue'/>
-              <transition name='never' from='second rescue' to='over' timeout='1h'/>
+              <transition name='never' from='rescue' to='over' timeout='1h'/>
+              <transition name='nor' from='second' to='over' timeout='1h'/>
             </mission>",
         );
     let system = draft.run(Folder::new("hangs"));
