@@ -34,19 +34,21 @@ impl Plan {
     /// The plan of a configuration's mission with its sub-missions put in; none if it has none.
     ///
     /// # Errors
-    /// As [`Self::compile`], or if the whole is larger than a mission may be.
+    /// Findings: what it does not play, names that lead nowhere, or that the whole is larger than a
+    /// mission may be.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Findings> {
+        let mut unplayed = Findings::default();
+        configuration.refuse_unplayed(PLAYED, &mut unplayed);
+        if unplayed.has_errors() {
+            return Err(unplayed);
+        }
         let mission = configuration.flattened()?;
         mission.map(|mission| Self::compile(&configuration.system, &mission)).transpose()
     }
 
-    /// The plan of a mission over a system, both checked before.
-    ///
-    /// # Errors
-    /// Findings: what it does not play, and names that lead nowhere.
-    pub fn compile(system: &System, mission: &Mission) -> Result<Self, Findings> {
+    /// The plan of a whole mission over a system, both checked before.
+    fn compile(system: &System, mission: &Mission) -> Result<Self, Findings> {
         let mut compiler = Compiler::default();
-        compiler.refuse_unplayed(mission);
         compiler.plan.mission =
             mission.name.as_ref().map_or_else(|| "mission".to_owned(), |name| name.value.clone());
         for component in &system.components {
@@ -89,32 +91,6 @@ struct Compiler {
 }
 
 impl Compiler {
-    fn refuse_unplayed(&self, mission: &Mission) {
-        for variable in mission.variables.iter().filter(|variable| variable.source.is_none()) {
-            self.refuse(&variable.name.at, "a variable that follows no data");
-        }
-        for check in &mission.checks {
-            self.refuse(&check.at, "a check of the net");
-        }
-        for given in mission.places.iter().flat_map(|place| &place.parameters) {
-            self.refuse(&given.parameter.name.at, "a parameter set by a place");
-        }
-        for t in &mission.transitions {
-            for date in [&t.not_before, &t.not_after].into_iter().flatten() {
-                self.refuse(&date.at, "an absolute date");
-            }
-            if let Some(missed) = &t.missed {
-                self.refuse(&missed.at, "an absolute date");
-            }
-        }
-    }
-
-    fn refuse(&self, at: &Location, what: &str) {
-        let message = format!("{what} is understood, but not played by this version");
-        let finding = Finding::new(Code::NotPlayed, at, message);
-        self.findings.borrow_mut().push(finding.remedy("do without it for now"));
-    }
-
     fn place(&mut self, place: &Place) {
         let found = place.components.iter().filter_map(|name| self.find_component(name));
         let components: Vec<_> = found.collect();
@@ -290,7 +266,7 @@ mod tests {
             armor_missions::read("m.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
         assert!(!reading.findings.has_errors(), "{:?}", reading.findings);
         let configuration = reading.configuration.expect("a configuration");
-        Plan::compile(&configuration.system, configuration.mission.as_ref().expect("a mission"))
+        Plan::of(&configuration).map(|plan| plan.expect("a mission"))
     }
 
     #[test]
@@ -401,6 +377,26 @@ mod tests {
         ] {
             check_refused(what, mission, Code::NotPlayed);
         }
+    }
+
+    #[test]
+    fn what_a_sub_mission_asks_for_is_not_passed_over() {
+        let main = r#"<armor version="1"><system/><mission goal="z" safe="z">
+            <place name="x" initial="true"/><place name="z"/>
+            <submission ref="dock.xml" in="x" out="z"/></mission></armor>"#;
+        let dock = r#"<armor version="1"><mission goal="g" safe="g">
+            <place name="p" initial="true"/><place name="g"/>
+            <transition name="t" from="p" to="g" timeout="1s"/>
+            <check>always reachable(g)</check></mission></armor>"#;
+        let reading = armor_missions::read("m.xml".as_ref(), &mut |path| {
+            let text = if path.ends_with("dock.xml") { dock } else { main };
+            Ok(text.as_bytes().to_vec())
+        });
+        let findings = Plan::of(&reading.configuration.expect("a configuration"));
+        let findings = findings.expect_err("a check is not played");
+        let found = findings.iter().next().expect("one finding");
+        assert_eq!(found.code, Code::NotPlayed);
+        assert!(found.to_string().starts_with("dock.xml:4:"), "{found}");
     }
 
     #[test]

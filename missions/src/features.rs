@@ -91,7 +91,7 @@ impl fmt::Display for Feature {
 }
 
 impl Configuration {
-    /// Every use of a feature, with where it is, in the order of the file.
+    /// Every use of a feature, with where it is, in the order of the files: also in sub-missions.
     pub fn features(&self) -> Vec<Spanned<Feature>> {
         let mut used = Uses::default();
         for link in &self.system.links {
@@ -102,9 +102,7 @@ impl Configuration {
             used.next_of(link.history > 1, Feature::History, &mut places);
         }
         used.at(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));
-        if let Some(mission) = &self.mission {
-            used.mission(mission);
-        }
+        self.missions().for_each(|mission| used.mission(mission));
         used.0
     }
 

@@ -54,7 +54,7 @@ fn main() -> ExitCode {
 fn plan() -> Plan {
     let read = armor_missions::read("swing.xml".as_ref(), &mut |_| Ok(MISSION.into()));
     let read = read.configuration.filter(|_| !read.findings.has_errors()).expect("it reads");
-    Plan::compile(&read.system, read.mission.as_ref().expect("a mission")).expect("it compiles")
+    Plan::of(&read).expect("it compiles").expect("a mission")
 }
 
 fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {

@@ -15,6 +15,9 @@ use armor_sdk::wire::registry::ComponentEntry;
 /// Only a hang takes this long.
 pub const DEADLINE: Duration = Duration::from_secs(20);
 
+/// What a probe subscribes to; the last of the ports that it declares.
+const INPUTS: usize = 3;
+
 /// What a probe tells the test.
 #[derive(Debug, PartialEq)]
 pub enum Told {
@@ -163,8 +166,8 @@ impl System {
         let start = Instant::now();
         loop {
             let status = control.status(DEADLINE).unwrap();
-            // Ports are declared a moment after the name is registered.
-            if !status.outputs.is_empty() && wanted(&status) {
+            // Ports are declared one by one, a moment after the name is registered.
+            if status.inputs.len() == INPUTS && wanted(&status) {
                 return status;
             }
             assert!(start.elapsed() < DEADLINE, "never as wanted: {status:#?}");
