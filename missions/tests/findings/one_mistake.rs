@@ -1,0 +1,126 @@
+//! One mistake is one finding: it brings no follow-ups, and hides no other mistake.
+
+use super::{all_of, found_in, one, system};
+
+#[test]
+fn tags_that_do_not_match_hide_nothing_else() {
+    let file = |first: &str, second: &str| {
+        system(&format!(
+            r#"{first}<component name="b" kind="k" rate="x"/><link from="a.x" to="c.y"/>{second}"#
+        ))
+    };
+    let a = r#"<component name="a" kind="k">"#;
+    // Without the mistake: a bad rate and an unknown component.
+    assert_eq!(all_of(&file(&format!("{a}</component>"), "")), ["E0019", "E0103"]);
+    assert_eq!(all_of(&file(a, "")), ["E0012", "E0019", "E0103"]);
+    assert_eq!(all_of(&file(&format!("{a}</component>"), "</clock>")), ["E0019", "E0103", "E0012"]);
+    let mission = r#"<mission safe="h"><place name="h" initial="true"><transition name="t" from="h" to="g"/></mission>"#;
+    let both = format!("<armor version=\"1\"><system>{a}</component>{mission}</armor>");
+    assert_eq!(all_of(&both), ["E0012", "E0012", "E0203"]);
+}
+
+#[test]
+fn a_misspelt_end_tag_is_one_mistake() {
+    let file =
+        r#"<armor version="1"><system><component name="a" kind="k"></componet></system></armor>"#;
+    assert_eq!(all_of(file), ["E0012"]);
+    let misspelt = r#"<armor version="1"><system><component name="a" kind="k"/></systm></armor>"#;
+    assert_eq!(all_of(misspelt), ["E0012"]);
+}
+
+#[test]
+fn a_malformed_tag_brings_no_follow_up() {
+    // The component is not understood, so whether links lead to it is not known.
+    let file = r#"<component name="a" kind=k/><component name="b" kind="k" rate="x"/><link from="a.x" to="b.y"/><link from="b.x" to="b.y"/>"#;
+    assert_eq!(all_of(&system(file)), ["E0004", "E0019", "E0104"]);
+    let cut = r#"<armor version="1"><system><component name="b" kind="k" rate="x"/><link from="a.x" to="b"#;
+    assert_eq!(all_of(cut), ["E0019", "E0004"]);
+}
+
+#[test]
+fn one_mistake_about_a_component_is_one_finding() {
+    let with = |component: &str| {
+        format!(
+            "<armor version=\"1\"><system>{component}<component name=\"b\" kind=\"k\"/>\
+             <link from=\"arm.x\" to=\"b.in\"/><link from=\"b.y\" to=\"arm.z\"/></system>\
+             <mission safe=\"p\"><place name=\"p\" initial=\"true\" components=\"arm\">\
+             <parameter component=\"arm\" name=\"n\" value=\"1\"/></place></mission></armor>"
+        )
+    };
+    for (code, component) in [
+        ("E0015", r#"<componnet name="arm" kind="k"/>"#),
+        ("E0015", r#"<Component name="arm" kind="k"/>"#),
+        ("E0016", r#"<component nmae="arm" kind="k"/>"#),
+        ("E0017", r#"<component kind="k"/>"#),
+        ("E0017", r#"<component name="arm"/>"#),
+        ("E0018", r#"<component name="arm " kind="k"/>"#),
+        ("E0018", r#"<component name="arm" kind="k "/>"#),
+        ("E0101", r#"<component name="arm" kind="k"/><component name="arm" kind="j"/>"#),
+        ("E0103", ""),
+    ] {
+        let (codes, shown) = found_in(&with(component));
+        assert_eq!(codes, [code], "{component}\n{shown}");
+        assert_eq!(code == "E0103", shown.contains("and named in 3 more places"), "{shown}");
+    }
+    let reserved = with(r#"<component name="executive" kind="k"/>"#)
+        .replace("arm.", "executive.")
+        .replace("\"arm\"", "\"executive\"");
+    assert_eq!(found_in(&reserved).0, ["E0115"]);
+    let malformed = r#"<component name="2arm" kind="k"/>"#;
+    let (codes, shown) = found_in(&with(malformed).replace("arm.", "2arm."));
+    assert_eq!(codes, ["E0018", "E0103"], "{shown}");
+}
+
+#[test]
+fn one_mistake_in_a_mission_is_one_finding() {
+    let mission = |inner: &str| {
+        format!(
+            "<armor version=\"1\"><system><component name=\"go\" kind=\"k\"/>\
+             <component name=\"stop\" kind=\"k\"/></system><mission safe=\"hold\">{inner}\
+             <place name=\"hold\"/></mission></armor>"
+        )
+    };
+    let place = r#"<place name="a" initial="true" components="go"/><place name="b"/>"#;
+    let ab = r#"<transition name="t" from="a" to="b" timeout="5s"/>"#;
+    for (code, inner) in [
+        ("E0019", r#"<place name="a" initial="yes"/>"#.to_owned()),
+        ("E0019", r#"<place name="a" initial="true" components="go,stop"/>"#.to_owned()),
+        ("E0019", format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" on=\"go\"/>")),
+        (
+            "E0230",
+            format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 1\"/>"),
+        ),
+        (
+            "E0230",
+            format!("{place}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 1\"/>{ab}"),
+        ),
+        (
+            "E0009",
+            format!("{place}{ab}<transition name=\"u\" from=\"a\" to=\"hold\" when=\"1 & 1\"/>"),
+        ),
+        ("E0015", format!("{place}{}", ab.replace("transition", "transtion"))),
+        ("E0203", format!("{place}{}", ab.replace("\"b\"", "\"bb\""))),
+        ("W0212", place.to_owned()),
+    ] {
+        let (codes, shown) = found_in(&mission(&inner));
+        assert_eq!(codes, [code], "{inner}\n{shown}");
+    }
+    let goal = mission(place).replace("safe=\"hold\"", "safe=\"hold\" goal=\"b\"");
+    assert!(found_in(&goal).1.contains("the goal can never be reached"));
+}
+
+#[test]
+fn one_mistake_in_the_file_is_one_finding() {
+    let (codes, shown) = found_in("<armor version=\"1\"><System/></armor>");
+    assert_eq!(codes, ["E0015"], "{shown}");
+    assert!(shown.contains("did you mean system?"), "{shown}");
+    one(
+        "E0010",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="[[&#0;]]"/></component>"#,
+        ),
+    );
+    let conflict = "<armor version=\"1\">\n<system>\n[[<<<<<<<]] HEAD\n<component name=\"a\" kind=\"k\"/>\n\
+                    =======\n<component name=\"a\" kind=\"j\"/>\n>>>>>>> other\n</system></armor>";
+    one("E0004", conflict);
+}
