@@ -45,6 +45,8 @@ pub struct Note {
     pub label: String,
     /// Where it is drawn, `[x, y]` in the file's own unit, y downwards.
     pub position: Option<[f64; 2]>,
+    /// What else its author says of it, name and value; kept, and not understood here. PNML only.
+    pub words: Vec<(String, String)>,
 }
 
 /// What is wrong with a text, and where.

@@ -88,6 +88,62 @@ fn fms_with_more_pallets_has_its_published_states() {
     }
 }
 
+/// The contest's Philosophers: each takes the fork at either hand first, then the other.
+fn philosophers(count: usize) -> Net {
+    let mut text = String::new();
+    for own in 0..count {
+        let other = (own + 1) % count;
+        text += &format!(
+            "pl Think{own} (1)\npl Fork{own} (1)\n\
+             tr a{own} Think{own} Fork{own} -> First{own}\n\
+             tr b{own} Think{own} Fork{other} -> Second{own}\n\
+             tr c{own} First{own} Fork{other} -> Eat{own}\n\
+             tr d{own} Second{own} Fork{own} -> Eat{own}\n\
+             tr e{own} Eat{own} -> Think{own} Fork{own} Fork{other}\n"
+        );
+    }
+    tina::read(&text).expect("a net").net
+}
+
+/// The contest's TokenRing: Dijkstra's self-stabilising ring, begun with all processes apart.
+fn token_ring(count: usize) -> Net {
+    let mut text = String::new();
+    for value in 0..=count {
+        let next = (value + 1) % (count + 1);
+        text += &format!(
+            "pl s{value}_{value} (1)\n\
+             tr m{value} s0_{value} s{count}_{value} -> s0_{next} s{count}_{value}\n"
+        );
+    }
+    for process in 1..=count {
+        let left = process - 1;
+        for (value, before) in (0..=count).flat_map(|v| (0..=count).map(move |b| (v, b))) {
+            if value != before {
+                text += &format!(
+                    "tr t{process}_{value}_{before} s{process}_{value} s{left}_{before} \
+                     -> s{process}_{before} s{left}_{before}\n"
+                );
+            }
+        }
+    }
+    tina::read(&text).expect("a net").net
+}
+
+#[test]
+fn models_of_the_contest_have_their_published_counts() {
+    for (net, states, edges, tokens) in [
+        (philosophers(5), 243, 945, 10),
+        (token_ring(5), 166, 365, 6),
+        (philosophers(10), 59_049, 459_270, 20),
+        (token_ring(10), 58_905, 294_050, 11),
+    ] {
+        let Exploration { space, ending } = explored(&net);
+        assert_eq!(ending, Ending::Complete);
+        assert_eq!((space.states(), space.edges()), (states, edges));
+        assert_eq!((space.max_tokens_in_place(), space.max_tokens_per_marking()), (1, tokens));
+    }
+}
+
 #[test]
 fn a_net_too_large_to_count_is_undecided_but_known_to_be_bounded() {
     let Some(file) = data::net("Kanban-PT-02000.pnml") else { return };

@@ -51,7 +51,7 @@ fn every_word_of_the_net_format_is_understood() {
         "# a comment\nnet {a \\{net\\}}\n\
          tr t1 : {go on} [4,9] p1 p2*2 p3?2 {p 4}?-3 -> p1 p5*2K\n\
          tr t2 [0.5,w[ ->\n  pl p1 (3)\npl p6 : six (1M) t1 t2*2 -> t3*2 t3?4\n\
-         lb p2 two\nnt n1 0 {said nothing}\npr t1 t2 > t3\npr t3 < t2\n",
+         lb p2 two\nnt n1 0 {said\n# nothing\n}\n # another\npr t1 t2 > t3\npr t3 < t2\n",
     )
     .unwrap();
     let net = &file.net;
@@ -145,6 +145,7 @@ fn what_is_wrong_is_told_with_line_and_column() {
     check("<pnml>\n</pnml>", "1:1: a <net> is needed");
     check("<pnml><net id='n' type='x/symmetricnet'/></pnml>", "1:7: a net of type");
     let net = |inner: &str| format!("<pnml><net id='n'>\n{inner}</net></pnml>");
+    check(&net("<place id='p'><hlinitialMarking/></place>"), "2:1: a place of coloured tokens");
     check(&net("<place/>"), "2:1: an id attribute is needed");
     check(&net("<place id='p'/><place id='p'/>"), "2:16: `p` is there twice");
     check(
@@ -161,6 +162,29 @@ fn what_is_wrong_is_told_with_line_and_column() {
         &net("<place id='p'/><transition id='t'/><arc source='p' target='t' type='timed'/>"),
         "2:36: an arc of type",
     );
+}
+
+#[test]
+fn what_only_we_say_is_kept_and_others_read_a_net_that_allows_all_that_ours_does() {
+    let text = r#"<pnml><net id="n"><place id="p"><initialMarking><text>1</text></initialMarking>
+        <toolspecific tool="armor" version="1"><word name="components" value="a &lt; b"/></toolspecific></place>
+        <transition id="t"><delay><interval closure="closed-open"><cn>2</cn><ci>infty</ci></interval></delay>
+        <toolspecific tool="armor" version="1"><terms gated="true" latest="3.5"/><word name="on" value="a.done"/></toolspecific>
+        </transition><arc id="a" source="p" target="t"/></net></pnml>"#;
+    let file = pnml::read(text).unwrap();
+    let t = &file.net.transitions()[0];
+    assert_eq!(t.interval.latest, Some(Duration::from_millis(3500)));
+    assert_eq!(file.places[0].words, [("components".into(), "a < b".into())]);
+    let written = pnml::write(&file);
+    assert_eq!(pnml::read(&written).unwrap().places, file.places);
+    assert_eq!(pnml::read(&written).unwrap().net.transitions(), file.net.transitions());
+    // Whoever does not know gates must not believe that it fires by 3.5 s.
+    let plain = written.replace("tool=\"armor\"", "tool=\"another\"");
+    let plain = pnml::read(&plain).unwrap();
+    let interval = plain.net.transitions()[0].interval;
+    assert_eq!((interval.earliest, interval.latest), (Duration::from_secs(2), None));
+    let wrong = text.replace("3.5", "1");
+    assert!(pnml::read(&wrong).unwrap_err().to_string().contains("ends before it begins"));
 }
 
 const NAMES: &[&str] = &["a", "b 1", "tr", "{", "\\", "ä", "<&\"'>", "x-y", "", "page"];

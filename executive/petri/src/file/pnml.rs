@@ -107,6 +107,9 @@ impl<'a> Reading<'a> {
     fn place(&mut self, element: &'a Element) -> Located<()> {
         let here = |fault| (element.at, fault);
         let id = self.insert(element, Node::Place(self.draft.places.len() as u32))?;
+        if element.child("hlinitialMarking").is_some() {
+            return Err(here(Fault::Unsupported("a place of coloured tokens".into())));
+        }
         let written = element.child("initialMarking").map(|child| (child.label(), child.at));
         let (marking, at) = written
             .or_else(|| Some((element.attribute("initialMarking")?, element.at)))
@@ -160,6 +163,9 @@ impl<'a> Reading<'a> {
                 ((Node::Transition(t), Node::Place(p)), Kind::Input) => (t, p, Kind::Output),
                 _ => return Err(fault(Fault::ArcEnds)),
             };
+            if arc.child("hlinscription").is_some() {
+                return Err(fault(Fault::Unsupported("an arc of coloured tokens".into())));
+            }
             let inscription = arc.child("inscription");
             let text = inscription.map(|child| uncoloured(child.label(), "1"));
             // TAPAAL has it in an attribute, beside the ages of tokens in another.
@@ -213,7 +219,12 @@ fn note(element: &Element, name: &str) -> Note {
     let coordinate =
         |at: &Element, name| at.attribute(name)?.parse().ok().filter(|x: &f64| x.is_finite());
     let position = position.and_then(|at| Some([coordinate(at, "x")?, coordinate(at, "y")?]));
-    Note { label: label.unwrap_or_default().to_owned(), position }
+    let said = |word: &Element| {
+        Some((word.attribute("name")?.to_owned(), word.attribute("value")?.to_owned()))
+    };
+    let own = element.child("toolspecific").map_or(&[][..], |own| &own.children);
+    let words = own.iter().filter(|child| child.name == "word").filter_map(said).collect();
+    Note { label: label.unwrap_or_default().to_owned(), position, words }
 }
 
 fn arc_kind(arc: &Element) -> Result<Kind, Fault> {
@@ -266,5 +277,12 @@ fn terms_into(draft: &mut DraftTransition, terms: &Element) -> Result<(), Fault>
         draft.priority = priority.parse().map_err(|_| unknown(priority))?;
     }
     draft.gated = terms.attribute("gated") == Some("true");
+    if let Some(latest) = terms.attribute("latest") {
+        let latest = seconds(latest)?;
+        if latest < draft.interval.earliest {
+            return Err(Fault::EmptyInterval);
+        }
+        draft.interval.latest = Some(latest);
+    }
     Ok(())
 }

@@ -32,17 +32,21 @@ pub fn write(file: &NetFile) -> String {
         if tokens > 0 {
             let _ = writeln!(out, "        <initialMarking><text>{tokens}</text></initialMarking>");
         }
-        if id != name {
-            out += &own(&format!("<terms name=\"{}\"/>", escape(name)));
-        }
+        let terms = match id == name {
+            true => String::new(),
+            false => format!("<terms name=\"{}\"/>", escape(name)),
+        };
+        out += &own(&(terms + &words(&file.places[index])));
         out += "      </place>\n";
     }
     for (index, id) in transitions.iter().enumerate() {
         let t = &file.net.transitions()[index];
         let _ = writeln!(out, "      <transition id=\"{id}\">");
         out += &note(&file.transitions[index], &t.name);
-        out += &delay(t.interval);
-        out += &own(&terms(t, id, &places));
+        // Nobody else knows gates: to others it may fire at any time from its earliest moment on.
+        let latest = t.interval.latest.filter(|_| !t.gated);
+        out += &delay(Interval { latest, ..t.interval });
+        out += &own(&(terms(t, id, &places) + &words(&file.transitions[index])));
         out += "      </transition>\n";
     }
     for (t, id) in file.net.transitions().iter().zip(&transitions) {
@@ -98,12 +102,22 @@ fn terms(t: &Transition, id: &str, places: &[String]) -> String {
     }
     if t.gated {
         said += " gated=\"true\"";
+        if let Some(latest) = t.interval.latest {
+            let _ = write!(said, " latest=\"{}\"", seconds_text(latest));
+        }
     }
     let mut out = if said.is_empty() { said } else { format!("<terms{said}/>") };
     for place in &t.resets {
         let _ = write!(out, "<reset place=\"{}\"/>", places[place.index()]);
     }
     out
+}
+
+fn words(note: &Note) -> String {
+    let word = |(name, value): &(String, String)| {
+        format!("<word name=\"{}\" value=\"{}\"/>", escape(name), escape(value))
+    };
+    note.words.iter().map(word).collect()
 }
 
 fn arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut Ids) {

@@ -38,56 +38,44 @@ impl Word {
 /// All words of `text`; lines that begin with `#` are comments.
 pub(super) fn tokens(text: &str) -> Result<Vec<Token>, FileError> {
     let mut tokens = Vec::new();
-    let mut line_start = 0;
-    for line in text.split_inclusive('\n') {
-        if !line.trim_start().starts_with('#') {
-            words(text, line, line_start, &mut tokens)?;
+    let (mut rest, mut line_begins) = (text, true);
+    while let Some(first) = rest.chars().next() {
+        let at = text.len() - rest.len();
+        if first.is_whitespace() {
+            line_begins |= first == '\n';
+            rest = &rest[first.len_utf8()..];
+        } else if first == '#' && line_begins {
+            rest = &rest[rest.find('\n').unwrap_or(rest.len())..];
+        } else {
+            let (word, length) = word(rest, first).map_err(|fault| fault_at(text, at, fault))?;
+            tokens.push(Token { word, at });
+            rest = &rest[length..];
+            line_begins = false;
         }
-        line_start += line.len();
     }
     Ok(tokens)
 }
 
-fn words(
-    text: &str,
-    line: &str,
-    line_start: usize,
-    tokens: &mut Vec<Token>,
-) -> Result<(), FileError> {
-    let mut rest = line;
-    while let Some(first) = rest.chars().next() {
-        let start = line.len() - rest.len();
-        let at = line_start + start;
-        let (word, length) = match first {
-            c if c.is_whitespace() => {
-                rest = &rest[c.len_utf8()..];
-                continue;
+/// The word that `rest` begins with, and how long it is.
+fn word(rest: &str, first: char) -> Result<(Word, usize), Fault> {
+    Ok(match first {
+        '{' => {
+            let (name, length) = braced(rest)?;
+            (Word::Braced(name), length)
+        }
+        '-' if rest.starts_with("->") => (Word::Arrow, 2),
+        '?' if rest.starts_with("?-") => (Word::Sign('i'), 2),
+        '!' if rest.starts_with("!-") => (Word::Sign('j'), 2),
+        ':' | '(' | ')' | '[' | ']' | ',' | '*' | '<' | '>' | '?' | '!' => (Word::Sign(first), 1),
+        _ => {
+            let length = plain_length(rest);
+            if length == 0 {
+                let found = format!("`{first}`; names with other characters stand in {{braces}}");
+                return Err(Fault::Wanted { wanted: "a name", found });
             }
-            '{' => {
-                let (name, length) = braced(rest).map_err(|fault| fault_at(text, at, fault))?;
-                (Word::Braced(name), length)
-            }
-            '-' if rest.starts_with("->") => (Word::Arrow, 2),
-            '?' if rest.starts_with("?-") => (Word::Sign('i'), 2),
-            '!' if rest.starts_with("!-") => (Word::Sign('j'), 2),
-            ':' | '(' | ')' | '[' | ']' | ',' | '*' | '<' | '>' | '?' | '!' => {
-                (Word::Sign(first), 1)
-            }
-            _ => {
-                let length = plain_length(rest);
-                if length == 0 {
-                    let found =
-                        format!("`{first}`; names with other characters stand in {{braces}}");
-                    let fault = Fault::Wanted { wanted: "a name", found };
-                    return Err(fault_at(text, at, fault));
-                }
-                (Word::Plain(rest[..length].to_owned()), length)
-            }
-        };
-        tokens.push(Token { word, at });
-        rest = &rest[length..];
-    }
-    Ok(())
+            (Word::Plain(rest[..length].to_owned()), length)
+        }
+    })
 }
 
 /// Letters, digits, `'` and `_` are the format's own; `.`, `/`, `@` and inner `-` are met in files.
@@ -105,7 +93,8 @@ fn plain_length(text: &str) -> usize {
     length
 }
 
-/// The name in the braces that `text` begins with, and how long all of it is.
+/// The name in the braces that `text` begins with, and how long all of it is. Notes have several
+/// lines.
 fn braced(text: &str) -> Result<(String, usize), Fault> {
     let mut name = String::new();
     let mut characters = text.char_indices().skip(1);
@@ -116,5 +105,5 @@ fn braced(text: &str) -> Result<(String, usize), Fault> {
             c => name.push(c),
         }
     }
-    Err(Fault::Wanted { wanted: "}", found: "the end of the line".into() })
+    Err(Fault::Wanted { wanted: "}", found: "the end of the file".into() })
 }

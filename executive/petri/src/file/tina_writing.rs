@@ -103,8 +103,7 @@ fn name(name: &str) -> String {
         if matches!(c, '{' | '}' | '\\') {
             out.push('\\');
         }
-        // A name ends with its line.
-        out.push(if c == '\n' { ' ' } else { c });
+        out.push(c);
     }
     out + "}"
 }
