@@ -37,8 +37,15 @@ pub(crate) fn settings(
         controlled: component.controllable
             && configuration.missions().any(|mission| mission.controls(name)),
         inputs: inputs.collect(),
+        clock: clock(name, configuration),
         watchdog_s: component.watchdog.as_ref().map(|watchdog| watchdog.value.as_secs_f64()),
     }
+}
+
+/// The data that the component's time follows. Whoever provides it lives by the host's clock.
+fn clock(component: &str, configuration: &Configuration) -> Option<String> {
+    let source = &configuration.system.clock.as_ref()?.source;
+    (source.component.value != component).then(|| source.data())
 }
 
 /// What the file, or `--set`, gives a parameter; nothing if it leaves it to its default. Relative

@@ -165,7 +165,8 @@ impl Armor {
         self.shared.publish(id, data)
     }
 
-    /// Now, in the one time of the whole system: seconds since the Unix epoch.
+    /// Now, in the one time of the whole system: seconds since the Unix epoch. In a system with a
+    /// `<clock>`, what that said last, from the first call of `exec` on.
     pub fn timestamp(&self) -> f64 {
         self.shared.clock.timestamp()
     }

@@ -1,22 +1,38 @@
 //! The one time of the system, as this process knows it.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_wire::clock::{ClockFilter, Estimate, Exchange};
 use rustix::time::{ClockId, clock_gettime};
 
+use crate::timeline::{Passage, Reading, Timeline};
+
 /// A monotonic clock that can say how far the system's time is from it.
 ///
 /// Until the registry has been heard, system time is this host's wall clock as it was at the start;
-/// a later jump of the wall clock moves nothing.
+/// a later jump of the wall clock moves nothing. In a system whose time follows data, system time is
+/// what was read last; monotonic time is the host's all the same.
 #[derive(Debug)]
 pub struct Clock {
     start_s: f64,
     wall_offset_s: f64,
     offset_bits: AtomicU64,
     filter: Mutex<ClockFilter>,
+    /// Whether system time follows data.
+    follows: AtomicBool,
+    /// The time read last; NaN before the first reading.
+    followed_bits: AtomicU64,
+    following: Mutex<Following>,
+}
+
+/// What was read of the system's time, for who must see all of it at once.
+#[derive(Debug, Default)]
+struct Following {
+    timeline: Timeline,
+    now: Duration,
+    jumps: u64,
 }
 
 impl Default for Clock {
@@ -28,6 +44,9 @@ impl Default for Clock {
             wall_offset_s: wall - start_s,
             offset_bits: AtomicU64::new((wall - start_s).to_bits()),
             filter: Mutex::default(),
+            follows: AtomicBool::new(false),
+            followed_bits: AtomicU64::new(f64::NAN.to_bits()),
+            following: Mutex::default(),
         }
     }
 }
@@ -43,9 +62,48 @@ impl Clock {
         monotonic_s()
     }
 
-    /// System time in seconds since the Unix epoch.
+    /// System time in seconds since the Unix epoch. If it follows data that has not been heard yet, 0.
     pub fn timestamp(&self) -> f64 {
+        if self.follows.load(Ordering::Relaxed) {
+            let followed_s = f64::from_bits(self.followed_bits.load(Ordering::Relaxed));
+            return if followed_s.is_nan() { 0.0 } else { followed_s };
+        }
         monotonic_s() + f64::from_bits(self.offset_bits.load(Ordering::Relaxed))
+    }
+
+    /// From now on system time is what is [read](Self::read).
+    pub(crate) fn follow(&self) {
+        self.follows.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether system time can be told.
+    pub(crate) fn is_known(&self) -> bool {
+        let is_heard = || !f64::from_bits(self.followed_bits.load(Ordering::SeqCst)).is_nan();
+        !self.follows.load(Ordering::Relaxed) || is_heard()
+    }
+
+    /// Takes in what the source of the system's time says; what it means, if anything.
+    pub(crate) fn read(&self, reading: Reading) -> Option<Passage> {
+        let mut following = self.following.lock().unwrap_or_else(PoisonError::into_inner);
+        let passage = following.timeline.read(reading)?;
+        following.now = Duration::try_from_secs_f64(reading.stamp_s).unwrap_or(Duration::MAX);
+        following.jumps += u64::from(passage == Passage::Jumps);
+        self.followed_bits.store(reading.stamp_s.to_bits(), Ordering::SeqCst);
+        Some(passage)
+    }
+
+    /// The time that ticks follow, from any zero, and how often it has jumped.
+    pub(crate) fn ticking(&self) -> (Duration, u64) {
+        if !self.follows.load(Ordering::Relaxed) {
+            return (self.monotonic(), 0);
+        }
+        let following = self.following.lock().unwrap_or_else(PoisonError::into_inner);
+        (following.now, following.jumps)
+    }
+
+    /// Whether ticks come by themselves, and not by what is read.
+    pub(crate) fn runs_by_itself(&self) -> bool {
+        !self.follows.load(Ordering::Relaxed)
     }
 
     /// System time minus this host's wall clock as it was at the start, in seconds.

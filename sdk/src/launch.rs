@@ -19,6 +19,7 @@ use crate::armor::Armor;
 use crate::component::{Component, Fault};
 use crate::configuration;
 use crate::describe::{declared, manifest_of};
+use crate::following;
 use crate::log;
 use crate::node::{self, NodeOptions};
 use crate::runtime::Runtime;
@@ -40,6 +41,7 @@ struct Options {
     alone: bool,
     rate_hz: Option<f64>,
     links: Vec<InputSettings>,
+    clock: Option<String>,
     set: HashMap<String, String>,
 }
 
@@ -52,6 +54,7 @@ without configd, for trying a component by hand:
   --alone                 ask no configd
   --rate 10Hz             how often exec is called
   --link INPUT=DATA[,keep=all][,wake=spin][,transport=tcp]
+  --clock COMPONENT.OUTPUT  time follows this data
   --set PARAMETER=VALUE";
 
 /// Runs a component as this process, by its command line. For `main`.
@@ -116,6 +119,7 @@ fn parse(
                 let rate = parser.value()?.parse_with(quantity::hertz)?;
                 options.rate_hz = Some(rate);
             }
+            Long("clock") => options.clock = Some(parser.value()?.parse()?),
             Long("link") => options.links.push(parser.value()?.parse_with(parse_link)?),
             Long("set") => {
                 let text: String = parser.value()?.parse()?;
@@ -180,10 +184,14 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
         None => Settings {
             rate_hz: options.rate_hz,
             inputs: options.links.clone(),
+            clock: options.clock.clone(),
             ..Settings::default()
         },
     };
     apply(&shared, &settings)?;
+    if let Some(data) = &settings.clock {
+        following::start(&shared, data, |_, _| {})?;
+    }
     node::serve_outputs(&shared);
     let runtime = Arc::new(Runtime::new(Box::new(user), Arc::clone(&shared), settings.rate_hz));
     for (index, input) in shared.inputs().into_iter().enumerate() {

@@ -41,6 +41,7 @@ mod clock;
 mod component;
 mod describe;
 mod faults;
+mod following;
 mod launch;
 mod link;
 mod local;
@@ -51,6 +52,7 @@ mod service;
 mod session;
 mod shared;
 mod socket;
+mod timeline;
 
 pub mod configuration;
 pub mod control;
@@ -68,11 +70,13 @@ pub use armor_wire::{Array, Message};
 pub use clock::Clock;
 pub use component::{Call, Component, Data, Fault, Header, Outcome};
 pub use describe::manifest_of;
+pub use following::time_link;
 pub use launch::{run, run_with};
 pub use link::Sent;
 pub use parameter::{Parameter, Value, ValueError};
 pub use ports::{InputType, Latched, Optional, OutputType};
 pub use socket::ConnectError;
+pub use timeline::{Passage, Reading, Timeline};
 
 /// Everything a component's source file needs.
 pub mod prelude {

@@ -4,6 +4,7 @@
 //! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix epoch)
 //! and `frame` (the frame's name).
 
+pub use armor_wire::clock::Clock;
 pub use armor_wire::config::ConfigurationState;
 
 mod geometry;

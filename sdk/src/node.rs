@@ -11,10 +11,12 @@ use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 use crate::armor::Armor;
 use crate::component::Fault;
 use crate::directory::Directory;
+use crate::following;
 use crate::orders::OrderEvent;
 use crate::service;
 use crate::shared::Shared;
 use crate::socket::{self, fresh_instance};
+use crate::timeline::{Passage, Reading};
 
 /// Who a [`Node`] is and where it registers.
 #[derive(Clone, Debug)]
@@ -68,6 +70,19 @@ impl Node {
     /// Its connection to the registry.
     pub fn directory(&self) -> &Directory {
         self.shared.directory()
+    }
+
+    /// From now on the time of this process follows `data`; `hear` is told, on a thread of its own, of
+    /// every reading by which time begins, passes or jumps.
+    ///
+    /// # Errors
+    /// If there is no thread for it.
+    pub fn follow_time(
+        &self,
+        data: &str,
+        hear: impl FnMut(Reading, Passage) + Send + 'static,
+    ) -> std::io::Result<()> {
+        following::start(&self.shared, data, hear)
     }
 
     /// From now on operators may give orders to this process, in the order they arrive; without it

@@ -4,7 +4,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
@@ -14,11 +14,10 @@ use crate::component::{Call, Component, Data, Fault, Header, Outcome};
 use crate::link::Input;
 use crate::parameter::Value;
 use crate::shared::{Shared, Wanted};
+use crate::timeline::Beat;
 
 /// How often a component without a rate and without a connected input is called.
 const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
-/// By how much a component with a short period may be late without losing a tick.
-const MADE_UP: Duration = Duration::from_millis(10);
 /// How long the main loop sleeps at most.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
@@ -50,6 +49,8 @@ pub(crate) struct Core {
     activation: u64,
     /// `exec` follows each data.
     on_data: bool,
+    /// The activation that begins as soon as the time is known.
+    awaits_time: Option<u64>,
 }
 
 /// Holds the component; releasing it may find more to do, see [`Runtime::after_release`].
@@ -94,6 +95,7 @@ impl Runtime {
             state: RunState::Starting,
             activation: 0,
             on_data: period.is_none(),
+            awaits_time: None,
         };
         Self {
             shared,
@@ -138,20 +140,18 @@ impl Runtime {
                 return;
             }
             let Some(mut guard) = self.try_enter() else { return };
-            self.drain(&mut guard.0, None);
+            self.drain(&mut guard.0, || false);
         }
     }
 
     /// Delivers what waits. More data than the component can take must not keep it from its orders
     /// and ticks: then each input gets its turn, and the rest stays in the backlog.
-    fn drain(&self, core: &mut Core, until: Option<Instant>) {
+    fn drain(&self, core: &mut Core, is_tick_due: impl Fn() -> bool) {
         self.backlog.store(0, Ordering::SeqCst);
         for (index, input) in self.inputs.iter().enumerate() {
             let is_left = input.drain(|item| {
                 core.data(index, item.header, item.lost, &item.bytes);
-                self.main_waits()
-                    || self.shared.has_orders()
-                    || until.is_some_and(|until| Instant::now() >= until)
+                self.main_waits() || self.shared.has_orders() || is_tick_due()
             });
             if is_left {
                 self.backlog.fetch_add(1, Ordering::SeqCst);
@@ -167,44 +167,41 @@ impl Runtime {
     /// Runs the component until it is told to end. Returns whether its code has panicked.
     pub fn run(&self) -> bool {
         self.shared.set_main(std::thread::current());
-        let mut next_tick = Instant::now();
+        let clock = &self.shared.clock;
+        let mut beat = self.period.map(Beat::new);
         let mut initial = Some(self.shared.starts_active());
+        let mut jumps_seen = 0;
         loop {
             self.main_waits.store(true, Ordering::SeqCst);
             let mut core = self.core.lock().unwrap_or_else(PoisonError::into_inner);
             self.main_waits.store(false, Ordering::SeqCst);
             core.parameters();
-            if let Some(active) = initial.take() {
-                if active {
-                    core.activate(0, &self.inputs);
-                } else {
-                    core.enter_state(RunState::Frozen, &self.inputs);
-                }
-                next_tick = Instant::now();
-            }
             let was_active = core.state == RunState::Active;
+            self.begin(&mut core, &mut initial);
             self.obey(&mut core);
-            if core.state == RunState::Active && !was_active {
-                next_tick = Instant::now();
-            }
-            let ticks = core.state == RunState::Active && self.period.is_some();
-            self.drain(&mut core, ticks.then_some(next_tick));
-            let mut wake_at = Instant::now() + LONGEST_WAIT;
-            if core.state == RunState::Active
-                && let Some(period) = self.period
+            let (now, jumps) = clock.ticking();
+            let is_active = core.state == RunState::Active;
+            let has_jumped = std::mem::replace(&mut jumps_seen, jumps) != jumps;
+            if let Some(beat) = &mut beat
+                && ((is_active && !was_active) || has_jumped)
             {
-                let now = Instant::now();
-                if now >= next_tick {
+                beat.start(now);
+            }
+            let ticks = beat.as_ref().filter(|_| is_active);
+            self.drain(&mut core, || ticks.is_some_and(|beat| beat.is_due(clock.ticking().0)));
+            let mut wait = LONGEST_WAIT;
+            if core.state == RunState::Active
+                && let Some(beat) = &mut beat
+            {
+                let now = clock.ticking().0;
+                if beat.is_due(now) {
                     core.exec(Call::Tick);
-                    // A late tick is not made up for, the next one keeps the beat; only ticks
-                    // closer together than the kernel wakes reliably all get their call.
-                    let behind = now.duration_since(next_tick);
-                    next_tick += period;
-                    if behind > period.max(MADE_UP) {
-                        next_tick = now + period;
-                    }
+                    beat.ticked(now);
                 }
-                wake_at = wake_at.min(next_tick);
+                // Simulated time wakes this thread when it passes.
+                if clock.runs_by_itself() {
+                    wait = wait.min(beat.left(clock.ticking().0));
+                }
             }
             let (crashed, ending) = (self.shared.has_crashed(), self.shared.is_ending());
             if crashed || ending {
@@ -217,21 +214,40 @@ impl Runtime {
             }
             drop(core);
             fence(Ordering::SeqCst);
-            if self.backlog.load(Ordering::SeqCst) == 0 && !self.shared.has_orders() {
-                let left = wake_at.saturating_duration_since(Instant::now());
-                // Parking for no time at all still costs the kernel's timer slack.
-                if !left.is_zero() {
-                    std::thread::park_timeout(left);
-                }
+            // Parking for no time at all still costs the kernel's timer slack.
+            if self.backlog.load(Ordering::SeqCst) == 0
+                && !self.shared.has_orders()
+                && !wait.is_zero()
+            {
+                std::thread::park_timeout(wait);
             }
+        }
+    }
+
+    /// Begins to live, as soon as the time is known if it is to be active.
+    fn begin(&self, core: &mut Core, initial: &mut Option<bool>) {
+        let is_known = self.shared.clock.is_known();
+        if let Some(active) = initial.take_if(|active| is_known || !*active) {
+            if active {
+                core.activate(0, &self.inputs);
+            } else {
+                core.enter_state(RunState::Frozen, &self.inputs);
+            }
+        }
+        if is_known && let Some(activation) = core.awaits_time.take() {
+            core.activate(activation, &self.inputs);
         }
     }
 
     fn obey(&self, core: &mut Core) {
         while let Some(wanted) = self.shared.take_wanted() {
             match wanted {
-                Wanted::Activate(activation) => core.activate(activation, &self.inputs),
+                Wanted::Activate(activation) if self.shared.clock.is_known() => {
+                    core.activate(activation, &self.inputs);
+                }
+                Wanted::Activate(activation) => core.awaits_time = Some(activation),
                 Wanted::Freeze(activation) => {
+                    core.awaits_time = None;
                     core.stop();
                     core.activation = activation.max(core.activation);
                     core.enter_state(RunState::Frozen, &self.inputs);

@@ -66,6 +66,18 @@ impl Tap {
         keep: Keep,
         timeout: Duration,
     ) -> Result<Self, TapError> {
+        let from = (format!("tool-{}", std::process::id()), fresh_instance());
+        Self::open_from(directory, data, from, keep, timeout)
+    }
+
+    /// The same in the name of a process: who it is, and its start.
+    pub(crate) fn open_from(
+        directory: &Directory,
+        data: &str,
+        (from, instance): (String, u64),
+        keep: Keep,
+        timeout: Duration,
+    ) -> Result<Self, TapError> {
         let found = directory.lookup(data, timeout)?;
         let link = LinkRequest {
             data: data.into(),
@@ -76,8 +88,7 @@ impl Tap {
             wake: Wake::Sleep,
             paused: false,
         };
-        let from = format!("tool-{}", std::process::id());
-        let hello = Hello::new(&from, fresh_instance(), Purpose::Link { link });
+        let hello = Hello::new(&from, instance, Purpose::Link { link });
         let dialled = socket::dial_component(&found.provider, &hello, Transport::Auto)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();

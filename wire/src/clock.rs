@@ -3,10 +3,21 @@
 
 use std::collections::VecDeque;
 
+use crate::Message;
+
 /// How many exchanges the estimate looks back on.
 const WINDOW: usize = 8;
 /// How fast two clocks may drift apart, in seconds per second: 50 ppm of quartz each.
 const MAX_DRIFT: f64 = 100e-6;
+
+/// The time of a system that follows data, as its source says it (`rosgraph_msgs/Clock`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Clock {
+    /// Seconds since the Unix epoch, or since whatever the source counts from; not negative.
+    #[message(unit = "s")]
+    pub clock: f64,
+}
 
 /// One exchange of stamps, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]

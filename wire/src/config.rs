@@ -163,6 +163,9 @@ pub struct Settings {
     pub inputs: Vec<InputSettings>,
     /// How long one call of user code may take before the component counts as hung, in seconds.
     pub watchdog_s: Option<f64>,
+    /// Unique name of the data that its time follows, of type [`Clock`](crate::clock::Clock);
+    /// `None`: the registry's clock.
+    pub clock: Option<String>,
 }
 
 /// How one input is fed.

@@ -113,6 +113,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
             input("odometry", "player.odometry", Keep::Last { count: 50 }, Wake::Spin),
         ],
         watchdog_s: None,
+        clock: None,
     };
     assert_eq!(settings(&mut versions, "mapper"), wanted);
     assert!(settings(&mut versions, "player").controlled);

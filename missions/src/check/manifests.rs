@@ -36,7 +36,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         ports::check_link(link, &kinds, findings);
     }
     if let Some(clock) = &system.clock {
-        ports::find_output(&clock.source, &kinds, findings);
+        ports::check_clock(&clock.source, &kinds, findings);
     }
     let fed = ports::Fed::of(system, &kinds);
     for component in &system.components {

@@ -3,9 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use armor_wire::clock::Clock;
 use armor_wire::manifest::{Manifest, PortManifest};
 use armor_wire::schema::difference;
+use armor_wire::{Message, WireType};
 
+use crate::check::listed;
 use crate::check::manifests::unknown;
 use crate::code::Code;
 use crate::doubts::Doubts;
@@ -69,6 +72,37 @@ fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding
     };
     let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
     finding.remedy(remedy).related(&link.from.at, "from here")
+}
+
+/// The source of the system's time: an output that says what time it is.
+pub(super) fn check_clock(
+    source: &Port,
+    kinds: &BTreeMap<&str, &Manifest>,
+    findings: &mut Findings,
+) {
+    let Some(output) = find_output(source, kinds, findings) else { return };
+    let (data, name, schema) = (source.data(), &output.type_name, Clock::schema().to_string());
+    let is_clock = |it: &&PortManifest| it.type_name == Clock::NAME && it.schema == schema;
+    if is_clock(&output) {
+        return;
+    }
+    let message = if name == Clock::NAME {
+        let differ = difference((&data, &output.schema), ("a clock", &schema));
+        format!("{data} cannot be the clock: {}", differ.lines().collect::<Vec<_>>().join("; "))
+    } else {
+        format!("{data} cannot be the clock: it gives {name}, and time is a {}", Clock::NAME)
+    };
+    let finding = Finding::new(Code::TypeMismatch, &source.at, message);
+    let clocks = kinds.iter().flat_map(|(component, manifest)| {
+        let clocks = manifest.outputs.iter().filter(is_clock);
+        clocks.map(move |output| format!("{component}.{}", output.id))
+    });
+    let clocks: Vec<_> = clocks.collect();
+    let remedy = match clocks.as_slice() {
+        [] => "no component here gives the time; without <clock> it is the host's".into(),
+        clocks => format!("the time is given by: {}", listed(clocks.iter().map(String::as_str))),
+    };
+    findings.push(finding.remedy(remedy));
 }
 
 pub(super) fn find_output<'a>(

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use armor_wire::Message;
+use armor_wire::clock::Clock;
 use armor_wire::manifest::Manifest;
 
 use crate::check::Manifests;
@@ -76,7 +78,9 @@ impl<'a> Used<'a> {
             !self.outputs.contains(&(name, output))
                 && !self.watched.contains(&format!("{name}.{output}"))
         };
-        let outputs = manifest.outputs.iter().map(|output| output.id.as_str());
+        // A clock waits for a <clock>, not for a link.
+        let outputs = manifest.outputs.iter().filter(|output| output.type_name != Clock::NAME);
+        let outputs = outputs.map(|output| output.id.as_str());
         let unused: Vec<_> =
             outputs.filter(unused).map(|output| format!("{name}.{output}")).collect();
         if !unused.is_empty() {

@@ -13,7 +13,7 @@ fn manifests() -> Manifests {
         )
     };
     let text = format!(
-        r#"{{"armor_manifest":1,"kind":"k","summary":"","inputs":[{},{}],"outputs":[{},{}],"parameters":[
+        r#"{{"armor_manifest":1,"kind":"k","summary":"","inputs":[{},{}],"outputs":[{},{},{},{}],"parameters":[
             {{"name":"speed","type":"number","unit":"m/s","default":"1","minimum":0.1,"maximum":2}},
             {{"name":"colour","type":"choice","choices":["red","blue"],"default":"red"}},
             {{"name":"count","type":"integer","default":"3"}},
@@ -22,9 +22,24 @@ fn manifests() -> Manifests {
         port("extra", "Map", false),
         port("out", "Scan", false),
         port("map", "Map", false),
+        port("old-clock", "Clock", false),
+        port("clock", "Clock", false).replace("Clock{}", "Clock{clock:f64(s)}"),
     );
     let manifest: Manifest = serde_json::from_str(&text).unwrap();
     Manifests::from([("k".into(), manifest)])
+}
+
+#[test]
+fn the_time_is_given_by_an_output_that_is_a_clock() {
+    let file = system(
+        r#"<clock source="a.clock"/><component name="a" kind="k"><parameter name="file" value="x"/></component><link from="a.out" to="a.in"/>"#,
+    );
+    let (fine, _) = reading(&file, Some(&manifests()));
+    assert!(!fine.findings.has_errors(), "{}", fine.findings.render(Colours::No));
+    let (reading, _) = reading(&file.replace("a.clock", "a.old-clock"), Some(&manifests()));
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("a.old-clock cannot be the clock"), "{shown}");
+    assert!(shown.contains("the time is given by: a.clock"), "{shown}");
 }
 
 #[test]
@@ -40,6 +55,9 @@ fn systems_against_manifests() {
     with("E0106", "", &format!(r#"{fed}<link from="a.[[oot]]" to="a.extra"/>"#));
     with("E0107", "", &format!(r#"{fed}<link from="[[a.in]]" to="a.extra"/>"#));
     with("E0108", "", &format!(r#"{fed}<link from="a.out" to="[[a.extra]]"/>"#));
+    with("E0108", "", &format!(r#"{fed}<clock source="[[a.out]]"/>"#));
+    with("E0108", "", &format!(r#"{fed}<clock source="[[a.old-clock]]"/>"#));
+    with("E0106", "", &format!(r#"{fed}<clock source="a.[[clok]]"/>"#));
     with("E0110", r#"<parameter name="[[sped]]" value="1"/>"#, fed);
     with("E0112", r#"<parameter name="speed" value="[[fast]]"/>"#, fed);
     with("E0112", r#"<parameter name="speed" value="[[1m]]"/>"#, fed);

@@ -59,6 +59,7 @@ impl Component for Probe {
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Sample>("out")?;
         armor.provide::<Latched<Sample>>("state")?;
+        armor.provide::<Latched<Clock>>("clock")?;
         armor.subscribe::<Optional<Sample>>("in")?;
         armor.subscribe::<Optional<Sample>>("in2")?;
         armor.subscribe::<Optional<Text>>("words")?;

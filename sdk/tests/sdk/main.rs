@@ -5,4 +5,5 @@
 
 mod bench_system;
 mod links;
+mod simulated_time;
 mod states;

@@ -1,0 +1,158 @@
+//! Time as arithmetic, without a clock: what a reading of a system's clock means after the one before
+//! it, and when the next tick is due.
+
+use std::time::Duration;
+
+/// By how much a component with a short period may be late without losing a tick.
+const MADE_UP: Duration = Duration::from_millis(10);
+/// A tick is not put off for less: the readings of a clock are floating-point seconds since 1970.
+const GRAIN: Duration = Duration::from_micros(1);
+
+/// What the source of the system's time has said once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The time, in seconds; finite and not negative.
+    pub stamp_s: f64,
+    /// The process start that says it.
+    pub instance: u64,
+}
+
+/// What a reading means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// It is the first: time is known from now on.
+    Begins,
+    /// Time has passed.
+    Passes,
+    /// Time goes on from elsewhere: it went back, or another process start says it.
+    Jumps,
+}
+
+/// The readings of one clock, one after the other.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timeline {
+    last: Option<Reading>,
+}
+
+impl Timeline {
+    /// Takes in a reading. Nothing if time stands still, or the reading is not a time at all.
+    pub fn read(&mut self, reading: Reading) -> Option<Passage> {
+        if !reading.stamp_s.is_finite() || reading.stamp_s < 0.0 {
+            return None;
+        }
+        let passage = match self.last {
+            None => Passage::Begins,
+            Some(last) if last == reading => return None,
+            Some(last) if last.instance != reading.instance || reading.stamp_s < last.stamp_s => {
+                Passage::Jumps
+            }
+            Some(_) => Passage::Passes,
+        };
+        self.last = Some(reading);
+        Some(passage)
+    }
+}
+
+/// When a component with a rate is called next, on whatever clock.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beat {
+    period: Duration,
+    next: Duration,
+}
+
+impl Beat {
+    pub fn new(period: Duration) -> Self {
+        Self { period, next: Duration::ZERO }
+    }
+
+    /// The next call is now.
+    pub fn start(&mut self, now: Duration) {
+        self.next = now;
+    }
+
+    pub fn is_due(&self, now: Duration) -> bool {
+        now + GRAIN >= self.next
+    }
+
+    /// How long it is until the next call.
+    pub fn left(&self, now: Duration) -> Duration {
+        self.next.saturating_sub(now)
+    }
+
+    /// It has been called for the time `now`. A late tick is not made up for, the next one keeps the
+    /// beat; only ticks closer together than the kernel wakes reliably all get their call.
+    pub fn ticked(&mut self, now: Duration) {
+        let behind = now.saturating_sub(self.next);
+        self.next += self.period;
+        if behind > self.period.max(MADE_UP) {
+            self.next = now + self.period;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn passages(readings: &[(f64, u64)]) -> Vec<Option<Passage>> {
+        let mut timeline = Timeline::default();
+        let read =
+            |(stamp_s, instance): &(f64, u64)| Reading { stamp_s: *stamp_s, instance: *instance };
+        readings.iter().map(read).map(|reading| timeline.read(reading)).collect()
+    }
+
+    #[test]
+    fn time_begins_passes_stands_and_jumps() {
+        use Passage::{Begins, Jumps, Passes};
+        let said = [(5.0, 1), (5.1, 1), (5.1, 1), (5.0, 1), (9.0, 2), (9.5, 2)];
+        let meant = [Some(Begins), Some(Passes), None, Some(Jumps), Some(Jumps), Some(Passes)];
+        assert_eq!(passages(&said), meant);
+    }
+
+    #[test]
+    fn what_is_no_time_changes_nothing() {
+        let said = [(f64::NAN, 1), (-1.0, 1), (3.0, 1), (f64::INFINITY, 1), (4.0, 1)];
+        let meant = [None, None, Some(Passage::Begins), None, Some(Passage::Passes)];
+        assert_eq!(passages(&said), meant);
+    }
+
+    /// At which of the moments a component of 10 Hz is called.
+    fn ticks(moments_ms: &[u64]) -> Vec<u64> {
+        let mut beat = Beat::new(Duration::from_millis(100));
+        beat.start(Duration::from_millis(moments_ms[0]));
+        let mut called = Vec::new();
+        for &moment_ms in moments_ms {
+            let now = Duration::from_millis(moment_ms);
+            while beat.is_due(now) {
+                called.push(moment_ms);
+                beat.ticked(now);
+            }
+        }
+        called
+    }
+
+    #[test]
+    fn ticks_keep_the_beat_and_late_ones_are_not_made_up_for() {
+        assert_eq!(ticks(&[0, 40, 80, 120, 160, 200]), [0, 120, 200]);
+        assert_eq!(ticks(&[0, 50, 450, 500, 550, 600]), [0, 450, 550]);
+        assert_eq!(ticks(&[0, 1_000_000, 1_000_050, 1_000_100]), [0, 1_000_000, 1_000_100]);
+    }
+
+    #[test]
+    fn a_clock_of_floating_point_steps_loses_no_tick() {
+        let mut beat = Beat::new(Duration::from_millis(100));
+        let at =
+            |step: u32| Duration::from_secs_f64(1_763_757_274.123_456 + f64::from(step) * 0.01);
+        beat.start(at(0));
+        let mut late = 0;
+        for step in 0..100_000 {
+            if beat.is_due(at(step)) {
+                late += u32::from(step % 10 != 0);
+                beat.ticked(at(step));
+            } else {
+                late += u32::from(step % 10 == 0);
+            }
+        }
+        assert_eq!(late, 0);
+    }
+}
