@@ -21,5 +21,5 @@ pub use files::write;
 pub use history::Kept;
 pub use kinds::Kinds;
 pub use serve::{Options, ServeError, serve};
-pub use store::kept_files;
+pub use store::{kept_files, newer_than};
 pub use versions::{Action, Event, Notice, Rules, Versions, Write};

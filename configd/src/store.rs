@@ -22,6 +22,18 @@ pub fn kept_files(folder: &Path, file: &Path) -> BTreeSet<PathBuf> {
     versions.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
 }
 
+/// The newest version of `file` that is kept in `folder`, if its number is above `known`. Costs
+/// little while there is none.
+pub fn newer_than(known: u64, folder: &Path, file: &Path) -> Option<Kept> {
+    let names = fs::read_dir(folder).ok()?.filter_map(|it| it.ok()?.file_name().into_string().ok());
+    let numbers = names.filter_map(|name| name.parse().ok());
+    let mut numbers: Vec<u64> = numbers.filter(|number| *number > known).collect();
+    numbers.sort_unstable();
+    let store = Store::new(folder.to_path_buf());
+    let mut newer = numbers.into_iter().rev().filter_map(|number| store.version(number).ok());
+    newer.find(|kept| kept.files.first().is_some_and(|(path, _)| path == file))
+}
+
 /// A folder of versions.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
@@ -142,6 +154,12 @@ mod tests {
         assert!(!store.holds(&kept(12, "text 12")));
         assert_eq!(loaded[6], kept(9, "again"));
         assert!(store.load(Path::new("m/b.xml")).is_empty(), "of another file");
+        let newer = |known| newer_than(known, &folder, Path::new("m/a.xml"));
+        let newest = MAX_VERSIONS as u64 + 2;
+        assert_eq!(newer(newest - 1).map(|kept| kept.number), Some(newest));
+        assert_eq!(newer(newest), None);
+        fs::remove_file(folder.join(format!("{newest}/index"))).expect("it is there");
+        assert_eq!(newer(newest - 2).map(|kept| kept.number), Some(newest - 1), "whole ones only");
         remove(&folder).expect("ours");
     }
 }

@@ -96,6 +96,8 @@ impl PlanBuilder {
             on_resume: self.on_resume,
             limits: self.limits,
             names,
+            version: Arc::default(),
+            reader: crate::change::read,
         })
     }
 }

@@ -4,13 +4,14 @@
 use crate::builder::PlanBuilder;
 use crate::guards::{PlannedGuard, PlannedVariable};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use crate::version::Version;
 use armor_missions::guard::{Guard, Name};
 use armor_missions::mission::{
     ArcKind, Autonomy, Class, Mission, Place, Resume, Transition, Variable,
 };
 use armor_missions::{Code, Configuration, Feature, Finding, Findings, Location, Spanned, System};
 use armor_petri::{Interval, PlaceId};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What of a mission this executive plays, beyond plain ArMoR.
 pub const PLAYED: &[Feature] = &[
@@ -37,24 +38,41 @@ impl Plan {
     /// Findings: what it does not play, names that lead nowhere, or that the whole is larger than a
     /// mission may be.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Findings> {
+        Self::compiled(configuration, None)
+    }
+
+    /// The same for a mission that is to follow the one that is played: over the components that
+    /// run, under the same numbers, and looking at what is looked at already.
+    ///
+    /// # Errors
+    /// As [`Self::of`]; also a component that the mission speaks of and that does not run.
+    pub fn over(configuration: &Configuration, running: &Self) -> Result<Option<Self>, Findings> {
+        Self::compiled(configuration, Some(running))
+    }
+
+    fn compiled(
+        configuration: &Configuration,
+        running: Option<&Self>,
+    ) -> Result<Option<Self>, Findings> {
         let mut unplayed = Findings::default();
         configuration.refuse_unplayed(PLAYED, &mut unplayed);
         if unplayed.has_errors() {
             return Err(unplayed);
         }
-        let mission = configuration.flattened()?;
-        mission.map(|mission| Self::compile(&configuration.system, &mission)).transpose()
+        let Some(mission) = configuration.flattened()? else { return Ok(None) };
+        let compiler = match running {
+            None => Compiler::of(&configuration.system),
+            Some(running) => Compiler::over(&configuration.system, running),
+        };
+        let mut plan = Self::compile(compiler, &mission)?;
+        plan.version = Version::of(configuration, 0).into();
+        Ok(Some(plan))
     }
 
     /// The plan of a whole mission over a system, both checked before.
-    fn compile(system: &System, mission: &Mission) -> Result<Self, Findings> {
-        let mut compiler = Compiler::default();
+    fn compile(mut compiler: Compiler, mission: &Mission) -> Result<Self, Findings> {
         compiler.plan.mission =
             mission.name.as_ref().map_or_else(|| "mission".to_owned(), |name| name.value.clone());
-        for component in &system.components {
-            let id = compiler.plan.component(&component.name, component.controllable);
-            compiler.components.insert(component.name.value.clone(), id);
-        }
         mission.places.iter().for_each(|place| compiler.place(place));
         for place in &mission.places {
             let id = compiler.find_place(&place.name);
@@ -88,9 +106,36 @@ struct Compiler {
     components: HashMap<String, ComponentId>,
     places: HashMap<String, PlaceId>,
     findings: std::cell::RefCell<Findings>,
+    /// Components of the file that do not run.
+    idle: HashSet<String>,
 }
 
 impl Compiler {
+    fn of(system: &System) -> Self {
+        let mut compiler = Self::default();
+        for component in &system.components {
+            compiler.component(&component.name, component.controllable);
+        }
+        compiler
+    }
+
+    fn over(system: &System, running: &Plan) -> Self {
+        let mut compiler = Self::default();
+        for component in &running.components {
+            compiler.component(&component.name, component.controllable);
+        }
+        compiler.plan.watches.clone_from(&running.watches);
+        compiler.plan.limits = running.limits.clone();
+        let names = system.components.iter().map(|component| component.name.value.clone());
+        compiler.idle = names.filter(|name| !compiler.components.contains_key(name)).collect();
+        compiler
+    }
+
+    fn component(&mut self, name: &str, controllable: bool) {
+        let id = self.plan.component(name, controllable);
+        self.components.insert(name.to_owned(), id);
+    }
+
     fn place(&mut self, place: &Place) {
         let found = place.components.iter().filter_map(|name| self.find_component(name));
         let components: Vec<_> = found.collect();
@@ -186,10 +231,19 @@ impl Compiler {
 
     fn expect_data(&self, name: &Name, at: &Location) {
         let component = name.as_str().split('.').next().unwrap_or_default();
-        if !self.components.contains_key(component) {
+        if self.idle.contains(component) {
+            self.idle(component, at);
+        } else if !self.components.contains_key(component) {
             let message = format!("there is no component called {component}");
             self.report(Code::UnknownComponent, at, &message);
         }
+    }
+
+    fn idle(&self, component: &str, at: &Location) {
+        let message = format!("{component} does not run: it was not in the file at the start");
+        let finding = Finding::new(Code::UnknownComponent, at, message);
+        let remedy = "run the system again, or leave it out of the mission";
+        self.findings.borrow_mut().push(finding.remedy(remedy));
     }
 
     /// What [`armor_missions::check`] says with more words; nobody compiles what it refuses.
@@ -220,7 +274,9 @@ impl Compiler {
 
     fn find_component(&self, name: &Spanned<String>) -> Option<ComponentId> {
         let id = self.components.get(&name.value).copied();
-        if id.is_none() {
+        if self.idle.contains(&name.value) {
+            self.idle(&name.value, &name.at);
+        } else if id.is_none() {
             self.unknown(Code::UnknownComponent, name, "component");
         }
         id

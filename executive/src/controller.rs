@@ -4,6 +4,7 @@
 //! settles the difference: firings move on, transitions begin, components are told what to do.
 //! Everything decided is first an [`Action::Journal`]; nothing here knows sockets or clocks.
 
+use crate::change::Change;
 use crate::event::{Action, Event};
 use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 use crate::operator::Link;
@@ -42,6 +43,12 @@ pub struct Controller {
     /// Of the holder of the lease, if there is one.
     pub(crate) link: Link,
     pub(crate) senses: Senses,
+    /// A version of the file that is there and not played.
+    pub(crate) change: Option<Change>,
+    /// Versions offered to this process.
+    pub(crate) offers: u64,
+    /// The number of the newest version with the mission that is played.
+    pub(crate) known_as: u64,
     finished: bool,
     /// With a period: when it looks at the net next, if there is something to see.
     next_look: Option<Duration>,
@@ -54,6 +61,7 @@ impl Controller {
         controller.record(Entry::Began {
             mission: plan.mission.clone(),
             fingerprint: plan.fingerprint(),
+            version: (*plan.version).clone(),
         });
         let initial = plan.place_ids().zip(plan.net.initial().iter().copied());
         let initial: Vec<_> = initial.filter(|(_, tokens)| *tokens > 0).collect();
@@ -75,8 +83,8 @@ impl Controller {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
         }
-        let on_resume = plan.on_resume;
         let ledger = Ledger::replay(plan, records)?;
+        let on_resume = ledger.plan.on_resume;
         let mut controller = Self::around(ledger, now, Some(now));
         if let Stage::Ended(outcome) = controller.ledger.stage {
             controller.finish(outcome);
@@ -141,7 +149,6 @@ impl Controller {
         let senses = Senses::new(&plan, restarted_at.map(|_| now));
         Self {
             roster: Roster::new(&plan, now),
-            plan,
             ledger,
             now,
             actions: Vec::new(),
@@ -150,6 +157,10 @@ impl Controller {
             stopping: false,
             link: Link::Down(now),
             senses,
+            change: None,
+            offers: 0,
+            known_as: plan.version.number,
+            plan,
             finished: false,
             next_look: None,
         }
@@ -164,6 +175,7 @@ impl Controller {
             self.push_orders();
             if !self.stopping {
                 self.notice_lost_link();
+                self.consider_change();
                 self.move_firings_on();
                 self.notice_failures();
                 self.weigh_guards();

@@ -1,11 +1,14 @@
 //! What the controller is told, and what it wants done.
 
+use crate::change::Answer;
 use crate::guards::WatchId;
 use crate::operator::Given;
 use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
+use crate::version::Version;
 use armor_missions::guard::Scalar;
+use std::sync::Arc;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +80,10 @@ pub enum Event {
         /// Which.
         watch: WatchId,
     },
+    /// There is a version of the file; nothing follows from the one that is played.
+    Offered(Arc<Version>),
+    /// What came of a question about a version.
+    Answered(Answer),
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,
     /// Everything is to come to rest; the mission stays as it is and can be resumed.
@@ -125,6 +132,10 @@ pub enum Action {
         /// What follows from it, or why it is refused.
         text: String,
     },
+    /// Find the answer to [`crate::Controller::question`], elsewhere, and say [`Event::Answered`].
+    Judge,
+    /// Another plan is played from now on: look at what its guards look at.
+    Changed,
     /// Something to be seen has changed: publish the marking anew.
     Publish,
     /// The mission is over; the last action there is.

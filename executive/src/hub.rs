@@ -36,6 +36,8 @@ pub(crate) enum Input {
         event: ControlEvent,
     },
     Operator(OrderEvent),
+    /// What needs nothing made of it.
+    Event(Event),
 }
 
 /// What is known of one component's process.
@@ -84,6 +86,7 @@ impl Hub {
             Input::Told { attempt, component, event } => {
                 self.told(attempt, component, event).into_iter().collect()
             }
+            Input::Event(event) => vec![event],
             Input::Operator(OrderEvent::Given(given)) => vec![Event::Ordered(given.into())],
             Input::Operator(OrderEvent::Closed { connection }) => {
                 vec![Event::OperatorLeft { connection }]

@@ -50,6 +50,8 @@ impl Controller {
             Event::OperatorLeft { connection } => self.operator_left(connection),
             Event::Sensed { watch, value } => self.sensed(watch, value),
             Event::Unlinked { watch } => self.unlinked(watch),
+            Event::Offered(version) => self.offered(version),
+            Event::Answered(answer) => self.answered(answer),
             Event::Timer => {}
             Event::Stop => self.stopping = true,
         }

@@ -5,7 +5,8 @@
 //! on through a restart of the process; after a restart of the machine, time goes on where the
 //! last record left it.
 
-use crate::record::Record;
+use crate::record::{Entry, Record};
+use crate::version::Version;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -179,6 +180,14 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
     Ok(story)
 }
 
+/// The version of the file that a journal began with; none in one that does not hold it.
+pub fn began_with(records: &[Record]) -> Option<&Version> {
+    match &records.first()?.entry {
+        Entry::Began { version, .. } if !version.files.is_empty() => Some(version),
+        _ => None,
+    }
+}
+
 /// The clock a life begins with: `monotonic` is the machine's clock now, `boot` names its start.
 /// Answers the life and the mission time now.
 pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
@@ -198,12 +207,16 @@ fn signed(duration: Duration) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Cause, Entry, Report, Tokens};
+    use crate::record::{Cause, Report, Tokens};
 
     fn records() -> Vec<Record> {
         let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];
         let entries = [
-            Entry::Began { mission: "m".to_owned(), fingerprint: "f".to_owned() },
+            Entry::Began {
+                mission: "m".to_owned(),
+                fingerprint: "f".to_owned(),
+                version: Version::default(),
+            },
             Entry::Took {
                 firing: 1,
                 cause: Cause::Transition("t".to_owned()),

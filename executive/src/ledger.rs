@@ -23,6 +23,14 @@ pub enum LedgerError {
         /// Its fingerprint.
         fingerprint: String,
     },
+    /// A new version of the file that cannot be taken there.
+    #[error("the journal says that version {version} of the file was taken, but: {why}")]
+    NotTaken {
+        /// Its number.
+        version: u64,
+        /// What is wrong.
+        why: String,
+    },
     /// A name that the plan does not have.
     #[error("the journal speaks of `{0}`, which the mission does not have")]
     UnknownName(String),
@@ -118,6 +126,8 @@ pub struct Ledger {
     /// The last words on why it retreated or gave up.
     pub(crate) why: String,
     pub(crate) at: Duration,
+    /// Since when the version of the file is played.
+    pub(crate) version_since: Duration,
 }
 
 impl Ledger {
@@ -143,6 +153,7 @@ impl Ledger {
             history: VecDeque::new(),
             why: String::new(),
             at: Duration::ZERO,
+            version_since: Duration::ZERO,
             plan,
         }
     }
@@ -167,7 +178,9 @@ impl Ledger {
         self.at = self.at.max(record.at);
         self.state.advance(self.at);
         match &record.entry {
-            Entry::Began { mission, fingerprint } => self.began(mission, fingerprint)?,
+            Entry::Began { mission, fingerprint, .. } => self.began(mission, fingerprint)?,
+            Entry::Changed { version, fingerprint, .. } => self.changed(version, fingerprint)?,
+            Entry::Refused { .. } => {}
             Entry::Took { firing, cause, from, to, .. } => self.took(*firing, cause, from, to)?,
             Entry::Stopped { firing } => {
                 let at = self.at;

@@ -6,16 +6,19 @@
 
 mod authority;
 mod builder;
+mod change;
 mod commands;
 mod compile;
 mod confirm;
 mod controller;
 mod event;
+mod follow;
 mod gathering;
 mod guards;
 mod hub;
 mod intake;
 pub mod journal;
+mod judging;
 mod ledger;
 mod marking;
 mod operator;
@@ -35,17 +38,21 @@ mod senses;
 #[cfg(test)]
 mod simulation;
 mod story;
+mod transfer;
+mod version;
 mod watch;
 
 pub use authority::{Lease, Pause};
+pub use change::{Answer, Found, Offer, Question};
 pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
 pub use event::{Action, Event};
+pub use follow::Newer;
 pub use guards::{PlannedGuard, PlannedVariable, Watch, WatchId};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 pub use marking::{
     Confirmation, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
-    MissionComponent, OrderGiven, Paused, VariableValue,
+    MissionChange, MissionComponent, OrderGiven, Paused, VariableValue,
 };
 pub use operator::Given;
 pub use plan::{
@@ -55,3 +62,4 @@ pub use proof::{MAX_BYTES, MAX_STATES, prove};
 pub use record::{Cause, Entry, Outcome, Record, Report, Tokens};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};
+pub use version::{FileText, Version};

@@ -1,5 +1,6 @@
 //! What the executive shows of itself: `executive.marking`, latched, at every change.
 
+mod changing;
 mod commanding;
 
 use crate::controller::Controller;
@@ -15,6 +16,7 @@ use armor_petri::{PlaceId, TransitionId};
 use armor_sdk::Message;
 use std::time::Duration;
 
+pub use changing::MissionChange;
 pub use commanding::{Confirmation, Holder, OrderGiven, Paused};
 
 /// Where the mission stands. Times named `…_at_s` are mission time, in seconds since its start.
@@ -63,6 +65,13 @@ pub struct Marking {
     pub confirmations: Vec<Confirmation>,
     /// The last orders, the oldest first.
     pub orders: Vec<OrderGiven>,
+    /// The version of the file that is played, as configd counts them; 0 if it is not known.
+    pub version: u64,
+    /// Since when.
+    #[message(unit = "s")]
+    pub version_since_at_s: f64,
+    /// A newer version that is not played.
+    pub change: Option<MissionChange>,
 }
 
 /// A place that holds tokens.
@@ -192,6 +201,9 @@ impl Controller {
             link_lost_at_s: ledger.authority.link_lost.map(|at| at.as_secs_f64()),
             confirmations: self.confirmations(),
             orders: self.last_orders(),
+            version: self.known_as,
+            version_since_at_s: ledger.version_since.as_secs_f64(),
+            change: self.change_shown(),
         }
     }
 

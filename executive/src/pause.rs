@@ -3,7 +3,7 @@
 
 use crate::controller::Controller;
 use crate::order::TokenMove;
-use crate::plan::ComponentId;
+use crate::plan::{ComponentId, Plan};
 use armor_petri::PlaceId;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,7 +37,7 @@ impl Controller {
                 ));
             }
         }
-        wrong.extend(self.clashes(&|place| of(place) > 0));
+        wrong.extend(self.plan.clashes(&|place| of(place) > 0));
         if !wrong.is_empty() {
             return Err(wrong.join("; "));
         }
@@ -75,20 +75,22 @@ impl Controller {
         }
         arriving
     }
+}
 
+impl Plan {
     /// Exclusive components that belong to marked places together, each pair once.
-    fn clashes(&self, is_marked: &dyn Fn(PlaceId) -> bool) -> Vec<String> {
+    pub(crate) fn clashes(&self, is_marked: &dyn Fn(PlaceId) -> bool) -> Vec<String> {
         let place_of = |component: ComponentId| {
-            let mut places = self.plan.component(component).places.iter();
-            places.find(|place| is_marked(**place)).map(|place| self.plan.net.place(*place))
+            let mut places = self.component(component).places.iter();
+            places.find(|place| is_marked(**place)).map(|place| self.net.place(*place))
         };
-        let pairs = self.plan.component_ids().flat_map(|one| {
-            let peers = self.plan.component(one).peers.iter();
+        let pairs = self.component_ids().flat_map(|one| {
+            let peers = self.component(one).peers.iter();
             peers.filter(move |other| one < **other).map(move |other| (one, *other))
         });
         let clash = |(one, other)| {
             let (here, there) = (place_of(one)?, place_of(other)?);
-            let (one, other) = (&self.plan.component(one).name, &self.plan.component(other).name);
+            let (one, other) = (&self.component(one).name, &self.component(other).name);
             Some(format!("`{one}` of `{here}` and `{other}` of `{there}` exclude each other"))
         };
         pairs.filter_map(clash).collect()

@@ -2,6 +2,7 @@
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
 use crate::guards::{PlannedGuard, PlannedVariable, Watch};
+use crate::version::Version;
 use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, HashMap};
@@ -150,7 +151,14 @@ pub struct Plan {
     pub(crate) on_resume: OnResume,
     pub(crate) limits: Limits,
     pub(crate) names: Names,
+    /// What it was compiled from.
+    pub(crate) version: Arc<Version>,
+    /// How a version that follows is read.
+    pub(crate) reader: Reader,
 }
+
+/// Reads a version of the file over the plan that is played until then.
+pub(crate) type Reader = fn(&Version, &Plan) -> Result<Plan, String>;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
@@ -195,6 +203,25 @@ impl Plan {
         self.names.transitions.get(name).copied()
     }
 
+    /// The version of the file that it was compiled from.
+    pub fn version(&self) -> &Version {
+        &self.version
+    }
+
+    /// Gives the version it was compiled from the number that configd knows it by.
+    #[must_use]
+    pub fn numbered(mut self, number: u64) -> Self {
+        Arc::make_mut(&mut self.version).number = number;
+        self
+    }
+
+    /// The same, beginning with a marking: one number of tokens per place.
+    #[must_use]
+    pub(crate) fn starting_at(mut self, marking: Vec<u32>) -> Self {
+        self.net = Arc::new(self.net.starting_at(marking));
+        self
+    }
+
     /// Replaces the waiting times.
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
@@ -213,7 +240,7 @@ impl Plan {
             self.places,
             self.transitions,
             (&self.watches, &self.variables),
-            (self.goal, self.safe)
+            (self.goal, self.safe, self.period, self.on_resume, &self.mission)
         );
         // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.
         let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {

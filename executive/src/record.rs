@@ -2,6 +2,7 @@
 //! person can read it and a changed file cannot be mistaken for the old one.
 
 use crate::order::Judged;
+use crate::version::Version;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
@@ -122,6 +123,25 @@ pub enum Entry {
         mission: String,
         /// Of its plan.
         fingerprint: String,
+        /// What it is played from.
+        #[serde(default)]
+        version: Version,
+    },
+    /// A new version of the file is played from now on.
+    Changed {
+        /// The version.
+        version: Version,
+        /// Of its plan.
+        fingerprint: String,
+        /// What is not as before, in words.
+        changes: Vec<String>,
+    },
+    /// A new version of the file is not played; the one before goes on.
+    Refused {
+        /// Its number.
+        version: u64,
+        /// Why, in words.
+        why: String,
     },
     /// A firing has taken its tokens; what must stop is being stopped.
     Took {

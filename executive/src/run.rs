@@ -2,10 +2,11 @@
 
 use crate::controller::Controller;
 use crate::event::{Action, Event};
+use crate::follow::{Newer, follow};
 use crate::gathering;
 use crate::hub::{Hub, Input};
 use crate::journal::{self, Journal, JournalError, Life};
-use crate::ledger::LedgerError;
+use crate::ledger::{Ledger, LedgerError};
 use crate::marking::Marking;
 use crate::order::Judged;
 use crate::plan::Plan;
@@ -33,6 +34,8 @@ pub struct Options {
     pub registry: String,
     /// The journal; one that is there is gone on with.
     pub journal: PathBuf,
+    /// Where newer versions of the file come from; without it the mission stays as it is.
+    pub newer: Option<Newer>,
 }
 
 /// Why a mission is not played.
@@ -49,18 +52,34 @@ pub enum RunError {
         /// What does not fit.
         error: LedgerError,
     },
+    /// There is no mission to begin with.
+    #[error("{0}")]
+    Mission(String),
     /// The registry is not reached, or another executive is there.
     #[error("the executive cannot register: {0}")]
     Register(String),
 }
 
-/// Plays a mission to its end, or until `stop` is set.
+/// Plays a mission to its end, or until `stop` is set. A journal that is there says which version
+/// of the file is gone on with, whatever has become of the file; else it is `first`.
 ///
 /// # Errors
 /// If it cannot begin, or the journal cannot be written: nothing is done then that is not on disk.
-pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, RunError> {
-    let plan = Arc::new(plan);
+pub fn run(
+    first: impl FnOnce() -> Result<Plan, String>,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Result<Outcome, RunError> {
     let (mut journal, story) = Journal::open(&options.journal)?;
+    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
+    let began = match journal::began_with(&story.records) {
+        Some(version) => version.plan(),
+        None => first(),
+    };
+    let began = Arc::new(began.map_err(RunError::Mission)?);
+    // What the journal has made of it.
+    let ledger = Ledger::replay(Arc::clone(&began), &story.records).map_err(refused)?;
+    let plan = Arc::clone(ledger.plan());
     let (sender, inputs) = mpsc::channel();
     let watching = Watching::start(&plan, &options.registry, &sender);
     if story.records.is_empty() {
@@ -72,8 +91,10 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
     let node = register(options)?;
     hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
     hand_on("orders", node.orders(), sender.clone(), Input::Operator);
-    let resumed = Controller::resume(Arc::clone(&plan), &story.records, now);
-    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
+    if let Some(newer) = &options.newer {
+        follow(newer.clone(), plan.version().number, sender.clone());
+    }
+    let resumed = Controller::resume(began, &story.records, now);
     let (controller, actions) = resumed.map_err(refused)?;
     if !story.records.is_empty() {
         let marking = controller.marking(0.0);
@@ -82,8 +103,9 @@ pub fn run(plan: Plan, options: &Options, stop: &AtomicBool) -> Result<Outcome, 
         let all: Vec<_> = places.chain(firings).collect();
         tracing::info!("goes on where it left off: {}", all.join(", "));
     }
-    let hub = Hub::new(plan, sender);
-    let mut executive = Executive { controller, hub, watching, journal, node, life, shown: None };
+    let hub = Hub::new(plan, sender.clone());
+    let mut executive =
+        Executive { controller, hub, watching, journal, node, life, shown: None, inputs: sender };
     let mut outcome = executive.perform(actions)?;
     while outcome.is_none() {
         outcome = executive.turn(&inputs, stop)?;
@@ -99,6 +121,8 @@ struct Executive {
     node: Node,
     life: Life,
     shown: Option<Marking>,
+    /// For what comes back from other threads.
+    inputs: mpsc::Sender<Input>,
 }
 
 impl Executive {
@@ -176,6 +200,8 @@ impl Executive {
                 Action::Answer { connection, request, accepted, text } => {
                     self.node.answer(connection, request, accepted, text);
                 }
+                Action::Judge => self.judge(),
+                Action::Changed => self.watching.follow(self.controller.plan(), &self.inputs),
                 Action::Finished(outcome) => {
                     self.publish();
                     return Ok(Some(outcome));
@@ -188,6 +214,16 @@ impl Executive {
             self.publish();
         }
         Ok(None)
+    }
+
+    /// Answers what is asked of a new version, on a thread of its own: a proof takes its time.
+    fn judge(&self) {
+        let Some(question) = self.controller.question() else { return };
+        let inputs = self.inputs.clone();
+        let answer = move || drop(inputs.send(Input::Event(question.answer())));
+        if let Err(error) = std::thread::Builder::new().name("judge".into()).spawn(answer) {
+            tracing::error!("no thread to judge a new version of the file: {error}");
+        }
     }
 
     /// Shows the marking, unless nothing but the time is new.
@@ -273,6 +309,8 @@ fn log(entry: &Entry) {
         Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
         Entry::GaveUp { why } => tracing::error!("gives up: {why}"),
         Entry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
+        Entry::Changed { .. } => tracing::info!("{entry}"),
+        Entry::Refused { .. } => tracing::warn!("{entry}; the one before goes on"),
         Entry::Began { .. }
         | Entry::Stopped { .. }
         | Entry::Activating { .. }

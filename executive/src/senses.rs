@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::record::Entry;
 use armor_missions::guard::Scalar;
 use armor_petri::TransitionId;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// Least time between two publications for the sake of values alone.
@@ -57,6 +57,23 @@ impl Senses {
             show_at: None,
             shown_at: Duration::ZERO,
         }
+    }
+}
+
+impl Senses {
+    /// Goes on with another plan, whose watches begin with those there were.
+    pub(crate) fn follow(&mut self, before: &Plan, after: &Plan) {
+        let new = Sense { value: None, lost: None, inherited: false };
+        self.senses.resize(after.watches.len(), new);
+        let counted = std::mem::take(&mut self.outside);
+        let known: BTreeMap<_, _> =
+            before.variables.iter().map(|variable| &variable.name).zip(counted).collect();
+        let variables = after.variables.iter();
+        self.outside =
+            variables.map(|variable| known.get(&variable.name).copied().unwrap_or(0)).collect();
+        self.truths = vec![None; after.transitions.len()];
+        let guarded = after.net.transition_ids().filter(|id| after.transition(*id).guard.is_some());
+        self.unweighed = guarded.collect();
     }
 }
 

@@ -7,6 +7,13 @@ impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Began { mission, .. } => write!(f, "mission {mission} begins"),
+            Self::Changed { version, changes, .. } => {
+                write!(f, "version {} of the file is played", version.number)?;
+                changes.iter().try_for_each(|change| write!(f, "; {change}"))
+            }
+            Self::Refused { version, why } => {
+                write!(f, "version {version} of the file is refused: {why}")
+            }
             Self::Took { firing, cause, from, to, late_s } => {
                 write!(f, "firing {firing}, {cause}: {} -> {}", in_words(from), in_words(to))?;
                 if *late_s > 0.0 { write!(f, ", {late_s:.3} s late") } else { Ok(()) }

@@ -25,6 +25,10 @@ const RETRY: Duration = Duration::from_millis(100);
 /// All the watching for one mission; it ends when this is dropped.
 pub(crate) struct Watching {
     shared: Arc<Shared>,
+    registry: String,
+    directory: Option<Directory>,
+    /// How many of the plan's watches are watched.
+    watched: usize,
 }
 
 struct Shared {
@@ -44,26 +48,40 @@ struct News {
 impl Watching {
     /// Begins to watch.
     pub(crate) fn start(plan: &Plan, registry: &str, inputs: &Sender<Input>) -> Self {
+        let shared = Shared {
+            news: Mutex::default(),
+            missing: Mutex::default(),
+            over: AtomicBool::new(false),
+        };
+        let mut watching = Self {
+            shared: Arc::new(shared),
+            registry: registry.to_owned(),
+            directory: None,
+            watched: 0,
+        };
+        watching.follow(plan, inputs);
+        watching
+    }
+
+    /// Watches what a plan looks at beyond what is watched: its watches begin with those.
+    pub(crate) fn follow(&mut self, plan: &Plan, inputs: &Sender<Input>) {
         let mut outputs: BTreeMap<&str, Vec<_>> = BTreeMap::new();
-        for (id, watch) in (0..).map(WatchId).zip(plan.watches()) {
+        for (id, watch) in (0..).map(WatchId).zip(plan.watches()).skip(self.watched) {
             outputs.entry(&watch.data).or_default().push((id, watch.field.clone()));
         }
-        let shared = Arc::new(Shared {
-            news: Mutex::default(),
-            missing: Mutex::new(outputs.keys().map(|data| (*data).to_owned()).collect()),
-            over: AtomicBool::new(false),
-        });
-        if outputs.is_empty() {
-            return Self { shared };
-        }
-        let directory = Directory::observer(registry, "executive");
+        self.watched = plan.watches().len();
+        lock(&self.shared.missing).extend(outputs.keys().map(|data| (*data).to_owned()));
+        let shared = &self.shared;
         for (data, fields) in outputs {
+            let directory = self
+                .directory
+                .get_or_insert_with(|| Directory::observer(&self.registry, "executive"));
             let watcher = Watcher {
                 data: data.to_owned(),
                 fields,
                 directory: directory.clone(),
                 inputs: inputs.clone(),
-                shared: Arc::clone(&shared),
+                shared: Arc::clone(shared),
             };
             let spawned =
                 std::thread::Builder::new().name("guard".into()).spawn(move || watcher.run());
@@ -71,7 +89,6 @@ impl Watching {
                 tracing::error!("no thread to watch {data} for a guard: {error}");
             }
         }
-        Self { shared }
     }
 
     /// What is new of a watch.

@@ -249,6 +249,10 @@ pub struct Executive {
     /// Give a parameter another value than the file does.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,
+    /// Folder of the versions that configd keeps: newer ones are taken over. Default:
+    /// `$ARMOR_OUT/configd`; without it the mission stays as the file is now.
+    #[arg(long, value_name = "DIR")]
+    pub versions: Option<PathBuf>,
     /// File of the journal, from which a restarted executive goes on.
     #[arg(long, value_name = "FILE")]
     pub journal: Option<PathBuf>,

@@ -2,25 +2,23 @@
 //! and what can be started by hand on any host.
 
 mod configd;
+mod executive;
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::{Outcome, Plan};
-use armor_missions::{Colours, Findings};
+use anyhow::{Context, Result, bail};
 use armor_wire::registry::ComponentEntry;
 use clap::CommandFactory;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::arguments;
-use crate::check;
 use crate::exit::Ending;
 use crate::kinds::stock::STOCK;
 
 pub use configd::run as configd;
+pub use executive::run as executive;
 
 /// Runs the registry until it is asked to end.
 ///
@@ -33,42 +31,6 @@ pub fn registry(arguments: &arguments::Registry) -> Result<Ending> {
     until_asked(async {
         Ok(armor_registry::serve(options, |_| {}).await.map(|never| match never {})?)
     })
-}
-
-/// Plays the mission to its end: code 0 at its goal, 3 in its safe place, 4 if it failed, and 130 if
-/// it was told to stop, in which case the same journal goes on with it.
-///
-/// # Errors
-/// If the mission or the journal cannot be used.
-pub fn executive(arguments: &arguments::Executive) -> Result<ExitCode> {
-    armor_sdk::log::init();
-    let folder = std::env::current_dir().context("the current folder is gone")?;
-    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
-    if let Some(finding) = malformed.first() {
-        bail!("{finding}");
-    }
-    let reading = armor_missions::check(armor_missions::load(&arguments.file), &overrides, None);
-    let refused = |findings: &Findings| anyhow!("{}", findings.render(Colours::No).trim_end());
-    let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
-        return Err(refused(&reading.findings));
-    };
-    let Some(plan) = Plan::of(configuration).map_err(|f| refused(&f))? else {
-        bail!("{} has no mission to play", arguments.file.display());
-    };
-    let journal = arguments.journal.clone().unwrap_or_else(default_journal);
-    let options = armor_executive::Options { registry: arguments.registry.to_string(), journal };
-    let outcome = armor_executive::run(plan, &options, asked_to_end()?)?;
-    Ok(ExitCode::from(match outcome {
-        Outcome::Goal => 0,
-        Outcome::Safe => 3,
-        Outcome::Failed => 4,
-        Outcome::Interrupted => Ending::Interrupted.code(),
-    }))
-}
-
-/// In the folder of the run, or the current one.
-fn default_journal() -> PathBuf {
-    PathBuf::from(std::env::var_os("ARMOR_OUT").unwrap_or_default()).join("executive.journal")
 }
 
 /// A flag that SIGTERM or SIGINT sets.

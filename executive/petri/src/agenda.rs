@@ -48,6 +48,25 @@ impl Agenda {
         }
     }
 
+    /// Lets the clock of an enabled transition run since a moment of the past; during a hold, since
+    /// one before the hold.
+    pub(crate) fn set_since(
+        &mut self,
+        net: &Net,
+        id: TransitionId,
+        since: Duration,
+        now: Duration,
+    ) {
+        self.disable(net, id);
+        match &mut self.hold {
+            Some(hold) if is_ordinary(net, id) => {
+                self.since[id.index()] = Some(since.min(hold.since));
+                hold.stopped.insert(id);
+            }
+            _ => self.start(net, id, since, now),
+        }
+    }
+
     pub(crate) fn disable(&mut self, net: &Net, id: TransitionId) {
         if let Some(since) = self.since[id.index()].take()
             && !self.hold.as_mut().is_some_and(|hold| hold.stopped.remove(&id))

@@ -181,6 +181,16 @@ impl Net {
         &self.initial
     }
 
+    /// The same net, beginning with `marking`: one number of tokens per place.
+    ///
+    /// # Panics
+    /// If there are not as many numbers as places.
+    #[must_use]
+    pub fn starting_at(&self, marking: Vec<u32>) -> Self {
+        assert_eq!(marking.len(), self.places.len(), "one number of tokens per place");
+        Self { initial: marking, ..self.clone() }
+    }
+
     /// All transition ids, in order.
     pub fn transition_ids(&self) -> impl Iterator<Item = TransitionId> + use<> {
         (0..self.transitions.len() as u32).map(TransitionId)

@@ -63,6 +63,33 @@ impl State {
         Self { open: vec![false; unmet.len()], net, now, marking, unmet, agenda }
     }
 
+    /// The state of another net at the same moment, with a marking of its own and all gates shut;
+    /// a hold goes on. Clocks are those of transitions newly enabled: [`State::resume_clock`] is for
+    /// those that were enabled before.
+    ///
+    /// # Panics
+    /// If there are not as many numbers as places.
+    #[must_use]
+    pub fn in_another(&self, net: Arc<Net>, marking: Vec<u32>) -> Self {
+        let mut state = Self::with_marking(net, marking, self.now);
+        if let Some(since) = self.held_since() {
+            state.agenda.hold(&state.net, since);
+            for id in state.agenda.stopped().collect::<Vec<_>>() {
+                state.agenda.set_since(&state.net, id, since, self.now);
+            }
+        }
+        state
+    }
+
+    /// Lets the clock of an enabled transition run since `since`; without effect on one that is not
+    /// enabled. It never runs since a moment that has not come.
+    pub fn resume_clock(&mut self, id: TransitionId, since: Duration) {
+        if self.agenda.since(id).is_some() {
+            let net = Arc::clone(&self.net);
+            self.agenda.set_since(&net, id, since.min(self.now), self.now);
+        }
+    }
+
     /// The net.
     pub fn net(&self) -> &Arc<Net> {
         &self.net
@@ -314,5 +341,38 @@ mod tests {
             (state.fire(late), state.fire(new)),
             (Ok(Duration::ZERO), Err(FireError::TooEarly))
         );
+    }
+    #[test]
+    fn clocks_go_on_in_another_net_and_stand_in_a_hold() {
+        const SECOND: Duration = Duration::from_secs(1);
+        let net = |after: Duration| {
+            let mut net = Net::builder();
+            let (a, b) = (net.place("a", 1), net.place("b", 0));
+            let late = net.transition("late").input(a, 1).output(b, 1);
+            let late = late.interval(Interval::exactly(after)).id();
+            let free = net.transition("free").interval(Interval::exactly(SECOND)).id();
+            (Arc::new(net.build().unwrap()), late, free)
+        };
+        let (old, late, _) = net(5 * SECOND);
+        let mut state = State::new(old, Duration::ZERO);
+        state.advance(2 * SECOND);
+        let (new, _, free) = net(9 * SECOND);
+        let mut next = state.in_another(Arc::clone(&new), vec![1, 0]);
+        next.resume_clock(late, Duration::ZERO);
+        assert_eq!(
+            (next.earliest(late), next.earliest(free)),
+            (Some(9 * SECOND), Some(3 * SECOND))
+        );
+        state.hold();
+        state.advance(20 * SECOND);
+        let mut next = state.in_another(new, vec![1, 0]);
+        next.resume_clock(late, Duration::ZERO);
+        assert!(next.is_held(late) && next.is_held(free));
+        next.advance(30 * SECOND);
+        next.release();
+        let released = (next.earliest(late), next.earliest(free));
+        assert_eq!(released, (Some(37 * SECOND), Some(31 * SECOND)));
+        next.resume_clock(late, 99 * SECOND);
+        assert_eq!(next.earliest(late), Some(39 * SECOND), "not since what has not come");
     }
 }

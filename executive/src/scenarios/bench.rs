@@ -71,7 +71,11 @@ pub(super) struct Bench {
 
 impl Bench {
     pub(super) fn of(office: Office) -> Self {
-        let plan = Arc::new(office.plan.build().unwrap());
+        Self::playing(office.plan.build().unwrap())
+    }
+
+    pub(super) fn playing(plan: Plan) -> Self {
+        let plan = Arc::new(plan);
         let (controller, actions) = Controller::new(Arc::clone(&plan), Duration::ZERO);
         let mut bench = Self {
             plan,
@@ -94,6 +98,13 @@ impl Bench {
         bench.obey();
         bench.wanted.clear();
         bench
+    }
+
+    /// Answers what it asks of a new version of the file.
+    pub(super) fn judge(&mut self) {
+        while let Some(question) = self.controller.question() {
+            self.tell(question.answer());
+        }
     }
 
     pub(super) fn everybody_appears(&mut self) {
@@ -217,7 +228,7 @@ impl Bench {
                     let verdict = if accepted { "accepted" } else { "refused" };
                     self.answers.push(format!("{verdict}: {text}"));
                 }
-                Action::Acknowledge { .. } | Action::Publish => {}
+                Action::Acknowledge { .. } | Action::Publish | Action::Judge | Action::Changed => {}
             }
         }
     }

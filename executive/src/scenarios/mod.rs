@@ -1,6 +1,7 @@
 //! The controller told event by event what happens, and what it then wants done.
 
 mod bench;
+mod changing;
 mod commanding;
 mod guarding;
 mod pausing;

@@ -2,7 +2,7 @@
 
 use super::dice::Dice;
 use crate::builder::PlanBuilder;
-use crate::guards::{PlannedGuard, PlannedVariable};
+use crate::guards::{PlannedGuard, PlannedVariable, Watch};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use armor_missions::guard::Guard;
 use armor_missions::mission::{Autonomy, LostLink};
@@ -72,9 +72,25 @@ const GUARDS: [&str; 6] = [
     "true",
 ];
 
-/// A mission nobody would draw: everything that can be in one, anywhere.
-pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
+/// What another version of a plan has otherwise: here and there, by other dice.
+#[derive(Clone, Debug)]
+pub(crate) struct Edits {
+    /// None: nothing.
+    pub(crate) dice: Option<Dice>,
+    /// What is watched by the plan that is played.
+    pub(crate) watches: Vec<Watch>,
+}
+
+/// A mission nobody would draw: everything that can be in one, anywhere. With `edits` it is another
+/// version of what the same dice draw without.
+pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
     let mut plan = PlanBuilder { mission: "random".to_owned(), ..PlanBuilder::default() };
+    plan.watches = edits.iter().flat_map(|edits| edits.watches.clone()).collect();
+    // The dice to draw again with, one time in so many.
+    let mut edited = |sides: usize| {
+        let dice = edits.as_mut()?.dice.as_mut()?;
+        dice.one_in(sides).then(|| Dice::new(dice.roll(1 << 30) as u64))
+    };
     let count = 2 + dice.roll(5);
     let components: Vec<_> = (0..count)
         .map(|index| plan.component(&format!("c{index}"), index == 0 || !dice.one_in(12)))
@@ -90,13 +106,22 @@ pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
     };
     let mut places = Vec::new();
     for index in 0..4 + dice.roll(5) {
-        let active = pick(dice, 2);
+        let mut active = pick(dice, 2);
+        if let Some(mut dice) = edited(12) {
+            active = pick(&mut dice, 2);
+        }
         let tokens = u32::from(index == 0 || (index < 3 && dice.one_in(3)));
-        places.push(plan.place(&format!("p{index}"), tokens, &active));
+        let letter = if edited(12).is_some() { 'q' } else { 'p' };
+        places.push(plan.place(&format!("{letter}{index}"), tokens, &active));
     }
     for _ in 0..dice.roll(3) {
         // What is always active excludes nothing: no plan has that.
         let mut set = pick(dice, 3);
+        set.retain(|c| plan.components[c.index()].is_controlled());
+        plan.exclusives.push(set);
+    }
+    if let Some(mut dice) = edited(3) {
+        let mut set = pick(&mut dice, 3);
         set.retain(|c| plan.components[c.index()].is_controlled());
         plan.exclusives.push(set);
     }
@@ -122,6 +147,18 @@ pub(crate) fn random_plan(dice: &mut Dice) -> Plan {
         let mut way = random_way(dice, &places, &components, any_place);
         if dice.one_in(3) {
             way.guard = Some(plan.guarded(GUARDS[dice.roll(GUARDS.len())]));
+        }
+        if edited(8).is_some() {
+            continue;
+        }
+        if let Some(mut dice) = edited(6) {
+            way = random_way(&mut dice, &places, &components, any_place);
+        }
+        if let Some(mut dice) = edited(6) {
+            way.guard = Some(plan.guarded(GUARDS[dice.roll(GUARDS.len())]));
+        }
+        if let Some(mut dice) = edited(4) {
+            way.after = Some(Duration::from_millis(100 + dice.roll(8000) as u64));
         }
         plan.way(&format!("t{index}"), way);
     }

@@ -1,6 +1,7 @@
 //! Random missions played against random worlds, with time by hand and the executive killed
 //! between any two actions. What must hold is checked at every step; a failure prints its seed.
 
+mod changes;
 mod dice;
 pub(crate) mod draft;
 mod operators;
@@ -12,6 +13,7 @@ use crate::event::{Action, Event};
 use crate::ledger::{Ledger, Stage};
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
+use changes::Changes;
 use dice::Dice;
 use operators::Operators;
 use outlook::Outlook;
@@ -23,6 +25,9 @@ use world::{Command, Trouble, World};
 const HORIZON: Duration = Duration::from_secs(240);
 
 struct Play {
+    /// What the journal began with.
+    began: Arc<Plan>,
+    /// What is played, as the journal says.
     plan: Arc<Plan>,
     world: World,
     controller: Option<Controller>,
@@ -42,18 +47,21 @@ struct Play {
     outlook: Outlook,
     /// The guards that hold, as the journal says.
     holding: std::collections::BTreeSet<String>,
+    changes: Changes,
 }
 
 impl Play {
     fn new(seed: u64) -> Self {
         let mut dice = Dice::new(seed);
-        let plan = Arc::new(draft::random_plan(&mut dice));
+        let plan = Arc::new(changes::first(draft::random_plan(&mut dice, None), seed));
         let one_in = [0, 1, 2, 6][dice.roll(4)];
         let trouble = Trouble { one_in, blind: dice.one_in(4) && one_in > 0 };
         let crashes = [0, 0, 2, 12][dice.roll(4)];
         let orders = [0, 5, 40][dice.roll(3)];
         let outlook = Outlook::new(&plan, Dice::new(seed ^ 0x6775_6172_6473));
         Self {
+            changes: Changes::new(seed),
+            began: Arc::clone(&plan),
             oracle: vec![0; plan.places.len()],
             world: World::new(Arc::clone(&plan), dice, trouble),
             plan,
@@ -85,12 +93,14 @@ impl Play {
             let others = self.world.next_at().into_iter().chain(deadline).min();
             let acts = self.operators.next_at();
             let changes = self.outlook.next_at();
-            if let Some(at) = acts.into_iter().chain(changes).min()
+            let edits = self.changes.next_at();
+            if let Some(at) = acts.into_iter().chain(changes).chain(edits).min()
                 && others.is_none_or(|other| at <= other)
                 && self.controller.is_some()
             {
                 self.world.now = self.world.now.max(at);
                 let event = match changes {
+                    _ if edits == Some(at) => self.changes.happen(self.world.now),
                     Some(change) if change == at => self.outlook.happen(self.world.now),
                     _ => self.operators_act(),
                 };
@@ -130,11 +140,12 @@ impl Play {
     fn start(&mut self) {
         let records = self.records();
         let (controller, actions) =
-            Controller::resume(Arc::clone(&self.plan), &records, self.world.now)
+            Controller::resume(Arc::clone(&self.began), &records, self.world.now)
                 .expect("its own journal");
         self.controller = Some(controller);
         self.world.executive_starts();
         self.outlook.executive_starts(self.world.now, !records.is_empty());
+        self.changes.executive_starts(self.world.now);
         self.perform(actions);
     }
 
@@ -161,7 +172,8 @@ impl Play {
                 Action::Acknowledge { component, serial } => {
                     self.world.send(component, Command::Acknowledge(serial));
                 }
-                Action::Publish => {}
+                Action::Judge => self.judge(),
+                Action::Publish | Action::Changed => {}
                 Action::Answer { request, accepted, text, .. } => {
                     self.operators.note_answer(request, accepted, &text);
                 }
@@ -178,6 +190,7 @@ impl Play {
         self.journal.push(serde_json::to_string(record).unwrap());
         self.note_order(record);
         match &record.entry {
+            Entry::Changed { version, .. } => self.note_change(version),
             Entry::Took { firing, cause, from, to, .. } => {
                 self.check_enabled(cause);
                 self.add(from, -1);
@@ -269,7 +282,9 @@ impl Play {
             return;
         }
         self.checked = self.journal.len();
-        let again = Ledger::replay(Arc::clone(&self.plan), &self.records()).unwrap();
+        let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
+        assert_eq!(live.plan().fingerprint(), again.plan().fingerprint());
+        assert_eq!(live.version_since, again.version_since);
         assert_eq!(live.firings, again.firings);
         assert_eq!(live.activations, again.activations);
         assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
@@ -371,6 +386,7 @@ fn seeds() -> std::ops::Range<u64> {
 fn whatever_happens_the_invariants_hold() {
     let mut outcomes = std::collections::BTreeMap::new();
     let (mut firings, mut crashes, mut guards) = (0, 0, 0);
+    let (mut versions, mut refusals) = (0, 0);
     let (mut pauses, mut losses, mut moves) = (0, 0, 0);
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
@@ -384,21 +400,26 @@ fn whatever_happens_the_invariants_hold() {
                 count("\"link-lost\""),
                 count(" moved; what"),
                 count("\"guard\""),
+                count("\"entry\":\"changed\""),
+                count("\"entry\":\"refused\""),
             ];
             (play.outcome, counts, spare - play.crashes)
         });
-        let Ok((outcome, [takes, paused, lost, moved, changes], killed)) = played else {
+        let Ok((outcome, [takes, paused, lost, moved, changes, taken, refused], killed)) = played
+        else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
         (firings, crashes, guards) = (firings + takes, crashes + killed, guards + changes);
+        (versions, refusals) = (versions + taken, refusals + refused);
         (pauses, losses, moves) = (pauses + paused, losses + lost, moves + moved);
     }
     println!(
         "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
-         {pauses} pauses, {moves} moves, {losses} lost links, {guards} changes of guards"
+         {pauses} pauses, {moves} moves, {losses} lost links, {guards} changes of guards, \
+         {versions} new versions of the mission and {refusals} refused"
     );
     let enough = firings > 1000 && crashes > 100 && pauses > 100 && moves > 100 && losses > 50;
-    let enough = enough && guards > 1000;
+    let enough = enough && guards > 1000 && versions > 300 && refusals > 100;
     assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

@@ -40,6 +40,12 @@ impl Outlook {
         }
     }
 
+    /// A new version of the mission looks at more.
+    pub(super) fn follow(&mut self, plan: &Plan, now: Duration) {
+        self.next.resize(plan.watches.len(), now);
+        self.told.resize(plan.watches.len(), None);
+    }
+
     pub(super) fn next_at(&self) -> Option<Duration> {
         self.next.iter().min().copied().filter(|at| *at < CALM)
     }

@@ -60,9 +60,9 @@ fn plan() -> Plan {
 fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let mut next = || arguments.next().expect("an argument");
     let registry = next().into_string().expect("an address");
-    let options = Options { registry, journal: next().into() };
+    let options = Options { registry, journal: next().into(), newer: None };
     armor_sdk::log::init();
-    match run(plan(), &options, &AtomicBool::new(false)) {
+    match run(|| Ok(plan()), &options, &AtomicBool::new(false)) {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
         Err(error) => {
             eprintln!("{error}");

@@ -91,8 +91,8 @@ pub struct By {
 pub struct Replay {
     /// The journal: executive.journal in the folder of the run.
     pub journal: PathBuf,
-    /// The mission file it was played from.
-    pub file: PathBuf,
+    /// The mission file it was played from, for a journal that does not hold it.
+    pub file: Option<PathBuf>,
     /// Give a parameter another value than the file does.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,

@@ -103,7 +103,7 @@ fn watched(
 }
 
 /// In the folder of the run, if there is one.
-fn default_versions() -> Option<PathBuf> {
+pub(super) fn default_versions() -> Option<PathBuf> {
     std::env::var_os("ARMOR_OUT").map(|out| PathBuf::from(out).join("configd"))
 }
 

@@ -19,8 +19,8 @@ use crate::exit::Ending;
 /// # Errors
 /// If the journal or the file cannot be used, or do not belong together.
 pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
-    let plan = Arc::new(plan(arguments)?);
     let story = journal::read(&arguments.journal)?;
+    let plan = Arc::new(plan(arguments, &story.records)?);
     printed(play(arguments, plan, &story.records, format))
 }
 
@@ -32,13 +32,13 @@ fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format)
             Format::Json => say(json!({
                 "at_s": record.at.as_secs_f64(),
                 "record": record,
-                "marking": marking(&ledger, &plan),
+                "marking": marking(&ledger),
                 "in_flight": ledger.firings().keys().collect::<Vec<_>>(),
                 "stage": stage(&ledger),
             }))?,
             _ => {
                 line(record, format)?;
-                say(format!("{:13}{}", "", in_words(&ledger, &plan)))?;
+                say(format!("{:13}{}", "", in_words(&ledger)))?;
             }
         }
         if arguments.step && io::stdin().read_line(&mut String::new())? == 0 {
@@ -48,37 +48,46 @@ fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format)
     Ok(())
 }
 
-fn plan(arguments: &Replay) -> Result<Plan> {
+fn plan(arguments: &Replay, records: &[Record]) -> Result<Plan> {
+    let Some(file) = &arguments.file else {
+        let journal = arguments.journal.display();
+        let began = journal::began_with(records);
+        let version = began.with_context(|| {
+            format!("{journal} does not hold the file it was played from: give that file, too")
+        })?;
+        return version.plan().map_err(|why| anyhow!("{journal}: {why}"));
+    };
     let folder = std::env::current_dir().context("the current folder is gone")?;
     let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
     if let Some(finding) = malformed.first() {
         bail!("{finding}");
     }
-    let reading = armor_missions::check(armor_missions::load(&arguments.file), &overrides, None);
+    let reading = armor_missions::check(armor_missions::load(file), &overrides, None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
         bail!("{}", reading.findings.render(Colours::No).trim_end());
     };
     let plan = Plan::of(configuration)
         .map_err(|findings| anyhow!("{}", findings.render(Colours::No).trim_end()))?;
-    plan.with_context(|| format!("{} has no mission", arguments.file.display()))
+    plan.with_context(|| format!("{} has no mission", file.display()))
 }
 
 fn mismatch(arguments: &Replay, plan: &Plan, record: &Record, error: LedgerError) -> anyhow::Error {
-    let (journal, file) = (arguments.journal.display(), arguments.file.display());
-    match error {
-        LedgerError::OtherMission { mission, fingerprint } => anyhow!(
-            "{journal} is not a journal of {file} as it is now: it was written for mission \
+    let journal = arguments.journal.display();
+    match (error, &arguments.file) {
+        (LedgerError::OtherMission { mission, fingerprint }, Some(file)) => anyhow!(
+            "{journal} is not a journal of {} as it is now: it was written for mission \
              `{mission}` with fingerprint {fingerprint}, the file holds `{}` with {}; give the \
              file as it was played",
+            file.display(),
             plan.mission(),
             plan.fingerprint()
         ),
-        other => anyhow!("{journal}, at {}: {other}", time(record)),
+        (other, _) => anyhow!("{journal}, at {}: {other}", time(record)),
     }
 }
 
-fn marking(ledger: &Ledger, plan: &Plan) -> Map<String, Value> {
-    let places = plan.net().places().iter().zip(ledger.marking());
+fn marking(ledger: &Ledger) -> Map<String, Value> {
+    let places = ledger.plan().net().places().iter().zip(ledger.marking());
     places.filter(|(_, tokens)| **tokens > 0).map(|(p, n)| (p.clone(), json!(n))).collect()
 }
 
@@ -92,12 +101,12 @@ fn stage(ledger: &Ledger) -> String {
     }
 }
 
-fn in_words(ledger: &Ledger, plan: &Plan) -> String {
+fn in_words(ledger: &Ledger) -> String {
     let place = |(name, tokens): (&String, &Value)| match tokens.as_u64() {
         Some(1) => name.clone(),
         _ => format!("{tokens} {name}"),
     };
-    let marked: Vec<_> = marking(ledger, plan).iter().map(place).collect();
+    let marked: Vec<_> = marking(ledger).iter().map(place).collect();
     let marked = if marked.is_empty() { "nothing".to_owned() } else { marked.join(" ") };
     let flight = |(number, firing): (&u64, &armor_executive::Firing)| {
         let phase = match firing.phase {

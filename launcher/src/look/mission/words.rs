@@ -2,7 +2,7 @@
 
 use armor_executive::{
     Confirmation, EnabledTransition, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
-    MissionComponent, OrderGiven, VariableValue,
+    MissionChange, MissionComponent, OrderGiven, VariableValue,
 };
 
 use crate::print;
@@ -29,6 +29,11 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
         let for_s = print::duration(now_s - at_s);
         out += &format!("the link to the operator has been lost for {for_s}\n");
     }
+    if marking.version_since_at_s > 0.0 {
+        let for_s = print::duration(now_s - marking.version_since_at_s);
+        out += &format!("version {} of the file has been played for {for_s}\n", marking.version);
+    }
+    marking.change.iter().for_each(|it| out += &change(it, marking.version));
     let mut rows = Vec::new();
     let mut section = |name: &str, lines: Vec<String>| {
         let lines = if lines.is_empty() { vec!["none".into()] } else { lines };
@@ -75,6 +80,18 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
             marking.late_reports, marking.unheard_reports
         );
     }
+    out
+}
+
+/// What becomes of a newer version of the file.
+fn change(change: &MissionChange, played: u64) -> String {
+    let MissionChange { version, state, why, changes } = change;
+    let mut out = match state.as_str() {
+        "refused" => format!("version {version} of the file is refused, {played} goes on: {why}\n"),
+        "waiting" => format!("version {version} of the file waits, {played} goes on: {why}\n"),
+        _ => format!("version {version} of the file is being read, {played} goes on\n"),
+    };
+    changes.iter().for_each(|change| out += &format!("            {change}\n"));
     out
 }
 
@@ -202,6 +219,9 @@ mod tests {
             link_lost_at_s: None,
             confirmations: Vec::new(),
             orders: Vec::new(),
+            version: 1,
+            version_since_at_s: 0.0,
+            change: None,
         }
     }
 
@@ -218,6 +238,33 @@ fired       none
 reports that changed nothing: 0 too late, 2 that no transition waits for
 ";
         assert_eq!(in_words(&marking(), 0.5), expected);
+    }
+
+    #[test]
+    fn the_version_played_and_the_one_that_is_not_are_named() {
+        let mut marking = marking();
+        (marking.version, marking.version_since_at_s) = (2, 10.0);
+        marking.change = Some(MissionChange {
+            version: 3,
+            state: "waiting".into(),
+            why: "`explore` holds a token, and the new file has no such place".into(),
+            changes: vec!["place explore removed".into()],
+        });
+        let expected = "\
+version 2 of the file has been played for 2.0 s
+version 3 of the file waits, 2 goes on: `explore` holds a token, and the new file has no such place
+            place explore removed
+";
+        let shown = in_words(&marking, 0.5);
+        assert!(shown.contains(expected), "{shown}");
+        marking.change = Some(MissionChange {
+            version: 3,
+            state: "refused".into(),
+            why: "it has no mission any more".into(),
+            changes: Vec::new(),
+        });
+        let shown = in_words(&marking, 0.5);
+        assert!(shown.contains("version 3 of the file is refused, 2 goes on: it has no mission"));
     }
 
     #[test]

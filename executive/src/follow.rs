@@ -1,0 +1,53 @@
+//! Follows the versions of the file that configd keeps: a thread that looks for newer ones.
+
+use crate::event::Event;
+use crate::hub::Input;
+use crate::version::Version;
+use std::fmt;
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+/// How often it looks. A person has just saved a file; a quarter of a second is nothing to them.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+
+/// Finds the newest version that is kept, if it is newer than the one of a number.
+#[derive(Clone)]
+pub struct Newer(Arc<dyn Fn(u64) -> Option<Version> + Send + Sync>);
+
+impl Newer {
+    /// Looks by calling `find` with the number of the newest version that is known.
+    pub fn new(find: impl Fn(u64) -> Option<Version> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(find))
+    }
+
+    /// The newest version, if it is newer than `known`.
+    pub fn than(&self, known: u64) -> Option<Version> {
+        (self.0)(known)
+    }
+}
+
+impl fmt::Debug for Newer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Newer")
+    }
+}
+
+/// Tells of each version newer than `known`, for as long as anybody listens.
+pub(crate) fn follow(newer: Newer, mut known: u64, inputs: Sender<Input>) {
+    let look = move || {
+        loop {
+            if let Some(version) = newer.than(known) {
+                known = version.number;
+                let event = Event::Offered(Arc::new(version));
+                if inputs.send(Input::Event(event)).is_err() {
+                    return;
+                }
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().name("versions".into()).spawn(look) {
+        tracing::error!("no thread to look for new versions of the file: {error}");
+    }
+}

@@ -1,0 +1,181 @@
+//! Whether a new version of the file can be played, and is safe from where the mission stands: pure
+//! functions that take their time, to be called where nobody waits for them.
+
+use crate::event::Event;
+use crate::plan::Plan;
+use crate::proof::prove;
+use crate::version::{Version, in_words};
+use armor_missions::{Code, Configuration, Finding, Findings, Severity, differences};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a proof may take before it counts as not found.
+const PROOF_WITHIN: Duration = Duration::from_secs(5);
+
+/// What the controller wants to know of a new version.
+#[derive(Clone, Debug)]
+pub enum Question {
+    /// Whether it can be played by the components that run.
+    Read {
+        /// Names the answer.
+        serial: u64,
+        /// The version.
+        version: Arc<Version>,
+        /// What is played.
+        running: Arc<Plan>,
+    },
+    /// Whether it is safe from a marking.
+    Prove {
+        /// Names the answer.
+        serial: u64,
+        /// What is played.
+        running: Arc<Plan>,
+        /// What would be played.
+        next: Arc<Plan>,
+        /// Its tokens per place.
+        marking: Vec<u32>,
+    },
+}
+
+/// The answer to a [`Question`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Which question it answers.
+    pub serial: u64,
+    /// What was found.
+    pub found: Found,
+}
+
+/// What was found of a new version.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// It can be played, or why not.
+    Read(Result<Offer, String>),
+    /// Nothing bad follows from a marking, or what does.
+    Proven {
+        /// Tokens per place.
+        marking: Vec<u32>,
+        /// In words, with a way there.
+        verdict: Result<(), String>,
+    },
+}
+
+/// A version that can be played.
+#[derive(Clone, Debug)]
+pub struct Offer {
+    /// Its plan.
+    pub plan: Arc<Plan>,
+    /// What is not as before, in words.
+    pub changes: Vec<String>,
+}
+
+impl PartialEq for Offer {
+    fn eq(&self, other: &Self) -> bool {
+        self.plan.version == other.plan.version && self.changes == other.changes
+    }
+}
+
+impl Question {
+    /// Finds the answer; that of a proof may take seconds.
+    pub fn answer(&self) -> Event {
+        Event::Answered(match self {
+            Self::Read { serial, version, running } => {
+                let found = (running.reader)(version, running).map(|plan| Offer {
+                    changes: changes(&running.version, version),
+                    plan: Arc::new(plan),
+                });
+                Answer { serial: *serial, found: Found::Read(found) }
+            }
+            Self::Prove { serial, running, next, marking } => {
+                let verdict = judge(running, next, marking);
+                let found = Found::Proven { marking: marking.clone(), verdict };
+                Answer { serial: *serial, found }
+            }
+        })
+    }
+}
+
+/// The plan of a new version over the components that run.
+pub(crate) fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
+    let configuration = version.configuration().map_err(in_words)?;
+    let plan = Plan::over(&configuration, running).map_err(in_words)?;
+    let plan = plan.ok_or_else(|| "it has no mission any more".to_owned())?;
+    fits(&plan, running)?;
+    Ok(plan.numbered(version.number))
+}
+
+/// A component is told when it starts whether a mission commands it, so that stays.
+pub(crate) fn fits(next: &Plan, running: &Plan) -> Result<(), String> {
+    for (was, is) in running.components.iter().zip(&next.components) {
+        let name = &was.name;
+        match (was.is_controlled(), is.is_controlled()) {
+            (true, false) => {
+                return Err(format!(
+                    "`{name}` would be in no place, and so always active, which it becomes only \
+                     when it starts: keep it in a place, or run the system again"
+                ));
+            }
+            (false, true) => {
+                return Err(format!(
+                    "`{name}` is in no place now, and so always active until it is started again: \
+                     leave it out of all places, or run the system again"
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// What is not as before, as far as both can be read.
+fn changes(before: &Version, after: &Version) -> Vec<String> {
+    match (before.configuration(), after.configuration()) {
+        (Ok(before), Ok(after)) => {
+            differences(&before, &after).iter().map(ToString::to_string).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Whether nothing bad follows from a marking that does not follow from it already as things are.
+fn judge(running: &Plan, next: &Plan, marking: &[u32]) -> Result<(), String> {
+    let configuration = next.version.configuration().map_err(in_words)?;
+    let found = proven_from(&configuration, next, marking.to_vec());
+    if found.is_empty() {
+        return Ok(());
+    }
+    let known = next.marking_in(running, marking).zip(running.version.configuration().ok());
+    let known = known.map_or_else(Vec::new, |(marking, configuration)| {
+        proven_from(&configuration, running, marking)
+    });
+    let new: Vec<_> = found.iter().filter(|one| is_grave(one) || !is_known(one, &known)).collect();
+    if new.is_empty() {
+        return Ok(());
+    }
+    let said = new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
+    let said: Vec<_> = said.collect();
+    Err(format!("from where the mission stands, {}", said.join("; ")))
+}
+
+/// What the proof finds from a marking on, but for what has been passed already.
+fn proven_from(configuration: &Configuration, plan: &Plan, marking: Vec<u32>) -> Vec<Finding> {
+    let start = Instant::now();
+    let plan = plan.clone().starting_at(marking);
+    let findings: Findings = prove(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN);
+    let bad = |finding: &&Finding| {
+        finding.severity() != Severity::Note && finding.code != Code::NeverFires
+    };
+    findings.iter().filter(bad).cloned().collect()
+}
+
+/// What keeps a version from being taken even if it is no worse than the one that is played.
+fn is_grave(finding: &Finding) -> bool {
+    finding.severity() == Severity::Error || finding.code == Code::NotProven
+}
+
+/// Whether the mission that is played has the same fault at the same thing.
+fn is_known(finding: &Finding, known: &[Finding]) -> bool {
+    let about =
+        |finding: &Finding| (finding.code, finding.at.as_ref().map(|at| at.text().to_owned()));
+    known.iter().any(|other| about(other) == about(finding))
+}
