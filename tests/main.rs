@@ -6,6 +6,7 @@ mod gathering;
 mod guards;
 mod launcher;
 mod manifests;
+mod meeting;
 mod missions;
 mod mutations;
 mod new_component;

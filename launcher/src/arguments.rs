@@ -67,7 +67,7 @@ pub enum Command {
     /// Look at the mission of a running system, and command it.
     #[command(subcommand)]
     Mission(Mission),
-    /// Count, check and convert Petri nets in files: PNML and TINA's .net.
+    /// Count, check and convert Petri nets in files: PNML, TINA's .net and missions.
     #[command(subcommand)]
     Net(crate::net::arguments::Net),
     /// See, set and compare the parameters of a running system, or of a file.

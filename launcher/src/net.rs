@@ -1,9 +1,11 @@
-//! `armor net`: Petri nets in files of others — counted, checked, converted.
+//! `armor net`: Petri nets in files of others, and those of our missions: counted, checked,
+//! converted.
 
 pub mod arguments;
 mod check;
 mod convert;
 mod info;
+mod mission;
 mod report;
 
 use std::path::Path;
@@ -31,18 +33,20 @@ pub fn run(arguments: &arguments::Net, format: Format) -> Result<Ending> {
     }
 }
 
-/// The net in a file: `.net` is TINA's, all else PNML.
+/// The net in a file: `.net` is TINA's, all else PNML or a mission.
 ///
 /// # Errors
 /// If it cannot be read or holds no net, with line and column.
 fn load(path: &Path) -> Result<NetFile> {
     let shown = path.display();
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {shown}"))?;
-    let read = decode(&bytes).and_then(|text| match is_tina(path) {
-        true => tina::read(&text),
-        false => pnml::read(&text),
-    });
-    read.map_err(|error| anyhow!("{shown}:{error}"))
+    let located = |error| anyhow!("{shown}:{error}");
+    let text = decode(&bytes).map_err(located)?;
+    match is_tina(path) {
+        true => tina::read(&text).map_err(located),
+        false if mission::is_mission(&text) => mission::read(path),
+        false => pnml::read(&text).map_err(located),
+    }
 }
 
 fn is_tina(path: &Path) -> bool {

@@ -12,7 +12,7 @@ use super::bytes;
 pub enum Net {
     /// Count states and edges exactly, and the most tokens.
     Info {
-        /// A .pnml or .net file.
+        /// A .pnml or .net file, or a mission.
         file: PathBuf,
         #[command(flatten)]
         budget: Limits,
@@ -45,7 +45,7 @@ pub struct Limits {
 /// What `armor net check` is to look at.
 #[derive(Args, Debug)]
 pub struct Check {
-    /// A .pnml or .net file.
+    /// A .pnml or .net file, or a mission.
     pub file: PathBuf,
     /// The place that must be reachable from everywhere, and to which durations are told.
     #[arg(long, value_name = "PLACE")]
