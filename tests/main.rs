@@ -1,5 +1,6 @@
 //! Whole-system tests: the real `armor` program and real processes, from outside.
 
+mod changes;
 mod command_line;
 mod fixture;
 mod gathering;

@@ -70,7 +70,7 @@ fn left_out(len: usize) -> u32 {
 }
 
 /// When a change takes effect. A component asks for its parameters, its rate and its links when it
-/// starts; the launcher and the executive read the file once.
+/// starts; the launcher reads the file once; the executive judges a new mission by itself.
 fn effect(difference: &Difference, after: &Configuration, rules: &Rules) -> String {
     let at_next_start = |component: &str| format!("takes effect when {component} is started again");
     let name = difference.name.as_str();
@@ -95,6 +95,15 @@ fn effect(difference: &Difference, after: &Configuration, rules: &Rules) -> Stri
             let input = name.rsplit("-> ").next().unwrap_or(name);
             at_next_start(input.split('.').next().unwrap_or(input))
         }
+        (
+            Subject::Mission
+            | Subject::Variable
+            | Subject::Place
+            | Subject::Exclusive
+            | Subject::Transition
+            | Subject::Submission,
+            _,
+        ) => "takes effect once the executive finds it safe from where the mission stands".into(),
         _ => "takes effect when the system is run again".into(),
     }
 }

@@ -97,6 +97,7 @@ impl PlanBuilder {
             limits: self.limits,
             names,
             version: Arc::default(),
+            began: Arc::default(),
             reader: crate::change::read,
         })
     }

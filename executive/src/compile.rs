@@ -12,6 +12,7 @@ use armor_missions::mission::{
 use armor_missions::{Code, Configuration, Feature, Finding, Findings, Location, Spanned, System};
 use armor_petri::{Interval, PlaceId};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// What of a mission this executive plays, beyond plain ArMoR.
 pub const PLAYED: &[Feature] = &[
@@ -66,6 +67,8 @@ impl Plan {
         };
         let mut plan = Self::compile(compiler, &mission)?;
         plan.version = Version::of(configuration, 0).into();
+        let began = running.map(|running| &running.began);
+        plan.began = Arc::clone(began.unwrap_or(&plan.version));
         Ok(Some(plan))
     }
 

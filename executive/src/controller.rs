@@ -83,7 +83,11 @@ impl Controller {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
         }
-        let ledger = Ledger::replay(plan, records)?;
+        Ok(Self::go_on(Ledger::replay(plan, records)?, now))
+    }
+
+    /// The same with the ledger that the journal gives.
+    pub(crate) fn go_on(ledger: Ledger, now: Duration) -> (Self, Vec<Action>) {
         let on_resume = ledger.plan.on_resume;
         let mut controller = Self::around(ledger, now, Some(now));
         if let Stage::Ended(outcome) = controller.ledger.stage {
@@ -99,7 +103,7 @@ impl Controller {
         }
         controller.settle();
         let actions = std::mem::take(&mut controller.actions);
-        Ok((controller, actions))
+        (controller, actions)
     }
 
     /// Takes in one event at `now` (mission time; it never goes back) and says what to do.

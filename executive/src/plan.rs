@@ -1,7 +1,7 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
-use crate::guards::{PlannedGuard, PlannedVariable, Watch};
+use crate::guards::{Operand, PlannedGuard, PlannedVariable, Watch, WatchId};
 use crate::version::Version;
 use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Net, PlaceId, TransitionId};
@@ -153,6 +153,8 @@ pub struct Plan {
     pub(crate) names: Names,
     /// What it was compiled from.
     pub(crate) version: Arc<Version>,
+    /// What the components are of: the version that the mission began with.
+    pub(crate) began: Arc<Version>,
     /// How a version that follows is read.
     pub(crate) reader: Reader,
 }
@@ -211,8 +213,17 @@ impl Plan {
     /// Gives the version it was compiled from the number that configd knows it by.
     #[must_use]
     pub fn numbered(mut self, number: u64) -> Self {
+        let is_first = Arc::ptr_eq(&self.began, &self.version);
         Arc::make_mut(&mut self.version).number = number;
+        if is_first {
+            self.began = Arc::clone(&self.version);
+        }
         self
+    }
+
+    /// The version of the file that the mission began with.
+    pub fn began(&self) -> &Version {
+        &self.began
     }
 
     /// The same, beginning with a marking: one number of tokens per place.
@@ -229,8 +240,24 @@ impl Plan {
     }
 
     /// Sixteen hexadecimal digits that change when the net or what it activates does; a journal
-    /// belongs to one of them.
+    /// belongs to one of them. What is watched under which number is not in it: that depends on the
+    /// versions there were before.
     pub fn fingerprint(&self) -> String {
+        let watch = |id: WatchId| &self.watches[id.index()];
+        let transition = |planned: &PlannedTransition| {
+            let guard = planned.guard.as_ref().map(|guard| {
+                let operand = |operand: &Operand| match operand {
+                    Operand::Field(id) => format!("{:?}", watch(*id)),
+                    Operand::Variable(index) => self.variables[*index].name.clone(),
+                };
+                (guard.guard.to_string(), guard.operands.iter().map(operand).collect::<Vec<_>>())
+            });
+            (PlannedTransition { guard: None, ..planned.clone() }, guard)
+        };
+        let variable = |planned: &PlannedVariable| {
+            let plain = PlannedVariable { source: WatchId(0), ..planned.clone() };
+            (plain, watch(planned.source))
+        };
         let text = format!(
             "{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
             self.net.places(),
@@ -238,8 +265,8 @@ impl Plan {
             self.net.transitions(),
             self.components,
             self.places,
-            self.transitions,
-            (&self.watches, &self.variables),
+            self.transitions.iter().map(transition).collect::<Vec<_>>(),
+            self.variables.iter().map(variable).collect::<Vec<_>>(),
             (self.goal, self.safe, self.period, self.on_resume, &self.mission)
         );
         // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.

@@ -5,7 +5,7 @@ use crate::event::{Action, Event};
 use crate::follow::{Newer, follow};
 use crate::gathering;
 use crate::hub::{Hub, Input};
-use crate::journal::{self, Journal, JournalError, Life};
+use crate::journal::{self, Journal, JournalError, Life, Story};
 use crate::ledger::{Ledger, LedgerError};
 use crate::marking::Marking;
 use crate::order::Judged;
@@ -71,14 +71,7 @@ pub fn run(
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
     let (mut journal, story) = Journal::open(&options.journal)?;
-    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
-    let began = match journal::began_with(&story.records) {
-        Some(version) => version.plan(),
-        None => first(),
-    };
-    let began = Arc::new(began.map_err(RunError::Mission)?);
-    // What the journal has made of it.
-    let ledger = Ledger::replay(Arc::clone(&began), &story.records).map_err(refused)?;
+    let ledger = read_again(&story, first, options)?;
     let plan = Arc::clone(ledger.plan());
     let (sender, inputs) = mpsc::channel();
     let watching = Watching::start(&plan, &options.registry, &sender);
@@ -94,14 +87,13 @@ pub fn run(
     if let Some(newer) = &options.newer {
         follow(newer.clone(), plan.version().number, sender.clone());
     }
-    let resumed = Controller::resume(began, &story.records, now);
-    let (controller, actions) = resumed.map_err(refused)?;
+    let (controller, actions) = if story.records.is_empty() {
+        Controller::new(Arc::clone(&plan), now)
+    } else {
+        Controller::go_on(ledger, now)
+    };
     if !story.records.is_empty() {
-        let marking = controller.marking(0.0);
-        let places = marking.places.iter().map(|marked| marked.place.clone());
-        let firings = marking.in_flight.iter().map(|firing| format!("{} under way", firing.cause));
-        let all: Vec<_> = places.chain(firings).collect();
-        tracing::info!("goes on where it left off: {}", all.join(", "));
+        say_where(&controller);
     }
     let hub = Hub::new(plan, sender.clone());
     let mut executive =
@@ -111,6 +103,29 @@ pub fn run(
         outcome = executive.turn(&inputs, stop)?;
     }
     Ok(outcome.unwrap_or(Outcome::Failed))
+}
+
+/// What a journal comes to: over the version of the file that it holds, or else the `first`.
+fn read_again(
+    story: &Story,
+    first: impl FnOnce() -> Result<Plan, String>,
+    options: &Options,
+) -> Result<Ledger, RunError> {
+    let began = match journal::began_with(&story.records) {
+        Some(version) => version.plan(),
+        None => first(),
+    };
+    let began = Arc::new(began.map_err(RunError::Mission)?);
+    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
+    Ledger::replay(began, &story.records).map_err(refused)
+}
+
+fn say_where(controller: &Controller) {
+    let marking = controller.marking(0.0);
+    let places = marking.places.iter().map(|marked| marked.place.clone());
+    let firings = marking.in_flight.iter().map(|firing| format!("{} under way", firing.cause));
+    let all: Vec<_> = places.chain(firings).collect();
+    tracing::info!("goes on where it left off: {}", all.join(", "));
 }
 
 struct Executive {

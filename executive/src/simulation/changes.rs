@@ -29,6 +29,7 @@ pub(super) struct Changes {
 /// A plan that the dice of `seed` have drawn, as the first version.
 pub(super) fn first(mut plan: Plan, seed: u64) -> Plan {
     plan.version = Arc::new(version(1, seed, 0));
+    plan.began = Arc::clone(&plan.version);
     plan.reader = read;
     plan
 }
@@ -47,6 +48,7 @@ fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
     let edits = Edits { dice, watches: running.watches.clone() };
     let mut plan = random_plan(&mut Dice::new(seeds[0]), Some(edits));
     (plan.version, plan.reader) = (Arc::new(version.clone()), running.reader);
+    plan.began = Arc::clone(&running.began);
     fits(&plan, running).map(|()| plan)
 }
 

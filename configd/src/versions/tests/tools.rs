@@ -47,7 +47,8 @@ fn a_change_says_when_it_takes_effect() {
     assert_eq!(effect("a.log", "c.log"), "has no effect: --set gives player.file its value");
     let again = "takes effect when the system is run again";
     assert_eq!(effect("kind=\"view\"", "kind=\"mapper\""), again);
-    assert_eq!(effect("name=\"over\"", "name=\"finished\""), format!("{again}; {again}"));
+    let judged = "takes effect once the executive finds it safe from where the mission stands";
+    assert_eq!(effect("name=\"over\"", "name=\"finished\""), format!("{judged}; {judged}"));
 }
 
 #[test]

@@ -1,0 +1,119 @@
+//! The mission file is edited while the mission runs: what is proven is played, what is not is
+//! refused with a way there, and an executive that is killed comes back in the same net.
+
+use armor_executive::journal;
+use armor_executive::{Cause, Entry, Record};
+
+use crate::fixture::{Folder, wait_for};
+use crate::resilience::system::{Draft, System};
+
+/// Explores for an hour, goes back for another; `more` is what differs.
+fn mission(more: &str) -> String {
+    format!(
+        "<mission name='survey' goal='home' safe='hold'>
+           <place name='explore' initial='true' components='explorer'/>
+           <place name='return' components='homing'/>
+           <place name='home'/>
+           <place name='hold' components='brake'/>
+           <exclusive components='explorer homing brake'/>
+           <transition name='late' from='explore' to='return' timeout='1h'/>
+           <transition name='arrived' from='return' to='home' timeout='1h'/>
+           {more}
+         </mission>"
+    )
+}
+
+fn run(folder: &str) -> System {
+    let attributes = "rate='20Hz'";
+    let system = Draft::default()
+        .probe("explorer", attributes, "")
+        .probe("homing", attributes, "")
+        .probe("brake", attributes, "")
+        .mission(&mission(""))
+        .run(Folder::new(folder));
+    shows(&system, "marked      explore");
+    system
+}
+
+/// Another mission over the same system, saved as editors do: written beside, and renamed.
+fn save(system: &System, mission: &str) {
+    let file = system.folder.path().join("probes.xml");
+    let text = std::fs::read_to_string(&file).expect("the file");
+    let (head, rest) = text.split_once("<mission").expect("a mission");
+    let (_, tail) = rest.split_once("</mission>").expect("its end");
+    let beside = system.folder.write("probes.new", &format!("{head}{mission}{tail}"));
+    std::fs::rename(beside, file).expect("renamed");
+}
+
+/// Waits until the mission is shown with these words.
+fn shows(system: &System, words: &str) -> String {
+    let what = format!("{words:?} is shown; the log:\n{}", system.run.log());
+    wait_for(&what, || {
+        let shown = system.shown(&["mission", "show"]);
+        shown.contains(words).then_some(shown)
+    })
+}
+
+fn records(system: &System) -> Vec<Record> {
+    let path = system.run.out().join("executive.journal");
+    journal::read(&path).expect("a journal").records
+}
+
+#[test]
+fn an_edit_that_is_proven_is_played_and_survives_the_executive() {
+    let mut system = run("edited");
+    save(&system, &mission("<transition name='soon' from='explore' to='return' timeout='1s'/>"));
+    shows(&system, "version 2 of the file has been played for");
+    shows(&system, "marked      return");
+    // What is on the disk now is no file, and nobody needs it.
+    save(&system, "<mission nonsense></mission>");
+    system.replace("executive");
+    system.run.logged("goes on where it left off: return", 1);
+    let shown = shows(&system, "marked      return");
+    assert!(shown.contains("version 2 of the file has been played for"), "{shown}");
+    save(&system, &mission("<transition name='now' from='return' to='home' timeout='0s'/>"));
+    assert_eq!(system.run.code(), Some(0), "{}", system.run.log());
+    let fired = records(&system).into_iter().filter_map(|record| match record.entry {
+        Entry::Took { cause: Cause::Transition(name), .. } => Some(name),
+        _ => None,
+    });
+    assert_eq!(fired.collect::<Vec<_>>(), ["soon", "now"]);
+    let journal = system.run.out().join("executive.journal");
+    let told = system.shown(&["mission", "journal", "--journal", journal.to_str().expect("UTF-8")]);
+    assert!(told.contains("version 2 of the file is played; transition soon added"), "{told}");
+    let mut replay = system.folder.armor(&["mission", "replay"]);
+    let (code, told, err) = crate::fixture::ended(replay.arg(&journal));
+    assert_eq!(code, 0, "{err}");
+    assert!(told.contains("= return") && told.trim_end().ends_with("ended at its goal"), "{told}");
+}
+
+#[test]
+fn an_edit_that_is_not_proven_is_refused_and_the_old_net_goes_on() {
+    let system = run("refused");
+    save(
+        &system,
+        &mission(
+            "<place name='scout' components='explorer'/>
+             <transition name='both' from='explore' on='explorer.done'>
+               <arc to='return'/><arc to='scout'/>
+             </transition>
+             <transition name='scouted' from='scout' to='home' timeout='1h'/>",
+        ),
+    );
+    let shown = shows(&system, "version 2 of the file is refused, 1 goes on");
+    assert!(shown.contains("after both") && shown.contains("exclude each other"), "{shown}");
+    assert!(shown.contains("marked      explore"), "{shown}");
+    let without = mission("").replace("'explore'", "'wander'");
+    save(&system, &without);
+    let why = "version 3 of the file waits, 1 goes on: `explore` holds a token, and the new file \
+               has no such place";
+    shows(&system, why);
+    save(&system, &mission(""));
+    wait_for("the version that is played again", || {
+        let shown = system.shown(&["mission", "show"]);
+        (shown.contains("marked      explore") && !shown.contains("goes on")).then_some(())
+    });
+    assert_eq!(system.trace("explorer").count("stopping"), 0, "never disturbed");
+    let is_refusal = |record: &&Record| matches!(record.entry, Entry::Refused { version: 2, .. });
+    assert_eq!(records(&system).iter().filter(is_refusal).count(), 1);
+}
