@@ -54,6 +54,9 @@ pub enum Job {
     Idle,
     /// A large file read and checked.
     Check,
+    /// From a component's report to the activation of the next one; the journal on the disk, or
+    /// where nothing is ever waited for.
+    Reaction { on_disk: bool },
 }
 
 /// What a figure should be.
@@ -83,7 +86,7 @@ impl fmt::Display for Reading {
     }
 }
 
-fn reading(figure: impl Into<String>, unit: &'static str, value: f64, goal: Goal) -> Reading {
+pub fn reading(figure: impl Into<String>, unit: &'static str, value: f64, goal: Goal) -> Reading {
     Reading { figure: figure.into(), unit, value, goal }
 }
 
@@ -99,6 +102,8 @@ impl Job {
             Self::First,
             Self::Idle,
             Self::Check,
+            Self::Reaction { on_disk: true },
+            Self::Reaction { on_disk: false },
         ])
     }
 
@@ -113,6 +118,7 @@ impl Job {
             Self::First => "first",
             Self::Idle => "idle",
             Self::Check => "check",
+            Self::Reaction { .. } => "reaction",
         }
     }
 }
@@ -126,7 +132,7 @@ pub struct Bench {
 }
 
 /// The publishing or asking process is on core 0; the others on core 1, or on the same.
-const FIRST_CORE: usize = 0;
+pub const FIRST_CORE: usize = 0;
 
 impl Bench {
     pub fn new(options: &Options) -> Result<Self> {
@@ -152,10 +158,11 @@ impl Bench {
             Job::First => self.first(side),
             Job::Idle => self.idle(side),
             Job::Check => self.check(side),
+            Job::Reaction { on_disk } => self.reaction(side, on_disk),
         }
     }
 
-    fn other_core(&self) -> usize {
+    pub fn other_core(&self) -> usize {
         if self.same_core { FIRST_CORE } else { 1 }
     }
 

@@ -10,8 +10,10 @@ mod ours;
 mod petri;
 mod plain;
 mod process;
+mod reaction;
 mod readings;
 mod table;
+mod turns;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -26,10 +28,9 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1).peekable();
     let result = if arguments.next_if(|first| first == "role").is_some() {
         role(arguments)
-    } else if arguments.next_if(|first| first == "nets").is_some() {
-        petri::run(3)
     } else {
         options::parse(arguments).and_then(|options| match options {
+            Some(options) if options.nets => petri::run(options.rounds),
             Some(options) => run(&options),
             None => {
                 println!("{}", options::USAGE);
@@ -56,6 +57,14 @@ fn role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
         _ if role == "check" => {
             let (file, window) = (next().context("no file")?, next().context("no window")?);
             check::run(file.as_ref(), std::time::Duration::try_from_secs_f64(window.parse()?)?)
+        }
+        _ if role == "configd" => {
+            let (registry, file) = (next().context("no registry")?, next().context("no file")?);
+            turns::serve(registry.parse()?, file.as_ref())
+        }
+        _ if role == "executive" => {
+            let (registry, file) = (next().context("no registry")?, next().context("no file")?);
+            turns::play(registry, file.as_ref(), next().context("no journal")?.into())
         }
         "std" => {
             plain::run(&role, &arguments.filter_map(|a| a.into_string().ok()).collect::<Vec<_>>())

@@ -16,6 +16,7 @@ use armor_sdk::prelude::*;
 use crate::readings::{
     MOST_ROUND_TRIPS, monotonic_ns, publishing_time, say_round_trips, watch_window,
 };
+use crate::turns::Turn;
 
 /// Plays a role until it is killed.
 pub fn run(role: &str, arguments: impl Iterator<Item = OsString>) -> Result<()> {
@@ -26,6 +27,7 @@ pub fn run(role: &str, arguments: impl Iterator<Item = OsString>) -> Result<()> 
         "sink" => armor_sdk::run_with::<Sink>(arguments),
         "tick" => armor_sdk::run_with::<Tick>(arguments),
         "first" => armor_sdk::run_with::<First>(arguments),
+        "turn" => armor_sdk::run_with::<Turn>(arguments),
         _ => bail!("there is no role `{role}`"),
     };
     // Its end is asked for by a signal, if at all: the measurement kills it.

@@ -23,7 +23,7 @@ pub fn run(rounds: usize) -> Result<()> {
     }
     println!("\n| places | tokens | ns/firing | M firings/s |");
     println!("| ---: | ---: | ---: | ---: |");
-    for places in [100, 1_000, 10_000] {
+    for places in [100, 300, 1_000, 3_000, 10_000] {
         for tokens in [1, 10] {
             fire(places, tokens, rounds)?;
         }

@@ -30,7 +30,10 @@ pub fn is_mission(text: &str) -> bool {
 /// # Errors
 /// What is wrong with the file, or that it holds no mission.
 pub fn read(path: &Path) -> Result<NetFile> {
-    let refused = |findings: &Findings| anyhow!("{}", findings.render(Colours::No).trim_end());
+    let refused = |findings: &Findings| {
+        let text = findings.render(Colours::No);
+        anyhow!("{} holds no sound mission:\n{}", path.display(), text.trim_end())
+    };
     let reading = armor_missions::check(armor_missions::load(path), &[], None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
         return Err(refused(&reading.findings));
