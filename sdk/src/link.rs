@@ -8,6 +8,7 @@ mod queue;
 mod stream;
 mod wire_out;
 
+pub(crate) use inbox::turn;
 pub(crate) use input::Input;
 pub use output::Sent;
 pub(crate) use output::{Output, PublishError};

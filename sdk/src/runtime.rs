@@ -2,7 +2,7 @@
 //! ticks it and changes its state.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use armor_wire::frame::DataHeader;
 use armor_wire::name::is_name;
 
 use crate::component::{Call, Component, Data, Fault, Header, Outcome};
-use crate::link::Input;
+use crate::link::{Input, turn};
 use crate::parameter::Value;
 use crate::shared::{Shared, Wanted};
 use crate::timeline::Beat;
@@ -70,6 +70,8 @@ pub(crate) struct Runtime {
     inputs: Vec<Arc<Input>>,
     /// Somebody has put data into an inbox that may not have been seen yet.
     backlog: AtomicUsize,
+    /// How many data have been put into inboxes.
+    arrivals: AtomicU64,
     /// The main loop wants the component next.
     main_waits: AtomicBool,
     period: Option<Duration>,
@@ -102,6 +104,7 @@ impl Runtime {
             core: Mutex::new(core),
             inputs,
             backlog: AtomicUsize::new(0),
+            arrivals: AtomicU64::new(0),
             main_waits: AtomicBool::new(false),
             period,
         }
@@ -123,6 +126,11 @@ impl Runtime {
         self.main_waits.load(Ordering::Relaxed)
     }
 
+    /// The place of data that are put into an inbox among those of all inputs.
+    pub fn arrival(&self) -> u64 {
+        self.arrivals.fetch_add(1, Ordering::Relaxed)
+    }
+
     /// Called after putting data into an inbox: whoever is or was in the component will see it.
     pub fn backlog_grew(&self) {
         self.backlog.fetch_add(1, Ordering::SeqCst);
@@ -132,31 +140,41 @@ impl Runtime {
     /// Called after leaving the component: takes care of what arrived while its lock was held.
     ///
     /// The adder adds, then tries the lock; the holder unlocks, then looks at the count. Whichever
-    /// comes last sees the other's step, so nothing is left lying.
+    /// comes last sees the other's step, so nothing is left lying. What arrives meanwhile is for the
+    /// main loop: whoever reads an input must come back to it.
     pub fn after_release(&self) {
+        let end = self.arrivals.load(Ordering::SeqCst);
         loop {
             fence(Ordering::SeqCst);
             if self.backlog.load(Ordering::SeqCst) == 0 || self.main_waits() {
                 return;
             }
             let Some(mut guard) = self.try_enter() else { return };
-            self.drain(&mut guard.0, || false);
+            if self.drain(&mut guard.0, end, || false) {
+                return self.nudge();
+            }
         }
     }
 
-    /// Delivers what waits. More data than the component can take must not keep it from its orders
-    /// and ticks: then each input gets its turn, and the rest stays in the backlog.
-    fn drain(&self, core: &mut Core, is_tick_due: impl Fn() -> bool) {
-        self.backlog.store(0, Ordering::SeqCst);
-        for (index, input) in self.inputs.iter().enumerate() {
-            let is_left = input.drain(|item| {
-                core.data(index, item.header, item.lost, &item.bytes);
-                self.main_waits() || self.shared.has_orders() || is_tick_due()
-            });
-            if is_left {
+    /// Delivers what waits and arrived before `end`, in that order: an input that is filled faster
+    /// than it is emptied must not keep the others waiting. More data than the component can take
+    /// must not keep it from its orders and ticks: then the rest stays in the backlog. Whether there
+    /// may be a rest.
+    fn drain(&self, core: &mut Core, end: u64, is_tick_due: impl Fn() -> bool) -> bool {
+        self.backlog.swap(0, Ordering::SeqCst);
+        let next = || turn(self.inputs.iter().map(|input| input.oldest()));
+        while let Some((index, oldest, others)) = next() {
+            let enough = oldest >= end
+                || self.inputs[index].drain(end.min(others), |item| {
+                    core.data(index, item.header, item.lost, &item.bytes);
+                    self.main_waits() || self.shared.has_orders() || is_tick_due()
+                });
+            if enough {
                 self.backlog.fetch_add(1, Ordering::SeqCst);
+                return true;
             }
         }
+        false
     }
 
     /// Wakes the main loop.
@@ -188,7 +206,9 @@ impl Runtime {
                 beat.start(now);
             }
             let ticks = beat.as_ref().filter(|_| is_active);
-            self.drain(&mut core, || ticks.is_some_and(|beat| beat.is_due(clock.ticking().0)));
+            self.drain(&mut core, u64::MAX, || {
+                ticks.is_some_and(|beat| beat.is_due(clock.ticking().0))
+            });
             let mut wait = LONGEST_WAIT;
             if core.state == RunState::Active
                 && let Some(beat) = &mut beat

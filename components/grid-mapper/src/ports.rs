@@ -135,7 +135,10 @@ impl Component for GridMapper {
         }
         if self.dropped != self.pairing.dropped() {
             self.dropped = self.pairing.dropped();
-            tracing::warn!(dropped = self.dropped, "scans without odometry were dropped");
+            // The first, and then ever more rarely: a log is not to be filled with it.
+            if self.dropped.is_power_of_two() {
+                tracing::warn!(dropped = self.dropped, "scans without odometry were dropped");
+            }
         }
         Ok(())
     }

@@ -10,6 +10,8 @@ const ALL_LEN: usize = 1 << 20;
 
 /// One data, kept.
 pub(crate) struct Item {
+    /// Its place in the order in which the data of all inputs arrived.
+    pub arrival: u64,
     pub header: DataHeader,
     pub lost: u64,
     pub bytes: Vec<u8>,
@@ -45,7 +47,14 @@ impl Inbox {
         self.keep == Keep::All && self.len >= ALL_LEN
     }
 
-    /// Adds one; returns how many older ones were dropped for it.
+    /// The arrival of the oldest.
+    pub fn oldest(&self) -> Option<u64> {
+        self.items.front().map(|item| item.arrival)
+    }
+
+    /// Adds one; returns how many older ones were dropped for it. Whoever follows a dropped one
+    /// takes its place: else the newest of a fast publisher would never come before what waits
+    /// longer at another input.
     pub fn push(&mut self, item: Item) -> u64 {
         self.len += item.bytes.len().max(1);
         self.items.push_back(item);
@@ -59,6 +68,9 @@ impl Inbox {
             if let Some(item) = self.items.pop_front() {
                 self.len -= item.bytes.len().max(1);
                 dropped += 1;
+                if let Some(next) = self.items.front_mut() {
+                    next.arrival = item.arrival;
+                }
             }
         }
         dropped
@@ -80,13 +92,28 @@ impl Inbox {
     }
 }
 
+/// The inbox, by its index, whose oldest has waited longest of all; the arrival of that; and the
+/// arrival from which on it is another's turn.
+pub(crate) fn turn(oldest: impl Iterator<Item = Option<u64>>) -> Option<(usize, u64, u64)> {
+    let mut first: Option<(usize, u64)> = None;
+    let mut end = u64::MAX;
+    for (index, arrival) in oldest.enumerate() {
+        let Some(arrival) = arrival else { continue };
+        match first {
+            Some((_, earliest)) if earliest < arrival => end = end.min(arrival),
+            _ => end = first.replace((index, arrival)).map_or(end, |(_, earlier)| earlier),
+        }
+    }
+    first.map(|(index, arrival)| (index, arrival, end))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn item(sequence: u64, len: usize) -> Item {
         let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
-        Item { header, lost: 0, bytes: vec![0; len] }
+        Item { arrival: 10 + sequence, header, lost: 0, bytes: vec![0; len] }
     }
 
     fn check(keep: Keep, expected: &[u64]) {
@@ -102,6 +129,30 @@ mod tests {
         check(Keep::Latest, &[5]);
         check(Keep::Last { count: 3 }, &[3, 4, 5]);
         check(Keep::All, &[0, 1, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn it_is_the_turn_of_who_waits_longest_until_another_has_waited_longer() {
+        let check = |oldest: &[Option<u64>], expected| {
+            assert_eq!(turn(oldest.iter().copied()), expected, "{oldest:?}");
+        };
+        check(&[], None);
+        check(&[None, None], None);
+        check(&[None, Some(7)], Some((1, 7, u64::MAX)));
+        check(&[Some(3), None, Some(7)], Some((0, 3, 7)));
+        check(&[Some(9), Some(4), Some(6)], Some((1, 4, 6)));
+        check(&[Some(9), Some(6), Some(4), Some(5)], Some((2, 4, 5)));
+    }
+
+    #[test]
+    fn who_follows_a_dropped_one_takes_its_place() {
+        let mut inbox = Inbox::new(Keep::Last { count: 2 });
+        for sequence in 0..5 {
+            inbox.push(item(sequence, 10));
+        }
+        assert_eq!(inbox.oldest(), Some(10));
+        assert_eq!(inbox.pop().map(|item| item.header.sequence), Some(3));
+        assert_eq!(inbox.oldest(), Some(14));
     }
 
     #[test]

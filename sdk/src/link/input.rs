@@ -168,11 +168,19 @@ impl Input {
         }
     }
 
-    /// Hands waiting data to `deliver` until there are none or it says that it has enough. Whether
-    /// some may be left.
-    pub fn drain(&self, mut deliver: impl FnMut(&Item) -> bool) -> bool {
+    /// The arrival of the data that have waited longest.
+    pub fn oldest(&self) -> Option<u64> {
+        if self.waiting.load(Ordering::Relaxed) { self.inbox().oldest() } else { None }
+    }
+
+    /// Hands waiting data that arrived before `end` to `deliver` until there are none or it says
+    /// that it has enough; whether it does.
+    pub fn drain(&self, end: u64, mut deliver: impl FnMut(&Item) -> bool) -> bool {
         loop {
             let mut inbox = self.inbox();
+            if inbox.oldest().is_some_and(|arrival| arrival >= end) {
+                return false;
+            }
             let item = inbox.pop();
             self.waiting.store(!inbox.is_empty(), Ordering::Relaxed);
             drop(inbox);
@@ -350,7 +358,8 @@ impl Input {
                 .unwrap_or_else(PoisonError::into_inner)
                 .0;
         }
-        let dropped = inbox.push(Item { header, lost, bytes: payload.to_vec() });
+        let arrival = runtime.arrival();
+        let dropped = inbox.push(Item { arrival, header, lost, bytes: payload.to_vec() });
         // Counted before anybody can take what is left.
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
         self.waiting.store(true, Ordering::Relaxed);

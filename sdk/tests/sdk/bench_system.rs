@@ -187,16 +187,21 @@ impl System {
 
 impl Drop for System {
     fn drop(&mut self) {
-        let names: Vec<String> = self.threads.iter().map(|(name, _)| name.clone()).collect();
-        for name in names {
+        // What cannot be asked to end ends with the process.
+        for (name, thread) in std::mem::take(&mut self.threads) {
             let Ok(entry) = self.directory.component(&name, Duration::from_secs(1)) else {
                 continue;
             };
             let control = ControlConnection::connect(&entry, Role::Launcher, "test", |_| {});
-            if let Ok(control) = control {
-                let _ = control.send(&Command::Terminate);
-                std::thread::sleep(Duration::from_millis(20));
-            }
+            let asked = control.is_ok_and(|control| {
+                let asked = control.send(&Command::Terminate).is_ok();
+                let start = Instant::now();
+                while asked && !thread.is_finished() && start.elapsed() < DEADLINE {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                asked
+            });
+            assert!(!asked || thread.is_finished() || std::thread::panicking(), "{name} goes on");
         }
     }
 }

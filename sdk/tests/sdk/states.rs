@@ -192,7 +192,9 @@ fn an_observer_may_not_command() {
 fn all_components_have_the_registrys_time() {
     let mut system = System::start();
     system.run("worker", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
-    let status = system.until("worker", |status| status.clock_error_s.is_some());
-    assert!(status.clock_error_s.is_some_and(|error| error < 0.1), "{status:?}");
-    assert!(status.clock_offset_s.abs() < 0.5, "one host, one clock: {status:?}");
+    // Estimates get better with every exchange, and on a busy machine the first ones are bad.
+    let status =
+        system.until("worker", |status| status.clock_error_s.is_some_and(|error| error < 0.1));
+    let off_s = status.clock_offset_s.abs() - status.clock_error_s.unwrap_or_default();
+    assert!(off_s < 0.1, "one host, one clock: {status:?}");
 }
