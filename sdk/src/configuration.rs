@@ -2,6 +2,7 @@
 //! tool's.
 
 mod connection;
+mod questions;
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::Path;
@@ -22,7 +23,8 @@ use crate::session::{self, Writer};
 use crate::shared::Shared;
 use crate::socket;
 
-pub use connection::{ConfigdConnection, ConfigdError, Differences, Parameters, SetOutcome};
+pub use connection::{ConfigdConnection, ConfigdError};
+pub use questions::{Differences, Parameters, Questions, SetOutcome};
 
 /// Name under which configd is found.
 pub(crate) const CONFIGD: &str = "configd";

@@ -10,7 +10,7 @@ use armor_executive::PLAYED;
 use armor_missions::{Colours, Findings};
 use armor_net::PeerId;
 use armor_sdk::configuration::{
-    ConfigdConnection, ConfigdError, Differences, Parameters, SetOutcome,
+    ConfigdConnection, ConfigdError, Differences, Parameters, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
 use armor_wire::config::{Reply, Request};
@@ -60,12 +60,7 @@ impl Desk {
             }
         }
         let (from, to) = (1, alone.versions.number());
-        match alone.ask(|request| Request::Diff { request, from: Some(from), to: Some(to) })? {
-            Reply::Differences { from, to, changes, left_out, .. } => {
-                Ok(Differences { from, to, changes, left_out })
-            }
-            other => bail!("{other:?}"),
-        }
+        alone.differences(Some(from), Some(to))
     }
 
     /// The parameters of all components, or of one.
@@ -135,6 +130,10 @@ impl Alone {
         versions.handle(Event::Peer(connected));
         Ok(Self { versions })
     }
+}
+
+impl Questions for Alone {
+    type Error = anyhow::Error;
 
     /// Asks, and writes what is to be written.
     fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply> {
@@ -161,39 +160,6 @@ impl Alone {
                 bail!("there is no answer");
             }
             actions = next;
-        }
-    }
-
-    fn parameters(&mut self, component: Option<&str>) -> Result<Parameters> {
-        let mut all = Parameters { version: 1, refused: false, parameters: Vec::new() };
-        loop {
-            let from = u32::try_from(all.parameters.len()).unwrap_or(u32::MAX);
-            let component = component.map(Into::into);
-            match self.ask(|request| Request::List { request, component, from })? {
-                Reply::Listed { parameters, total, .. } => {
-                    all.parameters.extend(parameters);
-                    if all.parameters.len() >= total as usize {
-                        return Ok(all);
-                    }
-                }
-                other => bail!("{other:?}"),
-            }
-        }
-    }
-
-    fn set(&mut self, component: &str, parameter: &str, value: Option<&str>) -> Result<SetOutcome> {
-        let reply = self.ask(|request| Request::Set {
-            request,
-            component: component.into(),
-            parameter: parameter.into(),
-            value: value.map(Into::into),
-        })?;
-        match reply {
-            Reply::Set { version, changes, .. } => Ok(SetOutcome::Set { version, changes }),
-            Reply::Rejected { text, findings, left_out, .. } => {
-                Ok(SetOutcome::Rejected { text, findings, left_out })
-            }
-            other => bail!("{other:?}"),
         }
     }
 }

@@ -1,0 +1,139 @@
+//! What tools ask about parameters: which there are, to set one, what changed. Who answers, and how
+//! it is reached, is another matter: the configd of a running system, or one over a file alone.
+
+use armor_wire::config::{Change, Finding, ListedParameter, Reply, Request};
+
+use super::connection::ConfigdError;
+
+/// The parameters of a system.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// The version of the file that is in force.
+    pub version: u64,
+    /// Whether the file on the disk is another one, and refused.
+    pub refused: bool,
+    /// The parameters, component by component.
+    pub parameters: Vec<ListedParameter>,
+}
+
+/// What became of a wish to set a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SetOutcome {
+    /// It is in the file, and in force.
+    Set {
+        /// The version that has it.
+        version: u64,
+        /// What changed by it, and when that takes effect; empty if it was so already.
+        changes: Vec<Change>,
+    },
+    /// Nothing was written.
+    Rejected {
+        /// Why.
+        text: String,
+        /// What is wrong with the file as it would be, or as it is.
+        findings: Vec<Finding>,
+        /// How many more findings there are.
+        left_out: u32,
+    },
+}
+
+/// What changed between two versions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Differences {
+    /// The earlier version.
+    pub from: u64,
+    /// The later version.
+    pub to: u64,
+    /// What changed, and when that takes or took effect.
+    pub changes: Vec<Change>,
+    /// How many more changes there are.
+    pub left_out: u32,
+}
+
+/// The questions, for whoever can carry one request there and its reply back.
+pub trait Questions {
+    /// Why there is no answer.
+    type Error: From<ConfigdError>;
+
+    /// Sends the request, made with a number of its own, and waits for its reply; a refusal is an
+    /// error.
+    ///
+    /// # Errors
+    /// If it is refused, or there is no reply.
+    fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply, Self::Error>;
+
+    /// The parameters of all components, or of one.
+    ///
+    /// # Errors
+    /// If there is no such component, or no answer.
+    fn parameters(&mut self, component: Option<&str>) -> Result<Parameters, Self::Error> {
+        let mut all = Parameters { version: 0, refused: false, parameters: Vec::new() };
+        loop {
+            let from = u32::try_from(all.parameters.len()).unwrap_or(u32::MAX);
+            let component = component.map(Into::into);
+            match self.ask(|request| Request::List { request, component, from })? {
+                Reply::Listed { version, refused, parameters, total, .. } => {
+                    if from > 0 && version != all.version {
+                        // The pages would not fit together.
+                        all.parameters.clear();
+                        continue;
+                    }
+                    (all.version, all.refused) = (version, refused);
+                    let is_last = parameters.is_empty();
+                    all.parameters.extend(parameters);
+                    if is_last || all.parameters.len() >= total as usize {
+                        return Ok(all);
+                    }
+                }
+                other => return Err(unexpected(&other).into()),
+            }
+        }
+    }
+
+    /// Writes a value into the file; `None` takes it out, so that the default holds.
+    ///
+    /// # Errors
+    /// If there is no answer; whether it was written is then not known.
+    fn set(
+        &mut self,
+        component: &str,
+        parameter: &str,
+        value: Option<&str>,
+    ) -> Result<SetOutcome, Self::Error> {
+        let reply = self.ask(|request| Request::Set {
+            request,
+            component: component.into(),
+            parameter: parameter.into(),
+            value: value.map(Into::into),
+        })?;
+        match reply {
+            Reply::Set { version, changes, .. } => Ok(SetOutcome::Set { version, changes }),
+            Reply::Rejected { text, findings, left_out, .. } => {
+                Ok(SetOutcome::Rejected { text, findings, left_out })
+            }
+            other => Err(unexpected(&other).into()),
+        }
+    }
+
+    /// What changed from version `from` (by default the one before `to`) to version `to` (by
+    /// default the one in force).
+    ///
+    /// # Errors
+    /// If the versions are not held any more, or there is no answer.
+    fn differences(
+        &mut self,
+        from: Option<u64>,
+        to: Option<u64>,
+    ) -> Result<Differences, Self::Error> {
+        match self.ask(|request| Request::Diff { request, from, to })? {
+            Reply::Differences { from, to, changes, left_out, .. } => {
+                Ok(Differences { from, to, changes, left_out })
+            }
+            other => Err(unexpected(&other).into()),
+        }
+    }
+}
+
+fn unexpected(reply: &Reply) -> ConfigdError {
+    ConfigdError::Ended(format!("it answers something else: {reply:?}"))
+}
