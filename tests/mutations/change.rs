@@ -3,19 +3,7 @@
 
 use std::fmt::Write;
 
-/// A generator of numbers that are the same for the same seed (SplitMix64).
-pub struct Dice(pub u64);
-
-impl Dice {
-    /// From 0 to `below` - 1.
-    pub fn throw(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        usize::try_from((mixed ^ (mixed >> 31)) % below.max(1) as u64).expect("below a usize")
-    }
-}
+use crate::dice::Dice;
 
 /// What must come of a change.
 #[derive(Clone, Debug)]

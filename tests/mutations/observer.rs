@@ -25,14 +25,7 @@ pub struct Observer {
 impl Observer {
     /// Waits until there is something to be seen.
     pub fn of(run: &Run) -> Self {
-        let registry: SocketAddr = wait_for("the registry", || {
-            let command = run.children().into_iter().map(command_of);
-            command.into_iter().find(|words| words.get(1).is_some_and(|word| word == "registry"))?
-                [3]
-            .parse()
-            .ok()
-        });
-        let directory = Directory::observer(&registry.to_string(), "observer");
+        let directory = Directory::observer(&run.registry().to_string(), "observer");
         let configd = wait_for("configd", || {
             let all = directory.list(Duration::from_secs(2)).ok()?.components;
             all.into_iter().find(|entry| entry.name == "configd")?.endpoint.parse().ok()
@@ -110,9 +103,4 @@ impl Observer {
             frames.filled(read);
         }
     }
-}
-
-fn command_of(pid: i32) -> Vec<String> {
-    let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-    text.split('\0').map(String::from).collect()
 }

@@ -8,12 +8,12 @@ use rustix::process::Signal;
 
 use super::system::{Draft, System};
 use super::trace::{Trace, check_apart, check_nothing_lost};
+use crate::dice::{Dice, seed};
 use crate::fixture::{Folder, send, wait_for};
 
 const ROUNDS: usize = 20;
 /// One more within a minute, and the launcher gives the process up.
 const MOST_DEATHS: usize = 4;
-const SEED: &str = "ARMOR_SEED";
 
 /// `ping` and `pong` work in turn, forever; the rest is always active.
 const MISSION: &str = "
@@ -98,26 +98,10 @@ fn choose(dice: &mut Dice, deaths: &mut HashMap<&str, usize>) -> &'static str {
     victim
 }
 
-/// A generator of choices that can be made again.
-struct Dice(u64);
-
-impl Dice {
-    fn throw(&mut self, sides: usize) -> usize {
-        // SplitMix64 (Steele, Lea, Flood 2014).
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        usize::try_from((z ^ (z >> 31)) % sides as u64).expect("a side")
-    }
-}
-
 #[test]
 fn twenty_rounds_of_killing_at_random() {
-    let seed = std::env::var(SEED).ok().and_then(|seed| seed.parse().ok());
-    let seed = seed.unwrap_or_else(|| u64::from(std::process::id()));
-    println!("seed {seed}; {SEED}={seed} kills the same ones again");
-    let mut dice = Dice(seed);
+    let seed = seed(u64::from(std::process::id()));
+    let mut dice = Dice::of(seed);
     let mut deaths: HashMap<&str, usize> = HashMap::new();
     let mut system = table_tennis();
     let begin = Progress { ping: 0, pong: 0, flow: [0; 5] };

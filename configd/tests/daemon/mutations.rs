@@ -9,21 +9,18 @@ use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Notice, Options};
 use armor_missions::{check, read};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
 
 use crate::bench::{DEADLINE, Folder};
 
 const EXAMPLE: &str = include_str!("../../../missions/office.xml");
 
-/// Numbers that look random, by splitmix64.
-struct Dice(u64);
+struct Dice(Xoshiro256PlusPlus);
 
 impl Dice {
     fn throw(&mut self, sides: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        usize::try_from((z ^ (z >> 31)) % sides as u64).unwrap()
+        self.0.random_range(0..sides)
     }
 
     /// The example with one thing in it spoiled.
@@ -157,7 +154,7 @@ fn spoiled_files_are_refused_however_they_are_saved() {
     let configd = Background::start(Options::new(folder.file())).unwrap();
     let mut version = 0;
     settled(&configd, &mut version, true);
-    let mut dice = Dice(seed);
+    let mut dice = Dice(Xoshiro256PlusPlus::seed_from_u64(seed));
     let (mut refused, mut took) = (0, Vec::<Duration>::new());
     for round in 0..usize::try_from(rounds).unwrap() {
         let bytes = dice.mutation();

@@ -1,26 +1,21 @@
-//! Seeded chance (SplitMix64), so that a failure can be played again from its seed.
+//! Seeded chance, so that a failure can be played again from its seed.
 
 use std::time::Duration;
 
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+
 #[derive(Clone, Debug)]
-pub(crate) struct Dice(u64);
+pub(crate) struct Dice(Xoshiro256PlusPlus);
 
 impl Dice {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
     /// 0 to `sides` - 1.
     pub(crate) fn roll(&mut self, sides: usize) -> usize {
-        (self.next() % sides as u64) as usize
+        self.0.random_range(0..sides)
     }
 
     /// Whether one in `sides` came up.

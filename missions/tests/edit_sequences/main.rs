@@ -42,7 +42,7 @@ fn start(random: &mut Random) -> (Document, Model) {
 fn edited(seed: u64) -> Document {
     // Shown when the test fails.
     println!("seed {seed}");
-    let random = &mut Random(seed);
+    let random = &mut Random::new(seed);
     let (mut document, mut model) = start(random);
     assert_eq!(Said::by_file(&document), Said::by(&model), "{}", text(&document));
     for _ in 0..EDITS {

@@ -1,19 +1,17 @@
 //! Inputs by number: the same number gives the same bytes. Random bytes, random pieces of files,
 //! examples with changes that know what a file looks like, and files made up from the vocabulary.
 
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+
 use crate::entry::EXAMPLES;
 
-/// A generator of numbers that are the same for the same seed (SplitMix64).
-pub struct Dice(u64);
+struct Dice(Xoshiro256PlusPlus);
 
 impl Dice {
     /// From 0 to `below` - 1; 0 for none.
-    pub fn throw(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (mixed ^ (mixed >> 31)) as usize % below.max(1)
+    fn throw(&mut self, below: usize) -> usize {
+        self.0.random_range(0..below.max(1))
     }
 
     fn of<'a, T: ?Sized>(&mut self, some: &[&'a T]) -> &'a T {
@@ -23,8 +21,8 @@ impl Dice {
 
 /// The input with this number, of this seed.
 pub fn input(seed: u64, number: u64) -> Vec<u8> {
-    let mut dice = Dice(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
-    dice.throw(1);
+    let seed = seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number;
+    let mut dice = Dice(Xoshiro256PlusPlus::seed_from_u64(seed));
     match dice.throw(10) {
         0 => (0..dice.throw(400)).map(|_| dice.throw(256) as u8).collect(),
         1 | 2 => (0..dice.throw(60)).map(|_| dice.of(WORDS)).collect::<String>().into_bytes(),
