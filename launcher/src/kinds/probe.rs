@@ -21,8 +21,9 @@ const WITHIN: Duration = Duration::from_secs(5);
 const MAX_LEN: u64 = 1 << 20;
 /// What is kept of the complaints of one that fails, in bytes.
 const MAX_COMPLAINT_LEN: u64 = 4 << 10;
-/// How long its last words may take after its end.
-const COMPLAINT_WITHIN: Duration = Duration::from_millis(300);
+/// How long its last words may take after its end: they are there, and are read as soon as this
+/// process gets to it.
+const COMPLAINT_WITHIN: Duration = Duration::from_secs(2);
 /// How often a running one, or one that is still being written, is looked at.
 const LOOK: Duration = Duration::from_millis(2);
 

@@ -21,8 +21,9 @@ use super::undertaker::Undertaker;
 
 /// Longest time between two looks at the clock, so that the supervisor notices when it slept.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// How long the last lines of a process that ended are waited for.
-const LAST_LINES_WITHIN: Duration = Duration::from_millis(200);
+/// How long the last lines of a process that ended are waited for. They are in its pipes, and read
+/// as soon as this one gets to it; only what has left its group can keep them open for longer.
+const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
 /// Happenings on their way to the loop: several beats of two hundred components.
 const MAX_WAITING: usize = 4096;
 
