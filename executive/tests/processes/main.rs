@@ -13,7 +13,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// Twenty rounds between two places whose workers exclude each other, then the goal.
+/// Forty rounds between two places whose workers exclude each other, then the goal: three times as
+/// many as the kills take, for a busy machine looks less often.
 const MISSION: &str = r#"<armor version="1">
   <system>
     <component name="left" kind="worker" rate="100Hz"><parameter name="diary" value="diary"/></component>
@@ -29,13 +30,13 @@ const MISSION: &str = r#"<armor version="1">
       <arc to="l"/><arc to="rounds"/>
     </transition>
     <transition name="enough" from="l" to="home" priority="9">
-      <arc from="rounds" weight="20"/>
+      <arc from="rounds" weight="40"/>
     </transition>
   </mission>
 </armor>"#;
 
-/// Generous: the mission takes three seconds on an idle machine.
-const LIMIT: Duration = Duration::from_secs(120);
+/// Generous: the mission takes six seconds on an idle machine.
+const LIMIT: Duration = Duration::from_secs(300);
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1);
