@@ -1,10 +1,16 @@
 //! What every whole-system test needs: a folder of its own, and `armor` started in it.
 
+pub mod program;
+
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use armor_net::{listen::PORTS, random_id};
 use rustix::process::{Pid, Signal, kill_process};
+
+pub use program::{Talker, ended};
 
 /// A folder for one test, removed when the test is over. Its runs are not seen by others.
 pub struct Folder(PathBuf);
@@ -49,13 +55,6 @@ impl Drop for Folder {
     }
 }
 
-/// Runs a command to its end: code, stdout, stderr.
-pub fn ended(command: &mut Command) -> (i32, String, String) {
-    let Output { status, stdout, stderr } = command.output().expect("armor starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("armor prints UTF-8");
-    (status.code().expect("it ends by itself"), text(stdout), text(stderr))
-}
-
 /// How long anything may take before a test gives up: generous, for a busy machine.
 pub const DEADLINE: Duration = Duration::from_secs(60);
 
@@ -74,6 +73,16 @@ pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() ->
         assert!(start.elapsed() < deadline, "{what} did not happen");
         std::thread::sleep(Duration::from_millis(10));
     }
+}
+
+/// A port on which nobody listens. It lies below those that the kernel gives to connecting sockets,
+/// and is another one each time: others may run the same tests on this host.
+pub fn free_port() -> u16 {
+    wait_for("a free port", || {
+        let offset = random_id() % u64::from(PORTS.end - PORTS.start);
+        let port = PORTS.start + u16::try_from(offset).expect("below the width");
+        TcpListener::bind(("127.0.0.1", port)).is_ok().then_some(port)
+    })
 }
 
 /// A running `armor run`, which ends with the test.
@@ -172,6 +181,19 @@ impl Run {
         let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
         pids.filter(|pid| parent(*pid) == Some(self.pid())).collect()
     }
+
+    /// Its child that runs `armor DAEMON`.
+    pub fn daemon(&self, daemon: &str) -> Option<i32> {
+        let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
+        self.children().into_iter().find(is_it)
+    }
+
+    /// Where its registry listens, once there is one.
+    pub fn registry(&self) -> SocketAddr {
+        wait_for("the registry", || {
+            command_of(self.daemon("registry")?).into_iter().nth(3)?.parse().ok()
+        })
+    }
 }
 
 impl Drop for Run {
@@ -179,6 +201,12 @@ impl Drop for Run {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The words that a process was started with; none if it has ended.
+fn command_of(pid: i32) -> Vec<String> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    text.split('\0').map(String::from).collect()
 }
 
 /// Sends a signal.

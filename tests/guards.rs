@@ -6,20 +6,21 @@ use std::time::Duration;
 
 use armor_executive::journal::Journal;
 use armor_executive::{Cause, Entry, Record};
+use rustix::process::Signal;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, ended, send, wait_for};
 use crate::resilience::system::Draft;
 
 /// How long the guard has to hold.
-const LOW_FOR: Duration = Duration::from_secs(4);
+const LOW_FOR: Duration = Duration::from_secs(6);
 
-/// A simulator that loses two percent a second, from 36 %.
+/// A simulator that loses two percent a second, from 42 %.
 fn simulator() -> String {
     let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/worlds/empty.svg");
     format!(
         "<component name='simulator' kind='simulator' rate='20Hz'>
            <parameter name='world' value='{}'/>
-           <parameter name='battery_level' value='0.36'/>
+           <parameter name='battery_level' value='0.42'/>
            <parameter name='battery_endurance' value='50s'/>
          </component>\n",
         world.display()
@@ -34,7 +35,7 @@ fn mission(weak: &str) -> String {
            <place name='home'/>
            <place name='hold'/>
            <transition name='weak' from='explore' to='home' {weak}/>
-           <transition name='late' from='explore' to='hold' timeout='50s'/>
+           <transition name='late' from='explore' to='hold' timeout='1h'/>
          </mission>"
     )
 }
@@ -64,19 +65,20 @@ fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
         LOW_FOR.as_secs()
     );
     let mut system = draft(&weak).run(Folder::new("low-battery"));
-    let show = |words: &str| {
-        let shown = wait_for(words, || {
+    let show = |one_of: &[&str]| {
+        let shown = wait_for(one_of[0], || {
             let shown = system.shown(&["mission", "show"]);
-            shown.contains(words).then_some(shown)
+            one_of.iter().any(|words| shown.contains(words)).then_some(shown)
         });
         assert!(shown.contains("battery is 0."), "{shown}");
     };
-    show("is false");
+    show(&["is false"]);
     system.replace("executive");
-    show("is false");
+    // A machine that is slow enough sees the battery low already.
+    show(&["is false", "is true"]);
     system.run.logged("the guard of weak holds", 1);
     system.replace("executive");
-    show("is true");
+    show(&["is true"]);
     let code = system.run.code();
     let log = system.run.log();
     assert_eq!(code, Some(0), "{log}");
@@ -100,8 +102,10 @@ fn a_provider_that_stays_away_is_known_to_be_missing() {
     let before = count();
     let gone = || count() > before;
     wait_for("the end of the simulator", || {
-        if !gone() && system.entries().iter().any(|entry| entry.name == "simulator") {
-            system.kill("simulator");
+        let entries = system.entries();
+        let simulator = entries.iter().find(|entry| entry.name == "simulator");
+        if let (false, Some(simulator)) = (gone(), simulator) {
+            send(simulator.pid.cast_signed(), Signal::KILL);
         }
         gone().then_some(())
     });

@@ -1,11 +1,8 @@
 //! Operators at a running mission: two of them, real processes, and the executive killed under them.
 
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, Stdio};
-
 use serde_json::Value;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, Talker, ended, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// `north` and `south` never run together; the operator decides, or comes to be missed.
@@ -66,37 +63,18 @@ fn is_marked(marking: &Value, place: &str) -> bool {
 }
 
 /// Someone who holds the command.
-struct Holder {
-    child: Child,
-    said: std::io::Lines<BufReader<std::process::ChildStdout>>,
+fn holder(system: &System, author: &str) -> Talker {
+    let registry = system.registry.to_string();
+    let mut command = system.folder.armor(&["mission", "operate", "--within", "60s"]);
+    let holder = Talker::start(command.args(["--as", author, "--registry", &registry]));
+    assert_eq!(holder.says(), "the command is yours");
+    holder
 }
 
-impl Holder {
-    fn of(system: &System, author: &str) -> Self {
-        let registry = system.registry.to_string();
-        let mut command = system.folder.armor(&["mission", "operate", "--within", "60s"]);
-        command.args(["--as", author, "--registry", &registry]);
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().expect("armor starts");
-        let said = BufReader::new(child.stdout.take().expect("piped")).lines();
-        let mut holder = Self { child, said };
-        assert_eq!(holder.says(), "the command is yours");
-        holder
-    }
-
-    fn says(&mut self) -> String {
-        self.said.next().expect("it says something").expect("in UTF-8")
-    }
-
-    fn orders(&mut self, order: &str) -> String {
-        writeln!(self.child.stdin.as_mut().expect("piped"), "{order}").expect("it reads");
-        self.says()
-    }
-
-    fn dies(mut self) {
-        self.child.kill().expect("it runs");
-        self.child.wait().expect("it has ended");
-    }
+/// Gives an order as who holds the command, and checks what is said to it.
+fn orders(holder: &mut Talker, order: &str, answer: &str) {
+    holder.hears(order);
+    assert_eq!(holder.says(), answer);
 }
 
 #[test]
@@ -109,7 +87,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     });
 
     // One holds the command; the other may pause, and nothing else.
-    let mut ruth = Holder::of(&system, "ruth");
+    let mut ruth = holder(&system, "ruth");
     refused(&system, "sam", &["confirm", "climb"], "ruth commands this mission");
     accepted(&system, "sam", &["pause"]);
     shows(&system, "rest", |marking| marking["pause"]["at_rest"] == true);
@@ -128,24 +106,24 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     assert_eq!(trace.0.len(), before, "it stood still all the time: {:?}", trace.0.last());
     assert_eq!(trace.0[before - 1].words, ["stopping"]);
 
-    assert_eq!(ruth.orders("resume"), "the mission goes on");
+    orders(&mut ruth, "resume", "the mission goes on");
     system.traced("south", "another tick", |trace| {
         trace.0.last().filter(|note| trace.0.len() > before && note.words == ["tick"]).map(|_| ())
     });
-    assert_eq!(ruth.orders("confirm climb"), "`climb` fires");
+    orders(&mut ruth, "confirm climb", "`climb` fires");
     shows(&system, "the place above", |marking| is_marked(marking, "up"));
 
     // A command given back is no lost link; a process killed is one.
-    drop(ruth.child.stdin.take());
+    ruth.hang_up();
     assert_eq!(ruth.says(), "the command is given back");
-    ruth.child.wait().expect("it ends");
+    ruth.end();
     accepted(&system, "sam", &["fire", "descend"]);
     shows(&system, "the question", |marking| marking["confirmations"][0]["put_off"] == false);
-    let tim = Holder::of(&system, "tim");
+    let tim = holder(&system, "tim");
     accepted(&system, "sam", &["confirm", "climb", "--take"]);
-    tim.dies();
+    tim.kill();
     shows(&system, "the place above", |marking| is_marked(marking, "up"));
-    Holder::of(&system, "tim").dies();
+    holder(&system, "tim").kill();
     assert_eq!(system.run.code(), Some(0), "left by itself:\n{}", system.run.log());
 
     for name in ["north", "south"] {

@@ -1,9 +1,10 @@
 //! Parameters of a running system: seen, set, compared, delivered; and what becomes of them when the
 //! file breaks and configd dies.
 
-use std::net::TcpListener;
+use std::net::SocketAddr;
 use std::process::{Child, Stdio};
 
+use armor_registry::{Background, Options};
 use serde_json::Value;
 
 use crate::fixture::{Folder, ended, wait_for};
@@ -38,6 +39,11 @@ fn state(system: &System) -> Value {
     wait_for("the state of the configuration", told)["value"].take()
 }
 
+/// Waits until the configuration stands as wanted: it is published a moment after it is in force.
+fn stands(system: &System, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+    wait_for(what, || Some(state(system)).filter(&is_so))
+}
+
 fn marked(system: &System, mark: &str) {
     let note = format!("mark {mark}");
     system.traced("lamp", &note, |trace| (trace.count(&note) > 0).then_some(()));
@@ -67,7 +73,7 @@ fn a_live_value_reaches_the_component_also_after_configd_was_another() {
     let trace = system.trace("lamp");
     assert_eq!(trace.count("started"), 1, "it ran on all the time");
     assert_eq!(trace.count("mark two"), 1, "what it had was not delivered again");
-    assert_eq!(state(&system)["version"], 4, "versions are counted on");
+    stands(&system, "version 4: they are counted on", |state| state["version"] == 4);
     let out = told(&system, &["diff", "1"]);
     assert!(out.starts_with("from version 1 to version 4:\n"), "{out}");
     assert!(out.contains("parameter lamp.mark: one → three; it reaches lamp at once\n"), "{out}");
@@ -83,9 +89,7 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
     system.run.logged("the file is not valid; version 2, the last good one, stays in force", 1);
     system.replace("configd");
     system.run.logged("the file is not valid; version 2, the last good one, stays in force", 2);
-    let state_now = wait_for("a refused state", || {
-        Some(state(&system)).filter(|state| state["refused"] == true)
-    });
+    let state_now = stands(&system, "a refused state", |state| state["refused"] == true);
     assert_eq!(state_now["version"], 2);
     let finding = &state_now["findings"][0];
     assert_eq!((&finding["code"], &finding["text"]), (&"E0113".into(), &"-1".into()), "{finding}");
@@ -100,7 +104,7 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
 
     save(&system, &good);
     system.run.logged("the file is again that of version 2", 1);
-    assert_eq!(state(&system)["refused"], false);
+    stands(&system, "a state that is not refused", |state| state["refused"] == false);
 }
 
 #[test]
@@ -122,7 +126,8 @@ fn what_check_would_refuse_is_not_set_and_a_given_value_neither() {
     assert_eq!(file(&system), before);
     let (code, _, err) = param(&system, &["get", "lamp.brust"]);
     assert!(code == 1 && err.contains("burst"), "{err}");
-    let listed = system.told(&["param", "list", "lamp"]);
+    let list = || Some(system.told(&["param", "list", "lamp"])).filter(|all| !all.is_empty());
+    let listed = wait_for("the list", list);
     let of = |name: &str| listed.iter().find(|one| one["name"] == name).expect("listed").clone();
     assert_eq!((&of("limit")["value"], &of("limit")["origin"]), (&"7".into(), &"--set".into()));
     assert_eq!((&of("done")["origin"], &of("done")["live"]), (&"default".into(), &false.into()));
@@ -155,8 +160,9 @@ impl Drop for Started {
 #[test]
 fn a_component_may_be_there_before_configd() {
     let folder = Folder::new("param-before");
-    let free = TcpListener::bind("127.0.0.1:0").expect("a free port").local_addr().expect("bound");
-    let at = free.to_string();
+    let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+    let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
+    let at = registry.address().to_string();
     let file = "<armor version='1'><system><component name='lamp' kind='probe' rate='20Hz'>\
                 <parameter name='trace' value='lamp.trace'/><parameter name='mark' value='one'/>\
                 </component></system></armor>";
@@ -167,7 +173,6 @@ fn a_component_may_be_there_before_configd() {
         let quiet = command.stdout(Stdio::null()).stderr(Stdio::null());
         Started(quiet.spawn().expect("it starts"))
     };
-    let _registry = start(&mut folder.armor(&["registry", "--listen", &at]));
     let mut lamp = std::process::Command::new(probe());
     let _lamp = start(lamp.args(["--name", "lamp", "--registry", &at]).current_dir(folder.path()));
     wait_for("the lamp in the registry", || {
@@ -226,11 +231,9 @@ fn a_kind_that_came_after_the_start_counts() {
         format!("#!/bin/sh\necho '{{{manifest},\"parameters\":[{parameters}]}}'\n")
     };
     let taken = |version: u64| {
-        let is_taken = || {
-            let state = state(&system);
-            (state["version"] == version && state["refused"] == false).then_some(())
-        };
-        wait_for("the version", is_taken);
+        stands(&system, "the version", |state| {
+            state["version"] == version && state["refused"] == false
+        });
     };
     system.folder.executable("components/arm", &describe(""));
     let with = |arm: &str| file(&system).replace("</system>", &format!("{arm}</system>"));
@@ -241,7 +244,7 @@ fn a_kind_that_came_after_the_start_counts() {
     let text = file(&system);
     let text = text.replace("kind='arm'/>", &format!("kind='arm'>{reach}</component>"));
     save(&system, &text);
-    wait_for("the refusal", || (state(&system)["refused"] == true).then_some(()));
+    stands(&system, "the refusal", |state| state["refused"] == true);
     system.folder.executable("components/arm", &describe(r#"{"name":"reach","type":"text"}"#));
     taken(3);
 }

@@ -1,8 +1,9 @@
 //! Components that cannot go on: what they report, when they are given up, and where the mission goes.
 
-use std::process::{Command, Stdio};
+use std::net::SocketAddr;
+use std::process::Command;
 
-use armor_wire::registry::DEFAULT_PORT;
+use armor_registry::{Background, Options};
 
 use super::system::{Draft, System, probe};
 use super::trace::check_nothing_lost;
@@ -43,9 +44,10 @@ fn a_panic_is_a_report_and_sends_the_mission_to_its_safe_place() {
 
 #[test]
 fn a_component_that_has_failed_fails_a_run_without_a_mission() {
-    for (fail, code) in [("fail=3", 1), ("", 0)] {
+    // The time is for the component to start and to fail in.
+    for (fail, code, time) in [("fail=3", 1, "8s"), ("", 0, "1s")] {
         let draft = Draft::default().probe("worker", "rate='50Hz'", fail);
-        let mut system = draft.run_with(Folder::new("fails-alone"), &["--for", "3s"]);
+        let mut system = draft.run_with(Folder::new("fails-alone"), &["--for", time]);
         assert_eq!(system.run.code(), Some(code), "{}", system.run.log());
         assert_eq!(system.run.log().contains("failed: worker"), code == 1, "{}", system.run.log());
     }
@@ -77,18 +79,11 @@ fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
 #[test]
 fn without_configd_a_component_says_so_and_ends() {
     let folder = Folder::new("no-configd");
-    // Beside those that launchers take, and another one in each run of the tests.
-    let port = DEFAULT_PORT + 200 + u16::try_from(std::process::id() % 2000).expect("it is small");
-    let address = format!("127.0.0.1:{port}");
-    let mut registry = folder
-        .armor(&["registry", "--listen", &address])
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("armor starts");
-    let (code, _, err) =
-        ended(Command::new(probe()).args(["--name", "lonely", "--registry", &address]));
-    registry.kill().expect("it is ours");
-    registry.wait().expect("it is ours");
+    let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+    let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
+    let mut lonely = Command::new(probe());
+    let lonely = lonely.args(["--name", "lonely", "--registry", &registry.address().to_string()]);
+    let (code, _, err) = ended(lonely.current_dir(folder.path()));
     assert_eq!(code, 1, "{err}");
     let says = ["configd has not answered within", "trace", "nobody is called `configd`"];
     assert!(says.iter().all(|text| err.contains(text)), "{err}");

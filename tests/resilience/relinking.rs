@@ -1,13 +1,11 @@
 //! How long links take to come back after a process has died, from when it is ready again.
 
-use std::io::{BufRead, BufReader};
-use std::process::Stdio;
-
 use rustix::process::Signal;
+use serde_json::Value;
 
 use super::system::Draft;
 use super::trace::Trace;
-use crate::fixture::{Folder, send, wait_for};
+use crate::fixture::{Folder, Talker, ended, send, wait_for};
 
 const SINKS: [&str; 8] = ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"];
 /// One more within a minute, and they are given up.
@@ -32,26 +30,20 @@ fn last_start_ns(trace: &Trace) -> Option<u64> {
 #[test]
 fn who_looks_at_data_sees_those_of_the_next_process_too() {
     let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("echo"));
-    let mut echo = system.folder.armor(&["echo", "source.numbers", "--format", "json"]);
     let registry = system.registry.to_string();
-    let mut echo = echo
-        .args(["--registry", &registry])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("armor starts");
-    let lines = BufReader::new(echo.stdout.take().expect("it prints")).lines();
-    let mut counts = lines.map(|line| {
-        let line: serde_json::Value = serde_json::from_str(&line.expect("text")).expect("JSON");
-        line["value"]["count"].as_u64().expect("a number")
-    });
-    let before = counts.by_ref().find(|count| *count > 20).expect("data");
+    let mut echo = system.folder.armor(&["echo", "source.numbers", "--format", "json"]);
+    let echo = Talker::start(echo.args(["--registry", &registry]));
+    let next = || {
+        let line: Value = serde_json::from_str(&echo.says()).expect("JSON");
+        line["value"]["bulk"].clone()
+    };
+    let before = next();
+    // The next process is told from this one by what it sends.
+    let mut set = system.folder.armor(&["param", "set", "source.bulk", "3"]);
+    let (code, _, err) = ended(set.args(["--registry", &registry]));
+    assert_eq!(code, 0, "{err}");
     system.replace("source");
-    let after = counts.find(|count| *count < before).expect("data of the next process");
-    assert!(after < before);
-    // It would end with the system, unless another test's takes over the registry's port.
-    echo.kill().expect("it runs");
-    echo.wait().expect("it was killed");
+    wait_for("data of the next process", || (next() != before).then_some(()));
 }
 
 #[test]

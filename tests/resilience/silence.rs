@@ -29,8 +29,8 @@ fn three_subscribers(name: &str) -> System {
 
 /// The link of the source to `name`, as the source sees it.
 fn link(system: &System, name: &str) -> Option<LinkStatus> {
-    let status = system.status("source")?;
-    status.outputs[0].links.iter().find(|link| link.to == name).cloned()
+    let status = system.answer("source")?;
+    status.outputs.first()?.links.iter().find(|link| link.to == name).cloned()
 }
 
 /// Stops `name` until the source has dropped something for it, and lets it go on. `false` if that
@@ -79,7 +79,7 @@ fn a_subscriber_stopped_for_a_moment_delays_nobody_and_its_losses_are_counted() 
             system.trace(name).got("a").into_iter().filter(|got| got.pid == pid).collect();
         let [first, last] = [&got[0], &got[got.len() - 1]];
         let missing = last.count - first.count + 1 - got.len() as u64;
-        let input = system.status(name).expect("it answers").inputs[0].clone();
+        let input = system.status(name).inputs[0].clone();
         assert!(missing <= input.lost + input.dropped, "{missing} are missing: {input:?}");
         assert!(missing > 0);
     }

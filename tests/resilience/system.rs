@@ -81,10 +81,7 @@ impl Draft {
         let mut all = vec![file.to_str().expect("a path in UTF-8")];
         all.extend(arguments);
         let run = folder.run("out", &all);
-        let registry = wait_for("the registry", || {
-            let command = command_of(child(&run, "registry")?);
-            command.into_iter().nth(3)?.parse().ok()
-        });
+        let registry = run.registry();
         let directory = Directory::observer(&SocketAddr::to_string(&registry), "test");
         System { run, registry, directory, folder }
     }
@@ -96,17 +93,6 @@ pub fn probe() -> PathBuf {
     let path = armor.with_file_name("examples").join("probe");
     assert!(path.exists(), "no {}; `cargo build -p armor --example probe`", path.display());
     path
-}
-
-/// The launcher's child that runs `armor DAEMON`.
-fn child(run: &Run, daemon: &str) -> Option<i32> {
-    let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
-    run.children().into_iter().find(is_it)
-}
-
-fn command_of(pid: i32) -> Vec<String> {
-    let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-    text.split('\0').map(String::from).collect()
 }
 
 /// It runs. Everything ends with it.
@@ -147,8 +133,13 @@ impl System {
         })
     }
 
-    /// What a component says of itself, if it answers.
-    pub fn status(&self, name: &str) -> Option<Status> {
+    /// What a component says of itself.
+    pub fn status(&self, name: &str) -> Status {
+        wait_for(&format!("an answer of `{name}`"), || self.answer(name))
+    }
+
+    /// What a component says of itself, if it answers now.
+    pub fn answer(&self, name: &str) -> Option<Status> {
         let entry = self.entries().into_iter().find(|entry| entry.name == name)?;
         let connection = ControlConnection::connect(&entry, Role::Observer, "test", |_| {}).ok()?;
         connection.status(ANSWER_WITHIN).ok()
@@ -157,7 +148,7 @@ impl System {
     /// The process of a component or a daemon, once it is there.
     pub fn pid(&self, name: &str) -> i32 {
         match name {
-            "registry" | "configd" | "executive" => wait_for(name, || child(&self.run, name)),
+            "registry" | "configd" | "executive" => wait_for(name, || self.run.daemon(name)),
             name => i32::try_from(self.entry(name).pid).expect("a process id"),
         }
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::REPOSITORY;
+use crate::fixture::free_port;
 
 /// What a reader does.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,9 +36,8 @@ impl Page {
         let path = Path::new(REPOSITORY).join(format!("docs/tutorial/{name}.md"));
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         // The one port that a page chooses; others may run the same tests on this host.
-        let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).expect("a free port");
-        let port = listener.local_addr().expect("bound").port().to_string();
-        Self { name: name.into(), steps: steps(&text.replace(":7500", &format!(":{port}"))) }
+        let text = text.replace(":7500", &format!(":{}", free_port()));
+        Self { name: name.into(), steps: steps(&text) }
     }
 }
 

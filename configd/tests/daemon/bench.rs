@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Notice, Options};
 use armor_wire::codec;
@@ -14,7 +14,7 @@ use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{self, Hello, Purpose};
 
 /// How long anything may take before a test counts as failed.
-pub const DEADLINE: Duration = Duration::from_secs(20);
+pub const DEADLINE: Duration = Duration::from_secs(60);
 
 pub fn file(rate_hz: u32) -> String {
     format!(
@@ -56,6 +56,15 @@ impl Folder {
         new.write_all(text.as_bytes()).unwrap();
         new.sync_all().unwrap();
         fs::rename(beside, self.file()).unwrap();
+    }
+}
+
+/// Looks until it is so.
+pub fn wait_for(what: &str, is_so: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < DEADLINE, "{what}: it never was");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

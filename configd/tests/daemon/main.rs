@@ -10,7 +10,6 @@ mod setting;
 
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Options, ServeError};
 use armor_wire::config::{Assigned, Reply, Request};
@@ -73,9 +72,7 @@ fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
     expect_taken(&configd, 1);
     folder.save(&file(2));
     expect_taken(&configd, 2);
-    while !kept.join("2/index").exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for("version 2 on the disk", || kept.join("2/index").exists());
     drop(configd);
     fs::write(folder.file(), "<armor").unwrap();
     let configd = Background::start(options()).unwrap();
@@ -99,18 +96,13 @@ fn a_version_that_vanished_is_kept_again() {
     let configd = Background::start(options()).unwrap();
     expect_taken(&configd, 1);
     let whole = || {
-        let is_whole = || {
+        wait_for("a whole version", || {
             let text = fs::read_to_string(kept.join("1/1-robot.xml"));
             text.is_ok_and(|text| text == file(1)) && kept.join("1/index").exists()
-        };
-        let deadline = Instant::now() + Duration::from_secs(60);
-        while !is_whole() {
-            assert!(Instant::now() < deadline, "it is never whole");
-            std::thread::sleep(Duration::from_millis(5));
-        }
+        });
     };
     whole();
-    while fs::remove_dir_all(&kept).is_err() {}
+    wait_for("the end of the folder", || fs::remove_dir_all(&kept).is_ok());
     whole();
     fs::write(kept.join("1/1-robot.xml"), "<arm").unwrap();
     whole();
