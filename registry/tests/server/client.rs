@@ -1,4 +1,4 @@
-//! A plain blocking client that beats by itself once it is welcome.
+//! A plain blocking client that beats by itself once it has said hello.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -15,7 +15,7 @@ use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
 /// How long anything may take before a test counts as failed.
 pub const DEADLINE: Duration = Duration::from_secs(20);
 
-/// The streams of welcomed clients; one thread beats on all of them.
+/// The streams of those who beat; one thread does it on all of them.
 static BEATING: LazyLock<Mutex<Vec<Weak<TcpStream>>>> = LazyLock::new(|| {
     thread::spawn(|| {
         loop {
@@ -47,17 +47,21 @@ impl Client {
     pub fn connect(address: SocketAddr, purpose: Purpose) -> Result<Self, HandshakeError> {
         let mut client = Self::stranger(address);
         client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
+        client.beat();
         client.answer()?;
         Ok(client)
     }
 
     /// The answer to the hello.
     pub fn answer(&mut self) -> Result<Welcome, HandshakeError> {
-        let welcome = self.next(|frame| Some(hello::read_answer(&frame)))?;
+        self.next(|frame| Some(hello::read_answer(&frame)))
+    }
+
+    /// Beats from now on, once the hello is said.
+    pub fn beat(&self) {
         let mut beating = BEATING.lock().unwrap();
         beating.retain(|stream| stream.strong_count() > 0);
         beating.push(Arc::downgrade(&self.stream));
-        Ok(welcome)
     }
 
     /// A connection on which nothing was said yet.

@@ -17,6 +17,8 @@ fn three_hundred_register_at_once_and_all_find_each_other() {
             let entry = entry(&format!("c{n}"), 1 + n as u64);
             let purpose = Purpose::Registry { entry: Some(entry) };
             client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
+            // The last of them waits for its turn longer than the registry bears silence.
+            client.beat();
             client
         })
         .collect();
