@@ -57,7 +57,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
         played: Some(PLAYED.to_vec()),
-        further: Some(check::of_the_mission),
+        further: Some(check::of_the_mission_soon),
         versions,
         wait: arguments.wait,
         ..Options::new(&arguments.file)
