@@ -2,6 +2,7 @@
 
 mod changes;
 mod command_line;
+mod dates;
 mod dice;
 mod fixture;
 mod gathering;

@@ -7,6 +7,7 @@ use crate::plan::ComponentId;
 use crate::record::{Cause, Outcome};
 use armor_missions::mission::LostLink;
 use armor_petri::{Class, PlaceId, TransitionId};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
@@ -14,7 +15,7 @@ use std::time::Duration;
 const ORDERS: usize = 64;
 
 /// Who commands.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Lease {
     /// Who holds it.
     pub by: Giver,
@@ -23,7 +24,7 @@ pub struct Lease {
 }
 
 /// While the mission stands still.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pause {
     /// Who ordered it.
     pub by: String,
@@ -33,7 +34,8 @@ pub struct Pause {
 
 /// What is said about an enabled transition that does not fire by itself. It is forgotten when the
 /// transition fires or is no longer enabled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Consent {
     /// The operator is asked, since then.
     Asked(Duration),
@@ -110,8 +112,7 @@ impl Ledger {
 
     /// What the operator says of a transition, or what follows from saying nothing.
     pub(crate) fn consent(&mut self, name: &str, consent: Consent) -> Result<(), LedgerError> {
-        let unknown = || LedgerError::UnknownName(name.to_owned());
-        let id = self.plan.transition_named(name).ok_or_else(unknown)?;
+        let id = self.transition(name)?;
         self.authority.consents.insert(id, consent);
         Ok(())
     }

@@ -68,6 +68,8 @@ impl PlanBuilder {
                 listeners.entry(on.clone()).or_default().push(id);
             }
         }
+        let dated = net.transition_ids().zip(&self.transitions);
+        let dated = dated.filter(|it| it.1.dates.is_some()).map(|it| it.0).collect();
         let names = Names {
             components: (0..)
                 .map(ComponentId)
@@ -90,6 +92,7 @@ impl PlanBuilder {
             watches: self.watches,
             variables: self.variables,
             watchers,
+            dated,
             goal: self.goal,
             safe: self.safe,
             period: self.period,

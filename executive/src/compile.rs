@@ -2,6 +2,7 @@
 //! finding, never passed over.
 
 use crate::builder::PlanBuilder;
+use crate::dates::PlannedDates;
 use crate::guards::{PlannedGuard, PlannedVariable};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use crate::version::Version;
@@ -9,7 +10,9 @@ use armor_missions::guard::{Guard, Name};
 use armor_missions::mission::{
     ArcKind, Autonomy, Class, Mission, Place, Resume, Transition, Variable,
 };
-use armor_missions::{Code, Configuration, Feature, Finding, Findings, Location, Spanned, System};
+use armor_missions::{
+    Code, Configuration, Date, Feature, Finding, Findings, Location, Spanned, System,
+};
 use armor_petri::{Interval, PlaceId};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -30,6 +33,7 @@ pub const PLAYED: &[Feature] = &[
     Feature::Submission,
     Feature::Guard,
     Feature::Variable,
+    Feature::Date,
 ];
 
 impl Plan {
@@ -159,6 +163,7 @@ impl Compiler {
         let planned = PlannedTransition {
             on,
             guard,
+            dates: dates(transition),
             on_stop_fail: found(&transition.on_stop_fail),
             on_start_fail: found(&transition.on_start_fail),
             overrun: found(&transition.overrun),
@@ -191,7 +196,7 @@ impl Compiler {
             t = t.class(armor_petri::Class::Safety);
         }
         t = t.priority(transition.priority);
-        if transition.on.is_some() || transition.when.is_some() {
+        if planned.is_gated() {
             t.gated();
         }
         self.plan.transitions.push(planned);
@@ -304,6 +309,13 @@ impl Compiler {
     }
 }
 
+fn dates(transition: &Transition) -> Option<PlannedDates> {
+    let date = |date: &Option<Spanned<Date>>| date.as_ref().map(|date| date.value);
+    let (first, last) = (date(&transition.not_before), date(&transition.not_after));
+    let missed = transition.missed.as_deref().copied().unwrap_or_default();
+    (first.is_some() || last.is_some()).then_some(PlannedDates { first, last, missed })
+}
+
 /// What leads to a place of the safety class is of the safety class.
 fn is_safety(mission: &Mission, transition: &Transition) -> bool {
     let safe = |name: &str| mission.place(name).is_some_and(|p| p.class == Class::Safety);
@@ -314,7 +326,7 @@ fn is_safety(mission: &Mission, transition: &Transition) -> bool {
 mod tests {
     use super::*;
     use crate::guards::{Operand, WatchId};
-    use armor_missions::mission::LostLink;
+    use armor_missions::mission::{LostLink, Missed};
 
     fn compiled(mission: &str) -> Result<Plan, Findings> {
         let file = format!(
@@ -400,6 +412,32 @@ mod tests {
     }
 
     #[test]
+    fn dates_are_gates() {
+        let plan = compiled(
+            r#"><place name="x" initial="true"/><place name="z"/>
+            <transition name="t" from="x" to="z" not-before="2030-01-01T00:00Z" priority="1"/>
+            <transition name="u" from="x" to="z" timeout="5s" not-after="2030-01-01T00:00:00.5Z"
+                        missed="fail"/>
+            <transition name="v" from="x" to="z" timeout="5s"/>"#,
+        )
+        .expect("it plays all of that");
+        let [t, u] = [0, 1].map(|index| plan.transitions[index].dates.expect("it has some"));
+        assert_eq!(
+            (t.first.map(|date| date.to_string()), t.last),
+            (Some("2030-01-01T00:00:00Z".to_owned()), None)
+        );
+        assert_eq!(t.missed, Missed::Skip, "nothing said");
+        assert_eq!(
+            u.last.and_then(|last| last.after(t.first?)),
+            Some(std::time::Duration::from_millis(500))
+        );
+        assert_eq!((u.first, u.missed), (None, Missed::Fail));
+        assert!(plan.has_dates() && plan.transitions[2].dates.is_none());
+        let gated: Vec<_> = plan.net.transitions().iter().map(|t| t.gated).collect();
+        assert_eq!(gated, [true, true, false], "what is proven holds whenever they open");
+    }
+
+    #[test]
     fn a_sub_mission_s_variables_are_its_own() {
         let mut plan = PlanBuilder::default();
         for (name, data) in [("v", "a.o"), ("dock.v", "b.o")] {
@@ -424,10 +462,6 @@ mod tests {
             (
                 "variable",
                 r#"><variable name="v" min="0" max="1"/><place name="x" initial="true"/>"#,
-            ),
-            (
-                "date",
-                r#"><place name="x" initial="true"/><place name="z"/><transition name="t" from="x" to="z" not-before="2030-01-01T00:00:00Z"/>"#,
             ),
             (
                 "parameter",

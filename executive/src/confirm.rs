@@ -13,9 +13,10 @@ impl Controller {
     /// The transition whose turn it is: what operators let fire, else what fires by itself.
     pub(crate) fn next_ready(&self) -> Option<TransitionId> {
         let state = &self.ledger.state;
-        let by_itself = state.ready().find(|id| self.fires_by_itself(*id))?;
+        let mut ready = state.ready().filter(|id| !self.waits_for_utc(*id));
+        let by_itself = ready.find(|id| self.fires_by_itself(*id))?;
         let safety = self.plan.net.transition(by_itself).class == Class::Safety;
-        let granted = || state.ready().find(|id| self.is_granted(*id));
+        let granted = || state.ready().find(|id| self.is_granted(*id) && !self.waits_for_utc(*id));
         if safety || self.ledger.authority.consents.is_empty() {
             return Some(by_itself);
         }
@@ -32,7 +33,8 @@ impl Controller {
         let acts = |id: &TransitionId| {
             self.fires_by_itself(*id) || self.plan.transition(*id).asks() && self.is_unasked(*id)
         };
-        let next = state.enabled().find(|id| runs(id) && acts(id))?;
+        let knows = |id: &TransitionId| !self.waits_for_utc(*id);
+        let next = state.enabled().find(|id| runs(id) && knows(id) && acts(id))?;
         state.earliest(next).map(|at| at.max(state.now()))
     }
 
@@ -55,7 +57,8 @@ impl Controller {
             return;
         }
         let unasked = self.ledger.state.ready().filter(|id| {
-            self.plan.transition(*id).asks() && self.is_unasked(*id) && !self.fires_by_itself(*id)
+            let asks = self.plan.transition(*id).asks() && !self.fires_by_itself(*id);
+            asks && self.is_unasked(*id) && !self.waits_for_utc(*id)
         });
         for id in unasked.collect::<Vec<_>>() {
             let transition = self.plan.net.transition(id).name.clone();

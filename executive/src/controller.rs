@@ -12,11 +12,12 @@ use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record};
 use crate::roster::{Doing, Roster};
 use crate::senses::Senses;
+use armor_missions::Date;
 use armor_petri::{PlaceId, Step, TransitionId};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Reports that changed nothing, by reason.
+/// Reports and orders that changed nothing, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// From an activation that is over.
@@ -25,6 +26,8 @@ pub struct Dropped {
     pub repeated: u64,
     /// Nothing in the mission waits for them.
     pub unheard: u64,
+    /// Orders that were refused and not even written down, as there were too many.
+    pub orders: u64,
 }
 
 /// Plays one mission.
@@ -49,6 +52,8 @@ pub struct Controller {
     pub(crate) offers: u64,
     /// The number of the newest version with the mission that is played.
     pub(crate) known_as: u64,
+    /// UTC at mission time 0, as it has been told last.
+    pub(crate) utc_at_start: Option<Date>,
     finished: bool,
     /// With a period: when it looks at the net next, if there is something to see.
     next_look: Option<Duration>,
@@ -129,7 +134,7 @@ impl Controller {
         let answers = self.answers_due().map(|due| due.1);
         let operator = answers.chain(self.lease_due());
         let waits = self.pushes().chain(self.patience()).chain(self.senses_due());
-        firing.into_iter().chain(waits).chain(operator).min()
+        firing.into_iter().chain(waits).chain(operator).chain(self.dates_due()).min()
     }
 
     /// What has been decided.
@@ -165,6 +170,7 @@ impl Controller {
             offers: 0,
             known_as: plan.version.number,
             plan,
+            utc_at_start: None,
             finished: false,
             next_look: None,
         }
@@ -183,6 +189,7 @@ impl Controller {
                 self.move_firings_on();
                 self.notice_failures();
                 self.weigh_guards();
+                self.weigh_dates();
                 self.ask();
                 self.fire_next(&mut step);
             }

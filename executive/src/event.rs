@@ -7,6 +7,7 @@ use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
 use crate::version::Version;
+use armor_missions::Date;
 use armor_missions::guard::Scalar;
 use std::sync::Arc;
 
@@ -84,6 +85,12 @@ pub enum Event {
     Offered(Arc<Version>),
     /// What came of a question about a version.
     Answered(Answer),
+    /// What the clock on the wall says. Without it no date comes or passes, and no transition that
+    /// has one fires.
+    Utc {
+        /// The moment at which mission time was 0, by that clock.
+        at_start: Date,
+    },
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,
     /// Everything is to come to rest; the mission stays as it is and can be resumed.

@@ -11,7 +11,10 @@ impl Controller {
     pub(crate) fn take_in(&mut self, event: Event) {
         let now = self.now;
         // Of values alone there may be many; they are shown now and then.
-        if !matches!(event, Event::Timer | Event::Sensed { .. } | Event::Unlinked { .. }) {
+        if !matches!(
+            event,
+            Event::Timer | Event::Utc { .. } | Event::Sensed { .. } | Event::Unlinked { .. }
+        ) {
             self.publish();
         }
         match event {
@@ -52,6 +55,7 @@ impl Controller {
             Event::Unlinked { watch } => self.unlinked(watch),
             Event::Offered(version) => self.offered(version),
             Event::Answered(answer) => self.answered(answer),
+            Event::Utc { at_start } => self.told_utc(at_start),
             Event::Timer => {}
             Event::Stop => self.stopping = true,
         }

@@ -3,7 +3,9 @@
 //! A line cut off by a crash was never acted upon and is dropped when the journal is opened again.
 //! The first line of every life of the executive says where its clock stands, so that timeouts go
 //! on through a restart of the process; after a restart of the machine, time goes on where the
-//! last record left it.
+//! last record left it. A journal that has grown long is cut: one record that says all that was
+//! decided takes the place of those before it. Killed at any moment, the old one or the new one
+//! is there, whole.
 
 use crate::record::{Entry, Record};
 use crate::version::Version;
@@ -13,8 +15,10 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Longest journal that is read back: some millions of firings.
+/// Longest journal that is read back, far beyond what is cut.
 const MAX_LEN: u64 = 1 << 30;
+/// When a journal is cut, in bytes: some fifty thousand firings, read back in a second.
+pub const CUT_AT: u64 = 16 << 20;
 
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -65,6 +69,10 @@ pub struct Journal {
     file: File,
     path: PathBuf,
     unsynced: bool,
+    /// Its length, in bytes.
+    len: u64,
+    /// How long it was after it was cut, or 0.
+    cut_len: u64,
 }
 
 /// What a journal says.
@@ -74,6 +82,18 @@ pub struct Story {
     pub records: Vec<Record>,
     /// The last life, if there was one.
     pub life: Option<Life>,
+}
+
+impl Story {
+    /// How many records there were ever, those included that one took the place of.
+    pub fn told(&self) -> u64 {
+        match self.records.first() {
+            Some(Record { entry: Entry::Snapshot(snapshot), .. }) => {
+                snapshot.records + self.records.len() as u64 - 1
+            }
+            _ => self.records.len() as u64,
+        }
+    }
 }
 
 /// Reads a journal without touching it; somebody may be writing it.
@@ -120,10 +140,39 @@ impl Journal {
         file.set_len(whole as u64).map_err(failed)?;
         file.seek(SeekFrom::Start(whole as u64)).map_err(failed)?;
         file.sync_all().map_err(failed)?;
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)?;
+        sync_folder(path).map_err(failed)?;
+        let (path, len) = (path.to_owned(), whole as u64);
+        Ok((Self { file, path, unsynced: false, len, cut_len: 0 }, story))
+    }
+
+    /// Whether it is longer than `limit` bytes, and much longer than it has to be.
+    pub fn is_longer_than(&self, limit: u64) -> bool {
+        self.len > limit && self.len > 2 * self.cut_len
+    }
+
+    /// Puts `record`, which says all that was decided, in the place of all that was written. It is
+    /// on disk afterwards.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn cut(&mut self, life: Life, record: Record) -> Result<(), JournalError> {
+        let mut text = Vec::new();
+        for line in [Line::Life { life }, Line::Record(record)] {
+            serde_json::to_writer(&mut text, &line).map_err(|e| self.failed(e.into()))?;
+            text.push(b'\n');
         }
-        Ok((Self { file, path: path.to_owned(), unsynced: false }, story))
+        let beside = self.path.with_added_extension("new");
+        let write = || {
+            let mut file = File::create(&beside)?;
+            file.write_all(&text)?;
+            file.sync_all()?;
+            std::fs::rename(&beside, &self.path)?;
+            sync_folder(&self.path)?;
+            Ok(file)
+        };
+        self.file = write().map_err(|error| self.failed(error))?;
+        (self.len, self.cut_len, self.unsynced) = (text.len() as u64, text.len() as u64, false);
+        Ok(())
     }
 
     /// Says where the clock of this life stands.
@@ -157,11 +206,20 @@ impl Journal {
         let mut text = serde_json::to_vec(line).map_err(|e| self.failed(io::Error::other(e)))?;
         text.push(b'\n');
         self.unsynced = true;
+        self.len += text.len() as u64;
         self.file.write_all(&text).map_err(|error| self.failed(error))
     }
 
     fn failed(&self, error: io::Error) -> JournalError {
         JournalError::Io { path: self.path.clone(), error }
+    }
+}
+
+/// So that its name is on disk too.
+fn sync_folder(path: &Path) -> io::Result<()> {
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        Some(folder) => File::open(folder)?.sync_all(),
+        None => File::open(".")?.sync_all(),
     }
 }
 
@@ -184,6 +242,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
 pub fn began_with(records: &[Record]) -> Option<&Version> {
     match &records.first()?.entry {
         Entry::Began { version, .. } if !version.files.is_empty() => Some(version),
+        Entry::Snapshot(it) if !it.version.files.is_empty() => Some(&it.version),
         _ => None,
     }
 }
@@ -259,6 +318,45 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), whole);
         std::fs::write(&path, b"nonsense\n").unwrap();
         assert!(matches!(Journal::open(&path), Err(JournalError::Line { line: 1, .. })));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_report_of_any_value_is_read_back() {
+        for value in [0.1, -1e300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let report = Report::Event { name: "seen".to_owned(), value };
+            let component = "c".to_owned();
+            let entry = Entry::Heard { component, instance: 1, serial: 1, report };
+            let record = Record { at: Duration::ZERO, entry };
+            let line = serde_json::to_string(&record).unwrap();
+            let again: Record = serde_json::from_str(&line).unwrap();
+            assert_eq!(format!("{again:?}"), format!("{record:?}"), "{line}");
+        }
+    }
+
+    #[test]
+    fn a_cut_journal_holds_one_record_and_goes_on() {
+        let folder = std::env::temp_dir().join(format!("armor-cut-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("cut.jsonl");
+        let _ = std::fs::remove_file(&path);
+        let life = Life { boot: "b".to_owned(), zero_ns: -5 };
+        let [first, .., last] = &records()[..] else { panic!("some records") };
+        let (mut journal, _) = Journal::open(&path).unwrap();
+        journal.begin(life.clone()).unwrap();
+        assert!(!journal.is_longer_than(1000));
+        while !journal.is_longer_than(1000) {
+            records().into_iter().for_each(|record| journal.write(record).unwrap());
+        }
+        // What a killed one left beside it is no hindrance.
+        std::fs::write(folder.join("cut.jsonl.new"), b"{\"at_ns\":12,\"ent").unwrap();
+        journal.cut(life.clone(), first.clone()).unwrap();
+        assert!(!journal.is_longer_than(0), "it is as short as it can be");
+        journal.write(last.clone()).unwrap();
+        journal.sync().unwrap();
+        let (_, story) = Journal::open(&path).unwrap();
+        assert_eq!((story.records, story.life), (vec![first.clone(), last.clone()], Some(life)));
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing is left beside it");
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

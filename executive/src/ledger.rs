@@ -2,9 +2,11 @@
 //! by records alone, so playing the journal again gives the same ledger, to the nanosecond.
 
 use crate::authority::{Authority, Consent};
+use crate::dates::Dated;
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
-use armor_petri::{PlaceId, State};
+use armor_petri::{PlaceId, State, TransitionId};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
@@ -48,7 +50,8 @@ pub enum LedgerError {
 }
 
 /// Where a firing is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Phase {
     /// Until everything that must stop has confirmed it.
     Stopping,
@@ -78,7 +81,8 @@ pub struct Firing {
 }
 
 /// Where the mission is as a whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Stage {
     /// It plays.
     Playing,
@@ -91,7 +95,7 @@ pub enum Stage {
 }
 
 /// The last activation of a component, and what came of it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Activation {
     pub(crate) number: u64,
     /// Whether its reports count.
@@ -115,6 +119,8 @@ pub struct Ledger {
     pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
     /// Per transition, whether its guard holds; true of those without one.
     pub(crate) holds: Vec<bool>,
+    /// Per transition, where its dates stand.
+    pub(crate) dates: Vec<Dated>,
     pub(crate) stage: Stage,
     pub(crate) authority: Authority,
     pub(crate) last_firing: u64,
@@ -125,6 +131,8 @@ pub struct Ledger {
     pub(crate) history: VecDeque<(String, Duration)>,
     /// The last words on why it retreated or gave up.
     pub(crate) why: String,
+    /// How many records it was told.
+    pub(crate) records: u64,
     pub(crate) at: Duration,
     /// Since when the version of the file is played.
     pub(crate) version_since: Duration,
@@ -145,6 +153,7 @@ impl Ledger {
                 .collect(),
             standing: BTreeMap::new(),
             holds: plan.transitions.iter().map(|t| t.guard.is_none()).collect(),
+            dates: vec![Dated::default(); plan.transitions.len()],
             stage: Stage::Playing,
             authority: Authority::default(),
             last_firing: 0,
@@ -152,6 +161,7 @@ impl Ledger {
             fired: 0,
             history: VecDeque::new(),
             why: String::new(),
+            records: 0,
             at: Duration::ZERO,
             version_since: Duration::ZERO,
             plan,
@@ -175,9 +185,15 @@ impl Ledger {
     /// # Errors
     /// If it does not fit; the ledger is not to be used further then.
     pub fn apply(&mut self, record: &Record) -> Result<(), LedgerError> {
+        if let Entry::Snapshot(snapshot) = &record.entry {
+            *self = Self::of_snapshot(Arc::clone(&self.plan), snapshot, record.at)?;
+            return Ok(());
+        }
+        self.records += 1;
         self.at = self.at.max(record.at);
         self.state.advance(self.at);
         match &record.entry {
+            Entry::Snapshot(_) => {}
             Entry::Began { mission, fingerprint, .. } => self.began(mission, fingerprint)?,
             Entry::Changed { version, fingerprint, .. } => self.changed(version, fingerprint)?,
             Entry::Refused { .. } => {}
@@ -206,6 +222,7 @@ impl Ledger {
             Entry::LinkLost { .. } => self.link_is_lost(),
             Entry::Held { .. } => self.hold("the executive"),
             Entry::Guard { transition, holds, .. } => self.weighed(transition, *holds)?,
+            Entry::Dated { transition, phase, .. } => self.dated(transition, *phase)?,
             Entry::Retreated { why } => self.retreated(why),
             Entry::GaveUp { why } => {
                 self.why.clone_from(why);
@@ -260,7 +277,7 @@ impl Ledger {
         tokens.iter().map(name).collect()
     }
 
-    fn began(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
+    pub(crate) fn began(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
         if mission == self.plan.mission && fingerprint == self.plan.fingerprint() {
             return Ok(());
         }
@@ -306,8 +323,7 @@ impl Ledger {
     }
 
     fn take(&mut self, name: &str) -> Result<(), LedgerError> {
-        let unknown = || LedgerError::UnknownName(name.to_owned());
-        let id = self.plan.transition_named(name).ok_or_else(unknown)?;
+        let id = self.transition(name)?;
         let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
         self.state.take(id).map_err(refused)?;
         self.authority.consents.remove(&id);
@@ -316,21 +332,19 @@ impl Ledger {
         if self.history.len() > HISTORY {
             self.history.pop_front();
         }
+        self.date_used(id);
         if let Some(on) = &self.plan.transition(id).on {
             let on = on.clone();
             self.standing.remove(&on);
-            self.set_gates(&on, false);
+            self.set_gates(&on);
         }
         Ok(())
     }
 
     fn weighed(&mut self, name: &str, holds: bool) -> Result<(), LedgerError> {
-        let unknown = || LedgerError::UnknownName(name.to_owned());
-        let id = self.plan.transition_named(name).ok_or_else(unknown)?;
+        let id = self.transition(name)?;
         self.holds[id.index()] = holds;
-        let on = self.plan.transition(id).on.as_ref();
-        let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
-        self.state.set_gate(id, holds && is_reported);
+        self.set_gate(id);
         Ok(())
     }
 
@@ -388,15 +402,19 @@ impl Ledger {
         self.firings.insert(self.last_firing, firing);
     }
 
-    fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
-        let unknown = |t: &Tokens| LedgerError::UnknownName(t.place.clone());
-        tokens
-            .iter()
-            .map(|t| Ok((self.plan.place_named(&t.place).ok_or_else(|| unknown(t))?, t.tokens)))
-            .collect()
+    pub(crate) fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
+        tokens.iter().map(|it| Ok((self.place(&it.place)?, it.tokens))).collect()
     }
 
-    fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
+    pub(crate) fn place(&self, name: &str) -> Result<PlaceId, LedgerError> {
+        self.plan.place_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
+    }
+
+    pub(crate) fn transition(&self, name: &str) -> Result<TransitionId, LedgerError> {
+        self.plan.transition_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
+    }
+
+    pub(crate) fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
         self.plan.component_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 

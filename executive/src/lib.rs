@@ -11,6 +11,7 @@ mod commands;
 mod compile;
 mod confirm;
 mod controller;
+mod dates;
 mod event;
 mod follow;
 mod gathering;
@@ -37,29 +38,34 @@ mod scenarios;
 mod senses;
 #[cfg(test)]
 mod simulation;
+mod snapshot;
 mod story;
 mod transfer;
 mod version;
+mod wall_clock;
 mod watch;
 
 pub use authority::{Lease, Pause};
 pub use change::{Answer, Found, Offer, Question};
 pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
+pub use dates::PlannedDates;
 pub use event::{Action, Event};
 pub use follow::Newer;
 pub use guards::{PlannedGuard, PlannedVariable, Watch, WatchId};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 pub use marking::{
-    Confirmation, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
-    MissionChange, MissionComponent, OrderGiven, Paused, VariableValue,
+    Confirmation, DateStand, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace,
+    Marking, MissionChange, MissionComponent, OrderGiven, Paused, VariableValue,
 };
 pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
 pub use proof::{MAX_BYTES, MAX_STATES, prove};
-pub use record::{Cause, Entry, Outcome, Record, Report, Tokens};
+pub use record::{Cause, DatePhase, Entry, Outcome, Record, Report, Tokens};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};
+pub use snapshot::Snapshot;
 pub use version::{FileText, Version};
+pub use wall_clock::{doubts as clock_doubts, utc};

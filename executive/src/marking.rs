@@ -2,6 +2,7 @@
 
 mod changing;
 mod commanding;
+mod dates;
 
 use crate::controller::Controller;
 use crate::guards::PlannedVariable;
@@ -18,6 +19,7 @@ use std::time::Duration;
 
 pub use changing::MissionChange;
 pub use commanding::{Confirmation, Holder, OrderGiven, Paused};
+pub use dates::DateStand;
 
 /// Where the mission stands. Times named `…_at_s` are mission time, in seconds since its start.
 #[derive(Message, Clone, Debug, PartialEq)]
@@ -44,6 +46,8 @@ pub struct Marking {
     pub variables: Vec<VariableValue>,
     /// The guards of its transitions.
     pub guards: Vec<GuardTruth>,
+    /// Its absolute dates.
+    pub dates: Vec<DateStand>,
     /// The components of the mission.
     pub components: Vec<MissionComponent>,
     /// Transitions fired so far.
@@ -54,6 +58,8 @@ pub struct Marking {
     pub late_reports: u64,
     /// Reports that nothing in the mission waited for.
     pub unheard_reports: u64,
+    /// Orders that were refused and, as there were too many, not written down.
+    pub unwritten_orders: u64,
     /// Whether it stands still.
     pub pause: Option<Paused>,
     /// Who commands it; nobody: whoever orders something.
@@ -191,11 +197,13 @@ impl Controller {
             enabled: ledger.state.enabled().map(|id| self.enabled(id)).collect(),
             variables: self.variables(),
             guards: self.plan.net.transition_ids().filter_map(|id| self.guard(id)).collect(),
+            dates: self.dates(),
             components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
             fired: ledger.fired,
             history: ledger.history.iter().map(fired).collect(),
             late_reports: self.dropped.late,
             unheard_reports: self.dropped.unheard,
+            unwritten_orders: self.dropped.orders,
             pause: self.paused(),
             holder: self.holder(),
             link_lost_at_s: ledger.authority.link_lost.map(|at| at.as_secs_f64()),

@@ -12,6 +12,11 @@ use armor_petri::{Class, TransitionId};
 use armor_sdk::orders::GivenOrder;
 use std::time::Duration;
 
+/// How many refused orders are written down within a time.
+const REFUSALS: usize = 10;
+/// That time.
+const REFUSALS_WITHIN: Duration = Duration::from_secs(1);
+
 /// An order as it arrives.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Given {
@@ -85,12 +90,24 @@ impl Controller {
         }
     }
 
+    /// Whether so many refused orders were written down lately that one more is only counted: who
+    /// asks for what cannot be had does not fill the journal.
+    fn has_refused_enough(&self) -> bool {
+        let orders = self.ledger.authority.orders.iter().rev();
+        let lately = orders.take_while(|past| past.1 + REFUSALS_WITHIN > self.now);
+        lately.filter(|past| !past.0.accepted).count() >= REFUSALS
+    }
+
     fn judge_and_record(&mut self, given: &Given) -> (bool, String) {
         let judged = self.allow(given).and_then(|()| self.judge(&given.order));
         let (accepted, text) = match judged {
             Ok(text) => (true, text),
             Err(text) => (false, text),
         };
+        if !accepted && self.has_refused_enough() {
+            self.dropped.orders += 1;
+            return (accepted, text);
+        }
         let Given { request, by, take, order, .. } = given.clone();
         let text_kept = text.clone();
         self.record(Entry::Ordered(Judged { request, by, take, order, accepted, text }));
@@ -168,7 +185,7 @@ impl Controller {
         if self.plan.transition(id).autonomy == Autonomy::Auto {
             return Err(format!("`{name}` is not the operator's: it fires by itself"));
         }
-        let Some(earliest) = state.earliest(id) else {
+        let Some(earliest) = state.earliest(id).filter(|_| !self.waits_for_utc(id)) else {
             return Err(format!("`{name}` is not enabled: {}", self.hindrance(id)));
         };
         if net.transition(id).class == Class::Ordinary
@@ -211,6 +228,9 @@ impl Controller {
         let inhibited = transition.inhibitors.iter().find(|arc| state.tokens(arc.0) >= arc.1);
         if let Some((place, _)) = inhibited {
             return format!("a token in `{}` keeps it from firing", net.place(*place));
+        }
+        if let Some(why) = self.date_against(id) {
+            return why;
         }
         match &self.plan.transition(id).on {
             Some((component, report)) => {

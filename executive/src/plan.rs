@@ -1,6 +1,7 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
+use crate::dates::PlannedDates;
 use crate::guards::{Operand, PlannedGuard, PlannedVariable, Watch, WatchId};
 use crate::version::Version;
 use armor_missions::mission::{Autonomy, LostLink};
@@ -113,6 +114,8 @@ pub struct PlannedTransition {
     pub on: Option<(ComponentId, String)>,
     /// What must hold.
     pub guard: Option<PlannedGuard>,
+    /// When it may be enabled at all.
+    pub dates: Option<PlannedDates>,
     /// Where the tokens go when a component does not stop; without it, the mission retreats.
     pub on_stop_fail: Option<PlaceId>,
     /// Where the tokens go when a component does not start; without it, the mission retreats.
@@ -126,6 +129,11 @@ pub struct PlannedTransition {
 }
 
 impl PlannedTransition {
+    /// Whether more than tokens and time decide that it is enabled.
+    pub(crate) fn is_gated(&self) -> bool {
+        self.on.is_some() || self.guard.is_some() || self.dates.is_some()
+    }
+
     /// Whether the operator is asked before it fires.
     pub fn asks(&self) -> bool {
         matches!(self.autonomy, Autonomy::Confirm { .. })
@@ -145,6 +153,8 @@ pub struct Plan {
     pub(crate) variables: Vec<PlannedVariable>,
     /// Per watch, the transitions whose guards look at it.
     pub(crate) watchers: Vec<Vec<TransitionId>>,
+    /// The transitions that have dates.
+    pub(crate) dated: Vec<TransitionId>,
     pub(crate) goal: Option<PlaceId>,
     pub(crate) safe: Option<PlaceId>,
     pub(crate) period: Option<Duration>,

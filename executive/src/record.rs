@@ -2,6 +2,7 @@
 //! person can read it and a changed file cannot be mistaken for the old one.
 
 use crate::order::Judged;
+use crate::snapshot::Snapshot;
 use crate::version::Version;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -88,6 +89,7 @@ pub enum Report {
         /// Its name.
         name: String,
         /// Its value.
+        #[serde(with = "any_number")]
         value: f64,
     },
 }
@@ -113,11 +115,27 @@ impl Report {
     }
 }
 
+/// Where the dates of a transition stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DatePhase {
+    /// Its first date is still to come, or nobody has said what time it is.
+    #[default]
+    Early,
+    /// Its first date has come, its last one has not.
+    Open,
+    /// Its last date has passed; that is for good.
+    Past,
+}
+
 /// One thing decided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "entry", rename_all = "kebab-case")]
 pub enum Entry {
-    /// A mission begins; the first of every journal.
+    /// All that was decided so far, in the place of the records that said so; the first of a
+    /// journal that was cut.
+    Snapshot(Box<Snapshot>),
+    /// A mission begins; the first of every journal that was not cut.
     Began {
         /// Its name.
         mission: String,
@@ -226,6 +244,17 @@ pub enum Entry {
         /// The values it looks at, in words.
         because: String,
     },
+    /// A date of a transition has come or passed, or is to come after all: the clock was set.
+    Dated {
+        /// The transition.
+        transition: String,
+        /// Where its dates stand.
+        phase: DatePhase,
+        /// Whether it has fired before.
+        used: bool,
+        /// What the clock says, in UTC.
+        utc: String,
+    },
     /// Every token and every firing is given up; the mission goes to its safe place.
     Retreated {
         /// Why, in words.
@@ -265,5 +294,28 @@ mod nanoseconds {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Duration, D::Error> {
         u64::deserialize(from).map(Duration::from_nanos)
+    }
+}
+
+/// JSON has no word for what is not a number or not finite; components may report it.
+pub(crate) mod any_number {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        Number(f64),
+        Word(String),
+    }
+
+    pub(crate) fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+        if value.is_finite() { to.serialize_f64(*value) } else { to.collect_str(value) }
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        match Written::deserialize(from)? {
+            Written::Number(value) => Ok(value),
+            Written::Word(word) => word.parse().map_err(D::Error::custom),
+        }
     }
 }

@@ -36,14 +36,14 @@ impl Ledger {
             Report::Event { value, .. } => worth = *value,
         }
         let key = (component, report.name().to_owned());
-        self.set_gates(&key, true);
+        self.standing.insert(key.clone(), worth);
+        self.set_gates(&key);
         // News is worth another question.
         for id in self.plan.listeners.get(&key).into_iter().flatten() {
             if self.authority.consents.get(id) == Some(&Consent::Declined) {
                 self.authority.consents.remove(id);
             }
         }
-        self.standing.insert(key, worth);
     }
 
     /// Activations that nothing needs any more have no say; nor does an event that nobody who
@@ -64,7 +64,7 @@ impl Ledger {
         let idle: Vec<_> = self.standing.keys().filter(idle).cloned().collect();
         for key in idle {
             self.standing.remove(&key);
-            self.set_gates(&key, false);
+            self.set_gates(&key);
         }
     }
 
@@ -84,14 +84,23 @@ impl Ledger {
         let keys: Vec<_> = self.standing.range(range).map(|entry| entry.0.clone()).collect();
         for key in keys {
             self.standing.remove(&key);
-            self.set_gates(&key, false);
+            self.set_gates(&key);
         }
     }
 
-    pub(crate) fn set_gates(&mut self, key: &(ComponentId, String), open: bool) {
-        for id in self.plan.listeners.get(key).into_iter().flatten() {
-            self.state.set_gate(*id, open && self.holds[id.index()]);
+    /// Opens or shuts the gates of those that wait for a report.
+    pub(crate) fn set_gates(&mut self, key: &(ComponentId, String)) {
+        for id in self.plan.listeners.get(key).cloned().unwrap_or_default() {
+            self.set_gate(id);
         }
+    }
+
+    /// A gate is open while guard, report and dates all are as they should be.
+    pub(crate) fn set_gate(&mut self, id: TransitionId) {
+        let on = self.plan.transition(id).on.as_ref();
+        let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
+        let open = self.holds[id.index()] && is_reported && self.is_in_date(id);
+        self.state.set_gate(id, open);
     }
 
     /// Those of the components to be active that have finished what they were activated for.

@@ -10,7 +10,8 @@ use crate::ledger::{Ledger, LedgerError};
 use crate::marking::Marking;
 use crate::order::Judged;
 use crate::plan::Plan;
-use crate::record::{Entry, Outcome};
+use crate::record::{DatePhase, Entry, Outcome};
+use crate::wall_clock::{self, Calendar};
 use crate::watch::Watching;
 use armor_sdk::Latched;
 use armor_sdk::control::Command;
@@ -36,6 +37,10 @@ pub struct Options {
     pub journal: PathBuf,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
+    /// How long the journal grows before it is cut, in bytes; see [`journal::CUT_AT`].
+    pub cut_at: u64,
+    /// Whether this host's clock counts as right although nobody is known to keep it.
+    pub trust_clock: bool,
 }
 
 /// Why a mission is not played.
@@ -55,6 +60,13 @@ pub enum RunError {
     /// There is no mission to begin with.
     #[error("{0}")]
     Mission(String),
+    /// The mission has absolute dates and nobody is known to keep this host's clock.
+    #[error(
+        "this mission has absolute dates, and the clock of this host is not known to be right \
+         ({0}): let systemd-timesyncd, chrony or another time service keep it; or, if you know \
+         that it is right, run with --trust-clock"
+    )]
+    Clock(String),
     /// The registry is not reached, or another executive is there.
     #[error("the executive cannot register: {0}")]
     Register(String),
@@ -73,6 +85,7 @@ pub fn run(
     let (mut journal, story) = Journal::open(&options.journal)?;
     let ledger = read_again(&story, first, options)?;
     let plan = Arc::clone(ledger.plan());
+    judge_clock(&plan, options, story.records.is_empty())?;
     let (sender, inputs) = mpsc::channel();
     let watching = Watching::start(&plan, &options.registry, &sender);
     if story.records.is_empty() {
@@ -96,8 +109,18 @@ pub fn run(
         say_where(&controller);
     }
     let hub = Hub::new(plan, sender.clone());
-    let mut executive =
-        Executive { controller, hub, watching, journal, node, life, shown: None, inputs: sender };
+    let mut executive = Executive {
+        controller,
+        hub,
+        watching,
+        journal,
+        cut_at: options.cut_at,
+        node,
+        life,
+        calendar: Calendar::default(),
+        shown: None,
+        inputs: sender,
+    };
     let mut outcome = executive.perform(actions)?;
     while outcome.is_none() {
         outcome = executive.turn(&inputs, stop)?;
@@ -128,13 +151,31 @@ fn say_where(controller: &Controller) {
     tracing::info!("goes on where it left off: {}", all.join(", "));
 }
 
+/// A mission with dates begins only by a clock that is known to be right. One that was begun goes
+/// on by what clock there is.
+fn judge_clock(plan: &Plan, options: &Options, begins: bool) -> Result<(), RunError> {
+    if !plan.has_dates() || options.trust_clock {
+        return Ok(());
+    }
+    match wall_clock::doubts() {
+        Some(doubts) if begins => Err(RunError::Clock(doubts)),
+        Some(doubts) => {
+            tracing::warn!("this host's clock is not known to be right any more: {doubts}");
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}
+
 struct Executive {
     controller: Controller,
     hub: Hub,
     watching: Watching,
     journal: Journal,
+    cut_at: u64,
     node: Node,
     life: Life,
+    calendar: Calendar,
     shown: Option<Marking>,
     /// For what comes back from other threads.
     inputs: mpsc::Sender<Input>,
@@ -147,6 +188,13 @@ impl Executive {
         inputs: &Receiver<Input>,
         stop: &AtomicBool,
     ) -> Result<Option<Outcome>, RunError> {
+        let now = self.now();
+        if let Some(event) = self.calendar.news(now) {
+            let actions = self.controller.handle(event, now);
+            if let Some(outcome) = self.perform(actions)? {
+                return Ok(Some(outcome));
+            }
+        }
         let mut wait = LOOK_AROUND;
         if let Some(deadline) = self.controller.next_deadline() {
             wait = wait.min(deadline.saturating_sub(self.now()));
@@ -225,6 +273,9 @@ impl Executive {
             }
         }
         self.journal.sync()?;
+        if self.journal.is_longer_than(self.cut_at) {
+            self.journal.cut(self.life.clone(), self.controller.ledger().snapshot())?;
+        }
         if publish {
             self.publish();
         }
@@ -321,12 +372,15 @@ fn log(entry: &Entry) {
         }
         Entry::LinkLost { author } => tracing::warn!("the link to {author} is lost"),
         Entry::Held { why } => tracing::warn!("holds: {why}"),
+        Entry::Dated { phase: DatePhase::Past, used: false, .. } => tracing::warn!("{entry}"),
+        Entry::Dated { .. } => tracing::info!("{entry}"),
         Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
         Entry::GaveUp { why } => tracing::error!("gives up: {why}"),
         Entry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
         Entry::Changed { .. } => tracing::info!("{entry}"),
         Entry::Refused { .. } => tracing::warn!("{entry}; the one before goes on"),
-        Entry::Began { .. }
+        Entry::Snapshot(_)
+        | Entry::Began { .. }
         | Entry::Stopped { .. }
         | Entry::Activating { .. }
         | Entry::Put { .. } => {

@@ -1,11 +1,15 @@
 //! The journal in words, for people.
 
-use crate::record::{Entry, Outcome, Tokens};
+use crate::record::{DatePhase, Entry, Outcome, Tokens};
 use std::fmt;
 
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Snapshot(it) => {
+                let (records, marked) = (it.records, in_words(&it.marking));
+                write!(f, "{records} records before this one are not kept; marked: {marked}")
+            }
             Self::Began { mission, .. } => write!(f, "mission {mission} begins"),
             Self::Changed { version, changes, .. } => {
                 write!(f, "version {} of the file is played", version.number)?;
@@ -46,6 +50,16 @@ impl fmt::Display for Entry {
                 let verb = if *holds { "holds" } else { "does not hold" };
                 write!(f, "the guard of {transition} {verb}: {because}")
             }
+            Self::Dated { transition, phase, used, utc } => match phase {
+                DatePhase::Open => write!(f, "the date of {transition} has come, at {utc}"),
+                DatePhase::Early => {
+                    write!(f, "the date of {transition} is to come again: the clock says {utc}")
+                }
+                DatePhase::Past => {
+                    let how = if *used { "" } else { " unused" };
+                    write!(f, "the date of {transition} has passed{how}, at {utc}")
+                }
+            },
             Self::Retreated { why } => write!(f, "retreats: {why}"),
             Self::GaveUp { why } => write!(f, "gives up: {why}"),
             Self::Ended { outcome } => write!(f, "the end: {outcome}"),

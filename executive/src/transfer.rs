@@ -2,6 +2,7 @@
 //! answers and guards by those of transitions whose terms are the same. Part of the ledger, so it
 //! is the same when the journal is played again.
 
+use crate::dates::{Dated, PlannedDates};
 use crate::ledger::{Ledger, LedgerError, Stage};
 use crate::plan::{ComponentId, Plan};
 use crate::version::Version;
@@ -18,6 +19,7 @@ struct Terms<'a> {
     /// Components have the same numbers in both.
     on: Option<&'a (ComponentId, String)>,
     guard: Option<String>,
+    dates: Option<PlannedDates>,
     class: Class,
 }
 
@@ -34,6 +36,7 @@ impl Plan {
             reads: named(&transition.reads),
             inhibitors: named(&transition.inhibitors),
             on: planned.on.as_ref(),
+            dates: planned.dates,
             guard: planned.guard.as_ref().map(|guard| guard.guard.to_string()),
             class: transition.class,
         }
@@ -113,25 +116,37 @@ impl Ledger {
     fn go_over_to(&mut self, plan: Arc<Plan>) {
         let marking = self.plan.marking_in(&plan, self.state.marking());
         let marking = marking.expect("nothing keeps it from being taken");
-        let mut state = self.state.in_another(Arc::clone(&plan.net), marking);
-        let mut holds = Vec::with_capacity(plan.transitions.len());
+        let before = std::mem::replace(&mut self.plan, plan);
+        let plan = Arc::clone(&self.plan);
+        let next = self.state.in_another(Arc::clone(&plan.net), marking);
+        let state = std::mem::replace(&mut self.state, next);
+        let holds = std::mem::take(&mut self.holds);
+        let dates = std::mem::take(&mut self.dates);
+        let known: Vec<_> =
+            plan.net.transition_ids().map(|id| before.goes_on_as(&plan, id)).collect();
+        // A guard that is another one is weighed at once, and so is a date; until then a guard does
+        // not hold, and a date is to come.
+        self.dates = known
+            .iter()
+            .map(|known| known.map_or(Dated::default(), |known| dates[known.index()]))
+            .collect();
+        self.holds = (plan.transitions.iter().zip(&known))
+            .map(|(planned, known)| {
+                planned.guard.is_none() || known.is_some_and(|known| holds[known.index()])
+            })
+            .collect();
         let mut consents = BTreeMap::new();
-        for id in plan.net.transition_ids() {
-            let (planned, known) = (plan.transition(id), self.plan.goes_on_as(&plan, id));
-            // A guard that is another one is weighed at once; until then it does not hold.
-            let held = known.map(|known| self.holds[known.index()]);
-            holds.push(planned.guard.is_none() || held == Some(true));
-            let reported = planned.on.as_ref().is_none_or(|on| self.standing.contains_key(on));
-            state.set_gate(id, holds[id.index()] && reported);
-            let Some(known) = known else { continue };
-            if let Some(since) = self.state.enabled_since(known) {
-                state.resume_clock(id, since);
+        for (id, known) in plan.net.transition_ids().zip(&known) {
+            self.set_gate(id);
+            let Some(known) = *known else { continue };
+            if let Some(since) = state.enabled_since(known) {
+                self.state.resume_clock(id, since);
             }
-            let asks_as_before = self.plan.transition(known).autonomy == planned.autonomy;
+            let autonomy = plan.transition(id).autonomy;
+            let asks_as_before = before.transition(known).autonomy == autonomy;
             let consent = self.authority.consents.get(&known).filter(|_| asks_as_before);
             consents.extend(consent.map(|consent| (id, *consent)));
         }
-        (self.state, self.holds, self.plan) = (state, holds, plan);
         (self.authority.consents, self.version_since) = (consents, self.at);
         self.conclude();
     }

@@ -128,6 +128,9 @@ pub struct Run {
     /// Call the system this instead of what the file says.
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub system: Option<String>,
+    /// Play absolute dates although no time service is known to keep this host's clock.
+    #[arg(long)]
+    pub trust_clock: bool,
 }
 
 #[derive(Args, Debug)]
@@ -256,6 +259,9 @@ pub struct Executive {
     /// File of the journal, from which a restarted executive goes on.
     #[arg(long, value_name = "FILE")]
     pub journal: Option<PathBuf>,
+    /// Play absolute dates although no time service is known to keep this host's clock.
+    #[arg(long)]
+    pub trust_clock: bool,
 }
 
 #[derive(Args, Debug)]

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use armor_executive::{PLAYED, Plan};
+use armor_executive::{PLAYED, Plan, RunError};
 use armor_missions::{
     Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
-    needed_paths,
+    needed_paths, passed_dates,
 };
 
 use crate::arguments::{self, Format};
@@ -71,6 +71,7 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
         let needed = needed_paths(configuration, &manifests);
         let missing = needed.iter().filter(|needed| !needed.path.exists());
         reading.findings.extend(missing.map(NeededPath::missing));
+        reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
     }
     // What only the executive can say of a mission, it says of one that is sound otherwise.
     if reading.is_valid()
@@ -102,6 +103,20 @@ fn proven_within(configuration: &Configuration, limit: Duration) -> Findings {
         Ok(None) => Findings::default(),
         Err(findings) => findings,
     }
+}
+
+/// Whether this host's clock is good enough for the dates of the mission, if it has some.
+///
+/// # Errors
+/// If it is not known to be.
+pub fn clock(configuration: &Configuration) -> Result<()> {
+    let plan = Plan::of(configuration).ok().flatten();
+    if plan.is_some_and(|plan| plan.has_dates())
+        && let Some(doubts) = armor_executive::clock_doubts()
+    {
+        return Err(RunError::Clock(doubts).into());
+    }
+    Ok(())
 }
 
 /// The `--set` of a command line, and what is wrong with them.

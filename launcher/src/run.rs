@@ -37,6 +37,9 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     let Some(configuration) = checked.accepted() else {
         return Ok(Ending::Failed);
     };
+    if !arguments.trust_clock {
+        check::clock(configuration)?;
+    }
     let name =
         arguments.system.clone().unwrap_or_else(|| plan::name_of(configuration, &arguments.file));
     let out = out::Folder::take(arguments.out.as_deref(), &name)?;

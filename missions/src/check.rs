@@ -1,6 +1,7 @@
 //! Whether what was read holds together: within the file, and against the manifests of the
 //! components that it names. Everything is looked at in one pass; nothing stops at the first.
 
+mod dates;
 mod endless;
 mod guards;
 mod links;
@@ -27,6 +28,7 @@ use crate::nearest::did_you_mean;
 use crate::overrides::{self, Override};
 use crate::source::{Location, Spanned};
 
+pub use dates::passed_dates;
 pub use paths::{NeededPath, needed_paths};
 
 /// The manifests of all kinds that there are, by kind.

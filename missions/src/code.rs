@@ -208,6 +208,8 @@ codes! {
     ReportMisspelt = "W0221", "a report that is probably misspelt";
     /// Transitions that pass a token round without any time.
     EndlessLoop = "W0222", "transitions in a circle that takes no time";
+    /// The last date of a transition has passed before the mission begins.
+    DatePassed = "W0223", "a date that has passed";
 
     // Guards and variables.
     /// The text of a guard is not one.

@@ -16,6 +16,7 @@
 
 mod check;
 mod code;
+mod date;
 mod difference;
 mod doubts;
 mod edit;
@@ -42,8 +43,9 @@ mod xml;
 
 use std::path::Path;
 
-pub use check::{Manifests, NeededPath, check, needed_paths};
+pub use check::{Manifests, NeededPath, check, needed_paths, passed_dates};
 pub use code::Code;
+pub use date::Date;
 pub use difference::{Change, Difference, Subject, differences};
 pub use edit::{Document, EditError, Item, NewElement, Position};
 pub use features::Feature;

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::date::Date;
 use crate::doubts::Doubts;
 use crate::model::Parameter;
 use crate::source::{Location, Spanned};
@@ -150,11 +151,11 @@ pub struct Transition {
     pub autonomy: Autonomy,
     /// What happens to an operator's transition when the link to the operator is lost.
     pub lost_link: Option<Spanned<LostLink>>,
-    /// Not before this date (RFC 3339, UTC), as text.
-    pub not_before: Option<Spanned<String>>,
-    /// Not after this date (RFC 3339, UTC), as text.
-    pub not_after: Option<Spanned<String>>,
-    /// What happens when the date passed unused.
+    /// It is not enabled before this date.
+    pub not_before: Option<Spanned<Date>>,
+    /// It is not enabled from this date on, but for what `missed` says.
+    pub not_after: Option<Spanned<Date>>,
+    /// What happens when `not_after` passed and it had not fired; nothing said is `Skip`.
     pub missed: Option<Spanned<Missed>>,
     /// Where the token goes when a component does not stop.
     pub on_stop_fail: Option<Spanned<String>>,
@@ -250,14 +251,15 @@ pub enum LostLink {
     Wait,
 }
 
-/// What happens to a transition whose date passed unused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What happens to a transition whose last date passed unused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Missed {
-    /// It fires late.
+    /// It fires once all the same, late.
     Fire,
     /// It is not fired any more.
+    #[default]
     Skip,
-    /// The mission goes to its safe place.
+    /// The mission goes to its safe place, if there are tokens that wait for it.
     Fail,
 }
 

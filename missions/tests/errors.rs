@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use armor_missions::{
-    Code, Colours, Findings, Manifests, Override, Reading, check, needed_paths, read,
+    Code, Colours, Findings, Manifests, Override, Reading, check, needed_paths, passed_dates, read,
 };
 use armor_wire::manifest::Manifest;
 
@@ -133,6 +133,7 @@ fn checked(code: Code, form: Form, manifests: &Manifests) -> Findings {
         let missing =
             paths.iter().filter(|needed| !THERE.iter().any(|file| needed.path == Path::new(file)));
         findings.extend(missing.map(armor_missions::NeededPath::missing));
+        findings.extend(passed_dates(&configuration, "2030-01-01T00:00Z".parse().unwrap()));
         if code == Code::NotPlayed {
             configuration.refuse_unplayed(&[], &mut findings);
         }

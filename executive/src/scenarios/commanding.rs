@@ -287,3 +287,21 @@ fn what_waits_for_the_operator_has_its_time_anew_once_somebody_is_back() {
     assert_eq!(bench.marked(), ["return"]);
     assert_ne!(bench.controller.ledger().stage(), crate::ledger::Stage::Ended(Outcome::Goal));
 }
+
+#[test]
+fn a_flood_of_refused_orders_is_answered_and_not_written_down() {
+    let office = office();
+    let explored = office.explored();
+    let mut bench = Bench::begun(office.with("explored", explored));
+    let before = bench.records.len();
+    for second in 1..=2 {
+        for _ in 0..50 {
+            let answer = bench.orders("ruth", Order::Fire("explored".into()));
+            assert_eq!(answer, "refused: `explored` is not the operator's: it fires by itself");
+        }
+        assert_eq!(bench.records.len() - before, second * 10);
+        bench.pass(SECOND);
+    }
+    assert_eq!(bench.controller.marking(0.0).unwritten_orders, 80);
+    assert_eq!(bench.orders("ruth", Order::Pause), "accepted: the mission is paused");
+}

@@ -205,7 +205,7 @@ fn after_a_restart_a_guard_is_as_it_was_until_there_is_news() {
 
 impl Bench {
     /// Everybody is doing what they were doing when the executive was killed.
-    fn everybody_returns(&mut self) {
+    pub(super) fn everybody_returns(&mut self) {
         for component in self.plan.component_ids() {
             let activation = self.activation(component);
             let doing = if activation > 0 { Doing::Active } else { Doing::Frozen };

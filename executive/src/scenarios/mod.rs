@@ -3,6 +3,7 @@
 mod bench;
 mod changing;
 mod commanding;
+mod dating;
 mod guarding;
 mod pausing;
 

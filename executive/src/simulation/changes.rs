@@ -122,6 +122,7 @@ impl Play {
             id.is_some_and(|id| self.plan.goes_on_as(&next, id).is_some())
         };
         self.holding.retain(same);
+        self.wall.follow(same);
         self.outlook.follow(&next, self.world.now);
         (self.oracle, self.plan) = (oracle, next);
         // Safety reached is the end, of a pause too.

@@ -2,10 +2,12 @@
 
 use super::dice::Dice;
 use crate::builder::PlanBuilder;
+use crate::dates::PlannedDates;
 use crate::guards::{PlannedGuard, PlannedVariable, Watch};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use armor_missions::Date;
 use armor_missions::guard::Guard;
-use armor_missions::mission::{Autonomy, LostLink};
+use armor_missions::mission::{Autonomy, LostLink, Missed};
 use armor_petri::{Class, Interval, PlaceId};
 use std::time::Duration;
 
@@ -27,6 +29,7 @@ pub(crate) struct Way {
     pub(crate) autonomy: Autonomy,
     pub(crate) lost_link: Option<LostLink>,
     pub(crate) guard: Option<PlannedGuard>,
+    pub(crate) dates: Option<PlannedDates>,
 }
 
 impl PlanBuilder {
@@ -48,12 +51,14 @@ impl PlanBuilder {
             t = t.interval(Interval { earliest, latest: None });
         }
         t = if way.safety { t.class(Class::Safety) } else { t };
-        if way.on.is_some() || way.guard.is_some() {
+        let gated = way.on.is_some() || way.guard.is_some() || way.dates.is_some();
+        if gated {
             t.gated();
         }
         self.transitions.push(PlannedTransition {
             on: way.on.map(|(component, name)| (component, name.to_owned())),
             guard: way.guard,
+            dates: way.dates,
             on_stop_fail: way.on_stop_fail,
             on_start_fail: way.on_start_fail,
             overrun: way.overrun,
@@ -63,6 +68,8 @@ impl PlanBuilder {
     }
 }
 
+const SECOND: Duration = Duration::from_secs(1);
+const MS: Duration = Duration::from_millis(1);
 const GUARDS: [&str; 6] = [
     "level < 5",
     "c0.level >= 3 and c1.load.x < 6",
@@ -165,6 +172,25 @@ pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
     plan.build().expect("names are numbered")
 }
 
+/// What the clock on the wall says when the simulated missions begin, if it is right.
+pub(crate) fn noon() -> Date {
+    Date::since_1970(Duration::from_secs(1_795_262_400))
+}
+
+/// Dates around a mission's beginning, some long past.
+fn random_dates(dice: &mut Dice) -> PlannedDates {
+    let date = |dice: &mut Dice| noon().earlier(10 * SECOND).later(dice.up_to_ms(70_000));
+    let (first, last) = match dice.roll(4) {
+        0 => (Some(date(dice)), None),
+        1 => (None, Some(date(dice))),
+        _ => {
+            let first = date(dice);
+            (Some(first), Some(first.later(dice.up_to_ms(20_000) + MS)))
+        }
+    };
+    PlannedDates { first, last, missed: [Missed::Fire, Missed::Skip, Missed::Fail][dice.roll(3)] }
+}
+
 fn random_way(
     dice: &mut Dice,
     places: &[PlaceId],
@@ -195,6 +221,7 @@ fn random_way(
     let confirm = Autonomy::Confirm { within, fire_unanswered: dice.one_in(2) };
     way.autonomy = [Autonomy::Auto, Autonomy::Auto, Autonomy::Operator, confirm][dice.roll(4)];
     way.lost_link = [None, Some(LostLink::Fire), Some(LostLink::Wait)][dice.roll(3)];
+    way.dates = dice.one_in(4).then(|| random_dates(dice));
     way.priority = dice.roll(3) as i32;
     way.safety = dice.one_in(10);
     (way.on_stop_fail, way.on_start_fail) = (any_place(dice), any_place(dice));

@@ -6,6 +6,7 @@ mod dice;
 pub(crate) mod draft;
 mod operators;
 mod outlook;
+mod wall;
 mod world;
 
 use crate::controller::Controller;
@@ -19,6 +20,7 @@ use operators::Operators;
 use outlook::Outlook;
 use std::sync::Arc;
 use std::time::Duration;
+use wall::Wall;
 use world::{Command, Trouble, World};
 
 /// Long enough for every patience to run out after the last misfortune.
@@ -31,13 +33,18 @@ struct Play {
     plan: Arc<Plan>,
     world: World,
     controller: Option<Controller>,
+    /// What a restarted executive reads.
     journal: Vec<String>,
+    /// Everything that was ever written into it.
+    told: Vec<String>,
     oracle: Vec<i64>,
     outcome: Option<Outcome>,
     crashes: usize,
     restart_at: Duration,
     /// How much of the journal has been played again already.
     checked: usize,
+    /// How often the journal was cut.
+    cuts: usize,
     /// Takes that no put has answered yet.
     in_flight: std::collections::BTreeMap<u64, (Vec<Tokens>, Vec<Tokens>)>,
     operators: Operators,
@@ -45,6 +52,7 @@ struct Play {
     paused: bool,
     gave_up: bool,
     outlook: Outlook,
+    wall: Wall,
     /// The guards that hold, as the journal says.
     holding: std::collections::BTreeSet<String>,
     changes: Changes,
@@ -59,6 +67,7 @@ impl Play {
         let crashes = [0, 0, 2, 12][dice.roll(4)];
         let orders = [0, 5, 40][dice.roll(3)];
         let outlook = Outlook::new(&plan, Dice::new(seed ^ 0x6775_6172_6473));
+        let wall = Wall::new(Dice::new(seed ^ 0x0064_6174_6573));
         Self {
             changes: Changes::new(seed),
             began: Arc::clone(&plan),
@@ -67,15 +76,18 @@ impl Play {
             plan,
             controller: None,
             journal: Vec::new(),
+            told: Vec::new(),
             outcome: None,
             crashes,
             restart_at: Duration::ZERO,
             checked: 0,
+            cuts: 0,
             in_flight: Default::default(),
             operators: Operators::new(orders),
             paused: false,
             gave_up: false,
             outlook,
+            wall,
             holding: Default::default(),
         }
     }
@@ -94,13 +106,15 @@ impl Play {
             let acts = self.operators.next_at();
             let changes = self.outlook.next_at();
             let edits = self.changes.next_at();
-            if let Some(at) = acts.into_iter().chain(changes).chain(edits).min()
+            let told = self.wall.next_at();
+            if let Some(at) = acts.into_iter().chain(changes).chain(edits).chain(told).min()
                 && others.is_none_or(|other| at <= other)
                 && self.controller.is_some()
             {
                 self.world.now = self.world.now.max(at);
                 let event = match changes {
                     _ if edits == Some(at) => self.changes.happen(self.world.now),
+                    _ if told == Some(at) => self.wall.happen(self.world.now),
                     Some(change) if change == at => self.outlook.happen(self.world.now),
                     _ => self.operators_act(),
                 };
@@ -146,6 +160,7 @@ impl Play {
         self.world.executive_starts();
         self.outlook.executive_starts(self.world.now, !records.is_empty());
         self.changes.executive_starts(self.world.now);
+        self.wall.executive_starts(self.world.now);
         self.perform(actions);
     }
 
@@ -184,11 +199,28 @@ impl Play {
             }
         }
         self.check_ledger();
+        if self.world.dice.one_in(50) {
+            self.cut_journal();
+        }
+    }
+
+    /// All that was decided so far as one record.
+    fn cut_journal(&mut self) {
+        let Some(controller) = &self.controller else { return };
+        let snapshot = controller.ledger().snapshot();
+        self.journal = vec![serde_json::to_string(&snapshot).unwrap()];
+        self.began = Arc::clone(controller.ledger().plan());
+        let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
+        check_same(controller.ledger(), &again);
+        (self.checked, self.cuts) = (0, self.cuts + 1);
     }
 
     fn write(&mut self, record: &Record) {
-        self.journal.push(serde_json::to_string(record).unwrap());
+        let line = serde_json::to_string(record).unwrap();
+        self.told.push(line.clone());
+        self.journal.push(line);
         self.note_order(record);
+        self.note_dates(record);
         match &record.entry {
             Entry::Changed { version, .. } => self.note_change(version),
             Entry::Took { firing, cause, from, to, .. } => {
@@ -278,23 +310,13 @@ impl Play {
         let marking: Vec<_> = live.marking().iter().map(|tokens| i64::from(*tokens)).collect();
         assert_eq!(marking, self.oracle);
         self.check_guards(live);
+        self.check_dates(live);
         if self.journal.len() < self.checked + self.checked / 4 {
             return;
         }
         self.checked = self.journal.len();
         let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
-        assert_eq!(live.plan().fingerprint(), again.plan().fingerprint());
-        assert_eq!(live.version_since, again.version_since);
-        assert_eq!(live.firings, again.firings);
-        assert_eq!(live.activations, again.activations);
-        assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
-        assert_eq!(live.authority, again.authority);
-        assert_eq!(live.stage, again.stage);
-        assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
-        for id in self.plan.net.transition_ids() {
-            assert_eq!(live.state.gate(id), again.state.gate(id));
-            assert_eq!(live.state.enabled_since(id), again.state.enabled_since(id));
-        }
+        check_same(live, &again);
     }
 
     /// Each guard is what the world makes it, and each gate what guard and report make it.
@@ -304,7 +326,8 @@ impl Play {
             let Some(guard) = &planned.guard else { continue };
             let holds = live.holds[id.index()];
             let reported = planned.on.as_ref().is_none_or(|on| live.standing.contains_key(on));
-            assert_eq!(live.state.gate(id), holds && reported);
+            let in_date = self.is_in_date(id, live);
+            assert_eq!(live.state.gate(id), holds && reported && in_date);
             let truth = self.outlook.truth(&self.plan, guard, self.world.now);
             if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
                 assert_eq!(holds, truth == Some(true), "{guard:?}");
@@ -359,7 +382,9 @@ impl Play {
             if process.done && planned.places.iter().any(|p| place(&p)) {
                 for id in self.plan.listeners(component, "done") {
                     let enabled = ledger.state.enabled_since(*id).is_some();
-                    let fires = controller.fires_by_itself(*id) && !ledger.state.is_held(*id);
+                    let fires = controller.fires_by_itself(*id)
+                        && !ledger.state.is_held(*id)
+                        && !controller.waits_for_utc(*id);
                     assert!(!(enabled && fires), "done was not answered");
                 }
             }
@@ -370,6 +395,32 @@ impl Play {
     fn records(&self) -> Vec<Record> {
         self.journal.iter().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
+}
+
+/// Two ledgers that nobody can tell from one another.
+fn check_same(live: &Ledger, again: &Ledger) {
+    assert_eq!(live.plan().fingerprint(), again.plan().fingerprint());
+    assert_eq!(live.plan().version(), again.plan().version());
+    assert_eq!(live.version_since, again.version_since);
+    assert_eq!(live.firings, again.firings);
+    assert_eq!(live.activations, again.activations);
+    assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
+    assert_eq!(live.dates, again.dates);
+    assert_eq!(live.authority, again.authority);
+    assert_eq!(live.stage, again.stage);
+    assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
+    for id in live.plan.net.transition_ids() {
+        assert_eq!(live.state.gate(id), again.state.gate(id));
+        assert_eq!(live.state.enabled_since(id), again.state.enabled_since(id));
+        assert_eq!(live.state.is_held(id), again.state.is_held(id));
+    }
+    let mut later = again.state.clone();
+    later.advance(live.state.now());
+    assert!(live.state.enabled().eq(later.enabled()), "they fire in another order");
+    assert_eq!(live.state.held_since(), again.state.held_since());
+    let numbers = |it: &Ledger| [it.last_firing, it.last_activation, it.fired, it.records];
+    assert_eq!((numbers(live), &live.history), (numbers(again), &again.history));
+    assert_eq!(live.at, again.at);
 }
 
 /// How many missions are played; `ARMOR_SEEDS=from..to` plays others.
@@ -388,12 +439,13 @@ fn whatever_happens_the_invariants_hold() {
     let (mut firings, mut crashes, mut guards) = (0, 0, 0);
     let (mut versions, mut refusals) = (0, 0);
     let (mut pauses, mut losses, mut moves) = (0, 0, 0);
+    let (mut dates, mut missed, mut cuts) = (0, 0, 0);
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
             let mut play = Play::new(seed);
             let spare = play.crashes;
             play.run();
-            let count = |word: &str| play.journal.iter().filter(|line| line.contains(word)).count();
+            let count = |word: &str| play.told.iter().filter(|line| line.contains(word)).count();
             let counts = [
                 count("\"took\""),
                 count("mission is paused\""),
@@ -402,24 +454,29 @@ fn whatever_happens_the_invariants_hold() {
                 count("\"guard\""),
                 count("\"entry\":\"changed\""),
                 count("\"entry\":\"refused\""),
+                count("\"dated\""),
+                count("has passed unused"),
             ];
-            (play.outcome, counts, spare - play.crashes)
+            (play.outcome, counts, [spare - play.crashes, play.cuts])
         });
-        let Ok((outcome, [takes, paused, lost, moved, changes, taken, refused], killed)) = played
-        else {
+        let Ok((outcome, counts, [killed, cut])) = played else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
+        let [takes, paused, lost, moved, changes, taken, refused, dated, failed] = counts;
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
         (firings, crashes, guards) = (firings + takes, crashes + killed, guards + changes);
         (versions, refusals) = (versions + taken, refusals + refused);
         (pauses, losses, moves) = (pauses + paused, losses + lost, moves + moved);
+        (dates, missed, cuts) = (dates + dated, missed + failed, cuts + cut);
     }
     println!(
         "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
          {pauses} pauses, {moves} moves, {losses} lost links, {guards} changes of guards, \
-         {versions} new versions of the mission and {refusals} refused"
+         {versions} new versions of the mission and {refusals} refused, \
+         {dates} dates came or passed, {missed} failed their mission, the journal was cut {cuts} times"
     );
     let enough = firings > 1000 && crashes > 100 && pauses > 100 && moves > 100 && losses > 50;
     let enough = enough && guards > 1000 && versions > 300 && refusals > 100;
+    let enough = enough && dates > 500 && missed > 20 && cuts > 500;
     assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

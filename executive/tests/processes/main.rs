@@ -3,7 +3,8 @@
 
 mod worker;
 
-use armor_executive::{Ledger, Options, Outcome, Plan, journal::Journal, run};
+use armor_executive::journal::{self, Journal};
+use armor_executive::{Entry, Ledger, Options, Outcome, Plan, run};
 use armor_registry::Background;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::ffi::OsString;
@@ -35,6 +36,9 @@ const MISSION: &str = r#"<armor version="1">
   </mission>
 </armor>"#;
 
+/// So short that the journal is cut again and again, and the executive killed while it is.
+const CUT_AT: u64 = 4096;
+
 /// Generous: the mission takes six seconds on an idle machine.
 const LIMIT: Duration = Duration::from_secs(300);
 
@@ -61,7 +65,13 @@ fn plan() -> Plan {
 fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let mut next = || arguments.next().expect("an argument");
     let registry = next().into_string().expect("an address");
-    let options = Options { registry, journal: next().into(), newer: None };
+    let options = Options {
+        registry,
+        journal: next().into(),
+        newer: None,
+        cut_at: CUT_AT,
+        trust_clock: false,
+    };
     armor_sdk::log::init();
     match run(|| Ok(plan()), &options, &AtomicBool::new(false)) {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
@@ -195,16 +205,16 @@ fn a_mission_outlives_its_executive() {
     let registry = Background::start(listen).expect("a registry");
     let mut processes = Processes::start(&registry, &folder);
     let (began, mut executives, mut workers) = (Instant::now(), 0, 0);
-    // Counted in lines of the journal, so that they die at any stage of a firing.
+    // Counted in records, so that they die at any stage of a firing.
     let mut next_kill = 3;
     let code = loop {
         assert!(began.elapsed() < LIMIT, "the mission has not ended");
         if let Some(code) = processes.ended() {
             break code;
         }
-        let lines = processes.journal_lines();
-        if lines >= next_kill && executives < 20 {
-            next_kill = lines + 3 + executives * 5 % 7;
+        let records = processes.records();
+        if records >= next_kill && executives < 20 {
+            next_kill = records + 3 + executives as u64 * 5 % 7;
             if executives % 4 == 3 && workers < executives / 4 + 1 {
                 processes.kill_worker(workers % 2);
                 workers += 1;
@@ -218,6 +228,8 @@ fn a_mission_outlives_its_executive() {
     assert_eq!(code, Some(i32::from(Outcome::Goal.exit_code())));
     assert!(executives == 20 && workers == 5, "{executives} and {workers} kills");
     let story = Journal::open(&processes.journal()).expect("a journal").1;
+    let first = &story.records.first().expect("some records").entry;
+    assert!(matches!(first, Entry::Snapshot(_)), "it was never cut");
     let ledger = Ledger::replay(Arc::new(plan()), &story.records).expect("its own journal");
     assert_eq!(ledger.marking(), [0, 0, 0, 1, 0], "all tokens, and no other");
     let rounds = worker::check(&processes.diary());
@@ -229,7 +241,8 @@ fn a_mission_outlives_its_executive() {
 }
 
 impl Processes {
-    fn journal_lines(&self) -> usize {
-        std::fs::read_to_string(self.journal()).map_or(0, |text| text.lines().count())
+    /// How many have ever been written.
+    fn records(&self) -> u64 {
+        journal::read(&self.journal()).map_or(0, |story| story.told())
     }
 }

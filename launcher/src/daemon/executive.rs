@@ -35,7 +35,13 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
     let journal = arguments.journal.clone().unwrap_or_else(default_journal);
     let versions = arguments.versions.clone().or_else(default_versions);
     let newer = versions.map(|versions| kept_in(versions, arguments.file.clone()));
-    let options = Options { registry: arguments.registry.to_string(), journal, newer };
+    let options = Options {
+        registry: arguments.registry.to_string(),
+        journal,
+        newer,
+        cut_at: armor_executive::journal::CUT_AT,
+        trust_clock: arguments.trust_clock,
+    };
     let stop = asked_to_end()?;
     let first = || match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
         Some(version) => version.plan(),

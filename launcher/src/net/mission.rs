@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use armor_executive::Plan;
 use armor_missions::mission::{Autonomy, LostLink, Mission, Place, Transition};
-use armor_missions::{Colours, Findings, Spanned};
+use armor_missions::{Colours, Date, Findings, Spanned};
 use armor_petri::file::NetFile;
 
 /// Whether a text is one of our files and not PNML: by its first element.
@@ -84,12 +84,16 @@ fn of_transition(t: &Transition) -> Vec<(String, String)> {
         ("when", text(&t.when)),
         ("autonomy", autonomy),
         ("lost-link", lost_link),
-        ("not-before", text(&t.not_before)),
-        ("not-after", text(&t.not_after)),
+        ("not-before", date(&t.not_before)),
+        ("not-after", date(&t.not_after)),
         ("on-stop-fail", text(&t.on_stop_fail)),
         ("on-start-fail", text(&t.on_start_fail)),
         ("overrun", text(&t.overrun)),
     ])
+}
+
+fn date(value: &Option<Spanned<Date>>) -> Option<String> {
+    value.as_ref().map(|date| date.value.to_string())
 }
 
 fn text(value: &Option<Spanned<String>>) -> Option<String> {

@@ -75,6 +75,9 @@ impl Plan {
             let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
             executive.extend(["--journal".into(), journal.into_os_string()]);
             executive.extend(sets);
+            if arguments.trust_clock {
+                executive.push("--trust-clock".into());
+            }
             plan.daemon("executive", Role::Executive, executive);
         }
         let mut environment = vec![

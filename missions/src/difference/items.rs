@@ -2,6 +2,7 @@
 //! values to compare and as text to show.
 
 use super::Subject;
+use crate::date::Date;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Place, Transition, Variable};
 use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart, Transport};
 use crate::source::Spanned;
@@ -197,8 +198,8 @@ fn of_transition(transition: &Transition) -> Item {
         class(transition.class),
         plain("autonomy", autonomy(transition.autonomy)),
         lost.map(|lost| aspect("lost-link", format!("{:?}", lost.value), lost.at.text())),
-        text("not-before", &transition.not_before),
-        text("not-after", &transition.not_after),
+        date("not-before", &transition.not_before),
+        date("not-after", &transition.not_after),
         missed.map(|missed| aspect("missed", format!("{:?}", missed.value), missed.at.text())),
         text("on-stop-fail", &transition.on_stop_fail),
         text("on-start-fail", &transition.on_start_fail),
@@ -228,6 +229,10 @@ fn autonomy(autonomy: Autonomy) -> String {
 
 fn class(class: Class) -> Option<Aspect> {
     plain("class", if class == Class::Safety { "safety" } else { "" })
+}
+
+fn date(name: &str, date: &Option<Spanned<Date>>) -> Option<Aspect> {
+    date.as_ref().map(|date| aspect(name, date.value.to_string(), date.at.text()))
 }
 
 fn text(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {

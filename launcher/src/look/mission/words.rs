@@ -1,7 +1,7 @@
 //! The marking in words.
 
 use armor_executive::{
-    Confirmation, EnabledTransition, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
+    Confirmation, DateStand, EnabledTransition, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
     MissionChange, MissionComponent, OrderGiven, VariableValue,
 };
 
@@ -62,6 +62,10 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
     if !marking.guards.is_empty() {
         section("guards", marking.guards.iter().map(guard).collect());
     }
+    let dates: Vec<_> = marking.dates.iter().filter_map(|it| date(it, now_s)).collect();
+    if !dates.is_empty() {
+        section("dates", dates);
+    }
     section("components", marking.components.iter().map(component).collect());
     let history = marking.history.iter();
     section(
@@ -79,6 +83,10 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
             "reports that changed nothing: {} too late, {} that no transition waits for\n",
             marking.late_reports, marking.unheard_reports
         );
+    }
+    if marking.unwritten_orders > 0 {
+        let orders = marking.unwritten_orders;
+        out += &format!("orders refused that are not in the journal, as too many came: {orders}\n");
     }
     out
 }
@@ -143,6 +151,28 @@ fn guard(guard: &GuardTruth) -> String {
     format!("{}: {} is {}{because}{}", guard.transition, guard.guard, guard.truth, guard.because)
 }
 
+/// What waits for a date, or has missed it; none if there is nothing to be said any more.
+fn date(stand: &DateStand, now_s: f64) -> Option<String> {
+    let DateStand { transition, not_before, not_after, missed, next_at_s, .. } = stand;
+    let left = match next_at_s {
+        Some(at_s) => format!(", in {}", print::duration((at_s - now_s).max(0.0))),
+        None => String::new(),
+    };
+    match (stand.phase.as_str(), not_before, not_after) {
+        ("early", Some(date), _) => Some(format!("{transition} waits until {date}{left}")),
+        ("open", _, Some(date)) => Some(format!("{transition} may fire until {date}{left}")),
+        ("past", _, Some(date)) if !stand.used => {
+            let so = match missed.as_str() {
+                "fire" => "it fires once, late",
+                "fail" => "the mission fails as soon as tokens wait for it",
+                _ => "it fires no more",
+            };
+            Some(format!("{transition} has missed {date}: {so}"))
+        }
+        _ => None,
+    }
+}
+
 fn confirmation(asked: &Confirmation, now_s: f64) -> String {
     let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
     let answer = match asked.answer_by_at_s {
@@ -204,6 +234,7 @@ mod tests {
             ],
             variables: Vec::new(),
             guards: Vec::new(),
+            dates: Vec::new(),
             components: vec![MissionComponent {
                 component: "explorer".into(),
                 controlled: true,
@@ -214,6 +245,7 @@ mod tests {
             history: Vec::new(),
             late_reports: 0,
             unheard_reports: 2,
+            unwritten_orders: 0,
             pause: None,
             holder: None,
             link_lost_at_s: None,
@@ -286,6 +318,40 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
         let expected = "
 variables   battery is 0.42  (2 values were outside of its domain)
 guards      weak: battery < 30% is false: battery is 0.42
+components  explorer active
+";
+        assert!(shown.contains(expected), "{shown}");
+    }
+
+    #[test]
+    fn what_waits_for_a_date_and_what_has_missed_it() {
+        let stand = |phase: &str, missed: &str, used: bool, next_at_s| DateStand {
+            transition: "meet".into(),
+            not_before: Some("2026-11-21T14:30:00Z".into()),
+            not_after: Some("2026-11-21T14:35:00Z".into()),
+            missed: missed.into(),
+            phase: phase.into(),
+            used,
+            next_at_s,
+        };
+        let mut marking = marking();
+        let open = DateStand { not_after: None, ..stand("open", "skip", false, None) };
+        marking.dates = vec![
+            stand("early", "skip", false, Some(212.0)),
+            stand("open", "skip", false, Some(312.0)),
+            open,
+            stand("past", "fire", false, None),
+            stand("past", "skip", false, None),
+            stand("past", "fail", false, None),
+            stand("past", "fail", true, None),
+        ];
+        let shown = in_words(&marking, 0.5);
+        let expected = "
+dates       meet waits until 2026-11-21T14:30:00Z, in 3 min 20 s
+            meet may fire until 2026-11-21T14:35:00Z, in 5 min 00 s
+            meet has missed 2026-11-21T14:35:00Z: it fires once, late
+            meet has missed 2026-11-21T14:35:00Z: it fires no more
+            meet has missed 2026-11-21T14:35:00Z: the mission fails as soon as tokens wait for it
 components  explorer active
 ";
         assert!(shown.contains(expected), "{shown}");

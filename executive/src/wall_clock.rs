@@ -1,0 +1,191 @@
+//! The clock on the wall: UTC as this host has it, and whether anybody is known to keep it right.
+//! The kernel knows, and says so to `timedatectl`; where that is missing, chrony and
+//! systemd-timesyncd are asked themselves.
+
+use crate::event::Event;
+use armor_missions::Date;
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// A change of the clock against mission time that dates can tell.
+const WORTH_TELLING: Duration = Duration::from_millis(1);
+/// How long a program may take to answer.
+const ANSWER_WITHIN: Duration = Duration::from_secs(3);
+/// How far off the clock may be by chrony's own bound, in seconds. Appointments are kept to the
+/// second.
+const MOST_OFF_S: f64 = 1.0;
+/// How long a synchronisation by systemd-timesyncd is worth something: it asks its servers every
+/// 34 minutes at least, and a clock left alone is off by at most 5 s after three hours (500 ppm).
+const SYNCHRONISED_WITHIN: Duration = Duration::from_secs(3 * 3600);
+/// Touched by systemd-timesyncd at each synchronisation.
+const SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
+
+/// What one of those that may know says of the clock.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Word {
+    Kept,
+    Doubt(String),
+}
+
+/// UTC now, by this host's clock, which may be set at any time.
+pub fn utc() -> Date {
+    Date::since_1970(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
+}
+
+/// What the clock on the wall says of mission time. It may be set, and run at another speed; mission
+/// time is not moved by that.
+#[derive(Debug, Default)]
+pub(crate) struct Calendar {
+    told: Option<Date>,
+}
+
+impl Calendar {
+    /// UTC at mission time 0, when it is another one than was told last.
+    pub(crate) fn news(&mut self, now: Duration) -> Option<Event> {
+        let at_start = utc().earlier(now);
+        let moved = |told: Date| told.after(at_start).or(at_start.after(told));
+        if self.told.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
+            return None;
+        }
+        self.told = Some(at_start);
+        Some(Event::Utc { at_start })
+    }
+}
+
+/// Why this host's clock may not be right; none if somebody is known to keep it.
+pub fn doubts() -> Option<String> {
+    let kernel = || match answer("timedatectl", &["show", "--property=NTPSynchronized", "--value"])
+    {
+        Ok(text) => kernel(&text),
+        Err(why) => Word::Doubt(why),
+    };
+    let chrony = || match answer("chronyc", &["-c", "-n", "tracking"]) {
+        Ok(text) => chrony(&text),
+        Err(why) => Word::Doubt(why),
+    };
+    let timesync = || timesyncd(age(Path::new(SYNCHRONISED)));
+    let mut doubts = Vec::new();
+    for ask in [&kernel as &dyn Fn() -> Word, &chrony, &timesync] {
+        match ask() {
+            Word::Kept => return None,
+            Word::Doubt(why) => doubts.push(why),
+        }
+    }
+    Some(doubts.join("; "))
+}
+
+/// `yes` or `no`: whether the kernel counts its clock as synchronised.
+fn kernel(text: &str) -> Word {
+    match text.trim() {
+        "yes" => Word::Kept,
+        "no" => Word::Doubt("the kernel says that nobody synchronises it".to_owned()),
+        other => Word::Doubt(format!("timedatectl answers {other:?}")),
+    }
+}
+
+/// One line of comma-separated fields, of which the 11th and 12th are root delay and dispersion in
+/// seconds, and the 14th says whether it is synchronised.
+fn chrony(text: &str) -> Word {
+    let fields: Vec<_> = text.trim().split(',').collect();
+    let seconds = |index: usize| fields.get(index).and_then(|field| field.parse::<f64>().ok());
+    match (seconds(10), seconds(11), fields.get(13)) {
+        (_, _, Some(&"Not synchronised")) => {
+            Word::Doubt("chrony says that it is not synchronised".to_owned())
+        }
+        (Some(delay_s), Some(dispersion_s), Some(_)) => {
+            let off_s = delay_s / 2.0 + dispersion_s;
+            if off_s <= MOST_OFF_S {
+                return Word::Kept;
+            }
+            Word::Doubt(format!("chrony says that it may be off by {off_s:.1} s"))
+        }
+        _ => Word::Doubt("chronyc answers something else than expected".to_owned()),
+    }
+}
+
+fn timesyncd(since: Option<Duration>) -> Word {
+    match since {
+        Some(since) if since <= SYNCHRONISED_WITHIN => Word::Kept,
+        Some(since) => Word::Doubt(format!(
+            "systemd-timesyncd synchronised it {} h ago and not since",
+            since.as_secs() / 3600
+        )),
+        None => Word::Doubt("systemd-timesyncd has not synchronised it".to_owned()),
+    }
+}
+
+/// How long ago a file was touched; a moment that is still to come is as good as now.
+fn age(path: &Path) -> Option<Duration> {
+    let touched = std::fs::metadata(path).and_then(|file| file.modified()).ok()?;
+    Some(SystemTime::now().duration_since(touched).unwrap_or_default())
+}
+
+/// What a program prints, if it is there and succeeds in time.
+fn answer(program: &str, arguments: &[&str]) -> Result<String, String> {
+    let mut command = Command::new(program);
+    command.args(arguments).env("LC_ALL", "C");
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => format!("there is no {program}"),
+        _ => format!("{program}: {error}"),
+    })?;
+    let (sender, said) = mpsc::channel();
+    if let Some(mut stdout) = child.stdout.take() {
+        let read = move || {
+            let mut text = String::new();
+            // Nobody listens any more if it took too long.
+            let _ = stdout.read_to_string(&mut text).map(|_| sender.send(text));
+        };
+        let reading = std::thread::Builder::new().name(program.into()).spawn(read);
+        reading.map_err(|error| format!("{program}: {error}"))?;
+    }
+    let text = said.recv_timeout(ANSWER_WITHIN);
+    if text.is_err() {
+        // It may have ended by itself meanwhile.
+        let _ = child.kill();
+    }
+    let status = child.wait().map_err(|error| format!("{program}: {error}"))?;
+    match text {
+        Ok(text) if status.success() => Ok(text),
+        _ => Err(format!("{program} does not answer")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_they_say_is_understood() {
+        assert_eq!(kernel("yes\n"), Word::Kept);
+        let doubt = |word: Word| match word {
+            Word::Doubt(why) => why,
+            Word::Kept => panic!("no doubt"),
+        };
+        assert!(doubt(kernel("no\n")).contains("nobody"));
+        assert!(doubt(kernel("")).contains("\"\""));
+        let tracking = |delay: &str, leap: &str| {
+            format!(
+                "C0000201,192.0.2.1,3,1795270000.1,0.0001,0.0002,0.0003,-5.1,0.0,0.1,{delay},0.002,64.3,{leap}\n"
+            )
+        };
+        assert_eq!(chrony(&tracking("0.03", "Normal")), Word::Kept);
+        assert!(doubt(chrony(&tracking("0.03", "Not synchronised"))).contains("not"));
+        assert!(doubt(chrony(&tracking("9", "Normal"))).contains("4.5 s"));
+        assert!(doubt(chrony("506 Cannot talk to daemon")).contains("expected"));
+        assert_eq!(timesyncd(Some(Duration::from_secs(60))), Word::Kept);
+        assert!(doubt(timesyncd(Some(Duration::from_secs(36_000)))).contains("10 h"));
+        assert!(doubt(timesyncd(None)).contains("has not"));
+    }
+
+    #[test]
+    fn who_does_not_answer_is_a_doubt() {
+        assert_eq!(answer("sh", &["-c", "echo yes"]), Ok("yes\n".to_owned()));
+        assert!(answer("sh", &["-c", "exit 1"]).is_err_and(|why| why.contains("sh does not")));
+        assert!(answer("sh", &["-c", "exec sleep 600"]).is_err_and(|why| why.contains("sh does")));
+        assert!(answer("no-such-program", &[]).is_err_and(|why| why.contains("there is no")));
+    }
+}

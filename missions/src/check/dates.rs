@@ -1,0 +1,27 @@
+//! Dates that have passed. This crate does not know what time it is: whoever does, asks here.
+
+use crate::code::Code;
+use crate::date::Date;
+use crate::finding::Finding;
+use crate::mission::Missed;
+use crate::model::Configuration;
+
+/// A finding for each transition whose last date has passed at `now`, in sub-missions too.
+pub fn passed_dates(configuration: &Configuration, now: Date) -> Vec<Finding> {
+    let transitions = configuration.missions().flat_map(|mission| &mission.transitions);
+    let passed = transitions.filter_map(|transition| {
+        let last = transition.not_after.as_ref().filter(|last| last.value <= now)?;
+        let name = &transition.name.value;
+        let so = match transition.missed.as_deref().copied().unwrap_or_default() {
+            Missed::Fire => format!("{name} fires once, late"),
+            Missed::Skip => format!("{name} never fires"),
+            Missed::Fail => {
+                format!("the mission goes to its safe place as soon as tokens wait for {name}")
+            }
+        };
+        let message = format!("{} has passed: {so}", last.at.text());
+        let finding = Finding::new(Code::DatePassed, &last.at, message);
+        Some(finding.remedy("write a date that is still to come"))
+    });
+    passed.collect()
+}

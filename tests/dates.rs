@@ -1,0 +1,128 @@
+//! Appointments at absolute dates, played by real processes: the executive killed while they wait,
+//! and refused where nobody keeps the clock.
+
+use std::path::Path;
+use std::time::Duration;
+
+use armor_executive::journal::Journal;
+use armor_executive::{Cause, DatePhase, Entry, Record};
+use armor_missions::Date;
+
+use crate::fixture::{Folder, ended, wait_for};
+use crate::resilience::system::Draft;
+
+/// Long enough for the mission to begin, and for an executive to be killed, on a busy machine.
+const SOON: Duration = Duration::from_secs(25);
+
+fn records(journal: &Path) -> Vec<Record> {
+    Journal::open(journal).expect("a journal").1.records
+}
+
+/// What the clock said when the date of `transition` stood so first, and when.
+fn dated(records: &[Record], transition: &str, wanted: DatePhase) -> Option<(Duration, Date)> {
+    records.iter().find_map(|record| match &record.entry {
+        Entry::Dated { transition: name, phase, utc, .. }
+            if name == transition && *phase == wanted =>
+        {
+            Some((record.at, utc.parse().expect("a date")))
+        }
+        _ => None,
+    })
+}
+
+fn taken(records: &[Record], transition: &str) -> Option<Duration> {
+    let takes = |record: &&Record| matches!(&record.entry, Entry::Took { cause: Cause::Transition(name), .. } if name == transition);
+    records.iter().find(takes).map(|record| record.at)
+}
+
+fn mission(meet: &str) -> String {
+    format!(
+        "<mission name='rendezvous' goal='home' safe='hold'>
+           <place name='wait' initial='true' components='radio'/>
+           <place name='home'/>
+           <place name='hold'/>
+           <transition name='meet' from='wait' to='home' {meet}/>
+         </mission>"
+    )
+}
+
+fn draft(meet: &str) -> Draft {
+    Draft::default().probe("radio", "rate='20Hz'", "").mission(&mission(meet))
+}
+
+#[test]
+fn an_appointment_is_kept_however_often_the_executive_is_killed() {
+    let date = armor_executive::utc().later(SOON);
+    let draft = draft(&format!("not-before='{date}'"));
+    let mut system = draft.run_with(Folder::new("rendezvous"), &["--trust-clock"]);
+    for _ in 0..2 {
+        let words = format!("meet waits until {date}, in ");
+        wait_for(&words, || system.shown(&["mission", "show"]).contains(&words).then_some(()));
+        system.replace("executive");
+    }
+    let code = system.run.code();
+    assert_eq!(code, Some(0), "{}", system.run.log());
+    let records = records(&system.run.out().join("executive.journal"));
+    let (open, utc) = dated(&records, "meet", DatePhase::Open).expect("its date has come");
+    assert!(utc >= date && armor_executive::utc() >= date, "{utc} before {date}");
+    assert!(taken(&records, "meet").is_some_and(|taken| taken >= open));
+    assert_eq!(system.trace("radio").count("stopping"), 1, "never disturbed before");
+}
+
+#[test]
+fn a_date_that_passes_fails_its_mission() {
+    let date = armor_executive::utc().later(SOON);
+    let meet = format!("not-after='{date}' missed='fail' on='radio.answered'");
+    let mut system = draft(&meet).run_with(Folder::new("missed"), &["--trust-clock"]);
+    let code = system.run.code();
+    let log = system.run.log();
+    assert_eq!(code, Some(1), "{log}");
+    let words = format!("retreats: the date of `meet` has passed unused: {date}");
+    assert!(log.contains(&words), "{log}");
+}
+
+#[test]
+fn dates_are_refused_where_nobody_keeps_the_clock_and_the_past_is_a_warning() {
+    let folder = Folder::new("no-clock");
+    let text = format!(
+        "<armor version='1'><system/>{}</armor>",
+        mission("not-after='2024-06-01T12:00:00Z'").replace(" components='radio'", "")
+    );
+    folder.write("robot.xml", &text);
+    let (code, _, err) = ended(&mut folder.armor(&["check", "robot.xml"]));
+    assert_eq!(code, 0, "{err}");
+    let words = "warning[W0223]: 2024-06-01T12:00:00Z has passed: meet never fires";
+    assert!(err.contains(words), "{err}");
+    // Nothing that knows of the clock is found there.
+    let nobody = folder.path().join("empty");
+    std::fs::create_dir_all(&nobody).expect("writable");
+    let mut run = folder.armor(&["run", "robot.xml", "--out", "out"]);
+    if armor_executive::clock_doubts().is_none() {
+        println!("skipped: somebody keeps the clock of this machine");
+        return;
+    }
+    let (code, _, err) = ended(run.env("PATH", &nobody));
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("is not known to be right (there is no timedatectl; "), "{err}");
+    assert!(err.contains("--trust-clock"), "{err}");
+}
+
+/// `missions/appointment.xml` with a date that is still to come.
+#[test]
+fn the_appointment_is_waited_for_between_two_legs() {
+    let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
+    let folder = Folder::new("appointment");
+    let text = std::fs::read_to_string(missions.join("appointment.xml")).expect("the example");
+    let date = armor_executive::utc().later(Duration::from_secs(45));
+    let rooms = missions.join("worlds/rooms.svg").display().to_string();
+    let text = text.replace("2024-06-01T12:00:00Z", &date.to_string());
+    assert!(text.contains(&date.to_string()), "the example has another date");
+    folder.write("appointment.xml", &text.replace("worlds/rooms.svg", &rooms));
+    let arguments = ["run", "appointment.xml", "--headless", "--out", "out", "--trust-clock"];
+    let (code, log, err) = ended(&mut folder.armor(&arguments));
+    assert_eq!(code, 0, "{log}{err}");
+    let records = records(&folder.path().join("out/executive.journal"));
+    let (open, utc) = dated(&records, "appointed", DatePhase::Open).expect("it has come");
+    assert!(utc >= date, "{utc} before {date}");
+    assert!(taken(&records, "appointed").is_some_and(|taken| taken >= open));
+}
