@@ -242,7 +242,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
 pub fn began_with(records: &[Record]) -> Option<&Version> {
     match &records.first()?.entry {
         Entry::Began { version, .. } if !version.files.is_empty() => Some(version),
-        Entry::Snapshot(it) if !it.version.files.is_empty() => Some(&it.version),
+        Entry::Snapshot(it) if !it.began.files.is_empty() => Some(&it.began),
         _ => None,
     }
 }

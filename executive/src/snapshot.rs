@@ -21,6 +21,8 @@ pub struct Snapshot {
     pub mission: String,
     /// Of its plan.
     pub fingerprint: String,
+    /// What it began with: the components that run are of that.
+    pub began: Version,
     /// What it is played from.
     pub version: Version,
     version_since: Duration,
@@ -112,6 +114,7 @@ impl Ledger {
         let snapshot = Snapshot {
             mission: plan.mission.clone(),
             fingerprint: plan.fingerprint(),
+            began: (*plan.began).clone(),
             version: (*plan.version).clone(),
             version_since: *version_since,
             records: *records,
@@ -160,6 +163,13 @@ impl Ledger {
         snapshot: &Snapshot,
         at: Duration,
     ) -> Result<Self, LedgerError> {
+        let (number, version) = (snapshot.version.number, &snapshot.version);
+        let plan = if *version == *plan.version {
+            plan
+        } else {
+            let refused = |why| LedgerError::NotTaken { version: number, why };
+            Arc::new((plan.reader)(version, &plan).map_err(refused)?)
+        };
         let mut ledger = Self::new(plan);
         ledger.began(&snapshot.mission, &snapshot.fingerprint)?;
         (ledger.records, ledger.version_since) = (snapshot.records, snapshot.version_since);

@@ -209,7 +209,6 @@ impl Play {
         let Some(controller) = &self.controller else { return };
         let snapshot = controller.ledger().snapshot();
         self.journal = vec![serde_json::to_string(&snapshot).unwrap()];
-        self.began = Arc::clone(controller.ledger().plan());
         let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
         check_same(controller.ledger(), &again);
         (self.checked, self.cuts) = (0, self.cuts + 1);
