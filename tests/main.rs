@@ -1,6 +1,7 @@
 //! Whole-system tests: the real `armor` program and real processes, from outside.
 
 mod changes;
+mod checks;
 mod command_line;
 mod dates;
 mod dice;

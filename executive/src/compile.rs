@@ -34,6 +34,7 @@ pub const PLAYED: &[Feature] = &[
     Feature::Guard,
     Feature::Variable,
     Feature::Date,
+    Feature::Check,
 ];
 
 impl Plan {
@@ -478,18 +479,18 @@ mod tests {
             <place name="x" initial="true"/><place name="z"/>
             <submission ref="dock.xml" in="x" out="z"/></mission></armor>"#;
         let dock = r#"<armor version="1"><mission goal="g" safe="g">
-            <place name="p" initial="true"/><place name="g"/>
-            <transition name="t" from="p" to="g" timeout="1s"/>
-            <check>always reachable(g)</check></mission></armor>"#;
+            <place name="g"/><place name="p" initial="true" components="a">
+            <parameter component="a" name="q" value="1"/></place>
+            <transition name="t" from="p" to="g" timeout="1s"/></mission></armor>"#;
         let reading = armor_missions::read("m.xml".as_ref(), &mut |path| {
             let text = if path.ends_with("dock.xml") { dock } else { main };
             Ok(text.as_bytes().to_vec())
         });
         let findings = Plan::of(&reading.configuration.expect("a configuration"));
-        let findings = findings.expect_err("a check is not played");
+        let findings = findings.expect_err("a parameter of a place is not played");
         let found = findings.iter().next().expect("one finding");
         assert_eq!(found.code, Code::NotPlayed);
-        assert!(found.to_string().starts_with("dock.xml:4:"), "{found}");
+        assert!(found.to_string().starts_with("dock.xml:3:"), "{found}");
     }
 
     #[test]

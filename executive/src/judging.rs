@@ -3,7 +3,7 @@
 
 use crate::event::Event;
 use crate::plan::Plan;
-use crate::proof::prove;
+use crate::proof::prove_from_here;
 use crate::version::{Version, in_words};
 use armor_missions::{Code, Configuration, Finding, Findings, Severity, differences};
 use std::sync::Arc;
@@ -161,7 +161,8 @@ fn judge(running: &Plan, next: &Plan, marking: &[u32]) -> Result<(), String> {
 fn proven_from(configuration: &Configuration, plan: &Plan, marking: Vec<u32>) -> Vec<Finding> {
     let start = Instant::now();
     let plan = plan.clone().starting_at(marking);
-    let findings: Findings = prove(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN);
+    let findings: Findings =
+        prove_from_here(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN);
     let bad = |finding: &&Finding| {
         finding.severity() != Severity::Note && finding.code != Code::NeverFires
     };

@@ -62,7 +62,7 @@ pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
-pub use proof::{MAX_BYTES, MAX_STATES, prove};
+pub use proof::{Analysed, MAX_BYTES, MAX_CLASSES, MAX_STATES, prove, prove_from_here};
 pub use record::{Cause, DatePhase, Entry, Outcome, Record, Report, Tokens};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};

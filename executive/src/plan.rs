@@ -200,6 +200,16 @@ impl Plan {
         &self.watches
     }
 
+    /// The place that ends it well.
+    pub fn goal(&self) -> Option<PlaceId> {
+        self.goal
+    }
+
+    /// The place where it goes when something fails.
+    pub fn safe(&self) -> Option<PlaceId> {
+        self.safe
+    }
+
     /// The component called `name`.
     pub fn component_named(&self, name: &str) -> Option<ComponentId> {
         self.names.components.get(name).copied()

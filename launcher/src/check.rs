@@ -38,13 +38,18 @@ pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
     for file in &arguments.files {
         let checked = load(file, &arguments.overrides, &arguments.kinds)?;
         let findings = &checked.reading.findings;
-        print(findings, format);
+        print(&checked.shown(format), format);
         gravest = gravest.into_iter().chain(self::gravest(findings)).min_by_key(|c| c.severity());
         let warnings = findings.count(Severity::Warning);
         if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
             ending = Ending::Failed;
         } else if warnings == 0 && format != Format::Json {
             println!("{} is fine", file.display());
+        }
+        if let Some(takes) = findings.iter().find(|finding| finding.code == Code::Takes)
+            && format != Format::Json
+        {
+            println!("{}: {}", file.display(), takes.message);
         }
     }
     hint(gravest, format);
@@ -77,21 +82,21 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
     {
-        reading.findings.extend_new(of_the_mission(configuration));
+        reading.findings.extend_new(proven_within(configuration, PROOF_WITHIN));
     }
     reading.findings.sort();
     Ok(Checked { reading, catalogue })
 }
 
-/// What only the executive can say of a mission: whether it can play it, and what it proves of it.
+/// What only the executive finds in a mission: that it cannot play it, or what it proves of it.
 pub fn of_the_mission(configuration: &Configuration) -> Findings {
-    proven_within(configuration, PROOF_WITHIN)
+    proven_within(configuration, PROOF_WITHIN).without_notes()
 }
 
 /// The same in half a second. What is not decided by then the executive decides for itself, from
 /// where the mission stands.
 pub fn of_the_mission_soon(configuration: &Configuration) -> Findings {
-    proven_within(configuration, SHORT_PROOF_WITHIN)
+    proven_within(configuration, SHORT_PROOF_WITHIN).without_notes()
 }
 
 fn proven_within(configuration: &Configuration, limit: Duration) -> Findings {
@@ -136,6 +141,14 @@ impl Checked {
     /// The configuration, if it is free of errors.
     pub fn accepted(&self) -> Option<&Configuration> {
         self.reading.configuration.as_ref().filter(|_| self.reading.is_valid())
+    }
+
+    /// The findings as they are printed: how long the mission takes is a line of its own for people.
+    fn shown(&self, format: Format) -> Findings {
+        let is_shown = |finding: &&Finding| format == Format::Json || finding.code != Code::Takes;
+        let mut shown = Findings::default();
+        shown.extend(self.reading.findings.iter().filter(is_shown).cloned());
+        shown
     }
 
     /// Prints what is worth stopping at: errors and warnings.

@@ -1,6 +1,7 @@
 //! Whether what was read holds together: within the file, and against the manifests of the
 //! components that it names. Everything is looked at in one pass; nothing stops at the first.
 
+mod claims;
 mod dates;
 mod endless;
 mod guards;
@@ -48,6 +49,7 @@ pub fn check(
         system::keep_first(&mut configuration.system, &mut found);
         by_itself(configuration, &mut found);
         guards::check(configuration, manifests, &mut found);
+        claims::check(configuration, &mut found);
         overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);

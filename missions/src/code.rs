@@ -244,6 +244,18 @@ codes! {
     MarkedTogether = "W0245", "exclusive components wanted together";
     /// Too many states.
     NotProven = "W0246", "a mission too large to be proven";
+    /// How soon the goal can come, and how late.
+    Takes = "N0247", "how long the mission takes";
+
+    // What the file itself claims of the mission.
+    /// The text of a `<check>` is not one.
+    CheckSyntax = "E0250", "a check that cannot be read";
+    /// A check names a transition that the mission does not have.
+    UnknownTransition = "E0251", "an unknown transition";
+    /// What a check says is not so.
+    CheckFails = "E0252", "a check that does not hold";
+    /// Whether a check holds could not be found out.
+    CheckUndecided = "W0253", "a check that could not be decided";
 
     // What is understood but not played.
     /// Something that the format has and this version does not play.
@@ -279,6 +291,7 @@ impl Code {
                     | Code::ExclusiveTogether
                     | Code::ForeignParameter
                     | Code::UnknownVariable
+                    | Code::UnknownTransition
             )
     }
 }

@@ -7,6 +7,7 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use crate::code::Code;
 use crate::source::Location;
+use crate::way::{Takes, Way};
 
 /// Findings kept of one reading. A file of a million faults is refused as well by the first few
 /// hundred, and a listener that never ends helps nobody.
@@ -48,6 +49,10 @@ pub struct Finding {
     pub remedy: String,
     /// Other places that belong to it, each with a few words ("first fed here").
     pub related: Vec<(Location, String)>,
+    /// The firings that show it, where there are some.
+    pub way: Option<Way>,
+    /// How long the mission takes, where it is about that.
+    pub takes: Option<Takes>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     more: usize,
 }
@@ -68,6 +73,8 @@ impl Finding {
             file: None,
             remedy: String::new(),
             related: Vec::new(),
+            way: None,
+            takes: None,
             more: 0,
         }
     }
@@ -88,6 +95,13 @@ impl Finding {
     #[must_use]
     pub fn related(mut self, at: &Location, label: impl Into<String>) -> Self {
         self.related.push((at.clone(), label.into()));
+        self
+    }
+
+    /// Shows the firings that lead to it.
+    #[must_use]
+    pub fn way(mut self, way: Way) -> Self {
+        self.way = Some(way);
         self
     }
 
@@ -174,10 +188,11 @@ impl fmt::Display for Finding {
 }
 
 /// The JSON form: severity, code, message, remedy; file, line, column, end_line, end_column
-/// (from 1, the end exclusive) and text, absent for findings about no text, which have a file at most; related.
+/// (from 1, the end exclusive) and text, absent for findings about no text, which have a file at most; related;
+/// way, circle and takes where there are some.
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut out = serializer.serialize_struct("Finding", 11)?;
+        let mut out = serializer.serialize_struct("Finding", 14)?;
         out.serialize_field("severity", &self.severity().to_string())?;
         out.serialize_field("code", self.code.as_str())?;
         out.serialize_field("message", &self.message)?;
@@ -190,6 +205,15 @@ impl Serialize for Finding {
         let related: Vec<_> =
             self.related.iter().map(|(at, label)| Related { at, label }).collect();
         out.serialize_field("related", &related)?;
+        if let Some(Way { firings, circle }) = &self.way {
+            out.serialize_field("way", firings)?;
+            if !circle.is_empty() {
+                out.serialize_field("circle", circle)?;
+            }
+        }
+        if let Some(takes) = &self.takes {
+            out.serialize_field("takes", takes)?;
+        }
         out.end()
     }
 }

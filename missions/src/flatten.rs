@@ -19,7 +19,14 @@ impl Configuration {
     /// # Errors
     /// A finding if the whole is larger than a mission may be.
     pub fn flattened(&self) -> Result<Option<Mission>, Findings> {
-        let Some(mission) = &self.mission else { return Ok(None) };
+        self.mission.as_ref().map(|mission| self.flatten(mission)).transpose()
+    }
+
+    /// The same of any of its missions.
+    ///
+    /// # Errors
+    /// As [`Self::flattened`].
+    pub(crate) fn flatten(&self, mission: &Mission) -> Result<Mission, Findings> {
         let mut whole = mission.clone();
         let wanted = std::mem::take(&mut whole.submissions);
         let mut names = Vec::new();
@@ -27,7 +34,7 @@ impl Configuration {
             let name = self.name_of(submission, &mut names);
             self.put_in(&mut whole, submission, &name)?;
         }
-        Ok(Some(whole))
+        Ok(whole)
     }
 
     /// What a sub-mission is called: as its mission, or else its file; the second of a name `-2`.

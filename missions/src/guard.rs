@@ -34,6 +34,7 @@ pub(crate) use judge::{Meaning, Type, judge};
 pub(crate) use measure::Measure;
 pub use name::Name;
 pub use parse::{MAX_DEPTH, MAX_LEN};
+pub(crate) use token::{Token, tokens};
 
 /// A guard as read. Two are equal if they say the same, however it is spaced.
 #[derive(Clone)]
@@ -90,7 +91,7 @@ enum Kind {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Operator {
+pub(crate) enum Operator {
     Or,
     And,
     Less,

@@ -15,6 +15,7 @@
 //! ```
 
 mod check;
+pub mod claim;
 mod code;
 mod date;
 mod difference;
@@ -39,6 +40,7 @@ mod save;
 mod source;
 mod tag;
 pub mod tree;
+mod way;
 mod xml;
 
 use std::path::Path;
@@ -59,6 +61,7 @@ pub use read::{MAX_ELEMENTS, MAX_LINKS};
 pub use render::Colours;
 pub use save::{SaveError, save};
 pub use source::{Location, Source, Span, Spanned};
+pub use way::{Takes, Way};
 pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES};
 
 /// The schema of the format, for other XML tools.

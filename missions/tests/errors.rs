@@ -23,7 +23,7 @@ const MAIN: &str = "robot.xml";
 const THERE: [&str; 2] = ["run.log", "run & jump.log"];
 /// Codes of component directories, which only the launcher looks into, and of what the executive
 /// proves: their tests have the examples.
-const ELSEWHERE: [Code; 15] = [
+const ELSEWHERE: &[Code] = &[
     Code::BrokenExecutable,
     Code::KindTwice,
     Code::NoDirectory,
@@ -39,6 +39,9 @@ const ELSEWHERE: [Code; 15] = [
     Code::TwoTokens,
     Code::MarkedTogether,
     Code::NotProven,
+    Code::Takes,
+    Code::CheckFails,
+    Code::CheckUndecided,
 ];
 
 #[derive(Clone, Copy, PartialEq)]

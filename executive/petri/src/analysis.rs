@@ -16,6 +16,7 @@ pub mod explore;
 pub mod invariants;
 mod layout;
 pub mod rules;
+pub mod runs;
 pub mod space;
 mod store;
 pub mod stubborn;

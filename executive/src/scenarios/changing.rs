@@ -219,10 +219,9 @@ fn a_goal_that_cannot_be_reached_from_here_is_refused() {
 
 #[test]
 fn a_fault_that_the_mission_has_already_keeps_nothing_from_changing() {
-    let idle =
-        r#"<place name="idle"/><transition name="stray" from="explore" to="idle" timeout="2h"/>"#;
+    let idle = r#"<place name="idle"/><transition name="stray" from="explore" to="idle" operator="true"/>"#;
     let mut bench = begun(&office(idle));
-    let other = idle.replace("2h", "3h");
+    let other = idle.replace("operator=", "priority=\"-2\" operator=");
     bench.saved(version(2, &office(&other)));
     assert_eq!(bench.played(), 2, "it could come to a standstill before, too");
     bench.saved(version(3, &office("")));

@@ -2,7 +2,7 @@
 //! between any two actions. What must hold is checked at every step; a failure prints its seed.
 
 mod changes;
-mod dice;
+pub(crate) mod dice;
 pub(crate) mod draft;
 mod operators;
 mod outlook;

@@ -67,7 +67,7 @@ pub enum Mission {
         #[command(flatten)]
         running: Running,
     },
-    /// Play a past mission from its journal, step by step.
+    /// Play a past mission from its journal, or a way that `armor check` shows, step by step.
     Replay(Replay),
 }
 
@@ -89,10 +89,16 @@ pub struct By {
 
 #[derive(Args, Debug)]
 pub struct Replay {
-    /// The journal: executive.journal in the folder of the run.
+    /// The journal: executive.journal in the folder of the run. With --fire, the mission file.
+    #[arg(value_name = "JOURNAL|FILE")]
     pub journal: PathBuf,
     /// The mission file it was played from, for a journal that does not hold it.
+    #[arg(conflicts_with = "fire")]
     pub file: Option<PathBuf>,
+    /// Fire these transitions of the mission file, one after the other, and show the marking after
+    /// each: nothing runs. Names as in the `way` of a finding, with spaces or commas between.
+    #[arg(long, value_name = "TRANSITIONS")]
+    pub fire: Option<String>,
     /// Give a parameter another value than the file does.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,

@@ -1,6 +1,7 @@
 //! `armor mission`: where the mission stands, from what the executive publishes; orders to it; and
 //! its journal.
 
+mod firing;
 mod journal;
 mod orders;
 mod replay;

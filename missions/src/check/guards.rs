@@ -118,7 +118,7 @@ fn known_variable(
 }
 
 /// The bytes `range` of a text as a place in the file, where `&lt;` is longer than what it means.
-fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
+pub(super) fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
     let raw = text.at.text();
     let (mut at, mut read) = (0, 0);
     let mut ends = [raw.len(); 2];

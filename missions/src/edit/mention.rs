@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::claim::Sort;
 use crate::edit::item::{Item, find};
 use crate::edit::words::{Form, occurrences};
 use crate::source::{Location, Source};
@@ -131,25 +132,30 @@ struct Expressions {
 }
 
 impl Expressions {
-    /// A name by itself belongs to one sort of things: in a guard rather to a variable, in a check
-    /// rather to a place. Before a dot it is a component's.
+    /// In a guard a name by itself belongs to one sort of things, rather to a variable, and before
+    /// a dot it is a component's. In a check what it stands in says whose it is.
     fn of(tree: &Tree, item: Item<'_>) -> Self {
         let name = item.name().unwrap_or_default();
-        let form = |order: [Item<'_>; 4]| {
-            let mut before = order.iter().take_while(|sort| **sort != item);
-            let is_bare = before.all(|sort| find(tree, *sort).is_none());
-            match (item, is_bare) {
-                (Item::Component(_), true) => Some(Form::AllWords),
-                (Item::Component(_), false) => Some(Form::DottedWords),
-                (_, is_bare) => is_bare.then_some(Form::BareWords),
-            }
+        let order = [
+            Item::Variable(name),
+            Item::Place(name),
+            Item::Component(name),
+            Item::Transition(name),
+        ];
+        let mut before = order.iter().take_while(|sort| **sort != item);
+        let is_bare = before.all(|sort| find(tree, *sort).is_none());
+        let guard = match (item, is_bare) {
+            (Item::Component(_), true) => Some(Form::AllWords),
+            (Item::Component(_), false) => Some(Form::DottedWords),
+            (_, is_bare) => is_bare.then_some(Form::BareWords),
         };
-        let (variable, place) = (Item::Variable(name), Item::Place(name));
-        let (component, transition) = (Item::Component(name), Item::Transition(name));
-        Self {
-            guard: form([variable, place, component, transition]),
-            check: form([place, variable, component, transition]),
-        }
+        let check = match item {
+            Item::Place(_) => Some(Form::Claimed(Sort::Place)),
+            Item::Transition(_) => Some(Form::Claimed(Sort::Transition)),
+            Item::Component(_) => Some(Form::Claimed(Sort::Component)),
+            _ => None,
+        };
+        Self { guard, check }
     }
 }
 

@@ -15,9 +15,10 @@ use crate::tree::Element;
 
 impl Document {
     /// Renames an item and everything in the file that names it: links, lists, arcs, the goal,
-    /// reports, sources, the layout, and the words of guards and checks. There a name before a dot
-    /// is a component's; one by itself is, of the things that have it, in a guard a variable's and
-    /// in a check a place's. A component of another file is renamed in what names it here.
+    /// reports, sources, the layout, and the words of guards and checks. In a guard a name before a
+    /// dot is a component's; one by itself is, of the things that have it, rather a variable's. In a
+    /// check it is a place's, but a transition's in `fires(…)` and `dead(…)` and a component's in
+    /// `active(…)`. A component of another file is renamed in what names it here.
     ///
     /// # Errors
     /// If there is no such item, the new name is none or another's, or the item is one without name.

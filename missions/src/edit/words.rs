@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::claim::Sort;
+
 /// How a value names things.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
@@ -17,6 +19,8 @@ pub(crate) enum Form {
     BareWords,
     /// An expression in which the name stands before a dot or by itself.
     AllWords,
+    /// A check in which the name stands where one of a thing of this sort does.
+    Claimed(Sort),
 }
 
 /// Words of expressions that name nothing.
@@ -43,6 +47,28 @@ pub(crate) fn occurrences(form: Form, value: &str, name: &str) -> Vec<Range<usiz
             };
             names(value).into_iter().filter(is_named).collect()
         }
+        Form::Claimed(sort) => {
+            let is_named = |word: &Range<usize>| {
+                value[word.clone()] == *name
+                    && !value[word.end..].starts_with('.')
+                    && sort_at(value, word.start) == sort
+            };
+            names(value).into_iter().filter(is_named).collect()
+        }
+    }
+}
+
+/// Of what sort the thing is whose name begins there in a check: what it is called with says it.
+fn sort_at(value: &str, start: usize) -> Sort {
+    let before = value[..start].trim_ascii_end();
+    let Some(called) = before.strip_suffix('(').map(str::trim_ascii_end) else {
+        return Sort::Place;
+    };
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    match &called[called.trim_end_matches(is_of_name).len()..] {
+        "fires" | "dead" => Sort::Transition,
+        "active" => Sort::Component,
+        _ => Sort::Place,
     }
 }
 
@@ -91,6 +117,8 @@ fn names(text: &str) -> Vec<Range<usize>> {
     let bytes = text.as_bytes();
     let mut names = Vec::new();
     let mut at = 0;
+    // Where the second word of `leads to` stands, which is no name.
+    let mut to = None;
     while at < bytes.len() {
         let start = at;
         let part: fn(u8) -> bool = match bytes[at] {
@@ -109,6 +137,19 @@ fn names(text: &str) -> Vec<Range<usize>> {
         let follows_dot = start > 0 && bytes[start - 1] == b'.';
         let is_called = text[at..].trim_ascii_start().starts_with('(');
         let word = &text[start..at];
+        if word == "leads" && Some(start) != to {
+            let rest = text[at..].trim_ascii_start();
+            let ends = |after: &str| {
+                !after.starts_with(|c: char| c.is_alphanumeric() || "_-.".contains(c))
+            };
+            if rest.len() < text.len() - at && rest.strip_prefix("to").is_some_and(ends) {
+                to = Some(text.len() - rest.len());
+                continue;
+            }
+        }
+        if Some(start) == to {
+            continue;
+        }
         if bytes[start].is_ascii_alphabetic()
             && !follows_dot
             && !is_called
@@ -142,6 +183,26 @@ mod tests {
         check(Form::AllWords, "5-home+home-1*ähome x.home home.y", "5-H+home-1*ähome x.home H.y");
         check(Form::AllWords, "(home)and not home", "(H)and not H");
         assert!(occurrences(Form::AllWords, "always x", "always").is_empty());
+    }
+
+    #[test]
+    fn in_a_check_what_a_name_stands_in_says_whose_it_is() {
+        let place = |value, expected| check(Form::Claimed(Sort::Place), value, expected);
+        place("always reachable(home)", "always reachable(H)");
+        place("home leads to ( home )", "H leads to ( H )");
+        place("never home + x.home > 1 and home.x", "never H + x.home > 1 and home.x");
+        place("fires(home)", "fires(home)");
+        place("home leads to active( home )", "H leads to active( home )");
+        check(Form::Claimed(Sort::Transition), "dead ( home )", "dead ( H )");
+        check(
+            Form::Claimed(Sort::Component),
+            "never active(home) and home",
+            "never active(H) and home",
+        );
+        let at = |value, name| occurrences(Form::Claimed(Sort::Place), value, name);
+        assert_eq!(at("leads leads to to", "leads"), [0..5]);
+        assert_eq!(at("leads leads to to", "to"), [15..17]);
+        assert_eq!(at("a leads to top", "to"), []);
     }
 
     #[test]

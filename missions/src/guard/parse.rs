@@ -24,7 +24,7 @@ impl Guard {
                 remedy: format!("at most {MAX_LEN} are read; split it over several transitions"),
             });
         }
-        let tokens = tokens(text)?;
+        let tokens = tokens(text, "guard")?;
         let mut parser =
             Parser { tokens, next: 0, depth: 0, names: Vec::new(), numbers: BTreeMap::new() };
         let root = parser.or()?;

@@ -8,7 +8,7 @@ use super::{GuardError, Operator};
 use crate::nearest::did_you_mean;
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Token {
+pub(crate) enum Token {
     Number(f64, Option<&'static Unit>),
     Text(String),
     /// A variable, or names joined by dots.
@@ -23,9 +23,12 @@ pub(super) enum Token {
     End,
 }
 
-/// All tokens with their places, an end at the end.
-pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, GuardError> {
-    let mut lexer = Lexer { text, at: 0 };
+/// All tokens with their places, an end at the end. `language` is what such a text is called.
+pub(crate) fn tokens(
+    text: &str,
+    language: &'static str,
+) -> Result<Vec<(Token, Range<usize>)>, GuardError> {
+    let mut lexer = Lexer { text, language, at: 0 };
     let mut out = Vec::new();
     loop {
         let next = lexer.next()?;
@@ -39,6 +42,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, GuardErro
 
 struct Lexer<'a> {
     text: &'a str,
+    language: &'static str,
     at: usize,
 }
 
@@ -85,7 +89,7 @@ impl<'a> Lexer<'a> {
                     self.at += sign.len();
                     token.clone()
                 }
-                None => return Err(foreign(rest, start, c)),
+                None => return Err(foreign(rest, start, c, self.language)),
             },
         };
         Ok((token, start..self.at))
@@ -181,14 +185,14 @@ impl<'a> Lexer<'a> {
     }
 }
 
-fn foreign(rest: &str, start: usize, c: char) -> GuardError {
+fn foreign(rest: &str, start: usize, c: char, language: &str) -> GuardError {
     let (len, remedy) = match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
         Some((sign, remedy)) => (sign.len(), *remedy),
         None => (c.len_utf8(), "remove it"),
     };
     let at = start..start + len;
     GuardError {
-        message: format!("`{}` has no meaning in a guard", &rest[..len]),
+        message: format!("`{}` has no meaning in a {language}", &rest[..len]),
         at,
         remedy: remedy.into(),
     }

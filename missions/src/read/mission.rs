@@ -185,7 +185,12 @@ fn check(
         findings.push(finding.remedy("write what is to hold, such as always reachable(home)"));
         return None;
     }
-    Some(Spanned::new(text, span.map_or(at, |span| Location::new(source, span))))
+    let Some(at) = span.map(|span| Location::new(source, span)) else {
+        return Some(Spanned::new(text, at));
+    };
+    let raw = at.text();
+    let (start, end) = (raw.len() - raw.trim_start().len(), raw.trim_end().len());
+    Some(Spanned::new(text, at.part(start, end)))
 }
 
 fn submission(

@@ -198,9 +198,9 @@ impl Model {
             Some(name) => vec![
                 Word::Plain("duration("),
                 place,
-                Word::Plain(") <= 20min or not "),
+                Word::Plain(") <= 20min or not active("),
                 Word::Name(Sort::Component, name),
-                Word::Plain(".failed"),
+                Word::Plain(")"),
             ],
         })
     }

@@ -94,6 +94,22 @@ pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
     (found, exhausted)
 }
 
+/// Whether the times of `net` let these transitions fire in this order from the beginning.
+///
+/// # Errors
+/// If the times are too far apart to be counted, or a place cannot count its tokens.
+pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhausted> {
+    let firing = Firing::new(net)?;
+    let mut marking: Box<[u32]> = net.initial().into();
+    let mut domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
+    for wanted in sequence {
+        let next = firing.all(&marking, &domain)?.into_iter().find(|fired| fired.0 == *wanted);
+        let Some(next) = next else { return Ok(false) };
+        (marking, domain) = (next.1, next.2);
+    }
+    Ok(true)
+}
+
 /// Bytes of a class beside its numbers: pointers, the table's entry, the way to it.
 const BYTES_BESIDE: u64 = 160;
 

@@ -7,6 +7,7 @@
 use super::budget::{Budget, Exhausted};
 use super::classes::{Classes, Firing};
 use super::domain::{Domain, NEVER};
+use super::runs::{Escape, escape};
 use crate::net::{Net, TransitionId};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -82,8 +83,10 @@ pub fn longest(
     asked: impl Fn(&[u32]) -> bool,
     budget: &Budget<'_>,
 ) -> Result<Latest, Exhausted> {
-    if let Some(escape) = escape(classes, &asked) {
-        return Ok(escape);
+    match escape(classes, [0], &asked, budget)? {
+        Some(Escape::Circle(way, circle)) => return Ok(Latest::Circle(way, circle)),
+        Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
+        None => {}
     }
     let mut search = Search::new(net)?;
     let mut domain = search.beginning(net);
@@ -110,49 +113,6 @@ pub fn longest(
     }
     let time = search.firing.times.duration(latest.0);
     Ok(Latest::At(Timed { time, sequence: search.way_to(latest.1) }))
-}
-
-/// A way that never comes to what is asked: into a circle, or to a dead end.
-fn escape(classes: &Classes, asked: impl Fn(&[u32]) -> bool) -> Option<Latest> {
-    const ON_THE_WAY: u8 = 1;
-    const DONE: u8 = 2;
-    let mut marks = vec![0u8; classes.classes() as usize];
-    // Class, next firing, and the firing that led here.
-    let mut way: Vec<(u32, usize, TransitionId)> = Vec::new();
-    let enter = |class: u32, by, way: &mut Vec<_>, marks: &mut Vec<u8>| {
-        let end = asked(classes.marking(class));
-        marks[class as usize] = if end { DONE } else { ON_THE_WAY };
-        if !end {
-            way.push((class, 0, by));
-        }
-    };
-    enter(0, TransitionId(0), &mut way, &mut marks);
-    while let Some((class, next, _)) = way.last_mut() {
-        let successors = classes.successors(*class);
-        let Some(&(transition, successor)) = successors.get(*next) else {
-            if successors.is_empty() {
-                return Some(Latest::DeadEnd(way[1..].iter().map(|step| step.2).collect()));
-            }
-            marks[*class as usize] = DONE;
-            way.pop();
-            continue;
-        };
-        *next += 1;
-        match marks[successor as usize] {
-            ON_THE_WAY => {
-                let start = way.iter().position(|step| step.0 == successor).unwrap_or(0);
-                let fired = |steps: &[(u32, usize, TransitionId)]| -> Vec<TransitionId> {
-                    steps.iter().map(|step| step.2).collect()
-                };
-                let mut circle = fired(&way[start + 1..]);
-                circle.push(transition);
-                return Some(Latest::Circle(fired(&way[1..=start]), circle));
-            }
-            DONE => {}
-            _ => enter(successor, transition, &mut way, &mut marks),
-        }
-    }
-    None
 }
 
 /// Markings with domains that know the beginning, none within another.

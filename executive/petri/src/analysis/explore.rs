@@ -145,10 +145,11 @@ impl Search {
             let words = self.space.layout.words();
             let successor = &self.successors[index * words..(index + 1) * words];
             let Found::New(new) = self.space.store.insert(successor, hash) else { continue };
+            // Also the state that is one too many has a way to it.
+            let record = self.arrive(number, transition);
             if u64::from(new) >= budget.states {
                 return Err(Exhausted::States);
             }
-            let record = self.arrive(number, transition);
             if record && !bounded {
                 let found = pumping_on_the_way(&self.space, new);
                 if found.is_some() {

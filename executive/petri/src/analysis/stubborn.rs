@@ -31,6 +31,19 @@ pub fn deadlocks(
     bounds: &Bounds,
     budget: &Budget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
+    deadlocks_that(net, bounds, &|_| true, budget)
+}
+
+/// The same, but only of those deadlocks whose marking is as asked.
+///
+/// # Errors
+/// If a budget ran out.
+pub fn deadlocks_that(
+    net: &Net,
+    bounds: &Bounds,
+    asked: &dyn Fn(&[u32]) -> bool,
+    budget: &Budget<'_>,
+) -> Result<Option<Deadlocks>, Exhausted> {
     let plain = net.transitions().iter().all(|t| t.inhibitors.is_empty() && t.resets.is_empty());
     if !plain || !bounds.is_bounded() {
         return Ok(None);
@@ -52,7 +65,7 @@ pub fn deadlocks(
         }
         layout.unpack(store.state(next as u32), &mut marking);
         let firing = stubborn.set(&rules, &marking);
-        if firing.is_empty() {
+        if firing.is_empty() && asked(&marking) {
             deadlocks += 1;
             first.get_or_insert(next as u32);
         }

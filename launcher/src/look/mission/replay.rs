@@ -1,6 +1,7 @@
 //! `armor mission replay`: a past mission, record by record, from its journal and its file alone.
 
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -9,6 +10,7 @@ use armor_missions::Colours;
 use serde_json::{Map, Value, json};
 
 use super::super::{printed, say};
+use super::firing;
 use super::journal::{line, time};
 use crate::arguments::{Format, Replay};
 use crate::check;
@@ -19,6 +21,11 @@ use crate::exit::Ending;
 /// # Errors
 /// If the journal or the file cannot be used, or do not belong together.
 pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
+    if let Some(way) = &arguments.fire {
+        // There is no journal: the mission file comes first.
+        let plan = of_file(&arguments.journal, arguments)?;
+        return firing::play(&plan, way, arguments.step, format);
+    }
     let story = journal::read(&arguments.journal)?;
     let plan = Arc::new(plan(arguments, &story.records)?);
     printed(play(arguments, plan, &story.records, format))
@@ -57,6 +64,10 @@ fn plan(arguments: &Replay, records: &[Record]) -> Result<Plan> {
         })?;
         return version.plan().map_err(|why| anyhow!("{journal}: {why}"));
     };
+    of_file(file, arguments)
+}
+
+fn of_file(file: &Path, arguments: &Replay) -> Result<Plan> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
     let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
     if let Some(finding) = malformed.first() {

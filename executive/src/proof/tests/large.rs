@@ -1,0 +1,94 @@
+//! Missions with more states than are looked at, and warnings that times make void.
+
+use super::*;
+
+/// Twenty lamps that go on and off: a million states, of which a thousand are looked at.
+fn lamps(more: &str) -> Finding {
+    let lamps: String = (0..20)
+        .map(|n| {
+            format!(
+                "<place name='on{n}'/><place name='off{n}' initial='true'/>
+                 <transition name='up{n}' from='off{n}' to='on{n}' timeout='1s'/>
+                 <transition name='down{n}' from='on{n}' to='off{n}' timeout='1s'/>"
+            )
+        })
+        .collect();
+    let end = "<transition name='end' from='on0' to='over' timeout='9s'/>";
+    let effort = few(1000, 10);
+    let findings = all_proven(&mission(&(lamps + end + more)), effort);
+    findings.into_iter().find(|f| f.code == Code::NotProven).expect("it is too large")
+}
+
+#[test]
+fn what_is_too_large_is_searched_for_deadlocks_and_weighed_by_sums() {
+    let found = lamps("");
+    assert!(found.message.contains("proven all the same: it never stands still"), "{found:?}");
+    assert!(found.message.contains("open: that the goal stays in reach"), "{found:?}");
+    let exclusive =
+        "<place name='x' initial='true' components='a'/><place name='y' components='b'/>
+        <transition name='t' from='x' to='y' timeout='1s'/>
+        <transition name='u' from='y' to='x' timeout='1s'/><exclusive components='a b'/>";
+    let found = lamps(exclusive);
+    for part in ["exclusive components are never wanted together", "gets a second token"] {
+        assert!(found.message.contains(part), "{found:?}");
+    }
+    let opened = "<place name='x' initial='true' components='a'/><place name='y' components='b'/>
+        <place name='n'/><transition name='t' from='x n' to='y' timeout='1s'/>
+        <transition name='n1' from='on19' to='n on19' timeout='1s'><inhibitor place='n'/></transition>
+        <transition name='u' from='y' to='x y' timeout='1s'><inhibitor place='on18'/></transition>
+        <exclusive components='a b'/>";
+    let found = lamps(opened);
+    assert!(
+        found.message.contains("open: that the goal stays in reach, that it never"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_standstill_far_beyond_the_budget_is_found_by_stubborn_sets() {
+    let lamps: String = (0..20)
+        .map(|n| {
+            format!(
+                "<place name='on{n}'/><place name='off{n}' initial='true'/>
+                 <transition name='up{n}' from='off{n}' to='on{n}' timeout='1s'/>"
+            )
+        })
+        .collect();
+    let end = "<place name='x' initial='true'/>
+        <transition name='end' from='x on0' to='over' timeout='9s'/>
+        <transition name='lose' from='x on1' to='on1' timeout='9s'/>";
+    let effort = few(1000, 10);
+    let findings = all_proven(&mission(&(lamps + end)), effort);
+    let found = findings.iter().find(|f| f.code == Code::Standstill).expect("all on, x lost");
+    let way = &found.way.as_ref().expect("the way").firings;
+    assert!(way.contains(&"lose".to_owned()) && way.len() == 21, "{way:?}");
+}
+
+#[test]
+fn a_standstill_that_times_exclude_is_not_warned_of() {
+    let net = |late: &str| {
+        format!(
+            "<place name='x' initial='true'/><place name='y'/>
+             <transition name='t' from='x' to='over' timeout='2s'/>
+             <transition name='u' from='x' to='y' timeout='{late}'/>"
+        )
+    };
+    assert_eq!(codes(&net("2s")), ["W0242"]);
+    assert_eq!(codes(&net("3s")), [""; 0]);
+}
+
+#[test]
+fn what_is_found_is_shown_as_firings() {
+    let file = mission(
+        "<place name='x' initial='true'/><place name='y'/><place name='n'/>
+         <transition name='t' from='x' to='y' timeout='1s'/>
+         <transition name='u' from='y' to='y n' timeout='1s'/>
+         <transition name='v' from='y' to='over' timeout='1s'/>",
+    );
+    let findings = proven(&file);
+    let found = findings.iter().find(|f| f.code == Code::FillsWithoutEnd).expect("n fills");
+    let way = found.way.clone().expect("a way");
+    assert_eq!((way.firings.join(" "), way.circle.join(" ")), ("t".into(), "u".into()));
+    let json = serde_json::to_value(found).expect("JSON");
+    assert_eq!((&json["way"][0], &json["circle"][0]), (&"t".into(), &"u".into()));
+}

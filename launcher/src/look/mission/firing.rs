@@ -1,0 +1,130 @@
+//! `armor mission replay FILE --fire`: firings of a mission, one by one, over the net that was proven.
+
+use std::io;
+
+use anyhow::{Context, Result, anyhow, bail};
+use armor_executive::{Analysed, Plan};
+use armor_petri::analysis::classes::is_possible;
+use armor_petri::analysis::rules::Rules;
+use armor_petri::{Net, PlaceId, TransitionId};
+use serde_json::{Map, Value, json};
+
+use super::super::{printed, say};
+use crate::arguments::Format;
+use crate::exit::Ending;
+
+/// Prints the marking at the start and after each firing.
+///
+/// # Errors
+/// At a transition that the mission does not have, or that is not enabled there.
+pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<Ending> {
+    let net = Analysed::of(plan)?.net;
+    let ends = [plan.goal(), plan.safe()];
+    let separators = |c: char| c.is_whitespace() || c == ',';
+    let names: Vec<_> = way.split(separators).filter(|name| !name.is_empty()).collect();
+    let walk = Walk { net: &net, rules: Rules::new(&net), ends, is_stepped, format };
+    let marking = net.initial().to_vec();
+    walk.say(None, &marking)?;
+    let done = walk.go(&names, marking)?;
+    let is_timely = is_possible(&net, &done) == Ok(true);
+    if !is_timely && format != Format::Json {
+        return printed(say("as far as tokens go; its times do not allow this order"));
+    }
+    Ok(Ending::Fine)
+}
+
+struct Walk<'a> {
+    net: &'a Net,
+    rules: Rules,
+    /// Goal and safe place.
+    ends: [Option<PlaceId>; 2],
+    is_stepped: bool,
+    format: Format,
+}
+
+impl Walk<'_> {
+    fn go(&self, names: &[&str], mut marking: Vec<u32>) -> Result<Vec<TransitionId>> {
+        let mut done = Vec::new();
+        for (index, name) in names.iter().enumerate() {
+            if self.is_stepped && io::stdin().read_line(&mut String::new())? == 0 {
+                break;
+            }
+            let transition = self.named(name)?;
+            if !self.rules.enabled(&marking, transition) {
+                bail!(
+                    "firing {} of {}: {}",
+                    index + 1,
+                    names.len(),
+                    self.obstacle(transition, &marking)
+                );
+            }
+            let fired = self.rules.fire(&mut marking, transition);
+            fired.with_context(|| format!("{name}: a place cannot count its tokens"))?;
+            done.push(transition);
+            self.say(Some(name), &marking)?;
+        }
+        Ok(done)
+    }
+
+    fn named(&self, name: &str) -> Result<TransitionId> {
+        let mut ids = self.net.transition_ids();
+        ids.find(|id| self.net.transition(*id).name == name).ok_or_else(|| {
+            let all: Vec<_> = self.net.transitions().iter().map(|t| t.name.as_str()).collect();
+            anyhow!("the mission has no transition {name}; it has {}", all.join(", "))
+        })
+    }
+
+    /// Why a transition is not enabled.
+    fn obstacle(&self, transition: TransitionId, marking: &[u32]) -> String {
+        let t = self.net.transition(transition);
+        let name = &t.name;
+        if let Some(end) = self.ends.into_iter().flatten().find(|end| marking[end.index()] > 0) {
+            return format!("{name} does not fire: the mission is over in {}", self.net.place(end));
+        }
+        let needed = t.inputs.iter().chain(&t.reads);
+        let missing = needed.into_iter().find(|(place, weight)| marking[place.index()] < *weight);
+        let limiting =
+            t.inhibitors.iter().find(|(place, weight)| marking[place.index()] >= *weight);
+        let why = match (missing, limiting) {
+            (Some((place, weight)), _) => {
+                let (place, there) = (self.net.place(*place), marking[place.index()]);
+                format!("needs {weight} in {place}, which holds {there}")
+            }
+            (None, Some((place, weight))) => {
+                let (place, there) = (self.net.place(*place), marking[place.index()]);
+                format!("wants fewer than {weight} in {place}, which holds {there}")
+            }
+            (None, None) => "is not enabled".into(),
+        };
+        format!("{name} {why}; marked are {}", self.words(marking))
+    }
+
+    fn say(&self, fired: Option<&str>, marking: &[u32]) -> Result<()> {
+        match self.format {
+            Format::Json => {
+                let enabled: Vec<_> = self.net.transition_ids().collect();
+                let enabled = enabled.iter().filter(|id| self.rules.enabled(marking, **id));
+                let enabled: Vec<_> =
+                    enabled.map(|id| self.net.transition(*id).name.as_str()).collect();
+                let marked = self.marked(marking).map(|(p, n)| (p.to_owned(), json!(n)));
+                let marking: Map<String, Value> = marked.collect();
+                say(json!({ "fired": fired, "marking": marking, "enabled": enabled }))
+            }
+            _ => say(format!("{:20} = {}", fired.unwrap_or("at the start"), self.words(marking))),
+        }
+    }
+
+    fn marked<'b>(&'b self, marking: &'b [u32]) -> impl Iterator<Item = (&'b str, u32)> {
+        let places = self.net.places().iter().map(String::as_str).zip(marking.iter().copied());
+        places.filter(|(_, tokens)| *tokens > 0)
+    }
+
+    fn words(&self, marking: &[u32]) -> String {
+        let place = |(name, tokens): (&str, u32)| match tokens {
+            1 => name.to_owned(),
+            n => format!("{n} {name}"),
+        };
+        let marked: Vec<_> = self.marked(marking).map(place).collect();
+        if marked.is_empty() { "nothing".into() } else { marked.join(" ") }
+    }
+}

@@ -1,0 +1,134 @@
+//! The checks of missions: whether each can be read, and whether everything it names is there, also
+//! in sub-missions. Whether it holds is for whoever knows the net.
+
+use std::collections::BTreeSet;
+
+use crate::check::guards::within;
+use crate::check::listed;
+use crate::claim::{Claim, Name, Sort};
+use crate::code::Code;
+use crate::doubts::Doubts;
+use crate::finding::{Finding, Findings, short};
+use crate::mission::Mission;
+use crate::model::Configuration;
+use crate::nearest::did_you_mean;
+use crate::source::Spanned;
+
+pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
+    for mission in configuration.missions().filter(|mission| !mission.checks.is_empty()) {
+        if contains_itself(configuration, mission) {
+            continue;
+        }
+        // One that is too large with its sub-missions is a finding of whoever plays it.
+        let Ok(whole) = configuration.flatten(mission) else { continue };
+        let known = Known::of(configuration, mission, &whole);
+        mission.checks.iter().for_each(|text| check_one(text, &known, findings));
+    }
+}
+
+/// Whether sub-missions put each other in, in a circle: a finding already, and never put together.
+fn contains_itself(configuration: &Configuration, mission: &Mission) -> bool {
+    let within = |mission: &Mission| -> Vec<_> {
+        mission.submissions.iter().map(|submission| submission.path.clone()).collect()
+    };
+    // What is put in at any depth, and from each of these the same again: files are few.
+    let below = |mission: &Mission| {
+        let (mut known, mut waiting) = (BTreeSet::new(), within(mission));
+        while let Some(path) = waiting.pop() {
+            let inner = configuration.included.get(&path);
+            if known.insert(path) {
+                waiting.extend(inner.into_iter().flat_map(within));
+            }
+        }
+        known
+    };
+    let is_below_itself = |path: &_| {
+        configuration.included.get(path).is_some_and(|inner| below(inner).contains(path))
+    };
+    below(mission).iter().any(is_below_itself)
+}
+
+fn check_one(text: &Spanned<String>, known: &Known<'_>, findings: &mut Findings) {
+    let claim = match Claim::parse(&text.value) {
+        Ok(claim) => claim,
+        Err(error) => {
+            // A reference that XML does not know is a finding already.
+            let mut of_xml = Findings::default();
+            crate::tag::unescape(&text.at, &mut of_xml);
+            if of_xml.is_empty() {
+                let at = within(text, error.at);
+                findings
+                    .push(Finding::new(Code::CheckSyntax, &at, error.message).remedy(error.remedy));
+            }
+            return;
+        }
+    };
+    for (sort, name) in claim.names() {
+        known.expect(sort, name, text, findings);
+    }
+}
+
+/// What can be named.
+struct Known<'a> {
+    mission: &'a Mission,
+    places: BTreeSet<&'a str>,
+    transitions: BTreeSet<&'a str>,
+    /// Those that some place activates.
+    components: BTreeSet<&'a str>,
+    /// What else the system may hold.
+    doubts: &'a Doubts,
+}
+
+impl<'a> Known<'a> {
+    fn of(configuration: &'a Configuration, mission: &'a Mission, whole: &'a Mission) -> Self {
+        let active = whole.places.iter().flat_map(|place| &place.components);
+        Self {
+            mission,
+            places: whole.places.iter().map(|place| place.name.value.as_str()).collect(),
+            transitions: whole.transitions.iter().map(|t| t.name.value.as_str()).collect(),
+            components: active.map(|name| name.value.as_str()).collect(),
+            doubts: &configuration.system.doubts,
+        }
+    }
+
+    fn expect(&self, sort: Sort, name: &Name, text: &Spanned<String>, findings: &mut Findings) {
+        let (known, code) = match sort {
+            Sort::Place => (&self.places, Code::UnknownPlace),
+            Sort::Transition => (&self.transitions, Code::UnknownTransition),
+            Sort::Component => (&self.components, Code::UnknownComponent),
+        };
+        let own = name.as_str();
+        let is_doubtful = match sort {
+            Sort::Place => self.mission.doubts.may_hold(own),
+            Sort::Transition => self.mission.doubts.moves,
+            Sort::Component => self.doubts.may_hold(own) || self.mission.doubts.start,
+        };
+        if known.contains(own) || is_doubtful {
+            return;
+        }
+        let message = match sort {
+            Sort::Component => format!("no place activates a component called {}", short(own)),
+            _ => format!("there is no {} called {}", sort.noun(), short(own)),
+        };
+        let all = || known.iter().copied();
+        let remedy =
+            did_you_mean(own, all()).unwrap_or_else(|| self.remedy(sort, own, listed(all())));
+        let at = within(text, name.at.clone());
+        findings.push(Finding::new(code, &at, message).remedy(remedy));
+    }
+
+    /// What is named may be of another sort.
+    fn remedy(&self, sort: Sort, name: &str, listed: String) -> String {
+        if sort == Sort::Place && self.transitions.contains(name) {
+            return format!("{name} is a transition: write fires({name}) or dead({name})");
+        }
+        if sort == Sort::Place && self.components.contains(name) {
+            return format!("{name} is a component: write active({name})");
+        }
+        let minus = |known: &&&str| name.strip_prefix(**known).is_some_and(|r| r.starts_with('-'));
+        if sort == Sort::Place && self.places.iter().any(|known| minus(&known)) {
+            return "a minus belongs to the name; compare sums instead: a + b <= 3".into();
+        }
+        format!("name one of: {listed}")
+    }
+}

@@ -1,0 +1,85 @@
+//! `<check>`: proven by `armor check`, refuted with firings, which `armor mission replay` plays.
+
+use serde_json::Value;
+
+use crate::fixture::{Folder, ended};
+
+const LATE: &str = r#"<armor version="1">
+  <system>
+    <component name="arm" kind="arm"/>
+  </system>
+  <mission goal="full" safe="stopped">
+    <place name="filling" initial="true"/>
+    <place name="full"/>
+    <place name="stopped"/>
+    <transition name="enough" from="filling" to="full" interval="[10s,20min]"/>
+    <transition name="late" from="filling" to="stopped" timeout="5min"/>
+    <check>CHECK</check>
+  </mission>
+</armor>
+"#;
+
+fn folder(name: &str, check: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.script("arm", "exit");
+    folder.write("late.xml", &LATE.replace("CHECK", check));
+    folder
+}
+
+#[test]
+fn a_check_that_holds_is_silent_and_how_long_the_mission_takes_is_told() {
+    let folder = folder("check-holds", "duration(full or stopped) &lt;= 5min");
+    let (code, out, err) = ended(&mut folder.armor(&["check", "late.xml", "--strict"]));
+    let wanted = "late.xml: full comes after 10 s at the earliest, and the mission is over after \
+                  5 min at the latest\n";
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(out.ends_with(wanted), "{out}{err}");
+    let (_, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+    let notes = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
+    let takes = notes.into_iter().find(|note| note["code"] == "N0247").expect("a note");
+    assert_eq!(takes["takes"]["longest_s"], 300.0, "{takes}");
+    assert_eq!(takes["takes"]["longest_way"], serde_json::json!(["late"]), "{takes}");
+}
+
+#[test]
+fn a_check_that_does_not_hold_shows_firings_and_these_can_be_played() {
+    let folder = folder("check-fails", "always reachable(full)");
+    let (code, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+    assert_eq!(code, 1, "{out}");
+    let found = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
+    let found = found.into_iter().find(|finding| finding["code"] == "E0252").expect("an error");
+    assert_eq!((&found["line"], &found["text"]), (&11.into(), &"always reachable(full)".into()));
+    let way: Vec<_> = found["way"].as_array().expect("a way").iter().collect();
+    let fire: Vec<_> = way.iter().map(|name| name.as_str().expect("a name")).collect();
+    let (code, out, err) =
+        ended(&mut folder.armor(&["mission", "replay", "late.xml", "--fire", &fire.join(" ")]));
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(out, "at the start         = filling\nlate                 = stopped\n");
+    let replay =
+        |fire: &str| ended(&mut folder.armor(&["mission", "replay", "late.xml", "--fire", fire]));
+    let (code, out, err) = replay("late, enough");
+    assert!(out.ends_with("= stopped\n") && code == 1, "{out}");
+    assert!(
+        err.contains("firing 2 of 2: enough does not fire: the mission is over in stopped"),
+        "{err}"
+    );
+    let (code, _, err) = replay("soon");
+    assert_eq!(code, 1);
+    assert!(err.contains("no transition soon; it has enough, late"), "{err}");
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_where_it_stands() {
+    for (check, code, column) in [
+        ("always reachable(ful)", "E0203", 29),
+        ("fires(lade)", "E0251", 18),
+        ("full", "E0250", 12),
+    ] {
+        let folder = folder("check-refused", check);
+        let (_, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+        let found = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+        let found = found.into_iter().find(|finding| finding["code"] == code);
+        let found = found.unwrap_or_else(|| panic!("{check}: {out}"));
+        assert_eq!((&found["line"], &found["column"]), (&11.into(), &column.into()), "{found}");
+    }
+}
