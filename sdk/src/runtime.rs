@@ -164,8 +164,10 @@ impl Runtime {
         self.backlog.swap(0, Ordering::SeqCst);
         let next = || turn(self.inputs.iter().map(|input| input.oldest()));
         while let Some((index, oldest, others)) = next() {
+            // Whoever comes after these may have waited longer than what comes here after these.
+            let turn_end = end.min(others).min(self.arrivals.load(Ordering::SeqCst));
             let enough = oldest >= end
-                || self.inputs[index].drain(end.min(others), |item| {
+                || self.inputs[index].drain(turn_end, |item| {
                     core.data(index, item.header, item.lost, &item.bytes);
                     self.main_waits() || self.shared.has_orders() || is_tick_due()
                 });

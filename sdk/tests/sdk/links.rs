@@ -159,8 +159,8 @@ fn an_input_that_is_never_empty_keeps_no_other_waiting() {
     send.send(()).unwrap();
     // While it takes the first of these, it is flooded; then it is to take the second.
     assert_eq!(data(&told).0, "in2");
-    system.run("flood", &["--rate=100Hz"], None, burst(u64::MAX, 50, 20_000));
-    system.until("sink", |status| status.inputs[0].waiting > 50);
+    system.run("flood", &["--rate=100Hz"], None, burst(u64::MAX, 1_000, 1_000));
+    system.until("sink", |status| status.inputs[0].waiting > 900);
     send.send(()).unwrap();
     let take = || {
         open.send(()).unwrap();
@@ -173,7 +173,7 @@ fn an_input_that_is_never_empty_keeps_no_other_waiting() {
             return;
         }
     }
-    let before = (0..500).position(|_| take());
+    let before = (0..10_000).position(|_| take());
     assert!(before.is_some(), "more and more come before it");
 }
 
