@@ -17,6 +17,7 @@ mod new_component;
 mod operators;
 mod parameters;
 mod resilience;
+mod simulated_time;
 mod submissions;
 mod tutorial;
 mod workspace;

@@ -96,6 +96,7 @@ impl PlanBuilder {
             goal: self.goal,
             safe: self.safe,
             period: self.period,
+            clock: None,
             on_resume: self.on_resume,
             limits: self.limits,
             names,

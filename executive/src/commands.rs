@@ -114,7 +114,7 @@ impl Controller {
     }
 
     fn want_off(&mut self, component: ComponentId) {
-        let now = self.now;
+        let now = self.host;
         let observed = self.roster.of_mut(component);
         if !observed.may_be_active() {
             return;
@@ -155,7 +155,7 @@ impl Controller {
         }
         let activation = self.ledger.last_activation.max(self.roster.of(component).activation) + 1;
         self.record(Entry::Activating { component: planned.name.clone(), activation });
-        let now = self.now;
+        let now = self.host;
         let observed = self.roster.of_mut(component);
         observed.order = Some(Order { stop: false, since: now, tries: 1, killed: None });
         (observed.doing, observed.commanded) = (Doing::Unknown, activation);
@@ -167,14 +167,14 @@ impl Controller {
         for component in self.plan.component_ids() {
             let observed = self.roster.of(component);
             let due = observed.next_push(&self.plan.limits, self.roster.began);
-            if due.is_some_and(|due| due <= self.now) {
+            if due.is_some_and(|due| due <= self.host) {
                 self.push_order(component);
             }
         }
     }
 
     fn push_order(&mut self, component: ComponentId) {
-        let now = self.now;
+        let now = self.host;
         let observed = self.roster.of_mut(component);
         let Some(order) = observed.order.as_mut() else { return };
         if order.killed.is_some() {

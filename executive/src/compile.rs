@@ -35,6 +35,7 @@ pub const PLAYED: &[Feature] = &[
     Feature::Variable,
     Feature::Date,
     Feature::Check,
+    Feature::Clock,
 ];
 
 impl Plan {
@@ -72,6 +73,11 @@ impl Plan {
         };
         let mut plan = Self::compile(compiler, &mission)?;
         plan.version = Version::of(configuration, 0).into();
+        // Whoever runs keeps the time that it was started with.
+        plan.clock = match running {
+            Some(running) => running.clock.clone(),
+            None => configuration.system.clock.as_ref().map(|clock| clock.source.data()),
+        };
         let began = running.map(|running| &running.began);
         plan.began = Arc::clone(began.unwrap_or(&plan.version));
         Ok(Some(plan))

@@ -12,6 +12,7 @@ use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record};
 use crate::roster::{Doing, Roster};
 use crate::senses::Senses;
+use crate::time::{Deadlines, HostTimes, Now};
 use armor_missions::Date;
 use armor_petri::{PlaceId, Step, TransitionId};
 use std::sync::Arc;
@@ -36,7 +37,11 @@ pub struct Controller {
     pub(crate) plan: Arc<Plan>,
     pub(crate) ledger: Ledger,
     pub(crate) roster: Roster,
+    /// Mission time.
     pub(crate) now: Duration,
+    /// Host time.
+    pub(crate) host: Duration,
+    pub(crate) host_times: HostTimes,
     pub(crate) actions: Vec<Action>,
     pub(crate) dropped: Dropped,
     /// Components that had to be killed and are gone now, or that not even that is known of.
@@ -61,8 +66,8 @@ pub struct Controller {
 
 impl Controller {
     /// Begins a mission. The initial places are entered once every component is known to be off.
-    pub fn new(plan: Arc<Plan>, now: Duration) -> (Self, Vec<Action>) {
-        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now, None);
+    pub fn new(plan: Arc<Plan>, now: impl Into<Now>) -> (Self, Vec<Action>) {
+        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), false);
         controller.record(Entry::Began {
             mission: plan.mission.clone(),
             fingerprint: plan.fingerprint(),
@@ -83,7 +88,7 @@ impl Controller {
     pub fn resume(
         plan: Arc<Plan>,
         records: &[Record],
-        now: Duration,
+        now: impl Into<Now>,
     ) -> Result<(Self, Vec<Action>), LedgerError> {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
@@ -92,9 +97,9 @@ impl Controller {
     }
 
     /// The same with the ledger that the journal gives.
-    pub(crate) fn go_on(ledger: Ledger, now: Duration) -> (Self, Vec<Action>) {
+    pub(crate) fn go_on(ledger: Ledger, now: impl Into<Now>) -> (Self, Vec<Action>) {
         let on_resume = ledger.plan.on_resume;
-        let mut controller = Self::around(ledger, now, Some(now));
+        let mut controller = Self::around(ledger, now.into(), true);
         if let Stage::Ended(outcome) = controller.ledger.stage {
             controller.finish(outcome);
         } else if on_resume == OnResume::Safe {
@@ -111,9 +116,10 @@ impl Controller {
         (controller, actions)
     }
 
-    /// Takes in one event at `now` (mission time; it never goes back) and says what to do.
-    pub fn handle(&mut self, event: Event, now: Duration) -> Vec<Action> {
-        self.now = self.now.max(now);
+    /// Takes in one event at `now` (neither clock ever goes back) and says what to do.
+    pub fn handle(&mut self, event: Event, now: impl Into<Now>) -> Vec<Action> {
+        let Now { mission, host } = now.into();
+        (self.now, self.host) = (self.now.max(mission), self.host.max(host));
         if !self.finished {
             self.take_in(event);
             self.settle();
@@ -122,9 +128,9 @@ impl Controller {
     }
 
     /// When [`Event::Timer`] is due next, if nothing else happens.
-    pub fn next_deadline(&self) -> Option<Duration> {
+    pub fn deadlines(&self) -> Deadlines {
         if self.finished {
-            return None;
+            return Deadlines::default();
         }
         let firing = self.may_fire().then(|| self.next_firing()).flatten();
         let firing = match self.next_look {
@@ -132,9 +138,17 @@ impl Controller {
             None => firing,
         };
         let answers = self.answers_due().map(|due| due.1);
-        let operator = answers.chain(self.lease_due());
         let waits = self.pushes().chain(self.patience()).chain(self.senses_due());
-        firing.into_iter().chain(waits).chain(operator).chain(self.dates_due()).min()
+        Deadlines {
+            mission: firing.into_iter().chain(answers).chain(self.dates_due()).min(),
+            host: waits.chain(self.lease_due()).min(),
+        }
+    }
+
+    /// The same where both clocks are one.
+    pub fn next_deadline(&self) -> Option<Duration> {
+        let Deadlines { mission, host } = self.deadlines();
+        mission.into_iter().chain(host).min()
     }
 
     /// What has been decided.
@@ -152,19 +166,24 @@ impl Controller {
         self.dropped
     }
 
-    fn around(ledger: Ledger, now: Duration, restarted_at: Option<Duration>) -> Self {
+    fn around(ledger: Ledger, now: Now, is_restart: bool) -> Self {
         let plan = Arc::clone(&ledger.plan);
-        let now = now.max(ledger.at);
-        let senses = Senses::new(&plan, restarted_at.map(|_| now));
+        let Now { mission, host } = now;
+        let host = if plan.clock.is_none() { host.max(ledger.at) } else { host };
+        let senses = Senses::new(&plan, is_restart.then_some(host));
+        let mut host_times = HostTimes::default();
+        host_times.follow(&ledger, host);
         Self {
-            roster: Roster::new(&plan, now),
+            roster: Roster::new(&plan, host),
+            now: mission.max(ledger.at),
+            host,
+            host_times,
             ledger,
-            now,
             actions: Vec::new(),
             dropped: Dropped::default(),
             unstopped: Vec::new(),
             stopping: false,
-            link: Link::Down(now),
+            link: Link::Down(host),
             senses,
             change: None,
             offers: 0,
@@ -284,6 +303,7 @@ impl Controller {
     pub(crate) fn record(&mut self, entry: Entry) {
         let record = Record { at: self.now, entry };
         self.ledger.apply(&record).expect("whoever decides looks at the ledger first");
+        self.host_times.follow(&self.ledger, self.host);
         self.actions.push(Action::Journal(record));
         self.publish();
     }

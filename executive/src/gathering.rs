@@ -5,6 +5,7 @@ use crate::plan::Plan;
 use crate::watch::Watching;
 use armor_sdk::control::{ControlConnection, Role, Status};
 use armor_sdk::directory::Directory;
+use armor_sdk::time_link;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,7 +54,19 @@ fn missing(
         };
         all.push(status);
     }
-    all.iter().find_map(|consumer| unlinked(consumer, &all))
+    let untimed = || plan.clock.as_ref().and_then(|clock| untimed(clock, &all));
+    all.iter().find_map(|consumer| unlinked(consumer, &all)).or_else(untimed)
+}
+
+/// A component that the system's time does not reach yet, in words.
+fn untimed(clock: &str, all: &[Status]) -> Option<String> {
+    let mut outputs =
+        all.iter().flat_map(|status| status.outputs.iter().map(move |it| (status, it)));
+    let (source, output) = outputs.find(|(_, output)| output.data == clock)?;
+    let is_linked = |name: &str| output.links.iter().any(|link| link.to == time_link(name));
+    let mut others = all.iter().filter(|status| status.name != source.name);
+    let late = others.find(|status| !is_linked(&status.name))?;
+    Some(format!("`{}` has no link to {clock}, which its time follows", late.name))
 }
 
 /// An input that is fed by the file but not yet, in words. The provider is asked, for it knows its

@@ -38,6 +38,8 @@ pub(crate) enum Input {
     Operator(OrderEvent),
     /// What needs nothing made of it.
     Event(Event),
+    /// Mission time has passed, as the data says that it follows.
+    Time,
 }
 
 /// What is known of one component's process.
@@ -78,8 +80,8 @@ impl Hub {
     pub(crate) fn take_in(&mut self, input: Input) -> Vec<Event> {
         match input {
             Input::Registry(change) => self.registry_says(change),
-            // That is for the watching to say.
-            Input::News(_) => Vec::new(),
+            // That is for the watching and for the clock to say.
+            Input::News(_) | Input::Time => Vec::new(),
             Input::Connected { attempt, component, made } => {
                 self.connected(attempt, component, made).into_iter().collect()
             }

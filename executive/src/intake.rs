@@ -9,7 +9,7 @@ use crate::roster::Presence;
 
 impl Controller {
     pub(crate) fn take_in(&mut self, event: Event) {
-        let now = self.now;
+        let now = self.host;
         // Of values alone there may be many; they are shown now and then.
         if !matches!(
             event,
@@ -66,7 +66,7 @@ impl Controller {
         if order.is_some_and(|order| order.killed.is_some()) {
             self.unstopped.push(component);
         }
-        self.roster.left(component, Presence::Gone, self.now);
+        self.roster.left(component, Presence::Gone, self.host);
     }
 
     fn reported(

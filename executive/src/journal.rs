@@ -47,13 +47,27 @@ pub enum JournalError {
 }
 
 /// Where the clock of one life of the executive stands.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Life {
     /// Names the machine's start; monotonic clocks of one start can be compared.
     pub boot: String,
     /// The machine's monotonic clock at mission time 0, in nanoseconds; below 0 if the mission is
     /// older than the machine's start.
     pub zero_ns: i64,
+    /// What mission time follows, if that is data and not this clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anchor: Option<Anchor>,
+}
+
+/// Ties mission time to the data that it follows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Anchor {
+    /// The process start that says what time it is.
+    pub instance: u64,
+    /// What it said, in seconds.
+    pub stamp_s: f64,
+    /// The mission time then, in nanoseconds.
+    pub at_ns: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -252,11 +266,19 @@ pub fn began_with(records: &[Record]) -> Option<&Version> {
 pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
     let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
     let zero_ns = match &story.life {
-        Some(life) if life.boot == boot => life.zero_ns,
+        Some(life) if life.boot == boot && life.anchor.is_none() => life.zero_ns,
         _ => signed(monotonic) - signed(last),
     };
     let now = Duration::from_nanos(u64::try_from(signed(monotonic) - zero_ns).unwrap_or(0));
-    (Life { boot: boot.to_owned(), zero_ns }, now.max(last))
+    (Life { boot: boot.to_owned(), zero_ns, anchor: None }, now.max(last))
+}
+
+/// The same where mission time follows data: it goes on from the last record, or from where the last
+/// life tied it to the data if whoever gives that has not been restarted.
+pub fn followed_clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
+    let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
+    let anchor = story.life.as_ref().and_then(|life| life.anchor);
+    (Life { boot: boot.to_owned(), zero_ns: signed(monotonic), anchor }, last)
 }
 
 fn signed(duration: Duration) -> i64 {
@@ -303,7 +325,11 @@ mod tests {
         let _ = std::fs::remove_file(&path);
         let (mut journal, story) = Journal::open(&path).unwrap();
         assert!(story.records.is_empty() && story.life.is_none());
-        let life = Life { boot: "b".to_owned(), zero_ns: -5 };
+        let life = Life {
+            boot: "b".to_owned(),
+            zero_ns: -5,
+            anchor: Some(Anchor { instance: u64::MAX, stamp_s: 1.5, at_ns: 3 }),
+        };
         journal.begin(life.clone()).unwrap();
         records().into_iter().for_each(|record| journal.write(record).unwrap());
         journal.sync().unwrap();
@@ -340,7 +366,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("cut.jsonl");
         let _ = std::fs::remove_file(&path);
-        let life = Life { boot: "b".to_owned(), zero_ns: -5 };
+        let life = Life { boot: "b".to_owned(), zero_ns: -5, anchor: None };
         let [first, .., last] = &records()[..] else { panic!("some records") };
         let (mut journal, _) = Journal::open(&path).unwrap();
         journal.begin(life.clone()).unwrap();

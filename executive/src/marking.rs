@@ -32,6 +32,8 @@ pub struct Marking {
     /// Mission time now.
     #[message(unit = "s")]
     pub now_at_s: f64,
+    /// The data that mission time follows; empty if it is the host's.
+    pub clock: String,
     /// `playing`, `paused`, `retreating`, `ending`, `stopping`, or how it ended.
     pub stage: String,
     /// Why it retreats or has given up; empty if it does not.
@@ -190,6 +192,7 @@ impl Controller {
             stamp,
             mission: self.plan.mission.clone(),
             now_at_s: self.now.as_secs_f64(),
+            clock: self.plan.clock.clone().unwrap_or_default(),
             stage: self.stage_in_words().to_owned(),
             why: ledger.why.clone(),
             places: places.map(|place| self.marked(place)).collect(),

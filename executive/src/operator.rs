@@ -70,7 +70,7 @@ impl Controller {
     /// The connection of an operator has ended.
     pub(crate) fn operator_left(&mut self, connection: u64) {
         if self.link == Link::Up(connection) {
-            self.link = Link::Down(self.now);
+            self.link = Link::Down(self.host);
         }
     }
 
@@ -83,7 +83,7 @@ impl Controller {
     }
 
     pub(crate) fn notice_lost_link(&mut self) {
-        if self.lease_due().is_some_and(|due| due <= self.now)
+        if self.lease_due().is_some_and(|due| due <= self.host)
             && let Some(Lease { by, .. }) = self.ledger.lease().cloned()
         {
             self.record(Entry::LinkLost { author: by.author });
@@ -131,7 +131,7 @@ impl Controller {
         let link = match self.link {
             Link::Up(_) => String::new(),
             Link::Down(since) => {
-                let for_s = self.now.saturating_sub(since).as_secs_f64();
+                let for_s = self.host.saturating_sub(since).as_secs_f64();
                 format!(", whose link has been down for {for_s:.1} s")
             }
         };

@@ -158,6 +158,8 @@ pub struct Plan {
     pub(crate) goal: Option<PlaceId>,
     pub(crate) safe: Option<PlaceId>,
     pub(crate) period: Option<Duration>,
+    /// The data that its time follows.
+    pub(crate) clock: Option<String>,
     pub(crate) on_resume: OnResume,
     pub(crate) limits: Limits,
     pub(crate) names: Names,

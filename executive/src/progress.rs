@@ -65,12 +65,13 @@ impl Controller {
 
     /// When patience with a component that should be up runs out.
     pub(crate) fn patience(&self) -> impl Iterator<Item = Duration> {
-        let in_flight = self.ledger.firings.values();
-        let firings = in_flight.filter(|f| f.is_starting() && !self.ledger.is_held(f));
-        let starting = firings.flat_map(|firing| {
+        let in_flight = self.ledger.firings.iter();
+        let firings = in_flight.filter(|(_, f)| f.is_starting() && !self.ledger.is_held(f));
+        let starting = firings.flat_map(move |(number, firing)| {
+            let since = self.host_times.since(*number);
             let wanted = self.components_now(&firing.to);
             let down = wanted.into_iter().filter(|c| !self.is_up(*c));
-            down.map(|component| self.up_deadline(component, Some(firing.since)))
+            down.map(move |component| self.up_deadline(component, Some(since)))
         });
         let playing = self.ledger.stage == Stage::Playing;
         let standing = self.plan.component_ids().filter(move |c| playing && self.is_missed(*c));
@@ -89,7 +90,7 @@ impl Controller {
 
     /// One that stays away for too long has failed, and that is a report like any other.
     fn notice_absence(&mut self, component: ComponentId) {
-        if !self.is_missed(component) || self.now < self.up_deadline(component, None) {
+        if !self.is_missed(component) || self.host < self.up_deadline(component, None) {
             return;
         }
         let reason = self.absence(component);
@@ -150,7 +151,8 @@ impl Controller {
     fn move_on_starting(&mut self, number: u64) {
         let firing = &self.ledger.firings[&number];
         let wanted = |component: &ComponentId| self.ledger.activates_now(&firing.to, *component);
-        let (since, renewing) = (firing.since, firing.renewing.iter().any(wanted));
+        let since = self.host_times.since(number);
+        let renewing = firing.renewing.iter().any(wanted);
         let components = self.components_now(&firing.to);
         let failed = components.iter().find_map(|component| self.start_failure(firing, *component));
         if let Some(why) = failed {
@@ -160,7 +162,7 @@ impl Controller {
             return self.record(Entry::Put { firing: number });
         }
         let late =
-            |c: &&ComponentId| !self.is_up(**c) && self.now >= self.up_deadline(**c, Some(since));
+            |c: &&ComponentId| !self.is_up(**c) && self.host >= self.up_deadline(**c, Some(since));
         if let Some(late) = components.iter().find(late) {
             let name = &self.plan.component(*late).name;
             let why = format!("`{name}` did not start: {}", self.absence(*late));
@@ -203,11 +205,11 @@ impl Controller {
         }
     }
 
-    /// Until when a component must be up. `since`: when a firing began to start it; without it,
+    /// Until when, in host time, a component must be up. `since`: when a firing began to start it; without it,
     /// the component should have been up all along.
     fn up_deadline(&self, component: ComponentId, since: Option<Duration>) -> Duration {
         let (limits, observed) = (&self.plan.limits, self.roster.of(component));
-        let began = self.roster.began.max(self.ledger.authority.resumed_at);
+        let began = self.roster.began.max(self.host_times.resumed());
         let from = since.unwrap_or(Duration::ZERO).max(began);
         let starting = observed.order.filter(|order| !order.stop);
         let deadline = match (observed.presence, observed.doing) {

@@ -1,11 +1,12 @@
 //! The executive as a process: events in, the controller, actions out. All waiting is here.
 
+use crate::clocks::Clocks;
 use crate::controller::Controller;
 use crate::event::{Action, Event};
 use crate::follow::{Newer, follow};
 use crate::gathering;
 use crate::hub::{Hub, Input};
-use crate::journal::{self, Journal, JournalError, Life, Story};
+use crate::journal::{self, Journal, JournalError, Story};
 use crate::ledger::{Ledger, LedgerError};
 use crate::marking::Marking;
 use crate::order::Judged;
@@ -13,6 +14,7 @@ use crate::plan::Plan;
 use crate::record::{DatePhase, Entry, Outcome};
 use crate::wall_clock::{self, Calendar};
 use crate::watch::Watching;
+use armor_missions::Date;
 use armor_sdk::Latched;
 use armor_sdk::control::Command;
 use armor_sdk::node::{Node, NodeOptions};
@@ -91,10 +93,11 @@ pub fn run(
     if story.records.is_empty() {
         gathering::gather(&plan, &options.registry, &watching, stop);
     }
-    let (life, now) = journal::clock(&story, &boot(), monotonic());
-    journal.begin(life.clone())?;
+    let (clocks, now) = Clocks::begin(&plan, &story);
+    journal.begin(clocks.life().clone())?;
     journal.sync()?;
     let node = register(options)?;
+    clocks.follow(&plan, &node, sender.clone());
     hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
     hand_on("orders", node.orders(), sender.clone(), Input::Operator);
     if let Some(newer) = &options.newer {
@@ -116,7 +119,7 @@ pub fn run(
         journal,
         cut_at: options.cut_at,
         node,
-        life,
+        clocks,
         calendar: Calendar::default(),
         shown: None,
         inputs: sender,
@@ -174,7 +177,7 @@ struct Executive {
     journal: Journal,
     cut_at: u64,
     node: Node,
-    life: Life,
+    clocks: Clocks,
     calendar: Calendar,
     shown: Option<Marking>,
     /// For what comes back from other threads.
@@ -188,20 +191,23 @@ impl Executive {
         inputs: &Receiver<Input>,
         stop: &AtomicBool,
     ) -> Result<Option<Outcome>, RunError> {
-        let now = self.now();
-        if let Some(event) = self.calendar.news(now) {
+        let now = self.clocks.now();
+        if let Some(utc) = self.utc()
+            && let Some(event) = self.calendar.news(utc, now.mission)
+        {
             let actions = self.controller.handle(event, now);
             if let Some(outcome) = self.perform(actions)? {
                 return Ok(Some(outcome));
             }
         }
         let mut wait = LOOK_AROUND;
-        if let Some(deadline) = self.controller.next_deadline() {
-            wait = wait.min(deadline.saturating_sub(self.now()));
+        if let Some(left) = self.clocks.left(self.controller.deadlines()) {
+            wait = wait.min(left);
         }
         let mut events = match inputs.recv_timeout(wait) {
             Ok(Input::Operator(OrderEvent::Given(given))) if self.refuses(&given) => Vec::new(),
             Ok(Input::News(watch)) => self.watching.news(watch),
+            Ok(Input::Time) => self.look_at_the_time()?,
             Ok(input) => self.hub.take_in(input),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Vec::new(),
         };
@@ -212,18 +218,35 @@ impl Executive {
         {
             events.push(Event::Stop);
         }
-        let due = self.controller.next_deadline().is_some_and(|due| due <= self.now());
-        if events.is_empty() && due {
+        if events.is_empty() && self.controller.deadlines().are_due(self.clocks.now()) {
             events.push(Event::Timer);
         }
         for event in events {
-            let now = self.now();
+            let now = self.clocks.now();
             let actions = self.controller.handle(event, now);
             if let Some(outcome) = self.perform(actions)? {
                 return Ok(Some(outcome));
             }
         }
         Ok(None)
+    }
+
+    /// UTC: as the data says that mission time follows, once it has, else as this host does.
+    fn utc(&self) -> Option<Date> {
+        if !self.clocks.follow_data() {
+            return Some(wall_clock::utc());
+        }
+        let stamp_s = self.node.armor().timestamp();
+        let since_1970 = Duration::try_from_secs_f64(stamp_s).ok();
+        since_1970.filter(|since| !since.is_zero()).map(Date::since_1970)
+    }
+
+    /// The data that mission time follows has said something.
+    fn look_at_the_time(&mut self) -> Result<Vec<Event>, RunError> {
+        if let Some(life) = self.clocks.look() {
+            self.journal.begin(life.clone())?;
+        }
+        Ok(Vec::new())
     }
 
     /// Whether an order is malformed, and then says so; it never reaches the journal.
@@ -274,7 +297,7 @@ impl Executive {
         }
         self.journal.sync()?;
         if self.journal.is_longer_than(self.cut_at) {
-            self.journal.cut(self.life.clone(), self.controller.ledger().snapshot())?;
+            self.journal.cut(self.clocks.life().clone(), self.controller.ledger().snapshot())?;
         }
         if publish {
             self.publish();
@@ -305,12 +328,6 @@ impl Executive {
             }
             self.shown = Some(marking);
         }
-    }
-
-    /// Mission time.
-    fn now(&self) -> Duration {
-        let monotonic = i64::try_from(monotonic().as_nanos()).unwrap_or(i64::MAX);
-        Duration::from_nanos(u64::try_from(monotonic - self.life.zero_ns).unwrap_or(0))
     }
 }
 
@@ -391,15 +408,4 @@ fn log(entry: &Entry) {
 
 fn in_words(places: &[&str]) -> String {
     if places.is_empty() { "nowhere".to_owned() } else { places.join(" ") }
-}
-
-fn monotonic() -> Duration {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    Duration::try_from(now).unwrap_or_default()
-}
-
-/// Names this start of the machine.
-fn boot() -> String {
-    let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
-    id.trim().to_owned()
 }

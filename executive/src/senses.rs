@@ -85,12 +85,12 @@ impl Controller {
         if let Some(Scalar::Number(number)) = value {
             self.count_outside(watch, number);
         }
-        let next = (self.senses.shown_at + SHOW_EVERY).max(self.now);
+        let next = (self.senses.shown_at + SHOW_EVERY).max(self.host);
         self.senses.show_at.get_or_insert(next);
     }
 
     pub(crate) fn unlinked(&mut self, watch: WatchId) {
-        let now = self.now;
+        let now = self.host;
         if let Some(sense) = self.senses.senses.get_mut(watch.index())
             && sense.value.is_some()
         {
@@ -119,7 +119,7 @@ impl Controller {
 
     /// Forgets what has not been heard of for too long, and records which guards have changed.
     pub(crate) fn weigh_guards(&mut self) {
-        let (now, holds) = (self.now, self.plan.limits.value_holds);
+        let (now, holds) = (self.host, self.plan.limits.value_holds);
         let is_over = self.senses.inherited_until.is_some_and(|until| until <= now);
         for (sense, watchers) in self.senses.senses.iter_mut().zip(&self.plan.watchers) {
             let is_lost = sense.lost.is_some_and(|since| since + holds <= now);

@@ -44,8 +44,8 @@ pub(crate) struct Calendar {
 
 impl Calendar {
     /// UTC at mission time 0, when it is another one than was told last.
-    pub(crate) fn news(&mut self, now: Duration) -> Option<Event> {
-        let at_start = utc().earlier(now);
+    pub(crate) fn news(&mut self, utc: Date, now: Duration) -> Option<Event> {
+        let at_start = utc.earlier(now);
         let moved = |told: Date| told.after(at_start).or(at_start.after(told));
         if self.told.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
             return None;

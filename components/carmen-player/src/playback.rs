@@ -62,6 +62,12 @@ impl<R: BufRead> Playback<R> {
         Ok(scan)
     }
 
+    /// What time it is in the log, if it has its own timing and has begun: at least that of the scan
+    /// taken last.
+    pub fn time_s(&self, now_s: f64) -> Option<f64> {
+        self.pace.time_s(now_s)
+    }
+
     /// Says whether every scan has been played; true only after [`Self::next_due`] found the end.
     pub fn ended(&self) -> bool {
         self.log.ended() && self.ready.is_empty() && self.waiting.is_empty()
@@ -156,6 +162,11 @@ struct Pace {
 }
 
 impl Pace {
+    fn time_s(&self, now_s: f64) -> Option<f64> {
+        let (log_s, clock_s) = self.origin?;
+        (self.speed > 0.0).then_some(log_s + (now_s - clock_s) * self.speed)
+    }
+
     fn is_due(&mut self, stamp_s: f64, now_s: f64) -> bool {
         if self.speed <= 0.0 {
             return true;
@@ -190,7 +201,9 @@ mod tests {
         assert_eq!(due(&mut playback, 100.0), [10.0]);
         assert_eq!(due(&mut playback, 100.4), [] as [f64; 0]);
         assert_eq!(due(&mut playback, 100.5), [11.0]);
+        assert_eq!(playback.time_s(101.0), Some(12.0), "between two scans too");
         playback.resume();
+        assert_eq!(playback.time_s(400.0), None);
         assert_eq!(due(&mut playback, 500.0), [13.0]);
         assert!(playback.ended());
         assert_eq!((playback.played(), playback.tally().scans), (3, 6));

@@ -52,12 +52,14 @@ impl Component for CarmenPlayer {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left, stamps of the log"),
         ("odometry", "before each scan the odometry of the same stamp"),
+        ("clock", "time of the log, for <clock>; before each scan, and with a speed between them"),
         ("end", "how many scans there were, after the last"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<LaserScan>("scan")?;
         armor.provide::<Odometry>("odometry")?;
+        armor.provide::<Latched<Clock>>("clock")?;
         armor.provide::<Latched<Count>>("end")?;
         for name in ["file", "speed", "range_max", "laser", "odometry_from"] {
             armor.get_parameter(name)?;
@@ -104,6 +106,9 @@ impl Component for CarmenPlayer {
         if let Some(fault) = playback.take_fault() {
             tracing::warn!("{file}: {fault}");
         }
+        if let Some(clock) = playback.time_s(self.armor.timestamp()).filter(|_| !playback.ended()) {
+            self.armor.send_data("clock", &Clock { clock })?;
+        }
         if playback.ended() {
             return self.end(&playback);
         }
@@ -146,6 +151,7 @@ impl CarmenPlayer {
     fn publish(&mut self, scan: &Scan) -> Result<(), Fault> {
         let (stamp, pose) = (scan.stamp_s, scan.odometry);
         let planar = Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad };
+        self.armor.send_data("clock", &Clock { clock: stamp })?;
         let odometry = Odometry::planar(stamp, "odom", "base_link", planar, Twist::default());
         self.armor.send_data("odometry", &odometry)?;
         let ranges = scan.ranges_within(self.range_max_m);

@@ -6,8 +6,9 @@ use armor_sdk::prelude::*;
 
 use crate::battery::Battery;
 use crate::laser::{LaserModel, RANGE_MIN_M};
+use crate::pace::Pace;
 use crate::pose::Pose2;
-use crate::simulation::{Models, Motion, Reading, STEP_S, Simulation, Stamped};
+use crate::simulation::{CATCH_UP_S, Models, Motion, Reading, STEP_S, Simulation, Stamped};
 use crate::world::World;
 
 /// Simulates a robot with a laser, wheels and a battery in a drawn world.
@@ -17,7 +18,19 @@ pub struct Simulator {
     models: Models,
     battery_warning: f64,
     has_warned: bool,
-    simulation: Option<Simulation>,
+    speed: f64,
+    /// The world, and how fast time passes in it.
+    running: Option<(Simulation, Pace)>,
+    clock: ClockOutput,
+}
+
+/// The time as it was said last.
+#[derive(Default)]
+struct ClockOutput {
+    said_s: Option<f64>,
+    /// Somebody's time follows it.
+    is_followed: bool,
+    has_warned: bool,
 }
 
 impl Component for Simulator {
@@ -119,6 +132,11 @@ impl Component for Simulator {
             .default("0.2")
             .range(0.0, 1.0)
             .doc("level below which battery_low is reported, once"),
+        Parameter::number("speed", "")
+            .default("1")
+            .range(0.0, 100.0)
+            .live()
+            .doc("times real time, 0: time stands; other than 1 only if <clock> follows this"),
     ];
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),
@@ -126,6 +144,7 @@ impl Component for Simulator {
         ("truth", "where the base really is, map to base_link; the map begins at the start"),
         ("battery", "charge, 0 to 1 of the capacity"),
         ("collisions", "how often the base has run into something"),
+        ("clock", "simulated time, for <clock>; at most one step of 10 ms old"),
         ("velocity", "speed and turn rate for the base"),
     ];
 
@@ -135,6 +154,7 @@ impl Component for Simulator {
         armor.provide::<Odometry>("truth")?;
         armor.provide::<BatteryState>("battery")?;
         armor.provide::<Latched<Count>>("collisions")?;
+        armor.provide::<Latched<Clock>>("clock")?;
         armor.subscribe::<Optional<Twist>>("velocity")?;
         for name in PARAMETER_NAMES {
             armor.get_parameter(name)?;
@@ -146,7 +166,9 @@ impl Component for Simulator {
             models: Models::default(),
             battery_warning: 0.2,
             has_warned: false,
-            simulation: None,
+            speed: 1.0,
+            running: None,
+            clock: ClockOutput::default(),
         })
     }
 
@@ -156,6 +178,12 @@ impl Component for Simulator {
             "seed" => self.models.seed = u64::try_from(value.integer()?)?,
             "beams" => self.models.laser.beams = u32::try_from(value.integer()?)?,
             "battery_warning" => self.battery_warning = value.number()?,
+            "speed" => {
+                self.speed = value.number()?;
+                if let Some((_, pace)) = &mut self.running {
+                    pace.set_speed(self.speed, self.armor.timestamp());
+                }
+            }
             _ => {
                 if let Some(setting) = setting(&mut self.models, name) {
                     *setting = value.number()?;
@@ -166,47 +194,89 @@ impl Component for Simulator {
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        if let ("velocity", Some(simulation)) = (header.id(), &mut self.simulation) {
+        if let ("velocity", Some((simulation, pace))) = (header.id(), &mut self.running) {
             let twist: Twist = data.decode()?;
-            let now_s = self.armor.timestamp();
+            let now_s = pace.time_s(self.armor.timestamp());
             simulation.command(twist.linear.x, twist.angular.z, header.stamp_s, now_s);
+            self.clock.warn_if_unfollowed(pace.speed(), &self.armor);
         }
         Ok(())
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
-        let now_s = self.armor.timestamp();
-        let simulation = match &mut self.simulation {
-            Some(simulation) => simulation,
+        let host_s = self.armor.timestamp();
+        let (mut simulation, mut pace) = match self.running.take() {
+            Some(running) => running,
             // The world could not be read, and that has been said.
             None if call == Call::Stopping => return Ok(Outcome::CarryOn),
             None => {
                 let world = World::read(&self.world)?;
-                self.simulation.insert(Simulation::new(world, self.models, now_s)?)
+                (Simulation::new(world, self.models, host_s)?, Pace::new(self.speed, host_s))
             }
         };
-        if call == Call::Stopping {
-            simulation.halt();
+        match call {
+            Call::Stopping => simulation.halt(),
+            // While the world was frozen no time has passed in it.
+            Call::Started if self.clock.is_followed => {
+                pace.set_time(simulation.time_s(), host_s);
+            }
+            _ => {}
         }
         let mut readings = Vec::new();
-        simulation.advance_to(now_s, &mut readings);
-        let mut level = 1.0;
-        for stamped in readings {
-            if let Reading::Battery { battery, .. } = &stamped.reading {
-                level = battery.level();
-            }
-            self.publish(stamped)?;
+        self.clock.advance(&mut simulation, &mut pace, host_s, &mut readings);
+        self.clock.say(simulation.time_s(), &self.armor)?;
+        self.running = Some((simulation, pace));
+        self.publish_all(readings)
+    }
+}
+
+impl ClockOutput {
+    /// Catches up with the time. If others follow it, none is left out: where the machine is too slow
+    /// for it, time passes more slowly.
+    fn advance(
+        &self,
+        simulation: &mut Simulation,
+        pace: &mut Pace,
+        host_s: f64,
+        readings: &mut Vec<Stamped>,
+    ) {
+        let now_s = pace.time_s(host_s);
+        if !self.is_followed {
+            return simulation.advance_to(now_s, readings);
         }
-        if level < self.battery_warning && !self.has_warned {
-            self.has_warned = true;
-            return Ok(Outcome::event("battery_low", level));
+        let latest_s = simulation.time_s() + CATCH_UP_S * pace.speed().max(1.0);
+        if now_s > latest_s {
+            pace.set_time(latest_s, host_s);
         }
-        Ok(Outcome::CarryOn)
+        let end_s = now_s.min(latest_s);
+        while simulation.time_s() + STEP_S <= end_s + 1e-6 {
+            simulation.step(readings);
+        }
+    }
+
+    /// Publishes the time, before what was measured until then.
+    fn say(&mut self, time_s: f64, armor: &Armor) -> Result<(), Fault> {
+        if self.said_s != Some(time_s) {
+            self.said_s = Some(time_s);
+            self.is_followed = armor.send_data("clock", &Clock { clock: time_s })?.to > 0;
+        }
+        Ok(())
+    }
+
+    /// Commands stamped with another time than the world's would never count, or for too long.
+    fn warn_if_unfollowed(&mut self, speed: f64, armor: &Armor) {
+        if speed != 1.0 && !self.is_followed && !std::mem::replace(&mut self.has_warned, true) {
+            let clock = armor.provided_data("clock").unwrap_or_default();
+            tracing::warn!(
+                "commands are stamped with the host's time, and this world's passes {speed} times \
+                 as fast: write <clock source=\"{clock}\"/> into the system, or leave speed at 1"
+            );
+        }
     }
 }
 
 /// Every parameter asked for: all that are declared.
-const PARAMETER_NAMES: [&str; 28] = [
+const PARAMETER_NAMES: [&str; 29] = [
     "world",
     "seed",
     "beams",
@@ -235,6 +305,7 @@ const PARAMETER_NAMES: [&str; 28] = [
     "battery_endurance",
     "battery_range",
     "battery_warning",
+    "speed",
 ];
 
 /// The number in the models that a parameter sets.
@@ -270,6 +341,21 @@ fn setting<'a>(models: &'a mut Models, name: &str) -> Option<&'a mut f64> {
 }
 
 impl Simulator {
+    fn publish_all(&mut self, readings: Vec<Stamped>) -> Result<Outcome, Fault> {
+        let mut level = 1.0;
+        for stamped in readings {
+            if let Reading::Battery { battery, .. } = &stamped.reading {
+                level = battery.level();
+            }
+            self.publish(stamped)?;
+        }
+        if level < self.battery_warning && !self.has_warned {
+            self.has_warned = true;
+            return Ok(Outcome::event("battery_low", level));
+        }
+        Ok(Outcome::CarryOn)
+    }
+
     fn publish(&self, Stamped { time_s, reading }: Stamped) -> Result<(), Fault> {
         let armor = &self.armor;
         match reading {

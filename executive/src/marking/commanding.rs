@@ -91,7 +91,9 @@ impl Controller {
             from: lease.by.from.clone(),
             since_at_s: lease.since.as_secs_f64(),
             connected: matches!(self.link, Link::Up(_)),
-            runs_out_at_s: self.lease_due().map(|due| due.as_secs_f64()),
+            runs_out_at_s: self
+                .lease_due()
+                .map(|due| (self.now + due.saturating_sub(self.host)).as_secs_f64()),
         })
     }
 

@@ -6,6 +6,7 @@ mod commanding;
 mod dating;
 mod guarding;
 mod pausing;
+mod simulated;
 
 use crate::controller::Controller;
 use crate::event::Event;

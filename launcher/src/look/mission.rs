@@ -14,6 +14,7 @@ use armor_executive::Marking;
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::tap::Tap;
 use armor_wire::WireType;
+use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::schema::{Schema, to_json};
 
@@ -101,7 +102,19 @@ impl Shown<'_> {
         }
         let marking: Marking = codec::decode(payload)?;
         // It was said when it changed, and its clocks have run since.
-        let age_s = (self.observed.timestamp() - marking.stamp).max(0.0);
+        let now_s = match marking.clock.as_str() {
+            "" => Some(self.observed.timestamp()),
+            clock => time_of(self.observed, clock),
+        };
+        // The executive has not heard the time itself yet: none of it has passed.
+        let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
+        let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
         say(in_words(&marking, age_s).trim_end())
     }
+}
+
+/// What the data that mission time follows says now, if it does.
+fn time_of(observed: &Observed, clock: &str) -> Option<f64> {
+    let said = observed.tap(clock).ok()?.next(FIRST_WITHIN).ok()??;
+    codec::decode(&said.payload).ok().map(|said: Clock| said.clock)
 }

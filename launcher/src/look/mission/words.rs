@@ -17,6 +17,9 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
         print::duration(now_s),
         marking.fired
     );
+    if !marking.clock.is_empty() {
+        out += &format!("its time follows {}\n", marking.clock);
+    }
     if !marking.why.is_empty() {
         out += &format!("because {}\n", marking.why);
     }
@@ -224,6 +227,7 @@ mod tests {
             stamp: 1.7e9,
             mission: "survey".into(),
             now_at_s: 11.5,
+            clock: String::new(),
             stage: "playing".into(),
             why: String::new(),
             places: vec![MarkedPlace { place: "explore".into(), tokens: 1, active: true }],

@@ -1,0 +1,112 @@
+//! The clocks that the executive reads: the host's, and the data that mission time follows.
+
+use crate::hub::Input;
+use crate::journal::{self, Anchor, Life, Story};
+use crate::plan::Plan;
+use crate::time::{Deadlines, Followed, Now};
+use armor_sdk::node::Node;
+use armor_sdk::{Passage, Reading};
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Tells what time it is.
+pub(crate) struct Clocks {
+    life: Life,
+    followed: Option<Arc<Mutex<Shared>>>,
+}
+
+/// What the thread that hears the data shares with the executive.
+struct Shared {
+    time: Followed,
+    /// What is not in the journal yet.
+    anchor: Option<Anchor>,
+    /// The executive has been woken and has not looked yet.
+    is_told: bool,
+}
+
+fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Clocks {
+    /// Goes on where a story ends. Answers what time it is.
+    pub(crate) fn begin(plan: &Plan, story: &Story) -> (Self, Now) {
+        if plan.clock.is_none() {
+            let (life, now) = journal::clock(story, &boot(), monotonic());
+            return (Self { life, followed: None }, now.into());
+        }
+        let (life, mission) = journal::followed_clock(story, &boot(), monotonic());
+        let time = Followed::new(mission, life.anchor);
+        let shared = Shared { time, anchor: None, is_told: false };
+        let clocks = Self { life, followed: Some(Arc::new(Mutex::new(shared))) };
+        (clocks, Now { mission, host: Duration::ZERO })
+    }
+
+    /// Whether mission time follows data.
+    pub(crate) fn follow_data(&self) -> bool {
+        self.followed.is_some()
+    }
+
+    /// Where the clocks stand, for the journal.
+    pub(crate) fn life(&self) -> &Life {
+        &self.life
+    }
+
+    /// Hears the data from now on, if there is such; every passing of time wakes the executive.
+    pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<Input>) {
+        let (Some(shared), Some(clock)) = (self.followed.clone(), &plan.clock) else { return };
+        let hear = move |reading: Reading, passage: Passage| {
+            let mut shared = lock(&shared);
+            if let Some(anchor) = shared.time.read(reading, passage) {
+                shared.anchor = Some(anchor);
+            }
+            if !std::mem::replace(&mut shared.is_told, true) {
+                // When nobody listens any more, all of this is about to end.
+                let _ = inputs.send(Input::Time);
+            }
+        };
+        if let Err(error) = node.follow_time(clock, hear) {
+            tracing::error!("no thread to follow the time of {clock}: {error}");
+        }
+    }
+
+    pub(crate) fn now(&self) -> Now {
+        let monotonic = i64::try_from(monotonic().as_nanos()).unwrap_or(i64::MAX);
+        let host = monotonic.saturating_sub(self.life.zero_ns);
+        let host = Duration::from_nanos(u64::try_from(host).unwrap_or(0));
+        match &self.followed {
+            None => host.into(),
+            Some(shared) => Now { mission: lock(shared).time.now(), host },
+        }
+    }
+
+    /// How long to wait for what is due; data that passes the time wakes by itself.
+    pub(crate) fn left(&self, due: Deadlines) -> Option<Duration> {
+        let now = self.now();
+        let mission = due.mission.filter(|_| self.followed.is_none());
+        let left = |due: Duration| due.saturating_sub(now.host);
+        mission.into_iter().chain(due.host).map(left).min()
+    }
+
+    /// The executive looks what time it is. Answers what is to be written down if the data goes on
+    /// from elsewhere.
+    pub(crate) fn look(&mut self) -> Option<&Life> {
+        let mut shared = lock(self.followed.as_ref()?);
+        shared.is_told = false;
+        self.life.anchor = Some(shared.anchor.take()?);
+        drop(shared);
+        Some(&self.life)
+    }
+}
+
+fn monotonic() -> Duration {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    Duration::try_from(now).unwrap_or_default()
+}
+
+/// Names this start of the machine.
+fn boot() -> String {
+    let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    id.trim().to_owned()
+}

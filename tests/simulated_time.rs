@@ -1,0 +1,102 @@
+//! Time that follows data, played by real processes: it stands, passes faster than life, and its
+//! source and the executive are killed meanwhile. And the office, at five times the speed of life.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use armor_executive::journal::Journal;
+use armor_executive::{Cause, Entry, Record, Report};
+
+use crate::fixture::{Folder, ended, wait_for};
+use crate::resilience::system::Draft;
+
+/// A world in which time stands until somebody sets its speed.
+fn simulator() -> String {
+    let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/worlds/empty.svg");
+    format!(
+        "<clock source='simulator.clock'/>
+         <component name='simulator' kind='simulator' rate='100Hz'>
+           <parameter name='world' value='{}'/>
+           <parameter name='speed' value='0'/>
+         </component>\n",
+        world.display()
+    )
+}
+
+/// Forty ticks of 20 Hz, then ten seconds.
+const MISSION: &str = "<mission name='wait' goal='home' safe='hold'>
+    <place name='explore' initial='true' components='explorer'/>
+    <place name='stay'/>
+    <place name='home'/>
+    <place name='hold'/>
+    <transition name='explored' from='explore' to='stay' on='explorer.done'/>
+    <transition name='late' from='explore' to='hold' timeout='10min'/>
+    <transition name='stayed' from='stay' to='home' timeout='10s'/>
+  </mission>";
+
+/// When something was decided, in mission time.
+fn at(records: &[Record], what: impl Fn(&Entry) -> bool) -> Duration {
+    records.iter().find(|record| what(&record.entry)).expect("it was decided").at
+}
+
+fn took(entry: &Entry, name: &str) -> bool {
+    matches!(entry, Entry::Took { cause: Cause::Transition(it), .. } if it == name)
+}
+
+#[test]
+fn a_mission_stands_and_goes_on_with_simulated_time_whoever_is_killed() {
+    let draft =
+        Draft::default().component(&simulator()).probe("explorer", "rate='20Hz'", "done=40");
+    let mut system = draft.mission(MISSION).run(Folder::new("simulated-time"));
+    let explores = |system: &crate::resilience::system::System| {
+        wait_for("the marking", || {
+            let shown = system.shown(&["mission", "show"]);
+            let stands = shown.contains("its time follows simulator.clock");
+            (stands && shown.contains("explore")).then_some(())
+        });
+    };
+    system.traced("explorer", "the start", |trace| (trace.count("started") == 1).then_some(()));
+    explores(&system);
+    system.replace("executive");
+    explores(&system);
+    system.replace("simulator");
+    explores(&system);
+    let set = wait_for("configd", || {
+        let said = system.shown(&["param", "set", "simulator.speed", "50"]);
+        said.contains("50").then_some(said)
+    });
+    let code = system.run.code();
+    let log = system.run.log();
+    assert_eq!(code, Some(0), "{set}\n{log}");
+
+    let journal = system.run.out().join("executive.journal");
+    let records = Journal::open(&journal).expect("a journal").1.records;
+    let done = at(&records, |entry| matches!(entry, Entry::Heard { report: Report::Done, .. }));
+    // Its first tick, and one where time jumped to that of another simulator, took no time.
+    assert!(done >= Duration::from_millis(37 * 50), "40 ticks of 20 Hz within {done:?}");
+    let stayed = at(&records, |entry| took(entry, "stayed"));
+    let explored = at(&records, |entry| took(entry, "explored"));
+    assert!(stayed - explored >= Duration::from_secs(10), "{explored:?} to {stayed:?}");
+    assert_eq!(system.trace("explorer").count("started"), 1, "{log}");
+}
+
+#[test]
+fn the_office_is_explored_at_five_times_the_speed_of_life() {
+    let folder = Folder::new("office-fast");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/office-fast.xml");
+    let file = file.display().to_string();
+    let start = Instant::now();
+    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "fast"]));
+    let host = start.elapsed();
+    assert_eq!(code, 0, "{log}");
+    let journal = folder.path().join("fast/executive.journal");
+    let records = Journal::open(&journal).expect("a journal").1.records;
+    let mission = records.last().expect("an end").at;
+    println!("office: {mission:.1?} of mission time in {host:.1?} of the host's");
+    assert!(mission > Duration::from_secs(15), "no robot is that fast: {mission:?}");
+    let order: Vec<_> = ["explored", "arrived"]
+        .iter()
+        .map(|name| at(&records, |entry| took(entry, name)))
+        .collect();
+    assert!(order.is_sorted(), "{order:?}");
+}
