@@ -93,21 +93,18 @@ fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
 
 #[test]
 fn a_provider_that_stays_away_is_known_to_be_missing() {
-    let mut system = draft("when='not known(battery)' after='1s'").run(Folder::new("blind"));
+    // Long enough for the first value on a busy machine.
+    let mut system = draft("when='not known(battery)' after='5s'").run(Folder::new("blind"));
     wait_for("a value", || {
         system.shown(&["mission", "show"]).contains("battery is 0.").then_some(())
     });
-    // Killed again and again: it is restarted later each time.
-    let count = || system.run.log().matches("the guard of weak holds").count();
-    let before = count();
-    let gone = || count() > before;
-    wait_for("the end of the simulator", || {
+    // Killed again and again, until it is given up.
+    wait_for("the end of the mission", || {
         let entries = system.entries();
-        let simulator = entries.iter().find(|entry| entry.name == "simulator");
-        if let (false, Some(simulator)) = (gone(), simulator) {
+        if let Some(simulator) = entries.iter().find(|entry| entry.name == "simulator") {
             send(simulator.pid.cast_signed(), Signal::KILL);
         }
-        gone().then_some(())
+        system.run.log().contains("weak: explore -> home").then_some(())
     });
     let code = system.run.code();
     assert!(matches!(code, Some(0 | 1)), "{}", system.run.log());
