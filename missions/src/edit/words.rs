@@ -200,8 +200,8 @@ mod tests {
             "never active(H) and home",
         );
         let at = |value, name| occurrences(Form::Claimed(Sort::Place), value, name);
-        assert_eq!(at("leads leads to to", "leads"), [0..5]);
-        assert_eq!(at("leads leads to to", "to"), [15..17]);
+        assert_eq!(at("leads leads to to", "leads"), vec![Range { start: 0, end: 5 }]);
+        assert_eq!(at("leads leads to to", "to"), vec![Range { start: 15, end: 17 }]);
         assert_eq!(at("a leads to top", "to"), []);
     }
 

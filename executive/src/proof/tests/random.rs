@@ -35,7 +35,7 @@ fn draw(dice: &mut Dice) -> (String, Vec<String>) {
                     "<inhibitor place='p{}' weight='{}'/>",
                     dice.roll(PLACES),
                     1 + dice.roll(2)
-                )
+                );
             }
             1 => net += &format!("<read place='p{}'/>", dice.roll(PLACES)),
             2 => net += &format!("<reset place='p{}'/>", dice.roll(PLACES)),
