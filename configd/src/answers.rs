@@ -13,10 +13,12 @@ const MAX_LISTED: usize = 20;
 /// Where a value is from that nobody gave.
 const DEFAULT: &str = "default";
 
-/// How the component runs and is connected.
+/// How the component runs and is connected; `commanded` says whether the mission activates and
+/// freezes it.
 pub(crate) fn settings(
     component: &Component,
     configuration: &Configuration,
+    commanded: bool,
     version: u64,
 ) -> Settings {
     let name = &component.name.value;
@@ -34,8 +36,7 @@ pub(crate) fn settings(
     Settings {
         version,
         rate_hz: component.rate_hz.as_ref().map(|rate| rate.value),
-        controlled: component.controllable
-            && configuration.missions().any(|mission| mission.controls(name)),
+        controlled: commanded,
         inputs: inputs.collect(),
         clock: clock(name, configuration),
         watchdog_s: component.watchdog.as_ref().map(|watchdog| watchdog.value.as_secs_f64()),

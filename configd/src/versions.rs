@@ -1,6 +1,7 @@
 //! Which version of the file is in force, and who is told what: configd without sockets, disk or
 //! clock.
 
+mod roles;
 mod rules;
 mod setting;
 mod tools;
@@ -17,6 +18,7 @@ use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 
 use crate::history::{History, Kept};
 use crate::{answers, told};
+use roles::Roles;
 pub use rules::Rules;
 use setting::Settings;
 
@@ -106,6 +108,7 @@ pub struct Versions {
     /// It, as it was read.
     refused_reading: Option<Reading>,
     history: History,
+    roles: Roles,
     clients: BTreeMap<PeerId, Client>,
     settings: Settings,
 }
@@ -130,10 +133,13 @@ impl Versions {
         kept: Vec<Kept>,
     ) -> Result<(Self, Vec<Action>), Findings> {
         let mut history = History::default();
+        let mut roles = Roles::default();
         let (number, in_force, warnings, first) = match rules.newest_good(&kept) {
             Some((number, (configuration, warnings))) => {
                 for version in kept.iter().filter(|version| version.number <= number) {
-                    let sources = version.reading().configuration.map(|read| read.sources);
+                    let read = version.reading().configuration;
+                    read.iter().for_each(|read| roles.add(read));
+                    let sources = read.map(|read| read.sources);
                     history.add(version.number, sources.unwrap_or_default());
                 }
                 (number, configuration, warnings, Some(first))
@@ -144,7 +150,7 @@ impl Versions {
             }
         };
         let mut versions =
-            Self { warnings, history, ..Self::with(instance, rules, number, in_force) };
+            Self { warnings, history, roles, ..Self::with(instance, rules, number, in_force) };
         let mut actions = match first {
             Some(first) => {
                 versions.changes = versions.changes_of(number);
@@ -191,6 +197,7 @@ impl Versions {
             refused: None,
             refused_reading: None,
             history: History::default(),
+            roles: Roles::default(),
             clients: BTreeMap::new(),
             settings: Settings::default(),
         }
@@ -315,7 +322,8 @@ impl Versions {
             return Some(Reply::Refused { request, refusal });
         };
         let Some(parameter) = parameter else {
-            let settings = answers::settings(component, &self.in_force, self.number);
+            let commanded = self.roles.is_commanded(name);
+            let settings = answers::settings(component, &self.in_force, commanded, self.number);
             return Some(Reply::Settings { request, settings });
         };
         let manifests = self.rules.manifests.as_ref();
@@ -374,6 +382,7 @@ impl Versions {
     /// What follows when the version in force is a new one.
     fn took(&mut self) -> Vec<Action> {
         let version = self.number;
+        self.roles.add(&self.in_force);
         self.history.add(version, self.in_force.sources.clone());
         self.changes = self.changes_of(version);
         let (findings, changes) = (self.warnings.clone(), self.changes.0.clone());

@@ -4,6 +4,7 @@
 use crate::event::Event;
 use crate::plan::Plan;
 use crate::proof::prove_from_here;
+use crate::run::RunError;
 use crate::version::{Version, in_words};
 use armor_missions::{Code, Configuration, Finding, Findings, Severity, differences};
 use std::sync::Arc;
@@ -76,13 +77,20 @@ impl PartialEq for Offer {
 }
 
 impl Question {
-    /// Finds the answer; that of a proof may take seconds.
-    pub fn answer(&self) -> Event {
+    /// Finds the answer; that of a proof may take seconds. `clock_doubts` says why the host's clock
+    /// may not be right, which is asked of a version that brings the first dates.
+    pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> Event {
         Event::Answered(match self {
             Self::Read { serial, version, running } => {
-                let found = (running.reader)(version, running).map(|plan| Offer {
-                    changes: changes(&running.version, version),
-                    plan: Arc::new(plan),
+                let found = (running.reader)(version, running).and_then(|plan| {
+                    let first_dates = plan.has_dates() && !running.has_dates();
+                    match first_dates.then(clock_doubts).flatten() {
+                        Some(doubts) => Err(RunError::Clock(doubts).to_string()),
+                        None => Ok(Offer {
+                            changes: changes(&running.version, version),
+                            plan: Arc::new(plan),
+                        }),
+                    }
                 });
                 Answer { serial: *serial, found: Found::Read(found) }
             }

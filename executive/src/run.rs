@@ -118,6 +118,7 @@ pub fn run(
         watching,
         journal,
         cut_at: options.cut_at,
+        trust_clock: options.trust_clock,
         node,
         clocks,
         calendar: Calendar::default(),
@@ -176,6 +177,7 @@ struct Executive {
     watching: Watching,
     journal: Journal,
     cut_at: u64,
+    trust_clock: bool,
     node: Node,
     clocks: Clocks,
     calendar: Calendar,
@@ -309,7 +311,9 @@ impl Executive {
     fn judge(&self) {
         let Some(question) = self.controller.question() else { return };
         let inputs = self.inputs.clone();
-        let answer = move || drop(inputs.send(Input::Event(question.answer())));
+        let trusted = self.trust_clock;
+        let doubts = move || if trusted { None } else { wall_clock::doubts() };
+        let answer = move || drop(inputs.send(Input::Event(question.answer(&doubts))));
         if let Err(error) = std::thread::Builder::new().name("judge".into()).spawn(answer) {
             tracing::error!("no thread to judge a new version of the file: {error}");
         }

@@ -288,6 +288,23 @@ fn state(actions: &[Action]) -> ConfigurationState {
 }
 
 #[test]
+fn who_is_commanded_by_the_mission_stays_so_while_the_system_runs() {
+    // A mission is not taken over a component that it commands no more: told otherwise by its next
+    // start, the component would be active beside what excludes it.
+    let free = FILE.replace(r#" components="player""#, "");
+    let mut versions = versions();
+    versions.handle(saved(&free));
+    assert_eq!(versions.number(), 2);
+    assert!(settings(&mut versions, "player").controlled, "as when it was started first");
+    let kept = |number, text: &str| Kept { number, files: vec![("m/a.xml".into(), text.into())] };
+    let rules = Rules { root: "/robot".into(), ..Rules::default() };
+    let two = vec![kept(1, FILE), kept(2, &free)];
+    let (mut again, _) = Versions::new(9, rules, reading(&free), two).unwrap();
+    assert!(settings(&mut again, "player").controlled, "also by a configd that was killed");
+    assert!(!settings(&mut again, "mapper").controlled);
+}
+
+#[test]
 fn a_restart_goes_on_with_what_was_kept() {
     let kept = |number, text: &str| Kept { number, files: vec![("m/a.xml".into(), text.into())] };
     let start = |first: &str, kept: Vec<Kept>| {

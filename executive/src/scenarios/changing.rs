@@ -218,6 +218,24 @@ fn a_goal_that_cannot_be_reached_from_here_is_refused() {
 }
 
 #[test]
+fn the_first_dates_come_only_by_a_clock_that_somebody_keeps() {
+    let dated = r#"<transition name="curfew" from="explore" to="return" not-before="2099-01-01T00:00:00Z"/>"#;
+    let mut bench = begun(&office(""));
+    bench.clock_doubts = Some("nobody keeps it".into());
+    bench.saved(version(2, &office(dated)));
+    let (state, why) = bench.change();
+    assert_eq!((bench.played(), state.as_str()), (1, "refused"));
+    assert!(why.contains("nobody keeps it") && why.contains("--trust-clock"), "{why}");
+    bench.clock_doubts = None;
+    bench.saved(version(3, &office(dated)));
+    assert_eq!(bench.played(), 3);
+    // What has dates goes on by what clock there is, and so does its next version.
+    bench.clock_doubts = Some("nobody keeps it".into());
+    bench.saved(version(4, &office(&dated.replace("2099", "2100"))));
+    assert_eq!(bench.played(), 4);
+}
+
+#[test]
 fn a_fault_that_the_mission_has_already_keeps_nothing_from_changing() {
     let idle = r#"<place name="idle"/><transition name="stray" from="explore" to="idle" operator="true"/>"#;
     let mut bench = begun(&office(idle));

@@ -95,7 +95,7 @@ impl Play {
         let question = self.controller.as_ref().and_then(|controller| controller.question());
         let Some(question) = question else { return };
         let event = match &question {
-            Question::Read { .. } => question.answer(),
+            Question::Read { .. } => question.answer(&|| None),
             Question::Prove { serial, marking, .. } => {
                 let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
                 let found = Found::Proven { marking: marking.clone(), verdict };

@@ -1,0 +1,31 @@
+//! Which components the mission commands. A component learns it once, when it starts, and the
+//! executive refuses a version of the file that would have it otherwise while the system runs. A
+//! process that is started again under such a version must therefore be told what it was told
+//! before: else it would be active by itself beside components that exclude it.
+
+use std::collections::BTreeMap;
+
+use armor_missions::Configuration;
+
+/// Whether the mission commands each component, by the first version that held it.
+#[derive(Debug, Default)]
+pub(super) struct Roles(BTreeMap<String, bool>);
+
+impl Roles {
+    /// Adds what a version says of components that none before it held.
+    pub(super) fn add(&mut self, configuration: &Configuration) {
+        for component in &configuration.system.components {
+            let name = &component.name.value;
+            if !self.0.contains_key(name) {
+                let commanded = component.controllable
+                    && configuration.missions().any(|mission| mission.controls(name));
+                self.0.insert(name.clone(), commanded);
+            }
+        }
+    }
+
+    /// Whether the mission commands a component, as long as the system runs.
+    pub(super) fn is_commanded(&self, component: &str) -> bool {
+        self.0.get(component).copied().unwrap_or_default()
+    }
+}
