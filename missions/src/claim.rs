@@ -66,7 +66,7 @@ pub enum Formula {
     Marked(Name),
     /// A place is marked that activates the component.
     Active(Name),
-    /// Counts of tokens are compared.
+    /// Counts of tokens, or values of variables, are compared.
     Compare(Sum, Relation, Sum),
     /// It does not hold.
     Not(Box<Formula>),
@@ -76,12 +76,12 @@ pub enum Formula {
     Or(Box<Formula>, Box<Formula>),
 }
 
-/// The tokens of places, a place as often as it is named, and a number.
+/// The tokens of places and the values of variables, each as often as it is named, and a number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sum {
-    /// Places.
+    /// Places and variables that transitions set.
     pub places: Vec<Name>,
-    /// Added to their tokens.
+    /// Added to them.
     pub number: u64,
 }
 
@@ -115,6 +115,8 @@ pub struct Name {
 pub enum Sort {
     /// A place.
     Place,
+    /// A place, whose tokens are meant, or a variable that transitions set.
+    Count,
     /// A transition.
     Transition,
     /// A component.
@@ -164,7 +166,7 @@ impl Formula {
             Self::Active(component) => names.push((Sort::Component, component)),
             Self::Compare(left, _, right) => {
                 let places = left.places.iter().chain(&right.places);
-                names.extend(places.map(|place| (Sort::Place, place)));
+                names.extend(places.map(|place| (Sort::Count, place)));
             }
             Self::Not(inner) => inner.gather(names),
             Self::And(left, right) | Self::Or(left, right) => {
@@ -201,6 +203,7 @@ impl Sort {
     pub fn noun(self) -> &'static str {
         match self {
             Self::Place => "place",
+            Self::Count => "place or variable",
             Self::Transition => "transition",
             Self::Component => "component",
         }

@@ -229,6 +229,14 @@ codes! {
     /// A variable that no guard speaks of.
     UnusedVariable = "W0237", "a variable that no guard speaks of";
 
+    /// What a transition sets a variable to is no whole number that it can be.
+    CountSyntax = "E0238", "a value that a variable cannot be set to";
+    /// A transition sets a variable that follows data, or one variable twice; or a variable neither
+    /// follows data nor has a domain.
+    NotSettable = "E0239", "a variable that cannot be set";
+    /// A variable that guards speak of and no transition sets.
+    NothingSets = "W0224", "a variable that nothing sets";
+
     // What the executive proves of a mission.
     /// A place that can get more and more tokens.
     FillsWithoutEnd = "W0240", "a place that fills without end";
@@ -247,6 +255,11 @@ codes! {
     /// How soon the goal can come, and how late.
     Takes = "N0247", "how long the mission takes";
 
+    /// Places that give a component different values and can be marked together.
+    ValuesContradict = "W0248", "two values for one parameter";
+    /// Variables with too many values to be followed.
+    ValuesOpen = "W0249", "variables that are not followed in the proof";
+
     // What the file itself claims of the mission.
     /// The text of a `<check>` is not one.
     CheckSyntax = "E0250", "a check that cannot be read";
@@ -256,6 +269,9 @@ codes! {
     CheckFails = "E0252", "a check that does not hold";
     /// Whether a check holds could not be found out.
     CheckUndecided = "W0253", "a check that could not be decided";
+
+    /// A transition can set a variable to what is outside of its domain.
+    ValueOutside = "E0254", "a value outside of a variable's domain";
 
     // What is understood but not played.
     /// Something that the format has and this version does not play.

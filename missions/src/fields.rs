@@ -255,6 +255,12 @@ impl<'a, 'f> Fields<'a, 'f> {
         Some(Location::new(self.source, attribute.name_span))
     }
 
+    /// Whether there are attributes that nobody has asked for so far.
+    pub(crate) fn has_strangers(&self) -> bool {
+        let mut names = self.element.attributes.iter().map(|attribute| attribute.name.as_str());
+        names.any(|name| !name.contains(':') && name != "xmlns" && !self.known.contains(&name))
+    }
+
     /// Reports attributes that nobody asked for, children other than `allowed`, and stray text;
     /// hands on the children that are allowed.
     pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {

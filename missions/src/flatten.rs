@@ -86,7 +86,7 @@ impl Configuration {
 }
 
 /// Puts `name.` before every name of the mission's own: places, transitions and variables. Guards
-/// stay as written: a variable in them is that of the mission whose transition it is.
+/// and values stay as written: a variable in them is that of the mission whose transition it is.
 fn qualify(inner: &mut Mission, name: &str) {
     let qualify = |own: &mut Spanned<String>| own.value = format!("{name}.{}", own.value);
     let Mission { goal, safe, places, transitions, variables, .. } = inner;
@@ -99,6 +99,7 @@ fn qualify(inner: &mut Mission, name: &str) {
     for transition in transitions {
         qualify(&mut transition.name);
         transition.arcs.iter_mut().for_each(|arc| qualify(&mut arc.place));
+        transition.sets.iter_mut().for_each(|set| qualify(&mut set.variable));
         let Transition { on_stop_fail, on_start_fail, overrun, .. } = transition;
         on_stop_fail.iter_mut().chain(on_start_fail).chain(overrun).for_each(qualify);
     }
@@ -109,6 +110,7 @@ fn join(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
     let transition = |what: &str, class, arcs| Transition {
         name: by.file.with(format!("{name}.{what}")),
         arcs,
+        sets: Vec::new(),
         on: None,
         interval: None,
         when: None,

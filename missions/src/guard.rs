@@ -15,6 +15,7 @@
 //! ```
 
 mod bounds;
+mod count;
 mod evaluate;
 mod judge;
 mod measure;
@@ -30,6 +31,8 @@ use std::ops::Range;
 use armor_wire::quantity::Unit;
 
 pub use armor_wire::schema::Scalar;
+pub(crate) use bounds::range_of;
+pub use count::{Count, MAX_COUNT};
 pub(crate) use judge::{Meaning, Type, judge};
 pub(crate) use measure::Measure;
 pub use name::Name;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::date::Date;
 use crate::doubts::Doubts;
+use crate::guard::MAX_COUNT;
 use crate::model::Parameter;
 use crate::source::{Location, Spanned};
 
@@ -65,17 +66,49 @@ pub enum Resume {
     Safe,
 }
 
-/// A value with a finite domain that guards speak of.
+/// A value with a finite domain that guards speak of: it follows data, or is set by transitions.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Its name.
     pub name: Spanned<String>,
-    /// The field of data that it follows, such as `power.level`.
+    /// The field of data that it follows, such as `power.level`; without it, transitions set it.
     pub source: Option<Spanned<String>>,
     /// Smallest value, in SI.
     pub minimum: Option<Spanned<f64>>,
     /// Largest value, in SI.
     pub maximum: Option<Spanned<f64>>,
+    /// What it is at the start, if transitions set it; its smallest value if it does not say so.
+    pub initial: Option<Spanned<i64>>,
+}
+
+impl Variable {
+    /// The whole numbers from and to which it counts, and the first of them, if transitions set it
+    /// and the file says that properly.
+    pub fn counts(&self) -> Option<Counts> {
+        let whole = |end: &Option<Spanned<f64>>| {
+            let value = end.as_ref()?.value;
+            let is_count = value.fract() == 0.0 && value.abs() <= MAX_COUNT as f64;
+            is_count.then_some(value as i64)
+        };
+        if self.source.is_some() {
+            return None;
+        }
+        let (minimum, maximum) = (whole(&self.minimum)?, whole(&self.maximum)?);
+        let initial = self.initial.as_ref().map_or(minimum, |initial| initial.value);
+        let fits = (minimum..=maximum).contains(&initial);
+        fits.then_some(Counts { minimum, maximum, initial })
+    }
+}
+
+/// What a variable that transitions set may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// Its smallest value.
+    pub minimum: i64,
+    /// Its largest value.
+    pub maximum: i64,
+    /// Its value at the start.
+    pub initial: i64,
 }
 
 /// A state of the mission; while it is marked, its components are active.
@@ -137,6 +170,8 @@ pub struct Transition {
     pub name: Spanned<String>,
     /// The arcs: the short form `from`/`to` first, then the child elements.
     pub arcs: Vec<Arc>,
+    /// The variables that it sets when it fires.
+    pub sets: Vec<SetVariable>,
     /// The report that must arrive.
     pub on: Option<ReportRef>,
     /// When it may and must fire, counted from when it is enabled.
@@ -179,6 +214,15 @@ impl Transition {
     pub fn outputs(&self) -> impl Iterator<Item = &Arc> {
         self.arcs.iter().filter(|arc| arc.kind == ArcKind::Put)
     }
+}
+
+/// A variable and what a transition sets it to, by the values there were before.
+#[derive(Clone, Debug)]
+pub struct SetVariable {
+    /// The variable.
+    pub variable: Spanned<String>,
+    /// Its value, as text: a [`Count`](crate::guard::Count).
+    pub value: Spanned<String>,
 }
 
 /// A place and a transition, joined.

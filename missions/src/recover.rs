@@ -35,7 +35,7 @@ const HOLDS: [(&str, &[&str]); 6] = [
     ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
     ("component", &["parameter"]),
     ("place", &["parameter"]),
-    ("transition", &["arc", "read", "inhibitor", "reset"]),
+    ("transition", &["arc", "read", "inhibitor", "reset", "set"]),
 ];
 
 fn holds(parent: &str, child: &str) -> bool {

@@ -152,7 +152,7 @@ fn variables() {
     with("", r#"source="p.one" min="0" max="1km""#);
     with("", r#"source="p.state.tilt" min="0" max="30deg""#);
     with("", r#"source="p.ok""#);
-    with("", "");
+    with("W0027", r#"source="p.ok" [[initial]]="1""#);
     with("E0019", r#"source="[[p]]""#);
     with("E0019", r#"source="[[p.state.]]""#);
     with("E0103", r#"source="[[q]].state""#);
@@ -163,4 +163,53 @@ fn variables() {
     with("E0234", r#"source="p.state.tilt" max="[[30]]""#);
     let unused = r#"<variable name="[[v]]" source="p.ok"/><transition name="t" from="a" to="b" timeout="2s"/>"#;
     check_file("W0237", unused, None);
+}
+
+#[test]
+fn what_transitions_set_is_a_whole_number_of_its_domain() {
+    let with = |code: &str, variable: &str, value: &str| {
+        let text = format!(
+            r#"<variable name="n" {variable}/><variable name="ok" source="p.one"/>
+            <transition name="t" from="a" to="b" when="n &lt; 3 and known(ok)">
+            <set variable="n" value="{value}"/></transition>"#
+        );
+        check_file(code, &text, Some(&manifests()));
+    };
+    let domain = r#"min="0" max="3""#;
+    with("", domain, "n + 1");
+    with("", domain, "3 - 2 * n");
+    with("", r#"min="-5" max="5" initial="-2""#, "-n");
+    with("E0238", domain, "[[n / 2]]");
+    with("E0238", domain, "n + [[0.5]]");
+    with("E0238", domain, "n + [[1s]]");
+    with("E0238", domain, "[[p.one]] + 1");
+    with("E0238", domain, "[[ok]] + 1");
+    with("E0238", domain, "n [[&lt;]] 1");
+    with("E0238", domain, "[[n + 4]]");
+    with("E0231", domain, "n + [[m]]");
+    with("E0019", r#"min="0.5" max="[[3m]]""#.replace("0.5", "0").as_str(), "n + 1");
+    with("E0019", r#"min="0" max="3" initial="[[4]]""#, "n + 1");
+    let check = |code: &str, text: &str| check_file(code, text, Some(&manifests()));
+    let domain = r#"<variable name="n" min="0" max="3"/>"#;
+    let guard = r#"<transition name="t" from="a" to="b" when="n &lt; 3">"#;
+    let one = r#"<set variable="n" value="1"/>"#;
+    check("", &format!("{domain}{guard}{one}</transition>"));
+    let twice = r#"<set variable="[[n]]" value="2"/>"#;
+    check("E0239", &format!("{domain}{guard}{one}{twice}</transition>"));
+    let data = r#"<variable name="n" source="p.one"/>"#;
+    let sets = r#"<set variable="[[n]]" value="2"/></transition>"#;
+    check("E0239", &format!("{data}{guard}{sets}"));
+    let unknown = r#"<set variable="[[m]]" value="2"/></transition>"#;
+    check("E0231", &format!("{domain}{guard}{one}{unknown}"));
+    let nobody = r#"<variable name="[[n]]" min="0" max="3"/>"#;
+    check("W0224", &format!("{nobody}{guard}</transition>"));
+    let none = r#"<variable name="[[n]]" min="0"/>"#;
+    check("E0239", &format!("{none}{guard}{one}</transition>"));
+    let unread = r#"<variable name="[[n]]" min="0" max="3"/>
+        <transition name="t" from="a" to="b" timeout="1s"><set variable="n" value="n + 1"/></transition>"#;
+    check("W0237", unread);
+    // A check speaks of it as well as a guard does.
+    let claimed = unread.replace("[[n]]", "n") + "<check>always n &lt;= 3</check>";
+    check("", &claimed);
+    check("E0203", &(claimed + "<check>always [[m]] &lt;= 3</check>"));
 }

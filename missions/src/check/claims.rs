@@ -72,6 +72,8 @@ fn check_one(text: &Spanned<String>, known: &Known<'_>, findings: &mut Findings)
 struct Known<'a> {
     mission: &'a Mission,
     places: BTreeSet<&'a str>,
+    /// Places, and variables that transitions set.
+    counts: BTreeSet<&'a str>,
     transitions: BTreeSet<&'a str>,
     /// Those that some place activates.
     components: BTreeSet<&'a str>,
@@ -82,9 +84,14 @@ struct Known<'a> {
 impl<'a> Known<'a> {
     fn of(configuration: &'a Configuration, mission: &'a Mission, whole: &'a Mission) -> Self {
         let active = whole.places.iter().flat_map(|place| &place.components);
+        let places: BTreeSet<_> =
+            whole.places.iter().map(|place| place.name.value.as_str()).collect();
+        let counted = whole.variables.iter().filter(|variable| variable.source.is_none());
+        let counted = counted.map(|variable| variable.name.value.as_str());
         Self {
             mission,
-            places: whole.places.iter().map(|place| place.name.value.as_str()).collect(),
+            counts: counted.chain(places.iter().copied()).collect(),
+            places,
             transitions: whole.transitions.iter().map(|t| t.name.value.as_str()).collect(),
             components: active.map(|name| name.value.as_str()).collect(),
             doubts: &configuration.system.doubts,
@@ -94,12 +101,13 @@ impl<'a> Known<'a> {
     fn expect(&self, sort: Sort, name: &Name, text: &Spanned<String>, findings: &mut Findings) {
         let (known, code) = match sort {
             Sort::Place => (&self.places, Code::UnknownPlace),
+            Sort::Count => (&self.counts, Code::UnknownPlace),
             Sort::Transition => (&self.transitions, Code::UnknownTransition),
             Sort::Component => (&self.components, Code::UnknownComponent),
         };
         let own = name.as_str();
         let is_doubtful = match sort {
-            Sort::Place => self.mission.doubts.may_hold(own),
+            Sort::Place | Sort::Count => self.mission.doubts.may_hold(own),
             Sort::Transition => self.mission.doubts.moves,
             Sort::Component => self.doubts.may_hold(own) || self.mission.doubts.start,
         };
@@ -108,6 +116,9 @@ impl<'a> Known<'a> {
         }
         let message = match sort {
             Sort::Component => format!("no place activates a component called {}", short(own)),
+            Sort::Count if self.counts.len() == self.places.len() => {
+                format!("there is no place called {}", short(own))
+            }
             _ => format!("there is no {} called {}", sort.noun(), short(own)),
         };
         let all = || known.iter().copied();
@@ -119,6 +130,10 @@ impl<'a> Known<'a> {
 
     /// What is named may be of another sort.
     fn remedy(&self, sort: Sort, name: &str, listed: String) -> String {
+        if sort == Sort::Place && self.counts.contains(name) {
+            return format!("{name} is a variable: compare it, as in {name} <= 3");
+        }
+        let sort = if sort == Sort::Count { Sort::Place } else { sort };
         if sort == Sort::Place && self.transitions.contains(name) {
             return format!("{name} is a transition: write fires({name}) or dead({name})");
         }

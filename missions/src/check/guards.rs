@@ -2,16 +2,18 @@
 //! types of data are known where the manifests are; without them, only what the file says counts.
 
 mod data;
+mod sets;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use self::data::Data;
 use crate::check::{Manifests, listed};
+use crate::claim::Claim;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Meaning, Name, Type, judge};
-use crate::mission::{Mission, Variable};
+use crate::mission::Mission;
 use crate::model::Configuration;
 use crate::nearest::did_you_mean;
 use crate::source::{Location, Spanned};
@@ -75,14 +77,37 @@ fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
             findings.push(Finding::new(problem.code, &at, problem.message).remedy(problem.remedy));
         }
     }
-    let unused = |variable: &&Variable| {
-        all_read && variable.source.is_some() && !used.contains(&variable.name.value)
-    };
-    for variable in mission.variables.iter().filter(unused) {
-        let message = format!("no guard speaks of {}", variable.name.value);
-        let finding = Finding::new(Code::UnusedVariable, &variable.name.at, message);
-        findings.push(finding.remedy("use it in a when=\"…\", or remove it"));
+    let in_guards = used.clone();
+    all_read &= sets::check(mission, &variables, &mut used, findings);
+    if !all_read || mission.doubts.moves {
+        return;
     }
+    used.extend(claimed(mission));
+    for variable in &mission.variables {
+        let (name, counts) = (&variable.name.value, variable.counts().is_some());
+        if !used.contains(name) && sets::is_set(mission, variable) {
+            let message = format!("no guard speaks of {name}");
+            let finding = Finding::new(Code::UnusedVariable, &variable.name.at, message);
+            findings.push(finding.remedy("use it in a when=\"…\", or remove it"));
+        } else if in_guards.contains(name) && !sets::is_set(mission, variable) && counts {
+            let message = format!("no transition sets {name}: it is always the same");
+            let finding = Finding::new(Code::NothingSets, &variable.name.at, message);
+            findings.push(finding.remedy(
+                "set it: <set variable=\"…\" value=\"…\"/> in a transition; or let it follow data \
+                 with source=\"…\"",
+            ));
+        }
+    }
+}
+
+/// What the checks of a mission speak of.
+fn claimed(mission: &Mission) -> BTreeSet<String> {
+    let claims = mission.checks.iter().filter_map(|text| Claim::parse(&text.value).ok());
+    let names = |claim: Claim| {
+        let names = claim.names().into_iter().map(|(_, name)| name.as_str().to_owned());
+        names.collect::<Vec<_>>()
+    };
+    claims.flat_map(names).collect()
 }
 
 fn unbounded(is: Type) -> Meaning {

@@ -147,6 +147,7 @@ fn of_variable(variable: &Variable) -> Item {
         text("source", &variable.source),
         number("min", &variable.minimum),
         number("max", &variable.maximum),
+        variable.initial.as_ref().map(|it| aspect("initial", it.value.to_string(), it.at.text())),
     ];
     Item::new(Subject::Variable, &*variable.name.value, aspects)
 }
@@ -178,6 +179,9 @@ fn of_transition(transition: &Transition) -> Item {
         places.sort_unstable();
         places.join(" ")
     };
+    let sets = transition.sets.iter();
+    let sets = sets.map(|set| format!("{} = {}", set.variable.value, set.value.value));
+    let sets: Vec<_> = sets.collect();
     let on = transition.on.as_ref();
     let on = on.map(|on| format!("{}.{}", on.component.value, on.event.value));
     let interval = transition.interval.as_ref();
@@ -191,6 +195,7 @@ fn of_transition(transition: &Transition) -> Item {
         plain("read", arcs(ArcKind::Read)),
         plain("inhibitor", arcs(ArcKind::Inhibitor)),
         plain("reset", arcs(ArcKind::Reset)),
+        plain("sets", sets.join(", ")),
         plain("on", on.unwrap_or_default()),
         interval.map(|time| aspect("time", format!("{:?}", time.value), time.at.text())),
         text("when", &transition.when),

@@ -153,6 +153,10 @@ impl Expressions {
             Item::Place(_) => Some(Form::Claimed(Sort::Place)),
             Item::Transition(_) => Some(Form::Claimed(Sort::Transition)),
             Item::Component(_) => Some(Form::Claimed(Sort::Component)),
+            // A place of that name goes before it.
+            Item::Variable(_) if find(tree, Item::Place(name)).is_none() => {
+                Some(Form::Claimed(Sort::Place))
+            }
             _ => None,
         };
         Self { guard, check }
@@ -200,6 +204,7 @@ fn uses(
             ));
             uses
         }
+        (Item::Variable(_), W::Transition, "set") => needed(&["variable"], Form::Whole),
         (Item::Place(_), W::Transition, _) => needed(&["from", "to", "place"], Form::Whole),
         (Item::Place(_), W::Mission, "submission") => needed(&["in", "out"], Form::Whole),
         (Item::Component(_), W::SystemLayout, "block")
@@ -211,6 +216,7 @@ fn uses(
     };
     let (attribute, form) = match (within, element) {
         (W::Mission, "transition") => ("when", expressions.guard),
+        (W::Transition, "set") => ("value", expressions.guard),
         (W::Mission, "check") => (TEXT, expressions.check),
         _ => return uses,
     };

@@ -2,7 +2,7 @@
 //! same whatever happens is probably not what was meant.
 
 use super::judge::{Meaning, Problem};
-use super::{Guard, Kind, Node, Operator};
+use super::{Count, Guard, Kind, Node, Operator};
 use crate::code::Code;
 
 /// A finding for each comparison that always, or never, holds; or for the whole guard.
@@ -13,6 +13,12 @@ pub(super) fn constants(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<
         bounds.report(&guard.root, truth, String::new());
     }
     bounds.problems
+}
+
+/// The least and the greatest number that `count` can come to.
+pub(crate) fn range_of(count: &Count, meanings: &[Meaning]) -> (f64, f64) {
+    let Count(guard) = count;
+    Bounds { guard, text: "", meanings, problems: Vec::new() }.range(&guard.root)
 }
 
 struct Bounds<'a> {

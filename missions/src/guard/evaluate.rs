@@ -8,11 +8,21 @@ impl Guard {
     /// the guard holds. NaN, a division by zero, and what is not of the expected type are not
     /// known.
     pub fn holds(&self, values: &[Option<Scalar>]) -> Option<bool> {
-        Values(values).truth(&self.root)
+        Values { values, open: &[] }.truth(&self.root)
+    }
+
+    /// Whether it holds whatever the values are of the names that are `open`; none if that depends
+    /// on them.
+    pub fn holds_whatever(&self, values: &[Option<Scalar>], open: &[bool]) -> Option<bool> {
+        Values { values, open }.truth(&self.root)
     }
 }
 
-struct Values<'a>(&'a [Option<Scalar>]);
+struct Values<'a> {
+    values: &'a [Option<Scalar>],
+    /// Names of which not even that is said whether they are known.
+    open: &'a [bool],
+}
 
 enum Found<'a> {
     Number(f64),
@@ -36,7 +46,7 @@ impl<'a> Values<'a> {
     }
 
     fn named(&self, index: usize) -> Option<Found<'a>> {
-        match self.0.get(index)?.as_ref()? {
+        match self.values.get(index)?.as_ref()? {
             Scalar::Number(number) if number.is_nan() => None,
             Scalar::Number(number) => Some(Found::Number(*number)),
             Scalar::Flag(flag) => Some(Found::Truth(*flag)),
@@ -50,6 +60,7 @@ impl<'a> Values<'a> {
             Kind::Truth(truth) => Found::Truth(*truth),
             Kind::Text(text) => Found::Text(text),
             Kind::Name(index) => return self.named(*index),
+            Kind::Known(index) if self.open.get(*index) == Some(&true) => return None,
             Kind::Known(index) => Found::Truth(self.named(*index).is_some()),
             Kind::Not(inner) => Found::Truth(!self.truth(inner)?),
             Kind::Minus(inner) => Found::Number(-self.number(inner)?),

@@ -17,16 +17,7 @@ impl Guard {
     /// # Errors
     /// [`GuardError`] at the first thing that does not belong there.
     pub fn parse(text: &str) -> Result<Self, GuardError> {
-        if text.len() > MAX_LEN {
-            return Err(GuardError {
-                at: 0..text.len(),
-                message: format!("this guard has {} bytes", text.len()),
-                remedy: format!("at most {MAX_LEN} are read; split it over several transitions"),
-            });
-        }
-        let tokens = tokens(text, "guard")?;
-        let mut parser =
-            Parser { tokens, next: 0, depth: 0, names: Vec::new(), numbers: BTreeMap::new() };
+        let mut parser = Parser::of(text, "guard")?;
         let root = parser.or()?;
         match parser.peek() {
             Token::End => Ok(Self { root, names: parser.names }),
@@ -38,9 +29,20 @@ impl Guard {
             _ => Err(parser.unexpected("an operator such as and, or, < or + is expected")),
         }
     }
+
+    /// Reads a value: what may stand on one side of a comparison.
+    pub(super) fn parse_value(text: &str) -> Result<Self, GuardError> {
+        let mut parser = Parser::of(text, "value")?;
+        let root = parser.sum()?;
+        match parser.peek() {
+            Token::End => Ok(Self { root, names: parser.names }),
+            _ => Err(parser.unexpected("an operator such as + or - is expected")),
+        }
+    }
 }
 
 struct Parser {
+    what: &'static str,
     tokens: Vec<(Token, Range<usize>)>,
     next: usize,
     depth: usize,
@@ -49,6 +51,20 @@ struct Parser {
 }
 
 impl Parser {
+    /// `what` is what the text is called in messages.
+    fn of(text: &str, what: &'static str) -> Result<Self, GuardError> {
+        if text.len() > MAX_LEN {
+            return Err(GuardError {
+                at: 0..text.len(),
+                message: format!("this {what} has {} bytes", text.len()),
+                remedy: format!("at most {MAX_LEN} are read; split it over several transitions"),
+            });
+        }
+        let tokens = tokens(text, what)?;
+        let (names, numbers) = (Vec::new(), BTreeMap::new());
+        Ok(Self { what, tokens, next: 0, depth: 0, names, numbers })
+    }
+
     /// There is always an end left, which nobody takes.
     fn peek(&self) -> &Token {
         &self.tokens[self.next].0
@@ -221,8 +237,8 @@ impl Parser {
 
     fn unexpected(&self, wanted: &str) -> GuardError {
         let message = match self.peek() {
-            Token::End if self.next == 0 => "this guard says nothing".into(),
-            Token::End => "the guard ends here".into(),
+            Token::End if self.next == 0 => format!("this {} says nothing", self.what),
+            Token::End => format!("the {} ends here", self.what),
             Token::Number(..) => "a number is not expected here".to_owned(),
             Token::Text(_) => "a text is not expected here".into(),
             Token::Name(name) => format!("`{name}` is not expected here"),

@@ -102,13 +102,64 @@ fn variable(
     let name = fields.required_name("name");
     let data = fields.text("source");
     let (minimum, maximum) = (fields.quantity("min"), fields.quantity("max"));
+    let initial = fields.converted("initial", whole_number);
     if let (Some(low), Some(high)) = (&minimum, &maximum)
         && low.value > high.value
     {
         fields.bad_value("max", high, "max must not be below min".into());
     }
+    if data.is_none() {
+        counted(&mut fields, name.as_ref(), [&minimum, &maximum], initial.as_ref());
+    } else {
+        fields.without_effect(
+            "initial",
+            "its value is that of the data from the first on: remove it",
+        );
+    }
     fields.finish(&[]);
-    Some(Variable { name: name?, source: data, minimum, maximum })
+    Some(Variable { name: name?, source: data, minimum, maximum, initial })
+}
+
+/// A variable that transitions set counts from one whole number to another.
+fn counted(
+    fields: &mut Fields<'_, '_>,
+    variable: Option<&Spanned<String>>,
+    ends: [&Option<Spanned<f64>>; 2],
+    initial: Option<&Spanned<i64>>,
+) {
+    let missing = ["min", "max"].into_iter().find(|name| fields.attribute_at(name).is_none());
+    // One that is misspelt, or that was to be the source, is a finding already.
+    if let (Some(name), Some(variable), false) = (missing, variable, fields.has_strangers()) {
+        let message = format!("{} follows no data, and has no {name}", variable.value);
+        let finding = Finding::new(Code::NotSettable, &variable.at, message);
+        fields.report(finding.remedy(
+            "write min=\"…\" max=\"…\", whole numbers: transitions set it between them; or let it \
+             follow data with source=\"…\"",
+        ));
+    }
+    for (name, end) in ["min", "max"].into_iter().zip(ends) {
+        let Some(end) = end else { continue };
+        let is_bare = whole_number(end.at.text()).is_ok();
+        if !is_bare {
+            let expected = "a variable without a source counts whole numbers without unit";
+            fields.bad_value(name, end, expected.into());
+        }
+    }
+    let [Some(low), Some(high)] = ends else { return };
+    if let Some(initial) = initial
+        && low.value <= high.value
+        && !(low.value..=high.value).contains(&(initial.value as f64))
+    {
+        let expected = format!("it is {} to {}", low.at.text(), high.at.text());
+        fields.bad_value("initial", initial, expected);
+    }
+}
+
+/// As a variable counts: at most nine digits.
+fn whole_number(text: &str) -> Result<i64, String> {
+    digits(text.strip_prefix('-').unwrap_or(text))
+        .and_then(|_| text.parse().ok())
+        .ok_or_else(|| "a whole number from -999999999 to 999999999 is expected".into())
 }
 
 fn place(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Place> {

@@ -6,7 +6,9 @@ use std::time::Duration;
 use crate::code::Code;
 use crate::fields::{Fields, digits, duration};
 use crate::finding::{Finding, Findings};
-use crate::mission::{Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, Transition};
+use crate::mission::{
+    Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, SetVariable, Transition,
+};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
 
@@ -24,6 +26,7 @@ pub(super) fn read(
     let mut transition = Transition {
         name: name.unwrap_or_else(|| Spanned::new(String::new(), fields.at())),
         arcs: Vec::new(),
+        sets: Vec::new(),
         on: fields.dotted("on").map(|on| ReportRef { component: on.component, event: on.port }),
         interval: interval(&mut fields),
         when: fields.text("when"),
@@ -45,8 +48,12 @@ pub(super) fn read(
         is_doubtful: false,
     };
     without_effect(&transition, &mut fields);
-    for child in fields.finish(&["arc", "read", "inhibitor", "reset"]) {
-        arcs.extend(arc(child, source, findings));
+    for child in fields.finish(&["arc", "read", "inhibitor", "reset", "set"]) {
+        if child.name == "set" {
+            transition.sets.extend(set(child, source, findings));
+        } else {
+            arcs.extend(arc(child, source, findings));
+        }
     }
     refuse_repeats(&arcs, findings);
     transition.arcs = arcs;
@@ -123,6 +130,14 @@ fn arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> O
     let weight = if kind == ArcKind::Reset { None } else { fields.count("weight", 1) };
     fields.finish(&[]);
     Some(Arc { kind, place: place?, weight: weight.map_or(1, |weight| weight.value) })
+}
+
+/// `<set variable="round" value="round + 1"/>`.
+fn set(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<SetVariable> {
+    let mut fields = Fields::new(element, source, findings);
+    let (variable, value) = (fields.required_name("variable"), fields.required("value"));
+    fields.finish(&[]);
+    Some(SetVariable { variable: variable?, value: value? })
 }
 
 fn refuse_repeats(arcs: &[Arc], findings: &mut Findings) {

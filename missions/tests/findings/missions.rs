@@ -51,7 +51,10 @@ fn missions() {
             r#"<place name="b" initial="true" components="go"><parameter component="[[stop]]" name="p" value="1"/></place>"#,
         ),
     );
-    one("E0210", &mission(r#"<variable name="v"/><variable name="[[v]]"/>"#));
+    one(
+        "E0210",
+        &mission(r#"<variable name="v" min="0" max="1"/><variable name="[[v]]" min="0" max="1"/>"#),
+    );
     one("E0211", &mission(r#"<transition name="t" from="a"><arc from="[[a]]"/></transition>"#));
     one("W0212", &mission(r#"<place name="[[b]]"/>"#));
     one(

@@ -1,0 +1,133 @@
+//! What a transition sets a variable to: a whole number, worked out from numbers and variables in
+//! the words of guards, with `+`, `-`, `*`, signs and parentheses.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::{Guard, GuardError, Kind, Name, Node, Operator};
+
+/// The greatest number that may be written, and that a variable may count to, either way.
+pub const MAX_COUNT: i64 = 1_000_000_000;
+
+/// A whole number as it is worked out. Two are equal if they say the same, however it is spaced.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Count(pub(super) Guard);
+
+impl Count {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// At the first thing that does not belong there.
+    pub fn parse(text: &str) -> Result<Self, GuardError> {
+        let read = Guard::parse_value(text)?;
+        expect_count(&read, &read.root)?;
+        Ok(Self(read))
+    }
+
+    /// The variables it speaks of, each once, in the order of the text.
+    pub fn names(&self) -> &[Name] {
+        self.0.names()
+    }
+
+    /// What it comes to, given the values of [`Self::names`] in their order; none if that is more
+    /// than can be counted.
+    pub fn of(&self, values: &[i64]) -> Option<i64> {
+        of(&self.0.root, values)
+    }
+}
+
+impl fmt::Display for Count {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+fn of(node: &Node, values: &[i64]) -> Option<i64> {
+    match &node.kind {
+        Kind::Number(value, _) => Some(*value as i64),
+        Kind::Name(index) => values.get(*index).copied(),
+        Kind::Minus(inner) => of(inner, values)?.checked_neg(),
+        Kind::Binary(operator, left, right) => {
+            let (left, right) = (of(left, values)?, of(right, values)?);
+            match operator {
+                Operator::Plus => left.checked_add(right),
+                Operator::Minus => left.checked_sub(right),
+                Operator::Times => left.checked_mul(right),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+fn expect_count(read: &Guard, node: &Node) -> Result<(), GuardError> {
+    let wrong = |message: &str, remedy: &str| Err(error(&node.at, message, remedy));
+    match &node.kind {
+        Kind::Number(_, Some(_)) => {
+            wrong("a number with a unit is not expected here", "write a whole number without unit")
+        }
+        Kind::Number(value, None) if value.fract() != 0.0 || *value > MAX_COUNT as f64 => {
+            let remedy = format!("write a whole number up to {MAX_COUNT}");
+            wrong("this is not a whole number that can be counted to", &remedy)
+        }
+        Kind::Number(..) => Ok(()),
+        Kind::Name(index) if read.names[*index].data().is_some() => wrong(
+            "a field of data is not expected here",
+            "what is set comes from numbers and from variables that transitions set: a proof can \
+             follow them",
+        ),
+        Kind::Name(_) => Ok(()),
+        Kind::Minus(inner) => expect_count(read, inner),
+        Kind::Binary(Operator::Plus | Operator::Minus | Operator::Times, left, right) => {
+            expect_count(read, left)?;
+            expect_count(read, right)
+        }
+        Kind::Binary(Operator::By, ..) => {
+            wrong("this divides", "whole numbers are added, subtracted and multiplied")
+        }
+        _ => wrong("this is true or false, or a text", "write a whole number, such as round + 1"),
+    }
+}
+
+fn error(at: &Range<usize>, message: &str, remedy: &str) -> GuardError {
+    GuardError { at: at.clone(), message: message.into(), remedy: remedy.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_comes_to_what_arithmetic_says() {
+        let check = |text: &str, values: &[i64], expected: Option<i64>| {
+            let count = Count::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+            assert_eq!(count.of(values), expected, "{text}");
+            assert_eq!(Count::parse(&count.to_string()), Ok(count), "{text} written again");
+        };
+        check("3", &[], Some(3));
+        check("round + 1", &[2], Some(3));
+        check("2 * (round - limit) + round", &[7, 5], Some(11));
+        check("-round", &[-4], Some(4));
+        check("round - - 1", &[i64::MAX], None);
+        check("round * round", &[i64::MAX], None);
+    }
+
+    #[test]
+    fn what_is_no_whole_number_is_shown() {
+        let check = |text: &str, piece: &str, said: &str| {
+            let error = Count::parse(text).expect_err(text);
+            assert_eq!(&text[error.at.clone()], piece, "{text}: {error}");
+            assert!(error.to_string().contains(said), "{text}: {error}");
+        };
+        check("round + 1.5", "1.5", "not a whole number");
+        check("round + 1s", "1s", "unit");
+        check("round / 2", "round / 2", "divides");
+        check("power.level + 1", "power.level", "field of data");
+        check("(round > 1)", "(round > 1)", "true or false");
+        check("true", "true", "true or false");
+        check("round < 3", "<", "");
+        check("round +", "", "ends here");
+        check("", "", "says nothing");
+        check("99999999999", "99999999999", "not a whole number");
+    }
+}
