@@ -95,6 +95,36 @@ fn the_rounds_are_walked() {
 }
 
 #[test]
+fn three_rounds_are_counted_and_each_place_has_its_route() {
+    let folder = Folder::new("rounds");
+    let file = root().join("missions/rounds.xml").display().to_string();
+    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "rounds"]));
+    assert_eq!(code, 0, "{log}");
+    for (step, times) in [("first-seen: first-room", 3), ("second-seen: ", 2), ("round is 3", 1)] {
+        assert_eq!(log.matches(step).count(), times, "{step} in\n{log}");
+    }
+    let trajectory = std::fs::read_to_string(folder.path().join("rounds/trajectory.csv"));
+    let trajectory = trajectory.expect("trajectory.csv");
+    let rows = trajectory.lines().skip(1).map(|line| {
+        let mut numbers = line.split(',').skip(2).map(|number| number.parse::<f64>());
+        let mut next = || numbers.next().expect("a column").expect("a number");
+        (next(), next())
+    });
+    let rows: Vec<_> = rows.collect();
+    // In the first room and in the second, where only places send it.
+    for room in [(3.6, 1.5), (3.4, -1.6)] {
+        let is_there = |row: &(f64, f64)| (row.0 - room.0).hypot(row.1 - room.1) < 0.5;
+        let visits = rows.windows(2).filter(|pair| !is_there(&pair[0]) && is_there(&pair[1]));
+        assert!(visits.count() >= 3, "{room:?} is not visited three times");
+    }
+    let journal = folder.path().join("rounds/executive.journal").display().to_string();
+    let (code, told, log) = ended(&mut folder.armor(&["mission", "replay", &journal]));
+    assert_eq!(code, 0, "{log}");
+    assert!(told.contains("with route=3.4,-1.6, stay=2s"), "{told}");
+    assert!(told.trim_end().ends_with("= over; round is 3; ended at its goal"), "{told}");
+}
+
+#[test]
 fn a_weak_battery_ends_the_survey_at_the_dock() {
     let folder = Folder::new("survey");
     let file = root().join("missions/survey.xml").display().to_string();

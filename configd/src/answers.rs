@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use armor_missions::mission::PlaceParameter;
 use armor_missions::model::{self, Component};
-use armor_missions::{Configuration, Manifests};
+use armor_missions::{Configuration, Manifests, Mission};
 use armor_wire::config::{Assigned, InputSettings, ListedParameter, Settings, cut};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::keep::Transport;
@@ -98,7 +99,12 @@ pub(crate) fn no_parameter(
 }
 
 /// The parameters of a component: those of its kind, then what else the file assigns.
-pub(crate) fn listed(component: &Component, manifests: Option<&Manifests>) -> Vec<ListedParameter> {
+pub(crate) fn listed(
+    component: &Component,
+    mission: Option<&Mission>,
+    manifests: Option<&Manifests>,
+) -> Vec<ListedParameter> {
+    let places = |parameter: &str| cut(given_by_places(&component.name.value, parameter, mission));
     let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
     let declared: Vec<_> = manifest.iter().flat_map(|manifest| &manifest.parameters).collect();
     let assigned = |name: &str| {
@@ -121,6 +127,7 @@ pub(crate) fn listed(component: &Component, manifests: Option<&Manifests>) -> Ve
             live: known.live,
             range: cut(range),
             doc: cut(&*known.doc),
+            places: places(&known.name),
         }
     });
     let others = component.parameters.iter().map(|given| &given.name.value);
@@ -132,8 +139,22 @@ pub(crate) fn listed(component: &Component, manifests: Option<&Manifests>) -> Ve
             name: name.clone(),
             value: cut(value),
             origin: cut(origin),
+            places: places(name),
             ..ListedParameter::default()
         })
     });
     of_kind.chain(others).collect()
+}
+
+/// `PLACE=VALUE` of each place that gives the parameter a value.
+fn given_by_places(component: &str, parameter: &str, mission: Option<&Mission>) -> String {
+    let places = mission.iter().flat_map(|mission| &mission.places);
+    let given = places.filter_map(|place| {
+        let is_it = |given: &&PlaceParameter| {
+            given.component.value == component && given.parameter.name.value == parameter
+        };
+        let found = place.parameters.iter().find(is_it)?;
+        Some(format!("{}={}", place.name.value, found.parameter.value.value))
+    });
+    given.collect::<Vec<_>>().join("; ")
 }

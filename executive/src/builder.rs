@@ -1,5 +1,6 @@
 //! Puts a plan together from parts whose names are resolved.
 
+use crate::counters::PlannedCounter;
 use crate::guards::{PlannedVariable, Watch};
 use crate::plan::{
     ComponentId, Limits, Names, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
@@ -19,6 +20,7 @@ pub(crate) struct PlanBuilder {
     pub(crate) transitions: Vec<PlannedTransition>,
     pub(crate) watches: Vec<Watch>,
     pub(crate) variables: Vec<PlannedVariable>,
+    pub(crate) counters: Vec<PlannedCounter>,
     pub(crate) exclusives: Vec<Vec<ComponentId>>,
     pub(crate) goal: Option<PlaceId>,
     pub(crate) safe: Option<PlaceId>,
@@ -61,6 +63,7 @@ impl PlanBuilder {
             self.places[safe.index()].safety = true;
         }
         let watchers = self.watchers();
+        let counter_readers = self.counter_readers();
         let net = self.net.build()?;
         let mut listeners: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (id, transition) in net.transition_ids().zip(&self.transitions) {
@@ -91,7 +94,9 @@ impl PlanBuilder {
             listeners,
             watches: self.watches,
             variables: self.variables,
+            counters: self.counters,
             watchers,
+            counter_readers,
             dated,
             goal: self.goal,
             safe: self.safe,

@@ -3,6 +3,7 @@
 //! proving take time, so they are questions that somebody answers elsewhere.
 
 use crate::controller::Controller;
+use crate::counters::Stand;
 use crate::event::Action;
 use crate::ledger::Stage;
 use crate::plan::{ComponentId, Plan};
@@ -36,9 +37,9 @@ pub(crate) enum Standing {
     Waiting {
         offer: Offer,
         /// The marking that it is being proven from.
-        proving: Option<Vec<u32>>,
+        proving: Option<Stand>,
         /// Those from which nothing bad was found.
-        proven: BTreeSet<Vec<u32>>,
+        proven: BTreeSet<Stand>,
         /// What it waits for, in words.
         why: String,
     },
@@ -55,11 +56,11 @@ impl Controller {
             Standing::Reading => {
                 Some(Question::Read { serial, version: Arc::clone(version), running })
             }
-            Standing::Waiting { offer, proving: Some(marking), .. } => Some(Question::Prove {
+            Standing::Waiting { offer, proving: Some(stand), .. } => Some(Question::Prove {
                 serial,
                 running,
                 next: Arc::clone(&offer.plan),
-                marking: marking.clone(),
+                stand: stand.clone(),
             }),
             Standing::Waiting { .. } | Standing::Refused(_) => None,
         }
@@ -105,12 +106,12 @@ impl Controller {
                 change.standing = Standing::Waiting { offer, proving, proven, why };
             }
             (
-                Found::Proven { marking, verdict: Ok(()) },
+                Found::Proven { stand, verdict: Ok(()) },
                 Standing::Waiting { proven, proving, .. },
             ) => {
                 *proving = None;
                 if proven.len() < MARKINGS {
-                    proven.insert(marking);
+                    proven.insert(stand);
                 }
             }
             (Found::Read(Err(why)) | Found::Proven { verdict: Err(why), .. }, _) => {
@@ -146,18 +147,21 @@ impl Controller {
         }
         let marking = self.plan.marking_in(&next, self.ledger.marking());
         let marking = marking.expect("nothing keeps it from being taken");
+        let counters = self.plan.counters_in(&next, &self.ledger.counters);
+        let counters = counters.expect("nothing keeps it from being taken");
         let clashes = next.clashes(&|place: PlaceId| marking[place.index()] > 0);
+        let stand = Stand { marking, counters };
         if !clashes.is_empty() {
             self.refuse_change(format!("{}; both are marked now", clashes.join("; ")));
-        } else if proven.contains(&marking) {
+        } else if proven.contains(&stand) {
             self.take_change();
         } else if proving.is_none() {
-            self.wait_for("it is being proven".to_owned(), Some(marking));
+            self.wait_for("it is being proven".to_owned(), Some(stand));
             self.actions.push(Action::Judge);
         }
     }
 
-    fn wait_for(&mut self, what: String, prove_from: Option<Vec<u32>>) {
+    fn wait_for(&mut self, what: String, prove_from: Option<Stand>) {
         if let Some(Change { standing: Standing::Waiting { why, proving, .. }, .. }) =
             &mut self.change
         {

@@ -154,12 +154,13 @@ impl Controller {
             return;
         }
         let activation = self.ledger.last_activation.max(self.roster.of(component).activation) + 1;
-        self.record(Entry::Activating { component: planned.name.clone(), activation });
+        let (name, values) = (planned.name.clone(), self.ledger.values_for(component));
+        self.record(Entry::Activating { component: name, activation, values: values.clone() });
         let now = self.host;
         let observed = self.roster.of_mut(component);
         observed.order = Some(Order { stop: false, since: now, tries: 1, killed: None });
         (observed.doing, observed.commanded) = (Doing::Unknown, activation);
-        self.actions.push(Action::Activate { component, activation });
+        self.actions.push(Action::Activate { component, activation, values });
     }
 
     /// Asks again, kills, or gives up, wherever an order to stop has waited long enough.

@@ -2,13 +2,16 @@
 //! finding, never passed over.
 
 use crate::builder::PlanBuilder;
+use crate::counters::{PlannedCounter, PlannedSet};
 use crate::dates::PlannedDates;
 use crate::guards::{PlannedGuard, PlannedVariable};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use crate::values::GivenValue;
 use crate::version::Version;
-use armor_missions::guard::{Guard, Name};
+use armor_missions::guard::{Count, Guard, Name};
 use armor_missions::mission::{
-    ArcKind, Autonomy, Class, Mission, Place, Resume, Transition, Variable,
+    ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, SetVariable, Transition,
+    Variable,
 };
 use armor_missions::{
     Code, Configuration, Date, Feature, Finding, Findings, Location, Spanned, System,
@@ -36,6 +39,8 @@ pub const PLAYED: &[Feature] = &[
     Feature::Date,
     Feature::Check,
     Feature::Clock,
+    Feature::PlaceParameter,
+    Feature::FreeVariable,
 ];
 
 impl Plan {
@@ -154,7 +159,19 @@ impl Compiler {
         let found = place.components.iter().filter_map(|name| self.find_component(name));
         let components: Vec<_> = found.collect();
         let id = self.plan.place(&place.name, place.initial, &components);
+        let given = place.parameters.iter().filter_map(|given| {
+            let PlaceParameter { component, parameter } = given;
+            let value = GivenValue {
+                parameter: parameter.name.value.clone(),
+                text: parameter.value.value.clone(),
+                folder: parameter.folder.clone(),
+                origin: parameter.origin(),
+            };
+            Some((self.find_component(component)?, value))
+        });
+        let values = given.collect();
         self.plan.places[id.index()].safety = place.class == Class::Safety;
+        self.plan.places[id.index()].values = values;
         self.places.insert(place.name.value.clone(), id);
     }
 
@@ -170,6 +187,7 @@ impl Compiler {
         let planned = PlannedTransition {
             on,
             guard,
+            sets: self.sets(transition),
             dates: dates(transition),
             on_stop_fail: found(&transition.on_stop_fail),
             on_start_fail: found(&transition.on_start_fail),
@@ -210,7 +228,14 @@ impl Compiler {
     }
 
     fn variable(&mut self, variable: &Variable) {
-        let Some(source) = &variable.source else { return };
+        let Some(source) = &variable.source else {
+            let name = variable.name.value.clone();
+            match variable.counts() {
+                Some(counts) => self.plan.counters.push(PlannedCounter { name, counts }),
+                None => self.report(Code::BadValue, &variable.name.at, "it has no whole numbers"),
+            }
+            return;
+        };
         let Some(name) = Name::of_data(&source.value) else {
             return self.report(Code::BadValue, &source.at, "this is not a field of data");
         };
@@ -242,6 +267,34 @@ impl Compiler {
             self.report(Code::UnknownVariable, &when.at, &message);
         }
         planned.ok()
+    }
+
+    fn sets(&self, transition: &Transition) -> Vec<PlannedSet> {
+        let mut planned = Vec::new();
+        for SetVariable { variable, value } in &transition.sets {
+            let counters = &self.plan.counters;
+            let counter = counters.iter().position(|counter| counter.name == variable.value);
+            let Some(counter) = counter else {
+                let message = format!("no transition can set {}", variable.value);
+                self.report(Code::UnknownVariable, &variable.at, &message);
+                continue;
+            };
+            let count = match Count::parse(&value.value) {
+                Ok(count) => count,
+                Err(error) => {
+                    self.report(Code::CountSyntax, &value.at, &error.to_string());
+                    continue;
+                }
+            };
+            match self.plan.set(&transition.name, counter, count) {
+                Ok(set) => planned.push(set),
+                Err(name) => {
+                    let message = format!("there is no variable called {name}");
+                    self.report(Code::UnknownVariable, &value.at, &message);
+                }
+            }
+        }
+        planned
     }
 
     fn expect_data(&self, name: &Name, at: &Location) {
@@ -465,38 +518,49 @@ mod tests {
 
     #[test]
     fn what_is_not_played_is_refused_where_it_stands() {
-        for (what, mission) in [
-            (
-                "variable",
-                r#"><variable name="v" min="0" max="1"/><place name="x" initial="true"/>"#,
-            ),
-            (
-                "parameter",
-                r#"><place name="x" initial="true" components="a"><parameter component="a" name="p" value="1"/></place>"#,
-            ),
-        ] {
-            check_refused(what, mission, Code::NotPlayed);
-        }
+        let file = r#"<armor version="1"><system><component name="a" kind="k"/>
+            <component name="b" kind="k"/><link from="a.o" to="b.i" mode="pull"/></system>
+            <mission><place name="x" initial="true"/></mission></armor>"#;
+        let mut open = |_: &std::path::Path| Ok(file.as_bytes().to_vec());
+        let reading = armor_missions::read("m.xml".as_ref(), &mut open);
+        let findings = Plan::of(&reading.configuration.expect("a configuration"));
+        let findings = findings.expect_err("a pulling link is not played");
+        let found = findings.iter().next().expect("one finding");
+        assert_eq!(found.code, Code::NotPlayed);
+        assert!(found.to_string().starts_with("m.xml:2:"), "{found}");
     }
 
     #[test]
-    fn what_a_sub_mission_asks_for_is_not_passed_over() {
-        let main = r#"<armor version="1"><system/><mission goal="z" safe="z">
+    fn a_sub_mission_s_values_and_counters_are_its_own() {
+        let main = r#"<armor version="1"><system><component name="a" kind="k"/></system>
+            <mission goal="z" safe="z"><variable name="n" min="0" max="9"/>
             <place name="x" initial="true"/><place name="z"/>
             <submission ref="dock.xml" in="x" out="z"/></mission></armor>"#;
-        let dock = r#"<armor version="1"><mission goal="g" safe="g">
+        let dock = r#"<armor version="1"><mission name="dock" goal="g" safe="g">
+            <variable name="n" min="-1" max="3" initial="2"/>
             <place name="g"/><place name="p" initial="true" components="a">
             <parameter component="a" name="q" value="1"/></place>
-            <transition name="t" from="p" to="g" timeout="1s"/></mission></armor>"#;
+            <transition name="t" from="p" to="g" when="n &gt; 1"><set variable="n" value="n - 1"/>
+            </transition></mission></armor>"#;
         let reading = armor_missions::read("m.xml".as_ref(), &mut |path| {
             let text = if path.ends_with("dock.xml") { dock } else { main };
             Ok(text.as_bytes().to_vec())
         });
-        let findings = Plan::of(&reading.configuration.expect("a configuration"));
-        let findings = findings.expect_err("a parameter of a place is not played");
-        let found = findings.iter().next().expect("one finding");
-        assert_eq!(found.code, Code::NotPlayed);
-        assert!(found.to_string().starts_with("dock.xml:3:"), "{found}");
+        let plan = Plan::of(&reading.configuration.expect("a configuration"));
+        let plan = plan.expect("all of it is played").expect("a mission");
+        let place = plan.place(plan.place_named("dock.p").expect("the place"));
+        let [(component, value)] = &place.values[..] else { panic!("{:?}", place.values) };
+        assert_eq!(
+            (plan.component(*component).name.as_str(), value.to_string().as_str()),
+            ("a", "q=1")
+        );
+        assert!(value.origin.starts_with("dock.xml:4:"), "{}", value.origin);
+        let t = plan.transition(plan.transition_named("dock.t").expect("the transition"));
+        let [set] = &t.sets[..] else { panic!("{:?}", t.sets) };
+        let counter = &plan.counters[set.counter];
+        assert_eq!((counter.name.as_str(), counter.counts.initial), ("dock.n", 2));
+        assert_eq!(t.guard.as_ref().expect("a guard").operands, [Operand::Counter(set.counter)]);
+        assert_eq!(set.of(&[7, 2]), Some(1));
     }
 
     #[test]

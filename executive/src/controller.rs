@@ -9,7 +9,7 @@ use crate::event::{Action, Event};
 use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 use crate::operator::Link;
 use crate::plan::{ComponentId, OnResume, Plan};
-use crate::record::{Cause, Entry, Outcome, Record};
+use crate::record::{Cause, Entry, Outcome, Record, ValueSet};
 use crate::roster::{Doing, Roster};
 use crate::senses::Senses;
 use crate::time::{Deadlines, HostTimes, Now};
@@ -257,6 +257,16 @@ impl Controller {
     }
 
     fn begin_transition(&mut self, id: TransitionId) {
+        let sets = match self.plan.sets_of(id, &self.ledger.counters) {
+            Ok(sets) => sets,
+            Err(why) => return self.retreat(&why),
+        };
+        let guards = self.guards_after(&sets);
+        let named = |(index, value): (usize, i64)| {
+            let variable = self.plan.counters[index].name.clone();
+            ValueSet { variable, value }
+        };
+        let sets = sets.into_iter().map(named).collect();
         let (state, net) = (&self.ledger.state, &self.plan.net);
         let transition = net.transition(id);
         let emptied = transition.resets.iter().filter_map(|&place| {
@@ -273,7 +283,15 @@ impl Controller {
             to.push((overrun, 1));
         }
         let cause = Cause::Transition(transition.name.clone());
-        self.begin(cause, &from, &to, late);
+        self.record(Entry::Took {
+            firing: self.ledger.last_firing + 1,
+            cause,
+            from: self.ledger.tokens_named(&from),
+            to: self.ledger.tokens_named(&to),
+            late_s: late.as_secs_f64(),
+            sets,
+            guards,
+        });
     }
 
     pub(crate) fn begin(
@@ -289,6 +307,8 @@ impl Controller {
             from: self.ledger.tokens_named(from),
             to: self.ledger.tokens_named(to),
             late_s: late.as_secs_f64(),
+            sets: Vec::new(),
+            guards: Vec::new(),
         });
     }
 

@@ -6,6 +6,7 @@ use crate::operator::Given;
 use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
+use crate::values::GivenValue;
 use crate::version::Version;
 use armor_missions::Date;
 use armor_missions::guard::Scalar;
@@ -108,6 +109,8 @@ pub enum Action {
         component: ComponentId,
         /// The activation that begins.
         activation: u64,
+        /// The values that places give its parameters.
+        values: Vec<GivenValue>,
     },
     /// Tell a component to come to rest.
     Freeze {

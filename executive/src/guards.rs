@@ -1,4 +1,5 @@
-//! What of the world the guards of a plan look at: fields of data, and variables that follow them.
+//! What the guards of a plan look at: fields of data, variables that follow them, and counters,
+//! which are the variables that transitions set.
 
 use crate::builder::PlanBuilder;
 use armor_missions::guard::{Guard, Name, Scalar};
@@ -54,6 +55,18 @@ pub(crate) enum Operand {
     Field(WatchId),
     /// An index into the plan's variables.
     Variable(usize),
+    /// An index into the plan's counters.
+    Counter(usize),
+}
+
+impl Operand {
+    /// The counter that it is, if it is one.
+    pub(crate) fn counter(&self) -> Option<usize> {
+        match self {
+            Self::Counter(index) => Some(*index),
+            Self::Field(_) | Self::Variable(_) => None,
+        }
+    }
 }
 
 /// A guard whose names are resolved.
@@ -86,7 +99,7 @@ impl PlanBuilder {
     /// # Errors
     /// The name of a variable that there is not.
     pub(crate) fn guard(&mut self, transition: &str, guard: Guard) -> Result<PlannedGuard, Name> {
-        let mission = transition.rfind('.').map_or("", |dot| &transition[..=dot]);
+        let mission = mission_of(transition);
         let mut operands = Vec::new();
         for name in guard.names() {
             operands.push(match name.data() {
@@ -95,8 +108,10 @@ impl PlanBuilder {
                     let named = |variable: &PlannedVariable| {
                         variable.name.strip_prefix(mission) == Some(name.as_str())
                     };
-                    let variable = self.variables.iter().position(named);
-                    Operand::Variable(variable.ok_or_else(|| name.clone())?)
+                    match self.variables.iter().position(named) {
+                        Some(variable) => Operand::Variable(variable),
+                        None => Operand::Counter(self.counter_named(mission, name)?),
+                    }
                 }
             });
         }
@@ -111,6 +126,7 @@ impl PlanBuilder {
                 let watch = match operand {
                     Operand::Field(watch) => *watch,
                     Operand::Variable(index) => self.variables[*index].source,
+                    Operand::Counter(_) => continue,
                 };
                 let watchers: &mut Vec<_> = &mut watchers[watch.index()];
                 if watchers.last() != Some(&id) {
@@ -120,4 +136,9 @@ impl PlanBuilder {
         }
         watchers
     }
+}
+
+/// What the names of a transition's mission begin with.
+pub(crate) fn mission_of(transition: &str) -> &str {
+    transition.rfind('.').map_or("", |dot| &transition[..=dot])
 }

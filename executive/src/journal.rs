@@ -288,7 +288,7 @@ fn signed(duration: Duration) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Cause, Report, Tokens};
+    use crate::record::{Cause, GuardTurned, Report, Tokens, ValueSet};
 
     fn records() -> Vec<Record> {
         let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];
@@ -304,6 +304,8 @@ mod tests {
                 from: tokens.clone(),
                 to: tokens,
                 late_s: 0.5,
+                sets: vec![ValueSet { variable: "n".to_owned(), value: -2 }],
+                guards: vec![GuardTurned { transition: "u".to_owned(), holds: true }],
             },
             Entry::Heard {
                 component: "c".to_owned(),

@@ -1,6 +1,7 @@
 //! Whether a new version of the file can be played, and is safe from where the mission stands: pure
 //! functions that take their time, to be called where nobody waits for them.
 
+use crate::counters::Stand;
 use crate::event::Event;
 use crate::plan::Plan;
 use crate::proof::prove_from_here;
@@ -25,7 +26,7 @@ pub enum Question {
         /// What is played.
         running: Arc<Plan>,
     },
-    /// Whether it is safe from a marking.
+    /// Whether it is safe from where the mission stands.
     Prove {
         /// Names the answer.
         serial: u64,
@@ -33,8 +34,8 @@ pub enum Question {
         running: Arc<Plan>,
         /// What would be played.
         next: Arc<Plan>,
-        /// Its tokens per place.
-        marking: Vec<u32>,
+        /// Where it would stand.
+        stand: Stand,
     },
 }
 
@@ -52,10 +53,10 @@ pub struct Answer {
 pub enum Found {
     /// It can be played, or why not.
     Read(Result<Offer, String>),
-    /// Nothing bad follows from a marking, or what does.
+    /// Nothing bad follows from where the mission stands, or what does.
     Proven {
-        /// Tokens per place.
-        marking: Vec<u32>,
+        /// Where that is.
+        stand: Stand,
         /// In words, with a way there.
         verdict: Result<(), String>,
     },
@@ -94,9 +95,9 @@ impl Question {
                 });
                 Answer { serial: *serial, found: Found::Read(found) }
             }
-            Self::Prove { serial, running, next, marking } => {
-                let verdict = judge(running, next, marking);
-                let found = Found::Proven { marking: marking.clone(), verdict };
+            Self::Prove { serial, running, next, stand } => {
+                let verdict = judge(running, next, stand);
+                let found = Found::Proven { stand: stand.clone(), verdict };
                 Answer { serial: *serial, found }
             }
         })
@@ -146,15 +147,15 @@ fn changes(before: &Version, after: &Version) -> Vec<String> {
 }
 
 /// Whether nothing bad follows from a marking that does not follow from it already as things are.
-fn judge(running: &Plan, next: &Plan, marking: &[u32]) -> Result<(), String> {
+fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
     let configuration = next.version.configuration().map_err(in_words)?;
-    let found = proven_from(&configuration, next, marking.to_vec());
+    let found = proven_from(&configuration, next, stand.clone());
     if found.is_empty() {
         return Ok(());
     }
-    let known = next.marking_in(running, marking).zip(running.version.configuration().ok());
-    let known = known.map_or_else(Vec::new, |(marking, configuration)| {
-        proven_from(&configuration, running, marking)
+    let before = next.stand_in(running, stand).zip(running.version.configuration().ok());
+    let known = before.map_or_else(Vec::new, |(stand, configuration)| {
+        proven_from(&configuration, running, stand)
     });
     let new: Vec<_> = found.iter().filter(|one| is_grave(one) || !is_known(one, &known)).collect();
     if new.is_empty() {
@@ -165,10 +166,10 @@ fn judge(running: &Plan, next: &Plan, marking: &[u32]) -> Result<(), String> {
     Err(format!("from where the mission stands, {}", said.join("; ")))
 }
 
-/// What the proof finds from a marking on, but for what has been passed already.
-fn proven_from(configuration: &Configuration, plan: &Plan, marking: Vec<u32>) -> Vec<Finding> {
+/// What the proof finds from there on, but for what has been passed already.
+fn proven_from(configuration: &Configuration, plan: &Plan, stand: Stand) -> Vec<Finding> {
     let start = Instant::now();
-    let plan = plan.clone().starting_at(marking);
+    let plan = plan.clone().starting_at(stand);
     let findings: Findings =
         prove_from_here(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN);
     let bad = |finding: &&Finding| {

@@ -5,6 +5,7 @@ use crate::authority::{Authority, Consent};
 use crate::dates::Dated;
 use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
+use crate::values::GivenValue;
 use armor_petri::{PlaceId, State, TransitionId};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -102,6 +103,9 @@ pub(crate) struct Activation {
     pub(crate) open: bool,
     pub(crate) done: bool,
     pub(crate) failed: Option<String>,
+    /// The values that places gave its parameters when it began.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) values: Vec<GivenValue>,
     /// A pause stopped it. If it has not finished it goes on, under another number.
     pub(crate) interrupted: bool,
     /// The last report that counted: process start and number.
@@ -117,6 +121,8 @@ pub struct Ledger {
     pub(crate) activations: Vec<Activation>,
     /// Reports that stand until a transition consumes them.
     pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
+    /// The values of the variables that transitions set.
+    pub(crate) counters: Vec<i64>,
     /// Per transition, whether its guard holds; true of those without one.
     pub(crate) holds: Vec<bool>,
     /// Per transition, where its dates stand.
@@ -152,6 +158,7 @@ impl Ledger {
                 .map(|c| Activation { open: !c.is_controlled(), ..Activation::default() })
                 .collect(),
             standing: BTreeMap::new(),
+            counters: plan.counters.iter().map(|counter| counter.counts.initial).collect(),
             holds: plan.transitions.iter().map(|t| t.guard.is_none()).collect(),
             dates: vec![Dated::default(); plan.transitions.len()],
             stage: Stage::Playing,
@@ -197,14 +204,17 @@ impl Ledger {
             Entry::Began { mission, fingerprint, .. } => self.began(mission, fingerprint)?,
             Entry::Changed { version, fingerprint, .. } => self.changed(version, fingerprint)?,
             Entry::Refused { .. } => {}
-            Entry::Took { firing, cause, from, to, .. } => self.took(*firing, cause, from, to)?,
+            Entry::Took { firing, cause, from, to, sets, guards, .. } => {
+                self.took(*firing, cause, from, to)?;
+                self.set_values(sets, guards)?;
+            }
             Entry::Stopped { firing } => {
                 let at = self.at;
                 let firing = self.firing_mut(*firing)?;
                 (firing.phase, firing.since) = (Phase::Starting, at);
             }
-            Entry::Activating { component, activation } => {
-                self.activating(self.component(component)?, *activation);
+            Entry::Activating { component, activation, values } => {
+                self.activating(self.component(component)?, *activation, values);
             }
             Entry::Redirected { firing, to, .. } => self.redirected(*firing, to)?,
             Entry::Put { firing } => self.put(*firing)?,
@@ -307,7 +317,7 @@ impl Ledger {
             }
         }
         self.last_firing = self.last_firing.max(number);
-        let renewing = self.finished_in(&to);
+        let renewing = self.to_renew(&to, None);
         let firing = Firing {
             cause: cause.clone(),
             from,
@@ -341,7 +351,7 @@ impl Ledger {
         Ok(())
     }
 
-    fn weighed(&mut self, name: &str, holds: bool) -> Result<(), LedgerError> {
+    pub(crate) fn weighed(&mut self, name: &str, holds: bool) -> Result<(), LedgerError> {
         let id = self.transition(name)?;
         self.holds[id.index()] = holds;
         self.set_gate(id);
@@ -350,7 +360,7 @@ impl Ledger {
 
     fn redirected(&mut self, number: u64, to: &[Tokens]) -> Result<(), LedgerError> {
         let (to, at) = (self.resolved(to)?, self.at);
-        let renewing = self.finished_in(&to);
+        let renewing = self.to_renew(&to, Some(number));
         let firing = self.firing_mut(number)?;
         firing.leaving.extend(firing.to.iter().map(|arc| arc.0));
         (firing.to, firing.renewing) = (to, renewing);
@@ -390,7 +400,7 @@ impl Ledger {
         let firing = Firing {
             cause: Cause::Retreat,
             from: Vec::new(),
-            renewing: self.finished_in(&to),
+            renewing: self.to_renew(&to, None),
             to,
             // Each component of the safe place starts as soon as those it excludes are off; a
             // brake does not wait for a camera.

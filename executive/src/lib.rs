@@ -12,6 +12,7 @@ mod commands;
 mod compile;
 mod confirm;
 mod controller;
+mod counters;
 mod dates;
 mod event;
 mod follow;
@@ -43,6 +44,7 @@ mod snapshot;
 mod story;
 mod time;
 mod transfer;
+mod values;
 mod version;
 mod wall_clock;
 mod watch;
@@ -51,6 +53,7 @@ pub use authority::{Lease, Pause};
 pub use change::{Answer, Found, Offer, Question};
 pub use compile::PLAYED;
 pub use controller::{Controller, Dropped};
+pub use counters::{PlannedCounter, PlannedSet, Stand};
 pub use dates::PlannedDates;
 pub use event::{Action, Event};
 pub use follow::Newer;
@@ -58,17 +61,18 @@ pub use guards::{PlannedGuard, PlannedVariable, Watch, WatchId};
 pub use ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 pub use marking::{
     Confirmation, DateStand, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace,
-    Marking, MissionChange, MissionComponent, OrderGiven, Paused, VariableValue,
+    Marking, MissionChange, MissionComponent, OrderGiven, ParameterGiven, Paused, VariableValue,
 };
 pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
 pub use proof::{Analysed, MAX_BYTES, MAX_CLASSES, MAX_STATES, prove, prove_from_here};
-pub use record::{Cause, DatePhase, Entry, Outcome, Record, Report, Tokens};
+pub use record::{Cause, DatePhase, Entry, GuardTurned, Outcome, Record, Report, Tokens, ValueSet};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};
 pub use snapshot::Snapshot;
 pub use time::{Deadlines, Now};
+pub use values::GivenValue;
 pub use version::{FileText, Version};
 pub use wall_clock::{doubts as clock_doubts, utc};

@@ -11,6 +11,7 @@ use crate::plan::ComponentId;
 use crate::record::Outcome;
 use crate::roster::{Doing, Presence};
 use crate::senses::in_words;
+use crate::values::GivenValue;
 use armor_missions::guard::Scalar;
 use armor_missions::mission::Autonomy;
 use armor_petri::{PlaceId, TransitionId};
@@ -167,6 +168,17 @@ pub struct MissionComponent {
     pub state: String,
     /// Its last activation by this mission; 0 if there was none.
     pub activation: u64,
+    /// The values that places gave its parameters when that began.
+    pub values: Vec<ParameterGiven>,
+}
+
+/// A value that a place gives a parameter.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub struct ParameterGiven {
+    /// The parameter.
+    pub parameter: String,
+    /// Its value, as written.
+    pub value: String,
 }
 
 /// A transition that has fired.
@@ -233,7 +245,14 @@ impl Controller {
                 outside: *outside,
             }
         };
-        variables.map(shown).collect()
+        let counters = self.plan.counters.iter().zip(&self.ledger.counters);
+        let counted = counters.map(|(counter, value)| VariableValue {
+            variable: counter.name.clone(),
+            value: value.to_string(),
+            number: Some(*value as f64),
+            outside: 0,
+        });
+        variables.map(shown).chain(counted).collect()
     }
 
     fn guard(&self, id: TransitionId) -> Option<GuardTruth> {
@@ -301,6 +320,11 @@ impl Controller {
 
     fn observed(&self, id: ComponentId) -> MissionComponent {
         let (planned, observed) = (self.plan.component(id), self.roster.of(id));
+        let last = &self.ledger.activations[id.index()];
+        let given = |value: &GivenValue| ParameterGiven {
+            parameter: value.parameter.clone(),
+            value: value.text.clone(),
+        };
         let state = match (observed.presence, observed.doing) {
             (Presence::Unseen, _) => "unseen",
             (Presence::Lost, _) => "lost",
@@ -314,7 +338,8 @@ impl Controller {
             component: planned.name.clone(),
             controlled: planned.is_controlled() && observed.controllable,
             state: state.to_owned(),
-            activation: self.ledger.activations[id.index()].number,
+            activation: last.number,
+            values: last.values.iter().map(given).collect(),
         }
     }
 

@@ -1,8 +1,10 @@
 //! What the controller plays: a net, which components each place activates, what may not be
 //! active together, and how long things may take. Names are resolved; nothing here can dangle.
 
+use crate::counters::{PlannedCounter, PlannedSet};
 use crate::dates::PlannedDates;
 use crate::guards::{Operand, PlannedGuard, PlannedVariable, Watch, WatchId};
+use crate::values::GivenValue;
 use crate::version::Version;
 use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Net, PlaceId, TransitionId};
@@ -105,6 +107,8 @@ pub struct PlannedPlace {
     pub on_failure: Option<PlaceId>,
     /// Whether it goes on during a pause.
     pub safety: bool,
+    /// Values that it gives parameters of its components.
+    pub values: Vec<(ComponentId, GivenValue)>,
 }
 
 /// A transition as the plan sees it, beside what the net knows.
@@ -114,6 +118,8 @@ pub struct PlannedTransition {
     pub on: Option<(ComponentId, String)>,
     /// What must hold.
     pub guard: Option<PlannedGuard>,
+    /// What it sets variables to.
+    pub sets: Vec<PlannedSet>,
     /// When it may be enabled at all.
     pub dates: Option<PlannedDates>,
     /// Where the tokens go when a component does not stop; without it, the mission retreats.
@@ -151,8 +157,12 @@ pub struct Plan {
     pub(crate) listeners: BTreeMap<(ComponentId, String), Vec<TransitionId>>,
     pub(crate) watches: Vec<Watch>,
     pub(crate) variables: Vec<PlannedVariable>,
+    /// The variables that transitions set.
+    pub(crate) counters: Vec<PlannedCounter>,
     /// Per watch, the transitions whose guards look at it.
     pub(crate) watchers: Vec<Vec<TransitionId>>,
+    /// Per counter, the transitions whose guards look at it.
+    pub(crate) counter_readers: Vec<Vec<TransitionId>>,
     /// The transitions that have dates.
     pub(crate) dated: Vec<TransitionId>,
     pub(crate) goal: Option<PlaceId>,
@@ -248,13 +258,6 @@ impl Plan {
         &self.began
     }
 
-    /// The same, beginning with a marking: one number of tokens per place.
-    #[must_use]
-    pub(crate) fn starting_at(mut self, marking: Vec<u32>) -> Self {
-        self.net = Arc::new(self.net.starting_at(marking));
-        self
-    }
-
     /// Replaces the waiting times.
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
@@ -271,6 +274,7 @@ impl Plan {
                 let operand = |operand: &Operand| match operand {
                     Operand::Field(id) => format!("{:?}", watch(*id)),
                     Operand::Variable(index) => self.variables[*index].name.clone(),
+                    Operand::Counter(index) => format!("={}", self.counters[*index].name),
                 };
                 (guard.guard.to_string(), guard.operands.iter().map(operand).collect::<Vec<_>>())
             });
@@ -280,15 +284,22 @@ impl Plan {
             let plain = PlannedVariable { source: WatchId(0), ..planned.clone() };
             (plain, watch(planned.source))
         };
+        // Where a value is written is not what it is.
+        let place = |planned: &PlannedPlace| {
+            let mut planned = planned.clone();
+            planned.values.iter_mut().for_each(|given| given.1.origin.clear());
+            planned
+        };
         let text = format!(
-            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
+            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
             self.net.places(),
             self.net.initial(),
             self.net.transitions(),
             self.components,
-            self.places,
+            self.places.iter().map(place).collect::<Vec<_>>(),
             self.transitions.iter().map(transition).collect::<Vec<_>>(),
             self.variables.iter().map(variable).collect::<Vec<_>>(),
+            self.counters,
             (self.goal, self.safe, self.period, self.on_resume, &self.mission)
         );
         // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.

@@ -10,7 +10,10 @@ mod durations;
 mod formula;
 mod general;
 mod large;
+mod outside;
 mod sums;
+mod unfolding;
+mod values;
 mod verdict;
 mod wording;
 
@@ -69,6 +72,7 @@ fn prove_within(
     if !effort.has_begun {
         findings.extend(proof.durations());
     }
+    proof.not_followed(&mut findings);
     proof.claims(&mut findings);
     // What a sub-mission's file claims is about that mission from its start, whoever puts it in.
     let effort = Effort { has_begun: false, ..effort };

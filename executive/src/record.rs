@@ -3,6 +3,7 @@
 
 use crate::order::Judged;
 use crate::snapshot::Snapshot;
+use crate::values::GivenValue;
 use crate::version::Version;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -41,6 +42,24 @@ pub struct Tokens {
     pub place: String,
     /// How many.
     pub tokens: u32,
+}
+
+/// A variable that is set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ValueSet {
+    /// The variable.
+    pub variable: String,
+    /// What it is from now on.
+    pub value: i64,
+}
+
+/// A guard that is another one now.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GuardTurned {
+    /// Of which transition.
+    pub transition: String,
+    /// Whether it holds.
+    pub holds: bool,
 }
 
 /// Why tokens move.
@@ -173,6 +192,12 @@ pub enum Entry {
         to: Vec<Tokens>,
         /// How long after its deadline, in seconds.
         late_s: f64,
+        /// The variables that it has set.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        sets: Vec<ValueSet>,
+        /// The guards that hold, or do not hold any more, because of that.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        guards: Vec<GuardTurned>,
     },
     /// All that had to stop for a firing has confirmed it; what must start is being started.
     Stopped {
@@ -185,6 +210,9 @@ pub enum Entry {
         component: String,
         /// Counts activations of all components, from 1.
         activation: u64,
+        /// The values that places give its parameters.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        values: Vec<GivenValue>,
     },
     /// A firing goes elsewhere than it was going to.
     Redirected {

@@ -5,17 +5,24 @@ use crate::authority::Consent;
 use crate::ledger::{Activation, Ledger};
 use crate::plan::ComponentId;
 use crate::record::Report;
+use crate::values::GivenValue;
 use armor_petri::{PlaceId, TransitionId};
 use std::collections::BTreeSet;
 
 impl Ledger {
-    pub(crate) fn activating(&mut self, component: ComponentId, number: u64) {
+    pub(crate) fn activating(
+        &mut self,
+        component: ComponentId,
+        number: u64,
+        values: &[GivenValue],
+    ) {
         self.last_activation = self.last_activation.max(number);
         let activation = &mut self.activations[component.index()];
         let heard = activation.heard;
         let finished = activation.done || activation.failed.is_some();
         let goes_on = activation.interrupted && activation.open && !finished;
-        *activation = Activation { number, open: true, heard, ..Activation::default() };
+        let values = values.to_vec();
+        *activation = Activation { number, open: true, heard, values, ..Activation::default() };
         if !goes_on {
             self.forget_reports_of(component);
         }

@@ -12,11 +12,12 @@ use crate::marking::Marking;
 use crate::order::Judged;
 use crate::plan::Plan;
 use crate::record::{DatePhase, Entry, Outcome};
+use crate::values::GivenValue;
 use crate::wall_clock::{self, Calendar};
 use crate::watch::Watching;
 use armor_missions::Date;
 use armor_sdk::Latched;
-use armor_sdk::control::Command;
+use armor_sdk::control::{Assigned, Command, GivenParameter};
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::orders::{GivenOrder, OrderEvent};
 use std::path::PathBuf;
@@ -275,8 +276,9 @@ impl Executive {
             }
             self.journal.sync()?;
             match action {
-                Action::Activate { component, activation } => {
-                    self.hub.send(component, &Command::Activate { activation });
+                Action::Activate { component, activation, values } => {
+                    let parameters = values.into_iter().map(given).collect();
+                    self.hub.send(component, &Command::Activate { activation, parameters });
                 }
                 Action::Freeze { component, activation } => {
                     self.hub.send(component, &Command::Freeze { activation });
@@ -368,11 +370,14 @@ fn hand_on<T: Send + 'static>(
 /// Says in the log what people want to know of a mission.
 fn log(entry: &Entry) {
     match entry {
-        Entry::Took { cause, from, to, late_s, .. } => {
+        Entry::Took { cause, from, to, late_s, sets, .. } => {
             let names = |tokens: &[crate::record::Tokens]| {
                 in_words(&tokens.iter().map(|t| t.place.as_str()).collect::<Vec<_>>())
             };
             tracing::info!("{cause}: {} -> {}", names(from), names(to));
+            for set in sets {
+                tracing::info!("{} is {}", set.variable, set.value);
+            }
             if *late_s > 0.1 {
                 tracing::warn!("{cause} fires {late_s:.3} s late");
             }
@@ -408,6 +413,14 @@ fn log(entry: &Entry) {
             tracing::debug!("{entry:?}");
         }
     }
+}
+
+/// As configd would answer: relative folders start from where this process, like configd, works.
+fn given(value: GivenValue) -> GivenParameter {
+    let base = std::env::current_dir().unwrap_or_default().join(&value.folder);
+    let base = base.to_string_lossy().into_owned();
+    let assigned = Assigned { text: value.text, base, origin: value.origin };
+    GivenParameter { name: value.parameter, assigned }
 }
 
 fn in_words(places: &[&str]) -> String {

@@ -2,9 +2,9 @@
 //! had any more holds for a while, then it is not known. Every change of a guard is a record.
 
 use crate::controller::Controller;
-use crate::guards::{Operand, WatchId};
+use crate::guards::{Operand, PlannedGuard, WatchId};
 use crate::plan::Plan;
-use crate::record::Entry;
+use crate::record::{Entry, GuardTurned};
 use armor_missions::guard::Scalar;
 use armor_petri::TransitionId;
 use std::collections::{BTreeMap, BTreeSet};
@@ -144,11 +144,12 @@ impl Controller {
 
     fn weigh(&mut self, id: TransitionId) {
         let Some(planned) = &self.plan.transition(id).guard else { return };
-        if planned.operands.iter().any(|operand| self.sense(*operand).inherited) {
+        let is_inherited =
+            |operand: &Operand| self.sense(*operand).is_some_and(|sense| sense.inherited);
+        if planned.operands.iter().any(is_inherited) {
             return;
         }
-        let values: Vec<_> = planned.operands.iter().map(|it| self.value(*it)).collect();
-        let truth = planned.guard.holds(&values);
+        let truth = self.truth_with(planned, &self.ledger.counters);
         if std::mem::replace(&mut self.senses.truths[id.index()], truth) != truth {
             self.publish();
         }
@@ -157,6 +158,38 @@ impl Controller {
             let transition = self.plan.net.transition(id).name.clone();
             self.record(Entry::Guard { transition, holds, because: self.because(id) });
         }
+    }
+
+    /// The guards that turn when counters are set so. What has not been heard of since a restart is
+    /// not known then: what the journal says of it was about other values.
+    pub(crate) fn guards_after(&mut self, sets: &[(usize, i64)]) -> Vec<GuardTurned> {
+        let mut counters = self.ledger.counters.clone();
+        let mut readers = BTreeSet::new();
+        for (index, value) in sets {
+            if std::mem::replace(&mut counters[*index], *value) != *value {
+                readers.extend(&self.plan.counter_readers[*index]);
+            }
+        }
+        let mut turned = Vec::new();
+        for id in readers {
+            let Some(planned) = &self.plan.transition(id).guard else { continue };
+            let truth = self.truth_with(planned, &counters);
+            self.senses.truths[id.index()] = truth;
+            let holds = truth == Some(true);
+            if self.ledger.holds[id.index()] != holds {
+                let transition = self.plan.net.transition(id).name.clone();
+                turned.push(GuardTurned { transition, holds });
+            }
+        }
+        turned
+    }
+
+    fn truth_with(&self, planned: &PlannedGuard, counters: &[i64]) -> Option<bool> {
+        let value = |operand: &Operand| match operand {
+            Operand::Counter(index) => Some(Scalar::Number(counters[*index] as f64)),
+            other => self.value(*other),
+        };
+        planned.guard.holds(&planned.operands.iter().map(value).collect::<Vec<_>>())
     }
 
     /// When what is known changes without anybody saying so.
@@ -189,18 +222,23 @@ impl Controller {
         self.value(Operand::Variable(index))
     }
 
-    fn sense(&self, operand: Operand) -> &Sense {
+    /// What is known of it from outside; nothing of a counter.
+    fn sense(&self, operand: Operand) -> Option<&Sense> {
         let watch = match operand {
             Operand::Field(watch) => watch,
             Operand::Variable(index) => self.plan.variables[index].source,
+            Operand::Counter(_) => return None,
         };
-        &self.senses.senses[watch.index()]
+        Some(&self.senses.senses[watch.index()])
     }
 
     fn value(&self, operand: Operand) -> Option<Scalar> {
-        let value = self.sense(operand).value.clone()?;
+        if let Operand::Counter(index) = operand {
+            return Some(Scalar::Number(self.ledger.counters[index] as f64));
+        }
+        let value = self.sense(operand)?.value.clone()?;
         Some(match operand {
-            Operand::Field(_) => value,
+            Operand::Field(_) | Operand::Counter(_) => value,
             Operand::Variable(index) => self.plan.variables[index].within(value),
         })
     }

@@ -36,6 +36,9 @@ pub struct Snapshot {
     firings: Vec<(u64, Flight)>,
     activations: BTreeMap<String, Activation>,
     standing: Vec<Standing>,
+    /// The variables that transitions set.
+    #[serde(default)]
+    counters: BTreeMap<String, i64>,
     /// Transitions whose guards hold.
     holds: BTreeSet<String>,
     dates: BTreeMap<String, Dated>,
@@ -85,6 +88,7 @@ impl Ledger {
             firings,
             activations,
             standing,
+            counters,
             holds,
             dates,
             stage,
@@ -110,6 +114,7 @@ impl Ledger {
             value: *value,
         });
         let holding = ids().filter(|id| plan.transition(*id).guard.is_some() && holds[id.index()]);
+        let counted = plan.counters.iter().map(|it| it.name.clone()).zip(counters.iter().copied());
         let dated = ids().filter(|id| plan.transition(*id).dates.is_some());
         let snapshot = Snapshot {
             mission: plan.mission.clone(),
@@ -124,6 +129,7 @@ impl Ledger {
             firings: firings.iter().map(|(number, it)| (*number, self.flight(it))).collect(),
             activations: plan.component_ids().map(component).zip(activations.clone()).collect(),
             standing: standing.collect(),
+            counters: counted.collect(),
             holds: holding.map(transition).collect(),
             dates: dated.map(|id| (transition(id), dates[id.index()])).collect(),
             stage: *stage,
@@ -186,6 +192,11 @@ impl Ledger {
         for it in &snapshot.standing {
             let component = ledger.component(&it.component)?;
             ledger.standing.insert((component, it.report.clone()), it.value);
+        }
+        for (name, value) in &snapshot.counters {
+            let index = ledger.plan.counters.iter().position(|counter| counter.name == *name);
+            let index = index.ok_or_else(|| LedgerError::UnknownName(name.clone()))?;
+            ledger.counters[index] = *value;
         }
         for name in &snapshot.holds {
             let id = ledger.transition(name)?;

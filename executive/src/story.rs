@@ -18,13 +18,20 @@ impl fmt::Display for Entry {
             Self::Refused { version, why } => {
                 write!(f, "version {version} of the file is refused: {why}")
             }
-            Self::Took { firing, cause, from, to, late_s } => {
+            Self::Took { firing, cause, from, to, late_s, sets, .. } => {
                 write!(f, "firing {firing}, {cause}: {} -> {}", in_words(from), in_words(to))?;
-                if *late_s > 0.0 { write!(f, ", {late_s:.3} s late") } else { Ok(()) }
+                if *late_s > 0.0 {
+                    write!(f, ", {late_s:.3} s late")?;
+                }
+                sets.iter().try_for_each(|set| write!(f, "; {} is {}", set.variable, set.value))
             }
             Self::Stopped { firing } => write!(f, "firing {firing}: all that had to stop has"),
-            Self::Activating { component, activation } => {
-                write!(f, "{component} is activated, number {activation}")
+            Self::Activating { component, activation, values } => {
+                write!(f, "{component} is activated, number {activation}")?;
+                let mut before = " with ";
+                values.iter().try_for_each(|value| {
+                    write!(f, "{}{value}", std::mem::replace(&mut before, ", "))
+                })
             }
             Self::Redirected { firing, to, why } => {
                 write!(f, "firing {firing} goes to {} instead: {why}", in_words(to))

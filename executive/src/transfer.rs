@@ -72,6 +72,9 @@ impl Ledger {
         if let Some(firing) = self.firings.values().next() {
             return Some(format!("{} is under way", firing.cause));
         }
+        if let Err(why) = self.plan.counters_in(next, &self.counters) {
+            return Some(why);
+        }
         let marked = self.plan.place_ids().filter(|place| self.state.tokens(*place) > 0);
         marked.into_iter().find_map(|place| {
             let name = self.plan.net.place(place);
@@ -116,6 +119,8 @@ impl Ledger {
     fn go_over_to(&mut self, plan: Arc<Plan>) {
         let marking = self.plan.marking_in(&plan, self.state.marking());
         let marking = marking.expect("nothing keeps it from being taken");
+        let counters = self.plan.counters_in(&plan, &self.counters);
+        self.counters = counters.expect("nothing keeps it from being taken");
         let before = std::mem::replace(&mut self.plan, plan);
         let plan = Arc::clone(&self.plan);
         let next = self.state.in_another(Arc::clone(&plan.net), marking);

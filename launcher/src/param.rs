@@ -40,17 +40,21 @@ fn list(arguments: &List, format: Format) -> Result<()> {
     if format == Format::Json {
         return found.parameters.iter().try_for_each(|one| say(json_of(one)?));
     }
-    let rows: Vec<_> = found.parameters.iter().map(row).collect();
-    let headings = ["PARAMETER", "VALUE", "UNIT", "RANGE", "LIVE", "FROM"];
+    let with_places = found.parameters.iter().any(|one| !one.places.is_empty());
+    let rows: Vec<_> = found.parameters.iter().map(|one| row(one, with_places)).collect();
+    let mut headings = vec!["PARAMETER", "VALUE", "UNIT", "RANGE", "LIVE", "FROM"];
+    headings.extend(with_places.then_some("IN PLACES"));
     say(print::table(&headings, &rows).trim_end())
 }
 
-fn row(one: &ListedParameter) -> Vec<String> {
+fn row(one: &ListedParameter, with_places: bool) -> Vec<String> {
     let dash = |text: &str| if text.is_empty() { "-".to_owned() } else { text.to_owned() };
     let name = format!("{}.{}", one.component, one.name);
     let live = if one.live { "live" } else { "-" };
     let (value, unit, range) = (quoted(&one.value), dash(&one.unit), dash(&one.range));
-    vec![name, value, unit, range, live.into(), one.origin.clone()]
+    let mut row = vec![name, value, unit, range, live.into(), one.origin.clone()];
+    row.extend(with_places.then(|| dash(&one.places)));
+    row
 }
 
 fn quoted(text: &str) -> String {

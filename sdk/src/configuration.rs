@@ -2,6 +2,7 @@
 //! tool's.
 
 mod connection;
+mod given;
 mod questions;
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
@@ -45,9 +46,10 @@ struct State {
     arrived: VecDeque<(String, Value)>,
     /// What is wrong with a parameter, by its name, until a good value comes.
     faults: BTreeMap<String, String>,
-    /// The live parameters that were answered, each with its last answer: they are asked for again
-    /// on every new connection, since a new configd does not know who wants them.
-    live: BTreeMap<String, Option<Assigned>>,
+    /// What configd has answered last, by the parameter's name.
+    own: BTreeMap<String, Option<Assigned>>,
+    /// What the mission gives for as long as the activation lasts, over what configd answers.
+    given: BTreeMap<String, Assigned>,
     writer: Option<Writer>,
     problem: String,
     next_request: u64,
@@ -114,18 +116,20 @@ impl Asking {
 
     /// Takes in an answer, by the parameter's declaration.
     pub fn answer(&self, shared: &Shared, name: &str, assigned: Option<&Assigned>) {
-        let declaration = shared.declared.iter().find(|parameter| parameter.name == name);
-        let value = value_of(declaration, shared, assigned);
-        let mut state = self.lock();
+        let mut guard = self.lock();
+        let state = &mut *guard;
         let was_asked = state.answered(name);
-        if declaration.is_some_and(|parameter| parameter.live) {
-            let before = state.live.insert(name.into(), assigned.cloned());
-            // Asked again on a new connection: what the component has is no news.
-            if !was_asked && before.is_some_and(|before| is_same(before.as_ref(), assigned)) {
-                return;
-            }
+        let before = state.own.insert(name.into(), assigned.cloned());
+        let assigned = state.in_force(name, assigned).cloned();
+        // Asked again on a new connection, or given by the mission: what the component has is no
+        // news.
+        if !was_asked
+            && let Some(before) = before
+            && is_same(state.in_force(name, before.as_ref()), assigned.as_ref())
+        {
+            return;
         }
-        match value {
+        match value_of(shared.declaration(name), shared, assigned.as_ref()) {
             Ok(value) => {
                 state.faults.remove(name);
                 state.arrived.push_back((name.into(), value));
@@ -133,7 +137,7 @@ impl Asking {
             Err(problem) => state.fault(shared, name, &problem),
         }
         self.arrived.store(!state.arrived.is_empty(), Ordering::Release);
-        drop(state);
+        drop(guard);
         self.changed.notify_all();
         shared.wake_main();
     }
@@ -277,7 +281,9 @@ fn connect(shared: &Arc<Shared>) -> Result<(), String> {
             state.send(None, |request| Request::Settings { request });
         }
         let asked = state.asked.clone();
-        let again = state.live.keys().filter(|name| !asked.contains(name)).cloned();
+        // A new configd does not know who wants to hear of the live ones.
+        let is_live = |name: &&String| shared.declaration(name).is_some_and(|known| known.live);
+        let again = state.own.keys().filter(is_live).filter(|name| !asked.contains(name)).cloned();
         for name in again.chain(asked.iter().cloned()).collect::<Vec<_>>() {
             state.send_parameter(&name);
         }

@@ -12,9 +12,10 @@ use armor_wire::keep::Transport;
 use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
 
+pub use armor_wire::config::Assigned;
 pub use armor_wire::control::{
-    Answer, Command, InputStatus, LinkStatus, Order, OutputStatus, ReportKind, Role, RunState,
-    Status, TokenMove,
+    Answer, Command, GivenParameter, InputStatus, LinkStatus, Order, OutputStatus, ReportKind,
+    Role, RunState, Status, TokenMove,
 };
 
 use crate::session::{self, Writer};

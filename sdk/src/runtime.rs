@@ -13,7 +13,7 @@ use armor_wire::name::is_name;
 use crate::component::{Call, Component, Data, Fault, Header, Outcome};
 use crate::link::{Input, turn};
 use crate::parameter::Value;
-use crate::shared::{Shared, Wanted};
+use crate::shared::{Begin, Shared, Wanted};
 use crate::timeline::Beat;
 
 /// How often a component without a rate and without a connected input is called.
@@ -50,7 +50,7 @@ pub(crate) struct Core {
     /// `exec` follows each data.
     on_data: bool,
     /// The activation that begins as soon as the time is known.
-    awaits_time: Option<u64>,
+    awaits_time: Option<Begin>,
 }
 
 /// Holds the component; releasing it may find more to do, see [`Runtime::after_release`].
@@ -251,23 +251,23 @@ impl Runtime {
         let is_known = self.shared.clock.is_known();
         if let Some(active) = initial.take_if(|active| is_known || !*active) {
             if active {
-                core.activate(0, &self.inputs);
+                core.activate(Begin { activation: 0, parameters: Vec::new() }, &self.inputs);
             } else {
                 core.enter_state(RunState::Frozen, &self.inputs);
             }
         }
-        if is_known && let Some(activation) = core.awaits_time.take() {
-            core.activate(activation, &self.inputs);
+        if is_known && let Some(begin) = core.awaits_time.take() {
+            core.activate(begin, &self.inputs);
         }
     }
 
     fn obey(&self, core: &mut Core) {
         while let Some(wanted) = self.shared.take_wanted() {
             match wanted {
-                Wanted::Activate(activation) if self.shared.clock.is_known() => {
-                    core.activate(activation, &self.inputs);
+                Wanted::Activate(begin) if self.shared.clock.is_known() => {
+                    core.activate(begin, &self.inputs);
                 }
-                Wanted::Activate(activation) => core.awaits_time = Some(activation),
+                Wanted::Activate(begin) => core.awaits_time = Some(begin),
                 Wanted::Freeze(activation) => {
                     core.awaits_time = None;
                     core.stop();
@@ -336,9 +336,21 @@ impl Core {
         }
     }
 
-    fn activate(&mut self, activation: u64, inputs: &[Arc<Input>]) {
-        self.activation = activation;
+    /// The values of the activation come before its first call. One that cannot be taken fails it.
+    fn activate(&mut self, begin: Begin, inputs: &[Arc<Input>]) {
+        self.activation = begin.activation;
         let running = self.state == RunState::Active;
+        if !running {
+            self.state = RunState::Frozen;
+        }
+        if let Err(problem) = self.shared.parameters.give(&self.shared, begin.parameters, !running)
+        {
+            self.conclude(Err(problem));
+        }
+        self.parameters();
+        if self.state == RunState::Failed {
+            return;
+        }
         self.enter_state(RunState::Active, inputs);
         if !running {
             self.exec(Call::Started);

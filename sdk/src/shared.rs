@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::thread::Thread;
 
-use armor_wire::control::{Answer, ReportKind, RunState, Status};
+use armor_wire::control::{Answer, GivenParameter, ReportKind, RunState, Status};
 use armor_wire::manifest::ParameterManifest;
 use armor_wire::message::Message;
 use rustix::event::{EventfdFlags, eventfd};
@@ -32,10 +32,18 @@ thread_local! {
 }
 
 /// What the executive wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Wanted {
-    Activate(u64),
+    Activate(Begin),
     Freeze(u64),
+}
+
+/// An activation that is to begin.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Begin {
+    pub activation: u64,
+    /// The values that the mission gives parameters while it lasts.
+    pub parameters: Vec<GivenParameter>,
 }
 
 /// A report that is not acknowledged yet.
@@ -341,6 +349,11 @@ impl Shared {
 
     pub fn has_parameters(&self) -> bool {
         self.parameters.has_arrived()
+    }
+
+    /// What the component's code says of a parameter.
+    pub fn declaration(&self, name: &str) -> Option<&ParameterManifest> {
+        self.declared.iter().find(|parameter| parameter.name == name)
     }
 
     pub fn take_parameter(&self) -> Option<(String, Value)> {

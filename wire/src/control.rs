@@ -6,6 +6,7 @@ mod order;
 use serde::Serialize;
 
 use crate::Message;
+use crate::config::Assigned;
 
 pub use order::{MAX_AUTHOR_LEN, MAX_MOVES, MAX_ORDER_NAME_LEN, Order, OrderFault, TokenMove};
 
@@ -48,6 +49,8 @@ pub enum Command {
     Activate {
         /// Counts the executive's activations; reports carry it.
         activation: u64,
+        /// The values that the mission gives its parameters for this activation.
+        parameters: Vec<GivenParameter>,
     },
     /// Come to rest and stop. Confirmed by `State`, after the last call.
     Freeze {
@@ -80,6 +83,16 @@ pub enum Command {
         /// What is to be done.
         order: Order,
     },
+}
+
+/// A value for as long as an activation lasts, over what configd says.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct GivenParameter {
+    /// The parameter.
+    pub name: String,
+    /// Its value, as the file writes it.
+    pub assigned: Assigned,
 }
 
 /// From a component.

@@ -186,6 +186,16 @@ fn report() -> control::Answer {
     control::Answer::Report { report: 1, activation: 2, outcome }
 }
 
+fn activate() -> control::Command {
+    let assigned = config::Assigned {
+        text: "north".into(),
+        base: "/srv".into(),
+        origin: "rover.xml:9:59".into(),
+    };
+    let given = control::GivenParameter { name: "area".into(), assigned };
+    control::Command::Activate { activation: 3, parameters: vec![given] }
+}
+
 fn order() -> control::Command {
     let order = control::Order::Fire { transition: "recall".into() };
     control::Command::Order { request: 9, author: "ruth@station".into(), take: false, order }
@@ -221,6 +231,7 @@ fn the_golden_vectors_are_what_we_write() {
             ("parameter", framed(FrameKind::Control, &parameter())),
             ("set", framed(FrameKind::Control, &set())),
             ("was-set", framed(FrameKind::Control, &was_set())),
+            ("activate", framed(FrameKind::Control, &activate())),
             ("report", framed(FrameKind::Control, &report())),
             ("order", framed(FrameKind::Control, &order())),
             ("ordered", framed(FrameKind::Control, &ordered())),
@@ -261,6 +272,7 @@ fn the_golden_vectors_are_read_as_what_they_are() {
     check_read("parameter", FrameKind::Control, body, &parameter());
     check_read("set", FrameKind::Control, body, &set());
     check_read("was-set", FrameKind::Control, body, &was_set());
+    check_read("activate", FrameKind::Control, body, &activate());
     check_read("report", FrameKind::Control, body, &report());
     check_read("order", FrameKind::Control, body, &order());
     check_read("ordered", FrameKind::Control, body, &ordered());

@@ -17,7 +17,9 @@ impl Versions {
         }
         let asked = components.iter().filter(|one| of.is_none_or(|name| one.name.value == name));
         let manifests = self.rules.manifests.as_ref();
-        let all: Vec<_> = asked.flat_map(|one| answers::listed(one, manifests)).collect();
+        let mission = self.in_force.flattened().ok().flatten();
+        let listed = |one| answers::listed(one, mission.as_ref(), manifests);
+        let all: Vec<_> = asked.flat_map(listed).collect();
         let total = u32::try_from(all.len()).unwrap_or(u32::MAX);
         let parameters = all.into_iter().skip(from as usize).take(MAX_TOLD).collect();
         let refused = self.refused.is_some();

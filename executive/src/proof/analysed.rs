@@ -3,6 +3,7 @@
 use armor_petri::{Interval, Net, NetBuilder, NetError, PlaceId, TransitionId};
 use std::time::Duration;
 
+use super::unfolding::{Copy, Pair, TooMany, Unfolding};
 use crate::plan::Plan;
 
 /// What comes behind the name of a transition whose components do not stop.
@@ -11,16 +12,34 @@ const ON_STOP_FAIL: &str = "/on-stop-fail";
 const ON_START_FAIL: &str = "/on-start-fail";
 /// What comes behind the name of a place whose component fails.
 const ON_FAILURE: &str = "/on-failure";
+/// What comes behind the name of a transition that would set a variable to what it cannot be.
+const OUTSIDE: &str = "/outside";
 
-/// A mission's net as it is analysed: it ends where the goal or the safe place is marked, and what
-/// the file says of components that do not stop, start or last happens at any time.
+/// A mission's net as it is analysed: it ends where the goal or the safe place is marked, what the
+/// file says of components that do not stop, start or last happens at any time, and the variables
+/// that transitions set are places.
 #[derive(Clone, Debug)]
 pub struct Analysed {
-    /// The net. Names that the mission does not have are `transition/on-stop-fail`,
-    /// `transition/on-start-fail` and `place/on-failure`.
+    /// The net. Its places are those of the mission, then two for each variable. Several of its
+    /// transitions may be one of the mission, with other values of variables.
     pub net: Net,
+    /// What each of its transitions is called in the mission; names that the mission does not have
+    /// are `transition/on-stop-fail`, `transition/on-start-fail`, `transition/outside` and
+    /// `place/on-failure`.
+    pub shown: Vec<String>,
     /// Which transition of the plan each of its transitions is, if it is one.
     pub(super) sources: Vec<Option<TransitionId>>,
+    /// Those that would take a variable out of its domain, each with its transition of the plan.
+    pub(super) outside: Vec<(TransitionId, TransitionId)>,
+    /// The places of each variable; none if they are not followed.
+    pub(super) pairs: Vec<Pair>,
+    /// Why variables are not followed, if they are not.
+    pub(super) open: Option<TooMany>,
+    /// Transitions whose clocks would go on while another copy takes over, and do not here.
+    pub(super) loosened: Vec<String>,
+    /// How many of its places are the mission's.
+    places: usize,
+    names: Vec<String>,
 }
 
 impl Analysed {
@@ -37,74 +56,174 @@ impl Analysed {
         Self::ending_at(plan, Vec::new())
     }
 
-    fn ending_at(plan: &Plan, ends: Vec<PlaceId>) -> Result<Self, NetError> {
-        let mut building = Building { builder: NetBuilder::default(), ends, sources: Vec::new() };
-        for (name, tokens) in plan.net().places().iter().zip(plan.net().initial()) {
-            building.builder.place(name.as_str(), *tokens);
+    /// The tokens of the mission's places in a marking.
+    pub fn tokens<'a>(&self, marking: &'a [u32]) -> &'a [u32] {
+        &marking[..self.places]
+    }
+
+    /// The values of the variables that transitions set in a marking, by name; none of them if
+    /// they are not followed.
+    pub fn values(&self, marking: &[u32]) -> impl Iterator<Item = (&str, i64)> {
+        let values: Vec<_> = self.pairs.iter().map(|pair| pair.value(marking)).collect();
+        self.names.iter().map(String::as_str).zip(values)
+    }
+
+    /// What the tokens of a place, or the value of a variable, are counted by: a place of the net,
+    /// and what is to be added to its tokens.
+    pub(super) fn count_named(&self, plan: &Plan, name: &str) -> Option<(PlaceId, i64)> {
+        if let Some(place) = plan.place_named(name) {
+            return Some((place, 0));
         }
-        plan.net().transition_ids().for_each(|id| building.transition(plan, id));
+        let index = plan.counters.iter().position(|counter| counter.name == name)?;
+        self.pairs.get(index).map(|pair| (pair.above, pair.minimum))
+    }
+
+    fn ending_at(plan: &Plan, ends: Vec<PlaceId>) -> Result<Self, NetError> {
+        let mut builder = NetBuilder::default();
+        for (name, tokens) in plan.net().places().iter().zip(plan.net().initial()) {
+            builder.place(name.as_str(), *tokens);
+        }
+        let (unfolding, open) = match Unfolding::of(plan) {
+            Ok(unfolding) => (unfolding, None),
+            Err(why) => (Unfolding::open(plan), Some(why)),
+        };
+        let followed = plan.counters.iter().filter(|_| open.is_none());
+        let pairs = followed.map(|counter| Pair::build(counter, &mut builder)).collect();
+        let mut building = Building {
+            plan,
+            builder,
+            ends,
+            pairs,
+            shown: Vec::new(),
+            sources: Vec::new(),
+            outside: Vec::new(),
+            loosened: Vec::new(),
+        };
+        for id in plan.net().transition_ids() {
+            building.transition(id, &unfolding.copies[id.index()]);
+        }
         for place in plan.place_ids() {
             if let Some(refuge) = plan.place(place).on_failure {
-                building.failure(plan, place, refuge);
+                building.failure(place, refuge);
             }
         }
-        Ok(Self { net: building.builder.build()?, sources: building.sources })
+        let Building { builder, pairs, shown, sources, outside, loosened, .. } = building;
+        let names = plan.counters.iter().map(|counter| counter.name.clone()).collect();
+        let (net, places) = (builder.build()?, plan.places.len());
+        Ok(Self { net, shown, sources, outside, pairs, open, loosened, places, names })
     }
 }
 
-struct Building {
+struct Building<'a> {
+    plan: &'a Plan,
     builder: NetBuilder,
     ends: Vec<PlaceId>,
+    pairs: Vec<Pair>,
+    shown: Vec<String>,
     sources: Vec<Option<TransitionId>>,
+    outside: Vec<(TransitionId, TransitionId)>,
+    loosened: Vec<String>,
 }
 
-impl Building {
-    fn transition(&mut self, plan: &Plan, id: TransitionId) {
-        let transition = plan.net().transition(id);
+impl Building<'_> {
+    fn transition(&mut self, id: TransitionId, copies: &[Copy]) {
+        let (plan, transition) = (self.plan, self.plan.net().transition(id));
         let planned = plan.transition(id);
+        let mut interval = by_period(transition.interval, plan.period);
+        if copies.len() > 1 && has_clock(interval) && self.may_be_overtaken(id) {
+            self.loosened.push(transition.name.clone());
+            interval.earliest = Duration::ZERO;
+        }
         let redirected = |to: Option<PlaceId>, why| to.map(|to| (vec![(to, 1)], why));
-        let ways = [
-            Some((transition.outputs.clone(), "")),
-            redirected(planned.on_stop_fail, ON_STOP_FAIL),
-            redirected(planned.on_start_fail, ON_START_FAIL),
-        ];
-        for (outputs, why) in ways.into_iter().flatten() {
-            let mut t = self.builder.transition(format!("{}{why}", transition.name));
-            for &(place, weight) in &transition.inputs {
-                t = t.input(place, weight);
+        for copy in copies {
+            let ways = match copy.effects {
+                Some(_) => vec![
+                    Some((transition.outputs.clone(), "")),
+                    redirected(planned.on_stop_fail, ON_STOP_FAIL),
+                    redirected(planned.on_start_fail, ON_START_FAIL),
+                ],
+                // The executive retreats instead.
+                None => {
+                    let safe = plan.safe.map(|safe| (safe, 1)).into_iter().collect();
+                    vec![Some((safe, OUTSIDE))]
+                }
+            };
+            let label = if copies.len() > 1 { copy.label(plan) } else { String::new() };
+            for (outputs, why) in ways.into_iter().flatten() {
+                let added = TransitionId(self.sources.len() as u32);
+                let name = format!("{}{label}{why}", transition.name);
+                self.copy(id, copy, (&outputs, interval), name);
+                self.shown.push(format!("{}{why}", transition.name));
+                self.sources.push(Some(id).filter(|_| why.is_empty()));
+                if copy.effects.is_none() {
+                    self.outside.push((added, id));
+                }
             }
-            for &(place, weight) in &outputs {
-                t = t.output(place, weight);
-            }
-            for &(place, weight) in &transition.reads {
-                t = t.read(place, weight);
-            }
-            for &(place, weight) in &transition.inhibitors {
-                t = t.inhibitor(place, weight);
-            }
-            for &place in &transition.resets {
-                t = t.reset(place);
-            }
-            for end in &self.ends {
-                t = t.inhibitor(*end, 1);
-            }
-            t = t.interval(by_period(transition.interval, plan.period));
-            if transition.gated {
-                t.gated();
-            }
-            self.sources.push(Some(id).filter(|_| why.is_empty()));
         }
     }
 
-    fn failure(&mut self, plan: &Plan, place: PlaceId, refuge: PlaceId) {
-        let name = format!("{}{ON_FAILURE}", plan.net().place(place));
-        let mut t = self.builder.transition(name).input(place, 1).output(refuge, 1);
+    fn copy(
+        &mut self,
+        id: TransitionId,
+        copy: &Copy,
+        (outputs, interval): (&[(PlaceId, u32)], Interval),
+        name: String,
+    ) {
+        let (transition, planned) = (self.plan.net().transition(id), self.plan.transition(id));
+        let mut t = self.builder.transition(name);
+        for &(place, weight) in &transition.inputs {
+            t = t.input(place, weight);
+        }
+        for &(place, weight) in outputs {
+            t = t.output(place, weight);
+        }
+        for &(place, weight) in &transition.reads {
+            t = t.read(place, weight);
+        }
+        for &(place, weight) in &transition.inhibitors {
+            t = t.inhibitor(place, weight);
+        }
+        for &place in &transition.resets {
+            t = t.reset(place);
+        }
+        t = copy.arcs(t, &self.pairs);
+        for end in &self.ends {
+            t = t.inhibitor(*end, 1);
+        }
+        t = t.interval(interval);
+        let waits = planned.on.is_some() || planned.dates.is_some();
+        if waits || (planned.guard.is_some() && !copy.is_decided) {
+            t.gated();
+        }
+    }
+
+    /// Whether another transition may set a variable that tells the copies of this one apart.
+    fn may_be_overtaken(&self, id: TransitionId) -> bool {
+        let planned = self.plan.transition(id);
+        let in_guard = planned.guard.iter().flat_map(|guard| &guard.operands);
+        let in_guard = in_guard.filter_map(|operand| operand.counter());
+        let in_values = planned.sets.iter().flat_map(|set| set.operands.iter().copied());
+        let read: Vec<_> = in_guard.chain(in_values).collect();
+        let others = self.plan.net().transition_ids().filter(|other| *other != id);
+        let mut sets = others.flat_map(|other| &self.plan.transition(other).sets);
+        sets.any(|set| read.contains(&set.counter))
+    }
+
+    fn failure(&mut self, place: PlaceId, refuge: PlaceId) {
+        let name = format!("{}{ON_FAILURE}", self.plan.net().place(place));
+        let mut t = self.builder.transition(name.as_str()).input(place, 1).output(refuge, 1);
         for end in &self.ends {
             t = t.inhibitor(*end, 1);
         }
         t.interval(Interval::UNTIMED);
+        self.shown.push(name);
         self.sources.push(None);
     }
+}
+
+/// Whether it matters since when it is enabled.
+fn has_clock(interval: Interval) -> bool {
+    !interval.earliest.is_zero() || interval.latest.is_some_and(|latest| !latest.is_zero())
 }
 
 /// A mission with a period looks at its net so often: it fires at the next look.

@@ -14,7 +14,7 @@ impl Proof<'_> {
             if self.effort.has_begun && is_of_the_start(&claim.statement) {
                 continue;
             }
-            let Some(verdict) = self.decide(&claim.statement) else { continue };
+            let Some(verdict) = self.decided(&claim) else { continue };
             findings.extend(finding(text, verdict));
         }
     }

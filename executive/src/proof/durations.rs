@@ -9,7 +9,7 @@ use super::wording::time;
 
 impl Proof<'_> {
     pub(super) fn durations(&self) -> Option<Finding> {
-        let goal = self.plan.goal?;
+        let goal = self.plan.goal.filter(|_| self.analysed.loosened.is_empty())?;
         let classes = self.timed_if_small()?;
         let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
         let is_over = |marking: &[u32]| self.is_over(marking);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use armor_missions::claim;
 use armor_petri::PlaceId;
 
+use super::Analysed;
 use crate::plan::Plan;
 
 /// What holds of a marking or not.
@@ -20,7 +21,7 @@ pub(super) enum Formula {
 
 impl Formula {
     /// Of a check over `plan`; none if it names what is not there.
-    pub fn of(formula: &claim::Formula, plan: &Plan) -> Option<Self> {
+    pub fn of(formula: &claim::Formula, plan: &Plan, analysed: &Analysed) -> Option<Self> {
         use claim::Formula as F;
         Some(match formula {
             F::Truth(true) => Self::All(Vec::new()),
@@ -31,10 +32,16 @@ impl Formula {
                 let places = plan.component(component).places.iter();
                 Self::Any(places.map(|place| Self::at_least(*place, 1)).collect())
             }
-            F::Compare(left, relation, right) => Self::comparison(left, *relation, right, plan)?,
-            F::Not(inner) => Self::of(inner, plan)?.negated(),
-            F::And(left, right) => Self::All(vec![Self::of(left, plan)?, Self::of(right, plan)?]),
-            F::Or(left, right) => Self::Any(vec![Self::of(left, plan)?, Self::of(right, plan)?]),
+            F::Compare(left, relation, right) => {
+                Self::comparison((left, *relation, right), plan, analysed)?
+            }
+            F::Not(inner) => Self::of(inner, plan, analysed)?.negated(),
+            F::And(left, right) => {
+                Self::All(vec![Self::of(left, plan, analysed)?, Self::of(right, plan, analysed)?])
+            }
+            F::Or(left, right) => {
+                Self::Any(vec![Self::of(left, plan, analysed)?, Self::of(right, plan, analysed)?])
+            }
         })
     }
 
@@ -44,20 +51,21 @@ impl Formula {
     }
 
     fn comparison(
-        left: &claim::Sum,
-        relation: claim::Relation,
-        right: &claim::Sum,
+        (left, relation, right): (&claim::Sum, claim::Relation, &claim::Sum),
         plan: &Plan,
+        analysed: &Analysed,
     ) -> Option<Self> {
         use claim::Relation as R;
         let mut counts: BTreeMap<PlaceId, i64> = BTreeMap::new();
+        // left − right ≥ 0, with the numbers on the other side.
+        let mut number = i64::try_from(right.number).ok()? - i64::try_from(left.number).ok()?;
         for (sum, sign) in [(left, 1), (right, -1)] {
-            for place in &sum.places {
-                *counts.entry(plan.place_named(place.as_str())?).or_default() += sign;
+            for name in &sum.places {
+                let (place, least) = analysed.count_named(plan, name.as_str())?;
+                *counts.entry(place).or_default() += sign;
+                number -= sign * least;
             }
         }
-        // left − right ≥ 0, with the numbers on the other side.
-        let number = i64::try_from(right.number).ok()? - i64::try_from(left.number).ok()?;
         counts.retain(|_, count| *count != 0);
         let counts: Vec<_> = counts.into_iter().collect();
         let up = |more: i64| Self::AtLeast(counts.clone(), number + more);

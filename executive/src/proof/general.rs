@@ -16,6 +16,8 @@ impl Proof<'_> {
         self.dead_transitions(findings);
         self.tokens_of_active_places(findings);
         self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
         let Some(goal) = self.plan.goal else { return };
         if self.exploration.space.most_in(goal) == 0 {
             let name = self.net.place(goal);
@@ -76,8 +78,11 @@ impl Proof<'_> {
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
-        for id in self.exploration.space.dead_transitions() {
-            let Some(source) = self.analysed.sources[id.index()] else { continue };
+        let dead: BTreeSet<_> = self.exploration.space.dead_transitions().collect();
+        for source in self.plan.net().transition_ids() {
+            if !self.copies(source).iter().all(|copy| dead.contains(copy)) {
+                continue;
+            }
             let name = &self.plan.net().transition(source).name;
             let message = format!("{name} never fires: no way leads to all that it needs");
             let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);

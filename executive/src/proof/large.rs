@@ -25,15 +25,25 @@ impl Proof<'_> {
         // What the states seen show is so, whatever the others are.
         self.tokens_of_active_places(findings);
         self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
         let (mut proven, mut open) = (Vec::new(), vec!["that the goal stays in reach".to_owned()]);
         match self.standstill() {
             Standstill::Never => proven.push("it never stands still".to_owned()),
             Standstill::After(seen) => findings.push(self.lost_at(&seen, true)),
             Standstill::Open => open.push("that it never stands still".into()),
         }
-        self.exclusions_by_sums(&mut proven, &mut open);
+        let exclusive = self.exclusive_places().into_iter().map(|pair| pair.1).collect();
+        let what = "exclusive components are never wanted together";
+        self.apart_by_sums(exclusive, what, &mut proven, &mut open);
+        let contradicting = self.plan.contradictions().iter().map(|it| it.places).collect();
+        let what = "no component is given two values for one parameter";
+        self.apart_by_sums(contradicting, what, &mut proven, &mut open);
         self.bounds_by_sums(&mut proven, &mut open);
         let states = self.exploration.space.states();
+        if !self.analysed.outside.is_empty() {
+            open.push("that variables stay within their domains".into());
+        }
         let mut message =
             format!("the mission is too large to be proven whole: {why} ({states} states seen)");
         if !proven.is_empty() {
@@ -64,12 +74,17 @@ impl Proof<'_> {
         }
     }
 
-    fn exclusions_by_sums(&self, proven: &mut Vec<String>, open: &mut Vec<String>) {
-        let pairs = self.exclusive_places();
+    /// Whether sums keep the places of each pair apart, which proves `what`.
+    fn apart_by_sums(
+        &self,
+        pairs: Vec<[PlaceId; 2]>,
+        what: &str,
+        proven: &mut Vec<String>,
+        open: &mut Vec<String>,
+    ) {
         let is_excluded =
             |places: &[_; 2]| excludes(self.sums(), self.net, places[0], places[1]).is_some();
-        let unproven: Vec<_> =
-            pairs.iter().map(|(_, places)| places).filter(|places| !is_excluded(places)).collect();
+        let unproven: Vec<_> = pairs.iter().filter(|places| !is_excluded(places)).collect();
         // Those that were seen together are findings already.
         let is_open =
             |[one, other]: &&&[_; 2]| self.exploration.space.together(*one, *other).is_none();
@@ -83,7 +98,7 @@ impl Proof<'_> {
         };
         let names: Vec<_> = names.map(name).collect();
         if unproven.is_empty() && !pairs.is_empty() {
-            proven.push("exclusive components are never wanted together".into());
+            proven.push(what.into());
         } else if !names.is_empty() {
             open.push(some_of(&names));
         }

@@ -4,6 +4,7 @@ use armor_missions::{Code, Colours, Finding, check, read};
 mod claims;
 mod large;
 mod random;
+mod variables;
 
 /// What is found beside how long the mission takes.
 fn proven(file: &str) -> Findings {
@@ -42,6 +43,8 @@ fn every_page_shows_what_is_found_and_its_mended_example_is_proven() {
         Code::GoalLost,
         Code::TwoTokens,
         Code::MarkedTogether,
+        Code::ValuesContradict,
+        Code::ValueOutside,
         Code::CheckFails,
     ] {
         let page = code.page();

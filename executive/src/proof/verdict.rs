@@ -29,7 +29,7 @@ const CHANGE_EITHER: &str = "change the mission, or what the check asks of it";
 impl Proof<'_> {
     /// None if it names what is not there.
     pub(super) fn decide(&self, statement: &Statement) -> Option<Verdict> {
-        let formula = |formula| Formula::of(formula, self.plan);
+        let formula = |formula| Formula::of(formula, self.plan, self.analysed);
         let transition = |name: &str| self.plan.transition_named(name);
         Some(match statement {
             Statement::Always(wanted) => self.never(&formula(wanted)?.negated()),
@@ -235,10 +235,10 @@ impl Proof<'_> {
         format!("{} {name} may be waited for without end", self.after(before))
     }
 
-    fn base(&self, transition: TransitionId) -> Option<TransitionId> {
-        let sources = &self.analysed.sources;
-        let found = sources.iter().position(|source| *source == Some(transition))?;
-        Some(TransitionId(found as u32))
+    /// The transitions of the analysed net that are this one of the plan.
+    pub(super) fn copies(&self, transition: TransitionId) -> Vec<TransitionId> {
+        let sources = (0..).map(TransitionId).zip(&self.analysed.sources);
+        sources.filter(|it| *it.1 == Some(transition)).map(|it| it.0).collect()
     }
 
     fn fires(&self, transition: TransitionId) -> Verdict {
@@ -265,7 +265,18 @@ impl Proof<'_> {
 
     /// Whether a transition of the plan can fire; the way ends with it.
     fn firing_of(&self, transition: TransitionId) -> Possible {
-        let Some(base) = self.base(transition) else { return Possible::No };
+        let mut found = Possible::No;
+        for copy in self.copies(transition) {
+            match (self.firing_of_one(copy), &found) {
+                (Possible::Yes(seen), _) => return Possible::Yes(seen),
+                (unknown @ Possible::Unknown(_), Possible::No) => found = unknown,
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn firing_of_one(&self, base: TransitionId) -> Possible {
         let space = &self.exploration.space;
         let rules = armor_petri::analysis::rules::Rules::new(self.net);
         let enabling = space.find(|marking| rules.enabled(marking, base));

@@ -24,22 +24,32 @@ impl Proof<'_> {
 
     /// "is a token in x", "are tokens in x, y".
     pub(super) fn holding(&self, marking: &[u32]) -> String {
-        match marking.iter().sum::<u32>() {
+        match self.analysed.tokens(marking).iter().sum::<u32>() {
             1 => format!("is a token in {}", self.held(marking)),
-            0 => "is no token".into(),
+            0 => format!("is no token{}", self.counted(marking)),
             _ => format!("are tokens in {}", self.held(marking)),
         }
     }
 
     /// The marked places.
     pub(super) fn held(&self, marking: &[u32]) -> String {
-        let marked = marking.iter().enumerate().filter(|(_, tokens)| **tokens > 0);
+        let tokens = self.analysed.tokens(marking);
+        let marked = tokens.iter().enumerate().filter(|(_, tokens)| **tokens > 0);
         let name = |(place, tokens): (usize, &u32)| match tokens {
             1 => self.net.place(PlaceId(place as u32)).to_owned(),
             n => format!("{} ({n})", self.net.place(PlaceId(place as u32))),
         };
         let names: Vec<_> = marked.map(name).collect();
-        if names.is_empty() { "no place".into() } else { names.join(", ") }
+        let names = if names.is_empty() { "no place".into() } else { names.join(", ") };
+        names + &self.counted(marking)
+    }
+
+    /// ", with round at 2": the variables that are followed.
+    fn counted(&self, marking: &[u32]) -> String {
+        let values =
+            self.analysed.values(marking).map(|(name, value)| format!("{name} at {value}"));
+        let values: Vec<_> = values.collect();
+        if values.is_empty() { String::new() } else { format!(", with {}", values.join(", ")) }
     }
 
     /// The first firings by name, and how many more there are.
@@ -51,7 +61,7 @@ impl Proof<'_> {
     }
 
     pub(super) fn name(&self, transition: TransitionId) -> &str {
-        &self.net.transition(transition).name
+        &self.analysed.shown[transition.index()]
     }
 
     /// All firings by name.

@@ -35,7 +35,7 @@ fn office(more: &str) -> String {
     mission(&[EXPLORE, BACK, EXPLORED, ARRIVED, more].concat())
 }
 
-fn version(number: u64, mission: &str) -> Arc<Version> {
+pub(super) fn version(number: u64, mission: &str) -> Arc<Version> {
     version_over(number, "", mission)
 }
 
@@ -51,7 +51,7 @@ fn version_over(number: u64, components: &str, mission: &str) -> Arc<Version> {
 }
 
 /// Everybody is there, and `explore` is active.
-fn begun(mission: &str) -> Bench {
+pub(super) fn begun(mission: &str) -> Bench {
     let mut bench = Bench::playing(version(1, mission).plan().expect("a mission"));
     bench.everybody_appears();
     bench.obey();
@@ -66,17 +66,17 @@ impl Bench {
     }
 
     /// The file is saved, and everything that is asked about it is answered.
-    fn saved(&mut self, version: Arc<Version>) {
+    pub(super) fn saved(&mut self, version: Arc<Version>) {
         self.tell(Event::Offered(version));
         self.judge();
     }
 
-    fn played(&self) -> u64 {
+    pub(super) fn played(&self) -> u64 {
         self.controller.plan().version().number
     }
 
     /// State and reason of the version that is not played.
-    fn change(&self) -> (String, String) {
+    pub(super) fn change(&self) -> (String, String) {
         let change = self.controller.marking(0.0).change.expect("a version that is not played");
         (change.state, change.why)
     }

@@ -3,10 +3,12 @@
 mod bench;
 mod changing;
 mod commanding;
+mod counting;
 mod dating;
 mod guarding;
 mod pausing;
 mod simulated;
+mod valuing;
 
 use crate::controller::Controller;
 use crate::event::Event;

@@ -96,9 +96,9 @@ impl Play {
         let Some(question) = question else { return };
         let event = match &question {
             Question::Read { .. } => question.answer(&|| None),
-            Question::Prove { serial, marking, .. } => {
+            Question::Prove { serial, stand, .. } => {
                 let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
-                let found = Found::Proven { marking: marking.clone(), verdict };
+                let found = Found::Proven { stand: stand.clone(), verdict };
                 Event::Answered(Answer { serial: *serial, found })
             }
         };
@@ -121,6 +121,13 @@ impl Play {
             let id = next.transition_named(name);
             id.is_some_and(|id| self.plan.goes_on_as(&next, id).is_some())
         };
+        let counters = next.counters.iter().map(|counter| {
+            let value = self.counters.get(&counter.name).copied();
+            let value = value.unwrap_or(counter.counts.initial);
+            assert!((counter.counts.minimum..=counter.counts.maximum).contains(&value));
+            (counter.name.clone(), value)
+        });
+        self.counters = counters.collect();
         self.holding.retain(same);
         self.wall.follow(same);
         self.outlook.follow(&next, self.world.now);

@@ -2,12 +2,14 @@
 
 use super::dice::Dice;
 use crate::builder::PlanBuilder;
+use crate::counters::{PlannedCounter, PlannedSet};
 use crate::dates::PlannedDates;
 use crate::guards::{PlannedGuard, PlannedVariable, Watch};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
+use crate::values::GivenValue;
 use armor_missions::Date;
-use armor_missions::guard::Guard;
-use armor_missions::mission::{Autonomy, LostLink, Missed};
+use armor_missions::guard::{Count, Guard};
+use armor_missions::mission::{Autonomy, Counts, LostLink, Missed};
 use armor_petri::{Class, Interval, PlaceId};
 use std::time::Duration;
 
@@ -29,6 +31,7 @@ pub(crate) struct Way {
     pub(crate) autonomy: Autonomy,
     pub(crate) lost_link: Option<LostLink>,
     pub(crate) guard: Option<PlannedGuard>,
+    pub(crate) sets: Vec<PlannedSet>,
     pub(crate) dates: Option<PlannedDates>,
 }
 
@@ -36,6 +39,18 @@ impl PlanBuilder {
     /// A guard in order.
     pub(crate) fn guarded(&mut self, text: &str) -> PlannedGuard {
         self.guard("", Guard::parse(text).expect("a guard")).expect("its variables")
+    }
+
+    /// A value for a counter in order.
+    pub(crate) fn setting(&self, counter: usize, text: &str) -> PlannedSet {
+        self.set("", counter, Count::parse(text).expect("a value")).expect("its counters")
+    }
+
+    /// A counter that begins at 0, or at the nearest value to that.
+    pub(crate) fn counter(&mut self, name: &str, minimum: i64, maximum: i64) -> usize {
+        let counts = Counts { minimum, maximum, initial: 0.clamp(minimum, maximum) };
+        self.counters.push(PlannedCounter { name: name.to_owned(), counts });
+        self.counters.len() - 1
     }
 
     pub(crate) fn way(&mut self, name: &str, way: Way) {
@@ -58,6 +73,7 @@ impl PlanBuilder {
         self.transitions.push(PlannedTransition {
             on: way.on.map(|(component, name)| (component, name.to_owned())),
             guard: way.guard,
+            sets: way.sets,
             dates: way.dates,
             on_stop_fail: way.on_stop_fail,
             on_start_fail: way.on_start_fail,
@@ -70,14 +86,20 @@ impl PlanBuilder {
 
 const SECOND: Duration = Duration::from_secs(1);
 const MS: Duration = Duration::from_millis(1);
-const GUARDS: [&str; 6] = [
+const GUARDS: [&str; 10] = [
     "level < 5",
     "c0.level >= 3 and c1.load.x < 6",
     "c1.load.x != 4 or level == 2",
     "not known(level)",
     "known(c0.level) and not (c1.load.x > 2)",
     "true",
+    "n < 3",
+    "n + m >= 1 and level < 5",
+    "n != 2 or c0.level >= 3",
+    "m * m < 4 and known(n)",
 ];
+/// What `n` is set to, and `m`; now and then what it cannot be.
+const VALUES: [[&str; 4]; 2] = [["0", "3 - n", "n + 2", "m * m"], ["-m", "n - 1", "m - 1", "0"]];
 
 /// What another version of a plan has otherwise: here and there, by other dice.
 #[derive(Clone, Debug)]
@@ -132,6 +154,20 @@ pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
         set.retain(|c| plan.components[c.index()].is_controlled());
         plan.exclusives.push(set);
     }
+    let mut givers = Dice::new(dice.roll(1 << 30) as u64);
+    for place in &places {
+        let components = plan.places[place.index()].components.clone();
+        let mut again = edited(6);
+        let mut given = |component: ComponentId| {
+            let dice = again.as_mut().unwrap_or(&mut givers);
+            let parameter = ["area", "speed"][dice.roll(2)].to_owned();
+            let text = format!("{}", dice.roll(2));
+            let (folder, origin) = ("maps".into(), format!("seeds:{}", place.0));
+            (component, GivenValue { parameter, text, folder, origin })
+        };
+        let values: Vec<_> = components.into_iter().map(&mut given).collect();
+        plan.places[place.index()].values = values.into_iter().filter(|_| dice.one_in(3)).collect();
+    }
     for place in &places {
         plan.places[place.index()].safety = dice.one_in(8);
     }
@@ -150,10 +186,17 @@ pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
         minimum: 2.0,
         maximum: 7.0,
     });
+    let most = if edited(6).is_some() { 5 } else { 4 };
+    let counters = [plan.counter("n", 0, most), plan.counter("m", -2, 2)];
     for index in 0..4 + dice.roll(10) {
         let mut way = random_way(dice, &places, &components, any_place);
         if dice.one_in(3) {
             way.guard = Some(plan.guarded(GUARDS[dice.roll(GUARDS.len())]));
+        }
+        for counter in counters {
+            if dice.one_in(5) {
+                way.sets.push(plan.setting(counter, VALUES[counter][dice.roll(4)]));
+            }
         }
         if edited(8).is_some() {
             continue;

@@ -6,6 +6,7 @@ pub(crate) mod dice;
 pub(crate) mod draft;
 mod operators;
 mod outlook;
+mod valuation;
 mod wall;
 mod world;
 
@@ -18,6 +19,7 @@ use changes::Changes;
 use dice::Dice;
 use operators::Operators;
 use outlook::Outlook;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 use wall::Wall;
@@ -46,7 +48,7 @@ struct Play {
     /// How often the journal was cut.
     cuts: usize,
     /// Takes that no put has answered yet.
-    in_flight: std::collections::BTreeMap<u64, (Vec<Tokens>, Vec<Tokens>)>,
+    in_flight: BTreeMap<u64, (Vec<Tokens>, Vec<Tokens>)>,
     operators: Operators,
     /// As the journal says.
     paused: bool,
@@ -56,6 +58,8 @@ struct Play {
     /// The guards that hold, as the journal says.
     holding: std::collections::BTreeSet<String>,
     changes: Changes,
+    /// The variables that transitions set, as the journal says.
+    counters: BTreeMap<String, i64>,
 }
 
 impl Play {
@@ -67,6 +71,8 @@ impl Play {
         let crashes = [0, 0, 2, 12][dice.roll(4)];
         let orders = [0, 5, 40][dice.roll(3)];
         let outlook = Outlook::new(&plan, Dice::new(seed ^ 0x6775_6172_6473));
+        let counters =
+            plan.counters.iter().map(|it| (it.name.clone(), it.counts.initial)).collect();
         let wall = Wall::new(Dice::new(seed ^ 0x0064_6174_6573));
         Self {
             changes: Changes::new(seed),
@@ -89,6 +95,7 @@ impl Play {
             outlook,
             wall,
             holding: Default::default(),
+            counters,
         }
     }
 
@@ -177,8 +184,9 @@ impl Play {
             self.check_pause(&action);
             match action {
                 Action::Journal(record) => self.write(&record),
-                Action::Activate { component, activation } => {
-                    self.world.send(component, Command::Activate(activation));
+                Action::Activate { component, activation, values } => {
+                    self.check_values(component, &values);
+                    self.world.send(component, Command::Activate(activation, values));
                 }
                 Action::Freeze { component, activation } => {
                     self.world.send(component, Command::Freeze(activation));
@@ -222,8 +230,10 @@ impl Play {
         self.note_dates(record);
         match &record.entry {
             Entry::Changed { version, .. } => self.note_change(version),
-            Entry::Took { firing, cause, from, to, .. } => {
+            Entry::Took { firing, cause, from, to, sets, guards, .. } => {
                 self.check_enabled(cause);
+                self.note_sets(cause, sets);
+                guards.iter().for_each(|turned| self.note_guard(&turned.transition, turned.holds));
                 self.add(from, -1);
                 self.in_flight.insert(*firing, (from.clone(), to.clone()));
             }
@@ -231,12 +241,7 @@ impl Play {
                 self.in_flight.get_mut(firing).unwrap().1.clone_from(to);
             }
             Entry::Guard { transition, holds, .. } => {
-                let is_news = if *holds {
-                    self.holding.insert(transition.clone())
-                } else {
-                    self.holding.remove(transition)
-                };
-                assert!(is_news, "a guard that has not changed");
+                self.note_guard(transition, *holds);
             }
             Entry::Stopped { firing } => self.check_stopped(*firing),
             Entry::Put { firing } => {
@@ -245,6 +250,7 @@ impl Play {
                 let retreat = || (Vec::new(), vec![Tokens { place: safe(), tokens: 1 }]);
                 let to = self.in_flight.remove(firing).unwrap_or_else(retreat).1;
                 self.add(&to, 1);
+                self.check_given(&to);
                 // Safety reached is the end, of a pause too.
                 self.paused &= self.plan.safe.is_none_or(|safe| self.oracle[safe.index()] == 0);
             }
@@ -308,6 +314,8 @@ impl Play {
         let live = controller.ledger();
         let marking: Vec<_> = live.marking().iter().map(|tokens| i64::from(*tokens)).collect();
         assert_eq!(marking, self.oracle);
+        let counters = live.plan.counters.iter().map(|counter| self.counters[&counter.name]);
+        assert!(counters.eq(live.counters.iter().copied()), "{:?}", live.counters);
         self.check_guards(live);
         self.check_dates(live);
         if self.journal.len() < self.checked + self.checked / 4 {
@@ -327,7 +335,7 @@ impl Play {
             let reported = planned.on.as_ref().is_none_or(|on| live.standing.contains_key(on));
             let in_date = self.is_in_date(id, live);
             assert_eq!(live.state.gate(id), holds && reported && in_date);
-            let truth = self.outlook.truth(&self.plan, guard, self.world.now);
+            let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);
             if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
                 assert_eq!(holds, truth == Some(true), "{guard:?}");
             }
@@ -404,7 +412,7 @@ fn check_same(live: &Ledger, again: &Ledger) {
     assert_eq!(live.firings, again.firings);
     assert_eq!(live.activations, again.activations);
     assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
-    assert_eq!(live.dates, again.dates);
+    assert_eq!((&live.dates, &live.counters), (&again.dates, &again.counters));
     assert_eq!(live.authority, again.authority);
     assert_eq!(live.stage, again.stage);
     assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
@@ -434,11 +442,13 @@ fn seeds() -> std::ops::Range<u64> {
 
 #[test]
 fn whatever_happens_the_invariants_hold() {
-    let mut outcomes = std::collections::BTreeMap::new();
+    let mut outcomes = BTreeMap::new();
     let (mut firings, mut crashes, mut guards) = (0, 0, 0);
     let (mut versions, mut refusals) = (0, 0);
     let (mut pauses, mut losses, mut moves) = (0, 0, 0);
     let (mut dates, mut missed, mut cuts) = (0, 0, 0);
+    // Firings that set variables, that could not, and activations with values.
+    let mut set_given = [0; 3];
     for seed in seeds() {
         let played = std::panic::catch_unwind(|| {
             let mut play = Play::new(seed);
@@ -455,27 +465,37 @@ fn whatever_happens_the_invariants_hold() {
                 count("\"entry\":\"refused\""),
                 count("\"dated\""),
                 count("has passed unused"),
+                count("\"sets\""),
+                count(" would set "),
+                count("\"values\""),
             ];
             (play.outcome, counts, [spare - play.crashes, play.cuts])
         });
         let Ok((outcome, counts, [killed, cut])) = played else {
             panic!("seed {seed} fails: ARMOR_SEEDS={seed}..{} plays it alone", seed + 1);
         };
-        let [takes, paused, lost, moved, changes, taken, refused, dated, failed] = counts;
+        let [takes, paused, lost, moved, changes, taken, refused, dated, failed, rest @ ..] =
+            counts;
         *outcomes.entry(format!("{outcome:?}")).or_insert(0) += 1;
         (firings, crashes, guards) = (firings + takes, crashes + killed, guards + changes);
         (versions, refusals) = (versions + taken, refusals + refused);
         (pauses, losses, moves) = (pauses + paused, losses + lost, moves + moved);
         (dates, missed, cuts) = (dates + dated, missed + failed, cuts + cut);
+        for (sum, count) in set_given.iter_mut().zip(rest) {
+            *sum += count;
+        }
     }
     println!(
         "{outcomes:?}, {firings} firings, {crashes} crashes of the executive, \
          {pauses} pauses, {moves} moves, {losses} lost links, {guards} changes of guards, \
          {versions} new versions of the mission and {refusals} refused, \
-         {dates} dates came or passed, {missed} failed their mission, the journal was cut {cuts} times"
+         {dates} dates came or passed, {missed} failed their mission, the journal was cut {cuts} times, \
+         {} firings set variables and {} could not, {} activations had values",
+        set_given[0], set_given[1], set_given[2]
     );
     let enough = firings > 1000 && crashes > 100 && pauses > 100 && moves > 100 && losses > 50;
     let enough = enough && guards > 1000 && versions > 300 && refusals > 100;
     let enough = enough && dates > 500 && missed > 20 && cuts > 500;
+    let enough = enough && set_given[0] > 500 && set_given[1] > 5 && set_given[2] > 500;
     assert!(enough || std::env::var("ARMOR_SEEDS").is_ok());
 }

@@ -6,6 +6,7 @@ use crate::event::Event;
 use crate::guards::{Operand, PlannedGuard, WatchId};
 use crate::plan::Plan;
 use armor_missions::guard::Scalar;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Nothing changes any more after this, so that the mission can come to rest.
@@ -72,12 +73,18 @@ impl Outlook {
         &self,
         plan: &Plan,
         planned: &PlannedGuard,
+        counters: &BTreeMap<String, i64>,
         now: Duration,
     ) -> Option<Option<bool>> {
         let holds = plan.limits.value_holds;
         let mut values = Vec::new();
         for operand in &planned.operands {
             let (watch, variable) = match operand {
+                Operand::Counter(index) => {
+                    let value = counters[&plan.counters[*index].name];
+                    values.push(Some(Scalar::Number(value as f64)));
+                    continue;
+                }
                 Operand::Field(watch) => (*watch, None),
                 Operand::Variable(index) => {
                     (plan.variables[*index].source, Some(&plan.variables[*index]))

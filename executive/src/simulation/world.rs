@@ -6,6 +6,7 @@ use crate::event::Event;
 use crate::plan::{ComponentId, Plan};
 use crate::record::Report;
 use crate::roster::Doing;
+use crate::values::GivenValue;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,7 +22,7 @@ pub(crate) struct Trouble {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Command {
-    Activate(u64),
+    Activate(u64, Vec<GivenValue>),
     Freeze(u64),
     Acknowledge(u64),
 }
@@ -70,6 +71,8 @@ pub(crate) struct Process {
     pub(crate) active: bool,
     pub(crate) done: bool,
     pub(crate) activation: u64,
+    /// What it was given when that began.
+    pub(crate) values: Vec<GivenValue>,
     hung: bool,
     /// Never comes back.
     buried: bool,
@@ -266,9 +269,10 @@ impl World {
         let process = &mut self.processes[component.index()];
         let instance = process.instance;
         match command {
-            Command::Activate(activation) => {
+            Command::Activate(activation, values) => {
                 assert!(!process.active, "activated while active");
                 (process.active, process.done, process.activation) = (true, false, activation);
+                process.values = values;
                 self.say(component);
                 let reports = 1 + self.dice.roll(3);
                 for _ in 0..reports {

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use armor_executive::Plan;
-use armor_missions::mission::{Autonomy, LostLink, Mission, Place, Transition};
+use armor_missions::mission::{
+    Autonomy, LostLink, Mission, Place, PlaceParameter, SetVariable, Transition, Variable,
+};
 use armor_missions::{Colours, Date, Findings, Spanned};
 use armor_petri::file::NetFile;
 
@@ -50,7 +52,7 @@ pub fn read(path: &Path) -> Result<NetFile> {
     }
     for (note, t) in file.transitions.iter_mut().zip(file.net.transitions()) {
         let written = mission.transitions.iter().find(|written| written.name.value == t.name);
-        note.words = written.map(of_transition).unwrap_or_default();
+        note.words = written.map(|written| of_transition(&mission, written)).unwrap_or_default();
     }
     Ok(file)
 }
@@ -65,10 +67,31 @@ fn of_place(mission: &Mission, place: &Place) -> Vec<(String, String)> {
         ("goal", is(&mission.goal)),
         ("safe", is(&mission.safe)),
         ("on-failure", text(&place.on_failure)),
+        ("parameters", listed(place.parameters.iter().map(given))),
     ])
 }
 
-fn of_transition(t: &Transition) -> Vec<(String, String)> {
+/// `explorer.area=north`.
+fn given(given: &PlaceParameter) -> String {
+    let PlaceParameter { component, parameter } = given;
+    format!("{}.{}={}", component.value, parameter.name.value, parameter.value.value)
+}
+
+/// `round = round + 1, in 0..3 from 0`.
+fn set(mission: &Mission, set: &SetVariable) -> String {
+    let variable = mission.variables.iter().find(|it| it.name.value == set.variable.value);
+    let counts = variable.and_then(Variable::counts).map(|counts| {
+        format!(", in {}..{} from {}", counts.minimum, counts.maximum, counts.initial)
+    });
+    format!("{} = {}{}", set.variable.value, set.value.value, counts.unwrap_or_default())
+}
+
+fn listed(texts: impl Iterator<Item = String>) -> Option<String> {
+    let texts: Vec<_> = texts.collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
+}
+
+fn of_transition(mission: &Mission, t: &Transition) -> Vec<(String, String)> {
     let on = t.on.as_ref().map(|on| format!("{}.{}", on.component.value, on.event.value));
     let autonomy = match t.autonomy {
         Autonomy::Auto => None,
@@ -82,6 +105,7 @@ fn of_transition(t: &Transition) -> Vec<(String, String)> {
     said([
         ("on", on),
         ("when", text(&t.when)),
+        ("sets", listed(t.sets.iter().map(|it| set(mission, it)))),
         ("autonomy", autonomy),
         ("lost-link", lost_link),
         ("not-before", date(&t.not_before)),

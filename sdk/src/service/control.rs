@@ -14,7 +14,7 @@ use rustix::net::{RecvFlags, SendFlags, recv, send};
 use super::handshake::Admitted;
 use crate::faults::Fault;
 use crate::orders::GivenOrder;
-use crate::shared::{Shared, Wanted};
+use crate::shared::{Begin, Shared, Wanted};
 
 /// Most control connections: the executive, the launcher, and plenty of observers.
 const MAX_CONNECTIONS: usize = 64;
@@ -137,9 +137,9 @@ impl ControlServer {
     fn obey(&mut self, index: usize, command: Command) {
         let connection = &mut self.connections[index];
         match (command, connection.role) {
-            (Command::Activate { activation }, Role::Executive) => {
+            (Command::Activate { activation, parameters }, Role::Executive) => {
                 if self.shared.is_controllable() {
-                    self.shared.order(Wanted::Activate(activation));
+                    self.shared.order(Wanted::Activate(Begin { activation, parameters }));
                 } else {
                     self.confirm(index);
                 }

@@ -3,7 +3,9 @@
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
-use armor_sdk::control::{Answer, Command, ControlEvent, ReportKind, Role, RunState};
+use armor_sdk::control::{
+    Answer, Assigned, Command, ControlEvent, GivenParameter, ReportKind, Role, RunState,
+};
 use armor_sdk::prelude::*;
 
 use crate::bench_system::{DEADLINE, System, Told, data, sample};
@@ -57,7 +59,7 @@ fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
     let published = system.status("source").outputs[0].published;
     system.until("source", |status| status.outputs[0].published > published + 50);
     assert_eq!(told.try_recv().ok(), None, "no call while frozen");
-    control.send(&Command::Activate { activation: 3 }).unwrap();
+    control.send(&Command::Activate { activation: 3, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 3);
     assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Call(Call::Started)));
     let (_, value, lost) = data(&told);
@@ -131,7 +133,7 @@ fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
     drop(again);
     let (control, events) = system.control("worker", Role::Executive);
     assert_eq!(report(&events).2, ReportKind::Done, "only what is not acknowledged");
-    control.send(&Command::Activate { activation: 2 }).unwrap();
+    control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 2);
     let calls: Vec<_> = told.try_iter().filter(|t| matches!(t, Told::Call(_))).collect();
     assert_eq!(calls[0], Told::Call(Call::Started));
@@ -197,4 +199,81 @@ fn all_components_have_the_registrys_time() {
         system.until("worker", |status| status.clock_error_s.is_some_and(|error| error < 0.1));
     let off_s = status.clock_offset_s.abs() - status.clock_error_s.unwrap_or_default();
     assert!(off_s < 0.1, "one host, one clock: {status:?}");
+}
+
+fn activate(activation: u64, speed: Option<&str>) -> Command {
+    let given = |text: &str| GivenParameter {
+        name: "speed".into(),
+        assigned: Assigned {
+            text: text.into(),
+            base: String::new(),
+            origin: "robot.xml:9:1".into(),
+        },
+    };
+    Command::Activate { activation, parameters: speed.map(given).into_iter().collect() }
+}
+
+#[test]
+fn values_of_an_activation_come_before_its_first_call_and_go_with_it() {
+    let mut system = System::start();
+    let told = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let next = || told.recv_timeout(DEADLINE).expect("more");
+    let speed = |value: f64| Told::Parameter("speed".into(), value);
+    assert_eq!([next(), next()], [speed(2.0), Told::Call(Call::Started)], "its default");
+    let (control, events) = system.control("mover", Role::Executive);
+    // Each in m/s: given, the same given again, not given any more, and never given.
+    let steps =
+        [(Some("50cm/s"), Some(0.5)), (Some("50cm/s"), Some(0.5)), (None, Some(2.0)), (None, None)];
+    for (activation, (given, handed)) in (1..).zip(steps) {
+        control.send(&Command::Freeze { activation }).unwrap();
+        state(&events, RunState::Frozen);
+        assert_eq!(next(), Told::Call(Call::Stopping));
+        control.send(&activate(activation, given)).unwrap();
+        assert_eq!(state(&events, RunState::Active), activation);
+        if let Some(handed) = handed {
+            assert_eq!(next(), speed(handed), "activation {activation}");
+        }
+        assert_eq!(next(), Told::Call(Call::Started));
+    }
+    // Told again while it runs: only what is not as it was.
+    control.send(&activate(4, Some("4m/s"))).unwrap();
+    assert_eq!(next(), speed(4.0));
+    control.send(&activate(4, Some("4m/s"))).unwrap();
+    assert_eq!(state(&events, RunState::Active), 4);
+    assert_eq!(told.try_recv().ok(), None);
+}
+
+#[test]
+fn a_value_that_cannot_be_read_fails_its_activation() {
+    let mut system = System::start();
+    let told = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let (control, events) = system.control("mover", Role::Executive);
+    control.send(&Command::Freeze { activation: 0 }).unwrap();
+    state(&events, RunState::Frozen);
+    told.try_iter().count();
+    control.send(&activate(1, Some("11m/s"))).unwrap();
+    let (_, activation, outcome) = report(&events);
+    let ReportKind::Failed { reason } = outcome else { panic!("{outcome:?}") };
+    assert_eq!(activation, 1);
+    assert!(reason.contains("`speed`") && reason.contains("robot.xml:9:1"), "{reason}");
+    system.until("mover", |status| status.state == RunState::Failed);
+    assert_eq!(told.try_recv().ok(), None, "no call with half of its values");
+}
+
+#[test]
+fn what_the_command_line_sets_goes_before_what_the_mission_gives() {
+    let mut system = System::start();
+    let arguments = ["--rate=100Hz", "--set", "speed=3m/s"];
+    let told = system.run("mover", &arguments, None, |_, _| Ok(Outcome::CarryOn));
+    let next = || told.recv_timeout(DEADLINE).expect("more");
+    let speed = |value: f64| Told::Parameter("speed".into(), value);
+    assert_eq!([next(), next()], [speed(3.0), Told::Call(Call::Started)]);
+    let (control, events) = system.control("mover", Role::Executive);
+    control.send(&Command::Freeze { activation: 0 }).unwrap();
+    state(&events, RunState::Frozen);
+    control.send(&activate(1, Some("1m/s"))).unwrap();
+    state(&events, RunState::Active);
+    let calls = [next(), next(), next()];
+    let wanted = [Told::Call(Call::Stopping), speed(3.0), Told::Call(Call::Started)];
+    assert_eq!(calls, wanted);
 }

@@ -41,6 +41,9 @@ pub struct ListedParameter {
     pub range: String,
     /// What it does, in one line; may be empty.
     pub doc: String,
+    /// The places of the mission that give it another value while they are marked, as
+    /// `PLACE=VALUE; PLACE=VALUE`; mostly empty.
+    pub places: String,
 }
 
 /// Something that is wrong with a file. Lines and columns count from 1, columns in characters, ends

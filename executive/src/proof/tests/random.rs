@@ -131,7 +131,7 @@ fn claims_of_random_missions_are_judged_as_plain_enumeration_does() {
         let Some(truth) = Enumeration::of(&analysed.net) else { continue };
         for ((text, finding), (_, little)) in whole.into_iter().zip(scarce) {
             let claim = armor_missions::claim::Claim::parse(&text).expect("a claim");
-            let Some(expected) = truth.judge(&claim.statement, &plan) else { continue };
+            let Some(expected) = truth.judge(&claim.statement, &plan, &analysed) else { continue };
             let code = finding.as_ref().map_or("", |finding| finding.code.as_str());
             let wanted = if expected { "" } else { "E0252" };
             assert_eq!(code, wanted, "seed {seed}, {text}\n{net}\n{finding:?}");

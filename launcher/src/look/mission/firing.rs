@@ -2,11 +2,11 @@
 
 use std::io;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use armor_executive::{Analysed, Plan};
 use armor_petri::analysis::classes::is_possible;
 use armor_petri::analysis::rules::Rules;
-use armor_petri::{Net, PlaceId, TransitionId};
+use armor_petri::{PlaceId, TransitionId};
 use serde_json::{Map, Value, json};
 
 use super::super::{printed, say};
@@ -18,15 +18,16 @@ use crate::exit::Ending;
 /// # Errors
 /// At a transition that the mission does not have, or that is not enabled there.
 pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<Ending> {
-    let net = Analysed::of(plan)?.net;
+    let analysed = Analysed::of(plan)?;
+    let net = &analysed.net;
     let ends = [plan.goal(), plan.safe()];
     let separators = |c: char| c.is_whitespace() || c == ',';
     let names: Vec<_> = way.split(separators).filter(|name| !name.is_empty()).collect();
-    let walk = Walk { net: &net, rules: Rules::new(&net), ends, is_stepped, format };
+    let walk = Walk { analysed: &analysed, rules: Rules::new(net), ends, is_stepped, format };
     let marking = net.initial().to_vec();
     walk.say(None, &marking)?;
     let done = walk.go(&names, marking)?;
-    let is_timely = is_possible(&net, &done) == Ok(true);
+    let is_timely = is_possible(net, &done) == Ok(true);
     if !is_timely && format != Format::Json {
         return printed(say("as far as tokens go; its times do not allow this order"));
     }
@@ -34,7 +35,7 @@ pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<
 }
 
 struct Walk<'a> {
-    net: &'a Net,
+    analysed: &'a Analysed,
     rules: Rules,
     /// Goal and safe place.
     ends: [Option<PlaceId>; 2],
@@ -49,8 +50,10 @@ impl Walk<'_> {
             if self.is_stepped && io::stdin().read_line(&mut String::new())? == 0 {
                 break;
             }
-            let transition = self.named(name)?;
-            if !self.rules.enabled(&marking, transition) {
+            let copies = self.named(name)?;
+            let enabled = copies.iter().find(|id| self.rules.enabled(&marking, **id));
+            let transition = *enabled.unwrap_or(&copies[0]);
+            if enabled.is_none() {
                 bail!(
                     "firing {} of {}: {}",
                     index + 1,
@@ -66,32 +69,42 @@ impl Walk<'_> {
         Ok(done)
     }
 
-    fn named(&self, name: &str) -> Result<TransitionId> {
-        let mut ids = self.net.transition_ids();
-        ids.find(|id| self.net.transition(*id).name == name).ok_or_else(|| {
-            let all: Vec<_> = self.net.transitions().iter().map(|t| t.name.as_str()).collect();
-            anyhow!("the mission has no transition {name}; it has {}", all.join(", "))
-        })
+    /// The transitions of the net that are called so: one for each of the values of variables that
+    /// it tells apart.
+    fn named(&self, name: &str) -> Result<Vec<TransitionId>> {
+        let shown = (0..).map(TransitionId).zip(&self.analysed.shown);
+        let found: Vec<_> = shown.filter(|it| it.1 == name).map(|it| it.0).collect();
+        if found.is_empty() {
+            let mut all = self.analysed.shown.clone();
+            all.dedup();
+            bail!("the mission has no transition {name}; it has {}", all.join(", "));
+        }
+        Ok(found)
     }
 
     /// Why a transition is not enabled.
     fn obstacle(&self, transition: TransitionId, marking: &[u32]) -> String {
-        let t = self.net.transition(transition);
-        let name = &t.name;
+        let net = &self.analysed.net;
+        let t = net.transition(transition);
+        let name = &self.analysed.shown[transition.index()];
         if let Some(end) = self.ends.into_iter().flatten().find(|end| marking[end.index()] > 0) {
-            return format!("{name} does not fire: the mission is over in {}", self.net.place(end));
+            return format!("{name} does not fire: the mission is over in {}", net.place(end));
         }
         let needed = t.inputs.iter().chain(&t.reads);
         let missing = needed.into_iter().find(|(place, weight)| marking[place.index()] < *weight);
         let limiting =
             t.inhibitors.iter().find(|(place, weight)| marking[place.index()] >= *weight);
+        let is_of_mission = |place: PlaceId| place.index() < self.analysed.tokens(marking).len();
         let why = match (missing, limiting) {
+            (Some((place, _)), _) if !is_of_mission(*place) => {
+                "does not fire with these values of variables".to_owned()
+            }
             (Some((place, weight)), _) => {
-                let (place, there) = (self.net.place(*place), marking[place.index()]);
+                let (place, there) = (net.place(*place), marking[place.index()]);
                 format!("needs {weight} in {place}, which holds {there}")
             }
             (None, Some((place, weight))) => {
-                let (place, there) = (self.net.place(*place), marking[place.index()]);
+                let (place, there) = (net.place(*place), marking[place.index()]);
                 format!("wants fewer than {weight} in {place}, which holds {there}")
             }
             (None, None) => "is not enabled".into(),
@@ -102,20 +115,26 @@ impl Walk<'_> {
     fn say(&self, fired: Option<&str>, marking: &[u32]) -> Result<()> {
         match self.format {
             Format::Json => {
-                let enabled: Vec<_> = self.net.transition_ids().collect();
+                let enabled: Vec<_> = self.analysed.net.transition_ids().collect();
                 let enabled = enabled.iter().filter(|id| self.rules.enabled(marking, **id));
                 let enabled: Vec<_> =
-                    enabled.map(|id| self.net.transition(*id).name.as_str()).collect();
+                    enabled.map(|id| self.analysed.shown[id.index()].as_str()).collect();
                 let marked = self.marked(marking).map(|(p, n)| (p.to_owned(), json!(n)));
-                let marking: Map<String, Value> = marked.collect();
-                say(json!({ "fired": fired, "marking": marking, "enabled": enabled }))
+                let marked: Map<String, Value> = marked.collect();
+                let values =
+                    self.analysed.values(marking).map(|(name, n)| (name.to_owned(), json!(n)));
+                let values: Map<String, Value> = values.collect();
+                say(json!({
+                    "fired": fired, "marking": marked, "variables": values, "enabled": enabled
+                }))
             }
             _ => say(format!("{:20} = {}", fired.unwrap_or("at the start"), self.words(marking))),
         }
     }
 
     fn marked<'b>(&'b self, marking: &'b [u32]) -> impl Iterator<Item = (&'b str, u32)> {
-        let places = self.net.places().iter().map(String::as_str).zip(marking.iter().copied());
+        let tokens = self.analysed.tokens(marking).iter().copied();
+        let places = self.analysed.net.places().iter().map(String::as_str).zip(tokens);
         places.filter(|(_, tokens)| *tokens > 0)
     }
 
@@ -125,6 +144,8 @@ impl Walk<'_> {
             n => format!("{n} {name}"),
         };
         let marked: Vec<_> = self.marked(marking).map(place).collect();
-        if marked.is_empty() { "nothing".into() } else { marked.join(" ") }
+        let marked = if marked.is_empty() { "nothing".into() } else { marked.join(" ") };
+        let values = self.analysed.values(marking).map(|(name, n)| format!("; {name} is {n}"));
+        marked + &values.collect::<String>()
     }
 }

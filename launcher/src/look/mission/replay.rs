@@ -1,5 +1,6 @@
 //! `armor mission replay`: a past mission, record by record, from its journal and its file alone.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -40,6 +41,7 @@ fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format)
                 "at_s": record.at.as_secs_f64(),
                 "record": record,
                 "marking": marking(&ledger),
+                "variables": ledger.values().collect::<BTreeMap<_, _>>(),
                 "in_flight": ledger.firings().keys().collect::<Vec<_>>(),
                 "stage": stage(&ledger),
             }))?,
@@ -131,5 +133,6 @@ fn in_words(ledger: &Ledger) -> String {
         Stage::Playing if ledger.pause().is_none() => String::new(),
         _ => format!("; {}", stage(ledger)),
     };
-    format!("= {marked}{flights}{stage}")
+    let values = ledger.values().map(|(name, value)| format!("; {name} is {value}"));
+    format!("= {marked}{}{flights}{stage}", values.collect::<String>())
 }

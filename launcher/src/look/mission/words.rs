@@ -206,7 +206,10 @@ fn order(order: &OrderGiven) -> String {
 
 fn component(component: &MissionComponent) -> String {
     let always = if component.controlled { "" } else { "  (not controlled by the mission)" };
-    format!("{} {}{always}", component.component, component.state)
+    let given = component.values.iter().map(|given| format!("{}={}", given.parameter, given.value));
+    let given: Vec<_> = given.collect();
+    let with = if given.is_empty() { String::new() } else { format!(" with {}", given.join(", ")) };
+    format!("{} {}{with}{always}", component.component, component.state)
 }
 
 #[cfg(test)]
@@ -244,6 +247,7 @@ mod tests {
                 controlled: true,
                 state: "active".into(),
                 activation: 1,
+                values: Vec::new(),
             }],
             fired: 0,
             history: Vec::new(),

@@ -8,6 +8,7 @@ use armor_missions::claim::{Relation, Statement};
 use armor_petri::{Net, TransitionId};
 
 use crate::plan::Plan;
+use crate::proof::Analysed;
 use crate::proof::formula::Formula;
 
 /// Beyond so many states, or sets of them, a net is left alone.
@@ -119,8 +120,8 @@ impl Enumeration {
     }
 
     /// Whether the statement is true; none if that takes too much.
-    pub fn judge(&self, statement: &Statement, plan: &Plan) -> Option<bool> {
-        let formula = |formula| Formula::of(formula, plan).expect("names that are there");
+    pub fn judge(&self, statement: &Statement, plan: &Plan, analysed: &Analysed) -> Option<bool> {
+        let formula = |formula| Formula::of(formula, plan, analysed).expect("names that are there");
         let all = || 0..self.states.len();
         let fires = |name: &str| {
             let id = plan.transition_named(name).expect("it is there").0;
