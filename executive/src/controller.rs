@@ -13,8 +13,10 @@ use crate::record::{Cause, Entry, Outcome, Record, ValueSet};
 use crate::roster::{Doing, Roster};
 use crate::senses::Senses;
 use crate::time::{Deadlines, HostTimes, Now};
+use crate::waits::Stuck;
 use armor_missions::Date;
 use armor_petri::{PlaceId, Step, TransitionId};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -46,6 +48,8 @@ pub struct Controller {
     pub(crate) dropped: Dropped,
     /// Components that had to be killed and are gone now, or that not even that is known of.
     pub(crate) unstopped: Vec<ComponentId>,
+    /// Starts that nothing will let begin, by the number of the firing.
+    pub(crate) stuck: BTreeMap<u64, Stuck>,
     /// It has been told to stop.
     pub(crate) stopping: bool,
     /// Of the holder of the lease, if there is one.
@@ -140,7 +144,12 @@ impl Controller {
         let answers = self.answers_due().map(|due| due.1);
         let waits = self.pushes().chain(self.patience()).chain(self.senses_due());
         Deadlines {
-            mission: firing.into_iter().chain(answers).chain(self.dates_due()).min(),
+            mission: firing
+                .into_iter()
+                .chain(answers)
+                .chain(self.dates_due())
+                .chain(self.waits_due())
+                .min(),
             host: waits.chain(self.lease_due()).min(),
         }
     }
@@ -182,6 +191,7 @@ impl Controller {
             actions: Vec::new(),
             dropped: Dropped::default(),
             unstopped: Vec::new(),
+            stuck: BTreeMap::new(),
             stopping: false,
             link: Link::Down(host),
             senses,
@@ -205,6 +215,7 @@ impl Controller {
             if !self.stopping {
                 self.notice_lost_link();
                 self.consider_change();
+                self.notice_waits();
                 self.move_firings_on();
                 self.notice_failures();
                 self.weigh_guards();
@@ -217,6 +228,7 @@ impl Controller {
                 break;
             }
         }
+        self.remember_waits();
         self.notice_the_end();
     }
 
@@ -276,7 +288,10 @@ impl Controller {
         });
         let from: Vec<_> = transition.inputs.iter().copied().chain(emptied).collect();
         let mut to = transition.outputs.clone();
-        let late = state.deadline(id).map_or(Duration::ZERO, |at| self.now.saturating_sub(at));
+        // A mission with a period looks so often, and the next look is in time.
+        let period = self.plan.period.unwrap_or_default();
+        let latest = state.deadline(id).map(|at| at.saturating_add(period));
+        let late = latest.map_or(Duration::ZERO, |at| self.now.saturating_sub(at));
         if late > self.plan.limits.overrun
             && let Some(overrun) = self.plan.transition(id).overrun
         {

@@ -46,6 +46,7 @@ mod time;
 mod transfer;
 mod values;
 mod version;
+mod waits;
 mod wall_clock;
 mod watch;
 

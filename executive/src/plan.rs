@@ -34,6 +34,9 @@ pub struct Limits {
     pub start_within: Duration,
     /// For the confirmation of a freeze; asked twice, then the component is killed.
     pub stop_within: Duration,
+    /// For a component that excludes one to be started and that nothing will stop any more, in
+    /// mission time: long enough for an operator to see to it.
+    pub wait_within: Duration,
     /// For a killed component to be gone.
     pub kill_within: Duration,
     /// For the holder of the lease to come back after its connection broke.
@@ -55,6 +58,7 @@ impl Default for Limits {
             return_within: Duration::from_secs(15),
             start_within: Duration::from_secs(10),
             stop_within: Duration::from_secs(1),
+            wait_within: Duration::from_secs(10),
             kill_within: Duration::from_secs(2),
             lease: Duration::from_secs(5),
             value_holds: Duration::from_secs(2),

@@ -70,7 +70,9 @@ impl Controller {
         let starting = firings.flat_map(move |(number, firing)| {
             let since = self.host_times.since(*number);
             let wanted = self.components_now(&firing.to);
-            let down = wanted.into_iter().filter(|c| !self.is_up(*c));
+            // One that another is in the way of has all the time that this takes.
+            let waits = |c: &ComponentId| !self.is_up(*c) && !self.is_kept_waiting(*c);
+            let down = wanted.into_iter().filter(waits);
             down.map(move |component| self.up_deadline(component, Some(since)))
         });
         let playing = self.ledger.stage == Stage::Playing;
@@ -161,8 +163,14 @@ impl Controller {
         if !renewing && components.iter().all(|component| self.is_up(*component)) {
             return self.record(Entry::Put { firing: number });
         }
-        let late =
-            |c: &&ComponentId| !self.is_up(**c) && self.host >= self.up_deadline(**c, Some(since));
+        if let Some(why) = self.waited_in_vain(number) {
+            return self.fail_firing(number, Half::Start, &why);
+        }
+        let late = |c: &&ComponentId| {
+            !self.is_up(**c)
+                && !self.is_kept_waiting(**c)
+                && self.host >= self.up_deadline(**c, Some(since))
+        };
         if let Some(late) = components.iter().find(late) {
             let name = &self.plan.component(*late).name;
             let why = format!("`{name}` did not start: {}", self.absence(*late));
@@ -210,7 +218,7 @@ impl Controller {
     fn up_deadline(&self, component: ComponentId, since: Option<Duration>) -> Duration {
         let (limits, observed) = (&self.plan.limits, self.roster.of(component));
         let began = self.roster.began.max(self.host_times.resumed());
-        let from = since.unwrap_or(Duration::ZERO).max(began);
+        let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
         let starting = observed.order.filter(|order| !order.stop);
         let deadline = match (observed.presence, observed.doing) {
             (Presence::Unseen, _) => from.max(began + limits.muster),
@@ -245,7 +253,7 @@ impl Controller {
     }
 
     /// Those of them that run now: during a pause only the ones of safety.
-    fn components_now(&self, places: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
+    pub(crate) fn components_now(&self, places: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
         let playing = places.iter().filter(|arc| self.ledger.plays(arc.0)).copied();
         self.components_of(&playing.collect::<Vec<_>>())
     }

@@ -55,6 +55,10 @@ pub(crate) struct Observed {
     pub(crate) order: Option<Order>,
     /// Not even killing it was confirmed.
     pub(crate) unstoppable: bool,
+    /// It is to start, and one that it excludes was in its way when somebody looked last.
+    pub(crate) is_blocked: bool,
+    /// Since when nobody is in its way.
+    pub(crate) unblocked: Duration,
 }
 
 impl Observed {
@@ -107,6 +111,8 @@ impl Roster {
             controllable: component.is_controlled(),
             order: None,
             unstoppable: false,
+            is_blocked: false,
+            unblocked: Duration::ZERO,
         };
         Self { observed: plan.components.iter().map(unseen).collect(), began: now }
     }
@@ -131,6 +137,8 @@ impl Roster {
             controllable: observed.controllable,
             order: None,
             unstoppable: false,
+            is_blocked: false,
+            unblocked: Duration::ZERO,
         };
     }
 

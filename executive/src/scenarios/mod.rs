@@ -9,6 +9,7 @@ mod guarding;
 mod pausing;
 mod simulated;
 mod valuing;
+mod waiting;
 
 use crate::controller::Controller;
 use crate::event::Event;
@@ -247,11 +248,12 @@ fn a_loop_without_end_is_named_and_left_for_the_safe_place() {
 
 #[test]
 fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
-    let mut office = office();
-    let (explore, back) = (office.explore, office.back);
-    let alarm = office.plan.place("alarm", 0, &[]);
-    office.plan.period = Some(SECOND);
-    office.plan.safe = None;
+    let mut offices = [office(), office()];
+    let (explore, back) = (offices[0].explore, offices[0].back);
+    let [alarm, _] = offices.each_mut().map(|office| {
+        (office.plan.period, office.plan.safe) = (Some(SECOND), None);
+        office.plan.place("alarm", 0, &[])
+    });
     let late = Way {
         from: vec![explore],
         to: vec![back],
@@ -259,13 +261,20 @@ fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
         overrun: Some(alarm),
         ..Way::default()
     };
-    let mut bench = Bench::begun(office.with("late", late));
+    let [office, again] = offices.map(|office| office.with("late", late.clone()));
+    let mut bench = Bench::begun(office);
     bench.pass(2900 * MS);
     assert_eq!(bench.wanted(), [] as [&str; 0]);
     bench.pass(200 * MS);
     bench.obey();
-    assert_eq!(bench.marked(), ["return", "alarm"], "0.7 s late");
+    assert_eq!(bench.marked(), ["return"], "the next look is in time");
     assert_eq!(bench.controller.ledger().history[0].1, 3 * SECOND);
+    // This time it does not get to look before 3.4 s, and the next look is at 4 s.
+    let mut bench = Bench::begun(again);
+    bench.now = 3400 * MS;
+    bench.pass(SECOND);
+    bench.obey();
+    assert_eq!(bench.marked(), ["return", "alarm"], "0.7 s late");
 }
 
 #[test]

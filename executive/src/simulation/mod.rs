@@ -368,8 +368,11 @@ impl Play {
         let patience = Duration::from_secs(90);
         let stuck = |since: Duration| since + patience < self.world.now;
         assert!(ledger.stage() == Stage::Playing || !stuck(ledger.at), "stuck at the end");
-        let moving = ledger.firings().values().filter(|f| !ledger.is_held(f));
-        let stuck: Vec<_> = moving.filter(|f| stuck(f.since)).collect();
+        // What waits for one that excludes it, and may yet stop, may wait for ever.
+        let waiting = controller.blocked_starts();
+        let moving = ledger.firings().iter().filter(|it| !ledger.is_held(it.1));
+        let moving = moving.filter(|it| !waiting.contains_key(it.0));
+        let stuck: Vec<_> = moving.filter(|it| stuck(it.1.since)).collect();
         assert!(stuck.is_empty(), "stuck: {stuck:?}");
         let stopped = self.world.next_at().is_none() && controller.next_deadline().is_none();
         if !stopped {
