@@ -108,6 +108,11 @@ impl Controller {
         self.ledger.authority.consents.get(&id) == Some(&Consent::Granted)
     }
 
+    /// Whether it does not fire until it is newly enabled.
+    pub(crate) fn is_declined(&self, id: TransitionId) -> bool {
+        self.ledger.authority.consents.get(&id) == Some(&Consent::Declined)
+    }
+
     fn is_unasked(&self, id: TransitionId) -> bool {
         !self.ledger.authority.consents.contains_key(&id)
     }

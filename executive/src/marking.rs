@@ -125,7 +125,8 @@ pub struct EnabledTransition {
     /// When it must have fired, if ever.
     #[message(unit = "s")]
     pub latest_at_s: Option<f64>,
-    /// Who lets it fire: `mission`, `operator`, or `confirmation` (the mission asks first).
+    /// Who lets it fire: `mission`, `operator`, `confirmation` (the mission asks first), or
+    /// `declined` (it has asked, and does again when it is newly enabled).
     pub by: String,
     /// Whether a pause stops its clock; its times count from the beginning of the pause then.
     pub held: bool,
@@ -353,6 +354,7 @@ impl Controller {
             latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
             by: match self.plan.transition(id).autonomy {
                 _ if self.fires_by_itself(id) => "mission".to_owned(),
+                _ if self.is_declined(id) => "declined".to_owned(),
                 Autonomy::Confirm { .. } => "confirmation".to_owned(),
                 Autonomy::Auto | Autonomy::Operator => "operator".to_owned(),
             },

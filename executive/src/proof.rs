@@ -5,12 +5,14 @@
 //! looked at again with its times, where these can be followed within the budget.
 
 mod analysed;
+mod asking;
 mod claims;
 mod durations;
 mod formula;
 mod general;
 mod large;
 mod outside;
+mod starts;
 mod sums;
 mod unfolding;
 mod values;
@@ -37,6 +39,8 @@ pub const MAX_CLASSES: u64 = 100_000;
 pub const MAX_BYTES: u64 = 256 << 20;
 /// So many states of tokens alone are few enough to look at their times without being asked to.
 const FEW_STATES: u64 = 20_000;
+/// So often a circle that fills a place is gone round before times count as allowing it.
+const ROUNDS: usize = 4;
 
 /// Proves the mission of a configuration, whose plan is `plan`, and what its files claim. `stop` is
 /// asked now and then whether it has taken long enough.
@@ -63,17 +67,18 @@ fn prove_within(
     let mut findings = Findings::default();
     let Ok(Some(mission)) = configuration.flattened() else { return findings };
     let Ok(analysed) = Analysed::of(plan) else { return findings };
-    let proof = Proof::new(plan, &mission, &analysed, effort, stop);
-    match &proof.exploration.ending {
-        Ending::Complete => proof.complete(&mut findings),
-        Ending::Unbounded(pumping) => findings.push(proof.fills(pumping)),
-        Ending::Undecided(why) => proof.too_large(*why, &mut findings),
-    }
-    if !effort.has_begun {
-        findings.extend(proof.durations());
-    }
-    proof.not_followed(&mut findings);
-    proof.claims(&mut findings);
+    Proof::new(plan, &mission, &analysed, effort, stop).with_waits(&mut |proof, meeting| {
+        // Of the net in which nobody waits: where they meet is a finding of its own.
+        if let Some(plain) = meeting {
+            plain.exclusions(&mut findings);
+        }
+        proof.general(&mut findings);
+        if !effort.has_begun {
+            findings.extend(proof.durations());
+        }
+        proof.not_followed(&mut findings);
+        proof.claims(&mut findings);
+    });
     // What a sub-mission's file claims is about that mission from its start, whoever puts it in.
     let effort = Effort { has_begun: false, ..effort };
     for inner in configuration.included.values().filter(|inner| !inner.checks.is_empty()) {
@@ -82,7 +87,8 @@ fn prove_within(
             continue;
         };
         if let Ok(analysed) = Analysed::of(&plan) {
-            Proof::new(&plan, &mission, &analysed, effort, stop).claims(&mut findings);
+            let alone = Proof::new(&plan, &mission, &analysed, effort, stop);
+            alone.with_waits(&mut |proof, _| proof.claims(&mut findings));
         }
     }
     findings
@@ -111,10 +117,13 @@ struct Proof<'a> {
     mission: &'a Mission,
     analysed: &'a Analysed,
     net: &'a Net,
+    /// Places that are kept apart by letting starts wait.
+    apart: &'a [[PlaceId; 2]],
     bounds: Bounds,
     /// The states as far as tokens go.
     exploration: Exploration,
     timed: OnceCell<(Classes, Option<Exhausted>)>,
+    untimed_alone: OnceCell<bool>,
     sums: OnceCell<Semiflows<PlaceId>>,
     effort: Effort,
     stop: &'a dyn Fn() -> bool,
@@ -147,7 +156,57 @@ impl<'a> Proof<'a> {
         let budget = Budget { states: effort.states, memory_bytes: MAX_BYTES, stop };
         let exploration = explore(net, &bounds, true, &budget);
         let (timed, sums) = (OnceCell::new(), OnceCell::new());
-        Self { plan, mission, analysed, net, bounds, exploration, timed, sums, effort, stop }
+        let untimed_alone = OnceCell::new();
+        Self {
+            plan,
+            mission,
+            analysed,
+            net,
+            apart: &[],
+            bounds,
+            exploration,
+            timed,
+            untimed_alone,
+            sums,
+            effort,
+            stop,
+        }
+    }
+
+    /// Goes on with the net in which starts wait for what excludes them, if any of them may have to;
+    /// then this one, in which they do not, is handed on too.
+    fn with_waits(self, go_on: &mut dyn FnMut(&Proof<'_>, Option<&Proof<'_>>)) {
+        let pairs = self.meeting_places();
+        let waiting = Analysed::keeping_apart(self.plan, &pairs);
+        let Some(analysed) = waiting.ok().filter(|_| !pairs.is_empty()) else {
+            return go_on(&self, None);
+        };
+        let proof = Proof::new(self.plan, self.mission, &analysed, self.effort, self.stop);
+        go_on(&Proof { apart: &pairs, ..proof }, Some(&self));
+    }
+
+    /// What is looked at in every mission.
+    fn general(&self, findings: &mut Findings) {
+        match &self.exploration.ending {
+            Ending::Complete => self.complete(findings),
+            Ending::Unbounded(pumping) => self.without_bounds(pumping, findings),
+            Ending::Undecided(why) => self.too_large(*why, findings),
+        }
+    }
+
+    /// Whether tokens alone would let places fill without end in a way that times do not allow.
+    fn grows_untimed_alone(&self) -> bool {
+        *self.untimed_alone.get_or_init(|| {
+            let Ending::Unbounded(pumping) = &self.exploration.ending else { return false };
+            let rounds = std::iter::repeat_n(&pumping.cycle, ROUNDS).flatten();
+            let way: Vec<_> = pumping.prefix.iter().chain(rounds).copied().collect();
+            is_possible(self.net, &way) == Ok(false)
+        })
+    }
+
+    /// Whether tokens alone would let places fill without end, and times do not.
+    fn times_bound_it(&self) -> bool {
+        self.grows_untimed_alone() && self.timed().is_ok()
     }
 
     /// For states as far as tokens go.
@@ -184,7 +243,7 @@ impl<'a> Proof<'a> {
     /// The same where it is cheap.
     fn timed_if_small(&self) -> Option<&Classes> {
         let is_small = self.is_whole() && self.exploration.space.states() <= FEW_STATES;
-        if is_small { self.timed().ok() } else { None }
+        if is_small || self.times_bound_it() { self.timed().ok() } else { None }
     }
 
     /// The sums of tokens that no firing changes.
@@ -195,6 +254,11 @@ impl<'a> Proof<'a> {
     /// The nearest marking as asked in a run, or else, as far as tokens go.
     fn seen(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<Seen> {
         let space = &self.exploration.space;
+        if matches!(self.exploration.ending, Ending::Unbounded(_)) {
+            // It stopped where a place was seen to fill: more is seen with times.
+            let (classes, _) = self.timed_so_far();
+            return classes.nearest(asked).map(|class| Seen::of(classes, class));
+        }
         let found = space.find(asked)?;
         match self.timed_if_small() {
             Some(classes) => classes.nearest(asked).map(|class| Seen::of(classes, class)),

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use armor_missions::{Code, Finding, Findings, Location};
 use armor_petri::PlaceId;
+use armor_petri::analysis::Ending;
 use armor_petri::analysis::boundedness::Pumping;
 use armor_petri::analysis::components::components;
+use armor_petri::analysis::rules::Rules;
 use armor_petri::analysis::runs::{Graph, lost};
 
 use super::{Proof, Seen};
@@ -19,25 +21,91 @@ impl Proof<'_> {
         self.contradictions(findings);
         self.values_outside(findings);
         let Some(goal) = self.plan.goal else { return };
-        if self.exploration.space.most_in(goal) == 0 {
-            let name = self.net.place(goal);
-            let message = format!("no way leads to {name}: the mission can never reach its goal");
-            let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
-            findings.push(finding.remedy(
-                "follow the transitions from the initial place: one of them needs what never is",
-            ));
-            return;
+        match self.goal_never(goal) {
+            Some(never) => findings.push(never),
+            None => findings.extend(self.end_lost()),
         }
-        findings.extend(self.end_lost());
+    }
+
+    fn goal_never(&self, goal: PlaceId) -> Option<Finding> {
+        let name = self.net.place(goal);
+        let (message, remedy) = if self.most_in(goal) > 0 {
+            let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
+            if self.timed_if_small()?.nearest(&at_goal).is_some() {
+                return None;
+            }
+            let message = format!(
+                "{name} never comes in time: something else always fires before what leads there"
+            );
+            (message, "compare the times on the way to it with those of what fires before")
+        } else {
+            let stands = self.standing().filter(|seen| !self.waiting(&seen.marking).is_empty());
+            let stands = stands.map(|seen| {
+                let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
+                format!("; {} there is a token in {held}", self.after(&seen.way))
+            });
+            let message = format!(
+                "no way leads to {name}: the mission can never reach its goal{}",
+                stands.unwrap_or_default()
+            );
+            (
+                message,
+                "follow the transitions from the initial place: one of them needs what never is",
+            )
+        };
+        let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
+        Some(finding.remedy(remedy))
+    }
+
+    /// Of a mission that has places without a bound as far as tokens go.
+    pub(super) fn without_bounds(&self, pumping: &Pumping, findings: &mut Findings) {
+        if self.times_bound_it() {
+            return self.complete(findings);
+        }
+        findings.push(self.fills(pumping));
+        // What the states seen show is so, whatever the others are.
+        self.tokens_of_active_places(findings);
+        self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
+        if self.plan.goal.is_some()
+            && let Some(seen) = self.standing()
+        {
+            findings.push(self.lost_at(&seen, true));
+        }
+    }
+
+    /// The nearest marking in which nothing fires any more, and the mission is not over.
+    fn standing(&self) -> Option<Seen> {
+        let rules = Rules::new(self.net);
+        self.seen(&|marking| {
+            let fires = self.net.transition_ids().any(|id| rules.enabled(marking, id));
+            !fires && !self.is_over(marking)
+        })
+    }
+
+    /// The most tokens that a place holds in a state.
+    pub(super) fn most_in(&self, place: PlaceId) -> u32 {
+        if !matches!(self.exploration.ending, Ending::Unbounded(_)) {
+            return self.exploration.space.most_in(place);
+        }
+        let (classes, _) = self.timed_so_far();
+        let tokens = |class| classes.marking(class)[place.index()];
+        (0..classes.classes() as u32).map(tokens).max().unwrap_or(0)
     }
 
     pub(super) fn fills(&self, pumping: &Pumping) -> Finding {
         let (prefix, cycle) = (self.names(&pumping.prefix), self.names(&pumping.cycle));
         let place = pumping.growing.first().copied().unwrap_or(PlaceId(0));
         let begin = if prefix.is_empty() { String::new() } else { format!("{prefix}, ") };
+        let untimed = if self.grows_untimed_alone() {
+            "; its times do not allow just this, and what they do allow was too much to be looked at"
+        } else {
+            ""
+        };
         let message = format!(
-            "{} fills without end: {begin}then again and again {cycle}",
-            self.net.place(place)
+            "{} fills without end: {begin}then again and again {cycle}{untimed}",
+            self.net.place(place),
         );
         Finding::new(Code::FillsWithoutEnd, self.at(place), message)
             .way(self.data(&pumping.prefix, &pumping.cycle))
@@ -48,15 +116,14 @@ impl Proof<'_> {
     fn end_lost(&self) -> Option<Finding> {
         let is_over = |marking: &[u32]| self.is_over(marking);
         let space = &self.exploration.space;
-        // Of the states as far as tokens go first: mostly nothing is lost, and this is cheaper.
-        let state = components(space, &self.untimed_budget(), is_over).ok()?.lost()?;
         let with_times = self.timed_if_small().and_then(|classes| {
             let found = lost(classes, &is_over, &self.budget()).ok()?;
             Some((classes, found))
         });
+        let untimed = || components(space, &self.untimed_budget(), is_over).ok()?.lost();
         let (graph, node): (&dyn Graph, u32) = match with_times {
             Some((classes, found)) => (classes, found?),
-            None => (space, state),
+            None => (space, untimed()?),
         };
         let seen = Seen::of(graph, node);
         Some(self.lost_at(&seen, graph.firings(node).is_empty()))
@@ -64,7 +131,8 @@ impl Proof<'_> {
 
     pub(super) fn lost_at(&self, seen: &Seen, stands_still: bool) -> Finding {
         let at = self.nearest_mark(&seen.marking);
-        let (after, held) = (self.after(&seen.way), self.held(&seen.marking));
+        let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
+        let after = self.after(&seen.way);
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
             Finding::new(Code::Standstill, at, message)
@@ -78,7 +146,14 @@ impl Proof<'_> {
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
-        let dead: BTreeSet<_> = self.exploration.space.dead_transitions().collect();
+        let dead: BTreeSet<_> = if self.times_bound_it() {
+            let (classes, _) = self.timed_so_far();
+            let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
+            let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
+            self.net.transition_ids().filter(|id| !fire.contains(id)).collect()
+        } else {
+            self.exploration.space.dead_transitions().collect()
+        };
         for source in self.plan.net().transition_ids() {
             if !self.copies(source).iter().all(|copy| dead.contains(copy)) {
                 continue;
@@ -94,7 +169,7 @@ impl Proof<'_> {
     pub(super) fn tokens_of_active_places(&self, findings: &mut Findings) {
         for id in self.plan.place_ids() {
             let is_active = !self.plan.place(id).components.is_empty();
-            if !is_active || self.exploration.space.most_in(id) < 2 {
+            if !is_active || self.most_in(id) < 2 {
                 continue;
             }
             let Some(seen) = self.seen(&|marking| marking[id.index()] > 1) else { continue };

@@ -59,7 +59,7 @@ impl Proof<'_> {
     /// Without the end at goal and safe place the net has no inhibitor arcs of ours, does all that
     /// it does with it, and more. So what never stands still without the end never does.
     fn standstill(&self) -> Standstill {
-        let Ok(endless) = Analysed::endless(self.plan) else { return Standstill::Open };
+        let Ok(endless) = Analysed::endless(self.plan, self.apart) else { return Standstill::Open };
         let bounds = Bounds::of_net(&endless.net, self.stop);
         let budget = self.untimed_budget();
         let not_over = |marking: &[u32]| !self.is_over(marking);

@@ -3,6 +3,7 @@ use armor_missions::{Code, Colours, Finding, check, read};
 
 mod claims;
 mod large;
+mod outcomes;
 mod random;
 mod variables;
 

@@ -57,8 +57,15 @@ impl Proof<'_> {
         Verdict::Undecided(self.budget_ran_out(why))
     }
 
+    /// Whether it holds of a marking, once all tokens are put that can be.
+    fn holds(&self, formula: &Formula, marking: &[u32]) -> bool {
+        formula.holds(&self.analysed.settled(marking))
+    }
+
     fn possibly(&self, formula: &Formula) -> Possible {
-        self.possible(&|marking| formula.holds(marking), || exclude(self.sums(), self.net, formula))
+        self.possible(&|marking| self.holds(formula, marking), || {
+            exclude(self.sums(), self.net, formula)
+        })
     }
 
     fn never(&self, unwanted: &Formula) -> Verdict {
@@ -81,7 +88,7 @@ impl Proof<'_> {
     }
 
     fn always_reachable(&self, wanted: &Formula) -> Verdict {
-        let asked = |marking: &[u32]| wanted.holds(marking);
+        let asked = |marking: &[u32]| self.holds(wanted, marking);
         let found = self.timed().and_then(|classes| {
             let node = lost(classes, &asked, &self.budget())?;
             Ok(node.map(|node| Seen::of(classes, node)))
@@ -118,7 +125,7 @@ impl Proof<'_> {
 
     fn leads_to(&self, from: &Formula, to: &Formula) -> Verdict {
         self.every_run_comes(to, |graph| {
-            let starts = |node: &u32| from.holds(&graph.tokens(*node));
+            let starts = |node: &u32| self.holds(from, &graph.tokens(*node));
             (0..graph.nodes()).filter(starts).collect()
         })
     }
@@ -130,7 +137,7 @@ impl Proof<'_> {
         wanted: &Formula,
         starts: impl Fn(&dyn Graph) -> Vec<u32>,
     ) -> Verdict {
-        let asked = |marking: &[u32]| wanted.holds(marking);
+        let asked = |marking: &[u32]| self.holds(wanted, marking);
         let avoiding = |graph: &dyn Graph| escape(graph, starts(graph), &asked, &self.budget());
         if self.is_whole() && avoiding(&self.exploration.space) == Ok(None) {
             return Verdict::Holds;
@@ -177,7 +184,7 @@ impl Proof<'_> {
     }
 
     fn at_least(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
-        let asked = |marking: &[u32]| until.holds(marking);
+        let asked = |marking: &[u32]| self.holds(until, marking);
         let found =
             self.timed().and_then(|classes| shortest(self.net, classes, asked, &self.budget()));
         match found {
@@ -204,7 +211,7 @@ impl Proof<'_> {
     }
 
     fn at_most(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
-        let asked = |marking: &[u32]| until.holds(marking);
+        let asked = |marking: &[u32]| self.holds(until, marking);
         let found =
             self.timed().and_then(|classes| longest(self.net, classes, asked, &self.budget()));
         match found {
@@ -328,6 +335,10 @@ impl Proof<'_> {
         }
         match &self.exploration.ending {
             Ending::Complete => Verdict::Holds,
+            Ending::Unbounded(_) if self.times_bound_it() => Verdict::Holds,
+            Ending::Unbounded(_) if self.grows_untimed_alone() => {
+                Verdict::Undecided("whether its times let it fill is not known".into())
+            }
             Ending::Unbounded(pumping) if pumping.growing.contains(&place) => {
                 let (way, circle) = (&pumping.prefix, &pumping.cycle);
                 let begin = if way.is_empty() { String::new() } else { self.after(way) + " " };

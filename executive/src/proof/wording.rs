@@ -54,7 +54,8 @@ impl Proof<'_> {
 
     /// The first firings by name, and how many more there are.
     pub(super) fn names(&self, way: &[TransitionId]) -> String {
-        let named: Vec<_> = way.iter().take(MAX_NAMED).map(|id| self.name(*id)).collect();
+        let way = self.all_names(way);
+        let named: Vec<_> = way.iter().take(MAX_NAMED).map(String::as_str).collect();
         let more = way.len().saturating_sub(MAX_NAMED);
         let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
         named.join(", ") + &rest
@@ -66,7 +67,9 @@ impl Proof<'_> {
 
     /// All firings by name.
     pub(super) fn all_names(&self, way: &[TransitionId]) -> Vec<String> {
-        way.iter().map(|id| self.name(*id).to_owned()).collect()
+        // Second halves of firings have none.
+        let names = way.iter().map(|id| self.name(*id)).filter(|name| !name.is_empty());
+        names.map(ToOwned::to_owned).collect()
     }
 
     /// A firing sequence as data.

@@ -253,6 +253,7 @@ fn what_was_declined_asks_again_when_it_is_newly_enabled() {
     assert_eq!(bench.orders("ruth", confirm("look")), "refused: `look` has been declined already");
     bench.pass(60 * SECOND);
     assert_eq!(asks(&bench), 0);
+    assert_eq!(bench.controller.marking(0.0).enabled[0].by, "declined");
     see(&mut bench);
     assert_eq!(asks(&bench), 1, "seen once more");
     bench.orders("ruth", confirm("look"));

@@ -135,6 +135,12 @@ fn transition(transition: &EnabledTransition, now_s: f64) -> String {
     let who = match transition.by.as_str() {
         "operator" => ", by the operator",
         "confirmation" => ", if the operator confirms it",
+        "declined" => {
+            return format!(
+                "{} was declined; it asks again when it is newly enabled",
+                transition.transition
+            );
+        }
         _ => "",
     };
     let held = if transition.held { ", once the mission goes on" } else { "" };

@@ -1,0 +1,160 @@
+//! What a mission may come to beside its firings: starts that wait for each other, silence where it
+//! asks, and times that bound or exclude what tokens alone allow.
+
+use super::*;
+
+/// Codes and messages of the findings, but for how long it takes.
+fn told(net: &str) -> Vec<(&'static str, String)> {
+    let findings = proven(&mission(net)).into_iter();
+    findings.map(|finding| (finding.code.as_str(), finding.message)).collect()
+}
+
+/// Which of these checks do not hold, or are not decided.
+fn refuted(net: &str, checks: &[&str]) -> Vec<String> {
+    let escaped =
+        checks.iter().map(|check| format!("<check>{}</check>", check.replace('<', "&lt;")));
+    let findings = proven(&mission(&format!("{net}{}", escaped.collect::<String>())));
+    let own = findings.iter().filter(|f| matches!(f.code, Code::CheckFails | Code::CheckUndecided));
+    own.map(|f| f.at.as_ref().expect("a place").text().replace("&lt;", "<")).collect()
+}
+
+/// `u` leads into `y`, whose component excludes that of `x`.
+const MEETING: &str =
+    "<place name='x' initial='true' components='a'/><place name='y' components='b'/>
+    <place name='w' initial='true'/><exclusive components='a b'/>
+    <transition name='u' from='w' to='y' timeout='2s'/>";
+
+#[test]
+fn a_start_that_waits_for_what_waits_for_it_is_a_standstill() {
+    let net = format!("{MEETING}<transition name='v' from='x y' to='over' timeout='2s'/>");
+    let told = told(&net);
+    assert_eq!(
+        told.iter().map(|it| it.0).collect::<Vec<_>>(),
+        ["W0245", "W0217", "E0241"],
+        "{told:?}"
+    );
+    assert!(told[2].1.contains("on its way into y, which waits until x is left"), "{told:?}");
+    let checks =
+        ["eventually over", "always reachable(over)", "duration(over) <= 4s", "reachable(over)"];
+    assert_eq!(refuted(&net, &checks), checks);
+    assert_eq!(refuted(&net, &["never x and y", "dead(v)", "fires(u)"]), [""; 0]);
+}
+
+#[test]
+fn where_the_goal_is_out_of_reach_only_on_that_way_the_standstill_is_shown() {
+    let net = format!(
+        "{MEETING}<transition name='v' from='x y' to='over' timeout='2s'/>
+         <transition name='other' from='x w' to='over' on='a.done'/>"
+    );
+    let told = told(&net);
+    let still = told.iter().find(|it| it.0 == "W0242").expect("it is told");
+    assert!(
+        still.1.starts_with("after u the mission stands still, with a token in x"),
+        "{still:?}"
+    );
+    assert!(still.1.contains("on its way into y, which waits until x is left"), "{still:?}");
+}
+
+#[test]
+fn a_start_that_may_wait_goes_on_when_the_other_is_left() {
+    let net = format!(
+        "{MEETING}<place name='z'/>
+         <transition name='leave' from='x' to='z' interval='[1s,5s]'/>
+         <transition name='v' from='y z' to='over' timeout='2s'/>"
+    );
+    assert_eq!(told(&net).iter().map(|it| it.0).collect::<Vec<_>>(), ["W0245"]);
+    let hold = ["eventually over", "duration(over) <= 7s", "duration(over) >= 4s", "never x and y"];
+    assert_eq!(refuted(&net, &hold), [""; 0]);
+    // Where nothing is in its way the second half takes no time and is not seen.
+    assert_eq!(
+        refuted(&net, &["always w or y or x or over", "duration(over) < 7s"]),
+        ["duration(over) < 7s"]
+    );
+}
+
+fn asking(unanswered: &str, more: &str) -> String {
+    format!(
+        "<place name='x' initial='true'/>
+         <transition name='t' from='x' to='over' autonomy='confirm' answer-within='5s' {unanswered}/>{more}"
+    )
+}
+
+#[test]
+fn silence_that_declines_is_an_outcome() {
+    let net = asking("unanswered='decline'", "");
+    let told = told(&net);
+    let [(code, message)] = &told[..] else { panic!("{told:?}") };
+    assert_eq!(
+        (*code, message.as_str()),
+        ("W0242", "after t/declined the mission stands still, with a token in x")
+    );
+    let checks = ["eventually over or hold", "x leads to over", "always reachable(over)"];
+    assert_eq!(refuted(&net, &checks), checks);
+    assert_eq!(refuted(&net, &["reachable(over)", "fires(t)"]), [""; 0]);
+    // Whoever is declined has another way here.
+    let net = asking(
+        "unanswered='decline'",
+        "<transition name='late' from='x' to='hold' timeout='60s'/>",
+    );
+    assert_eq!(
+        refuted(&net, &["eventually over or hold", "duration(over or hold) <= 60s"]),
+        [""; 0]
+    );
+}
+
+#[test]
+fn what_was_declined_asks_again_once_it_is_newly_enabled() {
+    let more = "<place name='y'/><transition name='out' from='x' to='y' timeout='30s'/>
+        <transition name='back' from='y' to='x' timeout='1s'/>";
+    let net = asking("unanswered='decline'", more);
+    assert_eq!(refuted(&net, &["always reachable(over)"]), [""; 0]);
+    assert_eq!(refuted(&net, &["eventually over"]), ["eventually over"]);
+}
+
+#[test]
+fn silence_that_fires_has_a_latest_moment() {
+    let net = asking("unanswered='fire'", "");
+    assert_eq!(refuted(&net, &["eventually over", "duration(over) <= 5s"]), [""; 0]);
+    assert_eq!(refuted(&net, &["duration(over) < 5s"]), ["duration(over) < 5s"]);
+    let findings = all_proven(&mission(&net), Effort::default());
+    let takes = findings.iter().find(|f| f.code == Code::Takes).expect("it is told");
+    assert_eq!(takes.message, "over comes after 0 s to 5 s");
+    // Nobody knows how long the link stays lost.
+    let net = asking("unanswered='fire' lost-link='wait'", "");
+    assert_eq!(refuted(&net, &["duration(over) <= 5s"]), ["duration(over) <= 5s"]);
+}
+
+const MAKE: &str = "<place name='x' initial='true'/><place name='n'/>
+    <transition name='make' from='x' to='x n' timeout='4s'/>";
+
+#[test]
+fn a_place_that_times_bound_does_not_fill() {
+    let net = format!(
+        "{MAKE}<transition name='use' from='n' to='' timeout='1s'/>
+         <transition name='stop' from='x' to='over' operator='true'/>"
+    );
+    assert_eq!(told(&net), []);
+    assert_eq!(refuted(&net, &["bounded(n)", "bounded(n) <= 1"]), [""; 0]);
+}
+
+#[test]
+fn a_place_that_fills_does_not_hide_what_else_is_found() {
+    let net = format!(
+        "{MAKE}<place name='edge'/><place name='trap'/>
+         <transition name='near' from='x' to='edge' interval='[1s,9s]'/>
+         <transition name='fall' from='edge' to='trap' operator='true'/>
+         <transition name='stop' from='x' to='over' operator='true'/>"
+    );
+    let told = told(&net);
+    assert_eq!(told.iter().map(|it| it.0).collect::<Vec<_>>(), ["W0240", "W0242"], "{told:?}");
+}
+
+#[test]
+fn a_goal_that_never_comes_in_time_is_told() {
+    let net = "<place name='x' initial='true'/><place name='y'/>
+        <transition name='t' from='x' to='y'/><transition name='u' from='y' to='x'/>
+        <transition name='v' from='x' to='over' timeout='1s'/>";
+    let told = told(net);
+    let goal = told.iter().find(|it| it.0 == "E0241").unwrap_or_else(|| panic!("{told:?}"));
+    assert!(goal.1.contains("never comes in time"), "{goal:?}");
+}
