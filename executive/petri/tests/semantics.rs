@@ -18,7 +18,10 @@ fn every_test_that_the_definition_names_exists() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let text = std::fs::read_to_string(root.join("docs/semantics.md")).expect("the definition");
     let mut code = String::new();
-    sources(&root.join("executive"), &mut code);
+    // What the executive plays with is tested where it is.
+    ["executive", "missions", "configd", "sdk"]
+        .iter()
+        .for_each(|folder| sources(&root.join(folder), &mut code));
     let named: Vec<_> =
         text.split('`').skip(1).step_by(2).filter(|word| word.matches('_').count() > 2).collect();
     assert!(named.len() > 20, "the definition names its tests");
