@@ -7,6 +7,7 @@
 use crate::change::Change;
 use crate::event::{Action, Event};
 use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
+use crate::moving::Moving;
 use crate::operator::Link;
 use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, ValueSet};
@@ -57,6 +58,10 @@ pub struct Controller {
     pub(crate) senses: Senses,
     /// A version of the file that is there and not played.
     pub(crate) change: Option<Change>,
+    /// Tokens to be moved once that is proven to be safe.
+    pub(crate) moving: Option<Moving>,
+    /// Moves that this process was asked about.
+    pub(crate) moves: u64,
     /// Versions offered to this process.
     pub(crate) offers: u64,
     /// The number of the newest version with the mission that is played.
@@ -196,6 +201,8 @@ impl Controller {
             link: Link::Down(host),
             senses,
             change: None,
+            moving: None,
+            moves: 0,
             offers: 0,
             known_as: plan.version.number,
             plan,

@@ -86,6 +86,13 @@ pub enum Event {
     Offered(Arc<Version>),
     /// What came of a question about a version.
     Answered(Answer),
+    /// What came of a question about tokens to be moved.
+    MoveJudged {
+        /// Which.
+        serial: u64,
+        /// Nothing bad follows, or what does, in words.
+        verdict: Result<(), String>,
+    },
     /// What the clock on the wall says. Without it no date comes or passes, and no transition that
     /// has one fires.
     Utc {
@@ -144,6 +151,9 @@ pub enum Action {
     },
     /// Find the answer to [`crate::Controller::question`], elsewhere, and say [`Event::Answered`].
     Judge,
+    /// Find the answer to [`crate::Controller::move_question`], elsewhere, and say
+    /// [`Event::MoveJudged`].
+    JudgeMove,
     /// Another plan is played from now on: look at what its guards look at.
     Changed,
     /// Something to be seen has changed: publish the marking anew.

@@ -55,6 +55,7 @@ impl Controller {
             Event::Unlinked { watch } => self.unlinked(watch),
             Event::Offered(version) => self.offered(version),
             Event::Answered(answer) => self.answered(answer),
+            Event::MoveJudged { serial, verdict } => self.move_judged(serial, verdict),
             Event::Utc { at_start } => self.told_utc(at_start),
             Event::Timer => {}
             Event::Stop => self.stopping = true,

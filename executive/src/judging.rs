@@ -166,6 +166,22 @@ fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
     Err(format!("from where the mission stands, {}", said.join("; ")))
 }
 
+/// Whether nothing bad follows from where tokens would be moved to that does not follow from where
+/// they are; errors keep them from being moved even then.
+pub(crate) fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> {
+    let configuration = plan.version.configuration().map_err(in_words)?;
+    let found = proven_from(&configuration, plan, after.clone());
+    if found.is_empty() {
+        return Ok(());
+    }
+    let known = proven_from(&configuration, plan, before.clone());
+    let is_new = |one: &&Finding| one.severity() == Severity::Error || !is_known(one, &known);
+    let new: Vec<_> = found.iter().filter(is_new).collect();
+    let said = new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
+    let said: Vec<_> = said.collect();
+    if said.is_empty() { Ok(()) } else { Err(format!("from there, {}", said.join("; "))) }
+}
+
 /// What the proof finds from there on, but for what has been passed already.
 fn proven_from(configuration: &Configuration, plan: &Plan, stand: Stand) -> Vec<Finding> {
     let start = Instant::now();

@@ -24,6 +24,7 @@ pub mod journal;
 mod judging;
 mod ledger;
 mod marking;
+mod moving;
 mod operator;
 pub mod order;
 mod pause;
@@ -64,6 +65,7 @@ pub use marking::{
     Confirmation, DateStand, EnabledTransition, Fired, GuardTruth, Holder, InFlight, MarkedPlace,
     Marking, MissionChange, MissionComponent, OrderGiven, ParameterGiven, Paused, VariableValue,
 };
+pub use moving::MoveQuestion;
 pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,

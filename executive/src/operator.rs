@@ -52,13 +52,17 @@ pub(crate) enum Link {
 impl Controller {
     /// Judges an order, writes it down, and answers. One that is repeated gets its answer again.
     pub(crate) fn order(&mut self, given: Given) {
+        if self.is_being_proven(&given) {
+            return;
+        }
         let mut past = self.ledger.authority.orders.iter().rev();
         let known = past
             .find(|past| past.0.request == given.request && past.0.by.author == given.by.author);
-        let (accepted, text) = match known.map(|known| &known.0) {
-            Some(known) => (known.accepted, known.text.clone()),
-            None => self.judge_and_record(&given),
-        };
+        let known = known.map(|known| (known.0.accepted, known.0.text.clone()));
+        if known.is_none() && self.has_to_be_proven(&given) {
+            return;
+        }
+        let (accepted, text) = known.unwrap_or_else(|| self.judge_and_record(&given));
         let holder = self.ledger.authority.lease.as_ref().map(|lease| lease.by.instance);
         if given.order == Order::Lease && holder == Some(given.by.instance) {
             self.link = Link::Up(given.connection);
@@ -100,6 +104,15 @@ impl Controller {
 
     fn judge_and_record(&mut self, given: &Given) -> (bool, String) {
         let judged = self.allow(given).and_then(|()| self.judge(&given.order));
+        self.write_down(given, judged)
+    }
+
+    /// Writes down what has become of an order; what is too many is only counted.
+    pub(crate) fn write_down(
+        &mut self,
+        given: &Given,
+        judged: Result<String, String>,
+    ) -> (bool, String) {
         let (accepted, text) = match judged {
             Ok(text) => (true, text),
             Err(text) => (false, text),
@@ -115,7 +128,7 @@ impl Controller {
     }
 
     /// Whether this operator may give this order now.
-    fn allow(&self, given: &Given) -> Result<(), String> {
+    pub(crate) fn allow(&self, given: &Given) -> Result<(), String> {
         if self.stopping {
             return Err("the executive is being stopped; the mission can be resumed later".into());
         }
@@ -141,7 +154,7 @@ impl Controller {
     }
 
     /// Whether an order can be carried out, and what follows from it.
-    fn judge(&self, order: &Order) -> Result<String, String> {
+    pub(crate) fn judge(&self, order: &Order) -> Result<String, String> {
         if self.ledger.stage != Stage::Playing {
             return match order {
                 Order::Safe if self.ledger.stage == Stage::Retreating => {
@@ -166,6 +179,9 @@ impl Controller {
                 Some(place) => format!("the mission goes to `{}`", self.plan.net.place(place)),
                 None => "the mission is given up: it has no safe place".into(),
             }),
+            Order::Move(_) if self.moving.is_some() => {
+                Err("another move is being proven: wait for what comes of it".into())
+            }
             Order::Move(moves) => self.judge_moves(moves),
             Order::Confirm(name) => {
                 self.judge_answer(name)?;

@@ -47,7 +47,7 @@ impl Controller {
     }
 
     /// Moves in thought; answers where to.
-    fn move_one(&self, it: &TokenMove, marking: &mut [u32]) -> Result<PlaceId, String> {
+    pub(crate) fn move_one(&self, it: &TokenMove, marking: &mut [u32]) -> Result<PlaceId, String> {
         let find = |name: &str| {
             self.plan
                 .place_named(name)
@@ -68,7 +68,7 @@ impl Controller {
     }
 
     /// Tokens on their way into places.
-    fn arriving(&self) -> BTreeMap<PlaceId, u64> {
+    pub(crate) fn arriving(&self) -> BTreeMap<PlaceId, u64> {
         let mut arriving = BTreeMap::new();
         for &(place, tokens) in self.ledger.firings.values().flat_map(|firing| &firing.to) {
             *arriving.entry(place).or_insert(0) += u64::from(tokens);

@@ -291,6 +291,7 @@ impl Executive {
                     self.node.answer(connection, request, accepted, text);
                 }
                 Action::Judge => self.judge(),
+                Action::JudgeMove => self.judge_move(),
                 Action::Changed => self.watching.follow(self.controller.plan(), &self.inputs),
                 Action::Finished(outcome) => {
                     self.publish();
@@ -318,6 +319,16 @@ impl Executive {
         let answer = move || drop(inputs.send(Input::Event(question.answer(&doubts))));
         if let Err(error) = std::thread::Builder::new().name("judge".into()).spawn(answer) {
             tracing::error!("no thread to judge a new version of the file: {error}");
+        }
+    }
+
+    /// Proves a move, on a thread of its own too.
+    fn judge_move(&self) {
+        let Some(question) = self.controller.move_question() else { return };
+        let inputs = self.inputs.clone();
+        let answer = move || drop(inputs.send(Input::Event(question.answer())));
+        if let Err(error) = std::thread::Builder::new().name("judge-move".into()).spawn(answer) {
+            tracing::error!("no thread to prove a move of tokens: {error}");
         }
     }
 

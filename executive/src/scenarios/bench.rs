@@ -166,6 +166,14 @@ impl Bench {
         let instance = u64::from(author.as_bytes()[0]);
         let by = Giver { author: author.to_owned(), from: format!("tool-{author}"), instance };
         self.tell(Event::Ordered(Given { connection: instance, request, by, take, order }));
+        if let Some(question) = self.controller.move_question() {
+            // A plan that is of no file has nothing that could be proven.
+            let answer = match self.plan.version.files.is_empty() {
+                true => Event::MoveJudged { serial: question.serial, verdict: Ok(()) },
+                false => question.answer(),
+            };
+            self.tell(answer);
+        }
         self.answers.pop().expect("every order is answered")
     }
 
@@ -231,7 +239,11 @@ impl Bench {
                     let verdict = if accepted { "accepted" } else { "refused" };
                     self.answers.push(format!("{verdict}: {text}"));
                 }
-                Action::Acknowledge { .. } | Action::Publish | Action::Judge | Action::Changed => {}
+                Action::Acknowledge { .. }
+                | Action::Publish
+                | Action::Judge
+                | Action::JudgeMove
+                | Action::Changed => {}
             }
         }
     }

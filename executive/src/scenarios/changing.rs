@@ -4,7 +4,7 @@
 use super::bench::{Bench, SECOND};
 use crate::event::Event;
 use crate::ledger::{Ledger, Phase};
-use crate::order::Order;
+use crate::order::{Order, TokenMove};
 use crate::record::Entry;
 use crate::roster::Doing;
 use crate::version::{FileText, Version};
@@ -387,4 +387,22 @@ fn killed_at_any_moment_it_comes_back_in_the_old_net_or_in_the_new_one() {
             |it| matches!(&it.entry, Entry::Took { cause, .. } if cause.to_string() == "late")
         )
     );
+}
+
+#[test]
+fn tokens_are_not_moved_to_where_something_bad_follows() {
+    let trap = r#"<place name="pit"/>
+        <transition name="out" from="pit" to="home" on="explorer.done"><read place="return"/></transition>"#;
+    let mut bench = begun(&office(trap));
+    let moved = |bench: &mut Bench, to: &str| {
+        let one = TokenMove { from: "explore".into(), to: to.into(), tokens: 1 };
+        bench.orders("ruth", Order::Move(vec![one]))
+    };
+    bench.orders("ruth", Order::Pause);
+    bench.obey();
+    let refused = moved(&mut bench, "pit");
+    assert!(refused.starts_with("refused: from there, E0241: "), "{refused}");
+    assert_eq!(bench.marked(), ["explore"]);
+    assert!(moved(&mut bench, "return").starts_with("accepted: 1 token is moved"));
+    assert_eq!(bench.marked(), ["return"]);
 }

@@ -106,6 +106,15 @@ impl Play {
         self.changes.coming.push((at, event));
     }
 
+    /// The same of tokens to be moved.
+    pub(super) fn judge_move(&mut self) {
+        let question = self.controller.as_ref().and_then(|controller| controller.move_question());
+        let Some(question) = question else { return };
+        let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
+        let at = self.world.now + self.changes.dice.up_to_ms(300);
+        self.changes.coming.push((at, Event::MoveJudged { serial: question.serial, verdict }));
+    }
+
     /// Every token stays where it is, and nobody is started or stopped by it.
     pub(super) fn note_change(&mut self, version: &Version) {
         assert!(self.in_flight.is_empty(), "changed while {:?} are under way", self.in_flight);

@@ -196,6 +196,7 @@ impl Play {
                     self.world.send(component, Command::Acknowledge(serial));
                 }
                 Action::Judge => self.judge(),
+                Action::JudgeMove => self.judge_move(),
                 Action::Publish | Action::Changed => {}
                 Action::Answer { request, accepted, text, .. } => {
                     self.operators.note_answer(request, accepted, &text);
