@@ -156,7 +156,7 @@ fn played_again(system: &System) {
         given
             .iter()
             .map(|it| it.replace('"', ""))
-            .filter(|it| !it.ends_with(" lease"))
+            .filter(|it| !it.ends_with(" lease") && !it.ends_with(" rejoin"))
             .collect::<Vec<_>>(),
         [
             "ruth {fire:descend}",

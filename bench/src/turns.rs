@@ -103,8 +103,14 @@ pub fn play(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
     let configuration = reading.configuration.context("the file is not valid")?;
     let plan = Plan::of(&configuration).map_err(|_| anyhow!("the mission is not played"))?;
     let cut_at = armor_executive::journal::CUT_AT;
-    let options =
-        armor_executive::Options { registry, journal, newer: None, cut_at, trust_clock: false };
+    let options = armor_executive::Options {
+        registry,
+        journal,
+        is_laid_out: false,
+        newer: None,
+        cut_at,
+        trust_clock: false,
+    };
     let plan = plan.context("no mission")?;
     armor_executive::run(|| Ok(plan), &options, &AtomicBool::new(false))?;
     Ok(())

@@ -104,7 +104,7 @@ impl Ledger {
             Order::Safe if self.stage == Stage::Playing => {
                 self.retreated(&format!("{} ordered it", judged.by.author));
             }
-            Order::Safe => {}
+            Order::Safe | Order::Rejoin => {}
             Order::Move(moves) => self.move_tokens(moves)?,
         }
         Ok(())

@@ -37,6 +37,7 @@ impl PlanBuilder {
             controllable,
             places,
             peers,
+            returns: true,
         });
         ComponentId(self.components.len() as u32 - 1)
     }

@@ -13,6 +13,7 @@ use armor_missions::mission::{
     ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, SetVariable, Transition,
     Variable,
 };
+use armor_missions::model::Restart;
 use armor_missions::{
     Code, Configuration, Date, Feature, Finding, Findings, Location, Spanned, System,
 };
@@ -133,7 +134,8 @@ impl Compiler {
     fn of(system: &System) -> Self {
         let mut compiler = Self::default();
         for component in &system.components {
-            compiler.component(&component.name, component.controllable);
+            let returns = component.restart != Restart::Never;
+            compiler.component(&component.name, component.controllable, returns);
         }
         compiler
     }
@@ -141,7 +143,7 @@ impl Compiler {
     fn over(system: &System, running: &Plan) -> Self {
         let mut compiler = Self::default();
         for component in &running.components {
-            compiler.component(&component.name, component.controllable);
+            compiler.component(&component.name, component.controllable, component.returns);
         }
         compiler.plan.watches.clone_from(&running.watches);
         compiler.plan.limits = running.limits.clone();
@@ -150,8 +152,9 @@ impl Compiler {
         compiler
     }
 
-    fn component(&mut self, name: &str, controllable: bool) {
+    fn component(&mut self, name: &str, controllable: bool, returns: bool) {
         let id = self.plan.component(name, controllable);
+        self.plan.components[id.index()].returns = returns;
         self.components.insert(name.to_owned(), id);
     }
 

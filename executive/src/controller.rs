@@ -90,6 +90,21 @@ impl Controller {
         (controller, actions)
     }
 
+    /// A mission whose journal is lost: nobody knows where it stood, or what it may do twice. It
+    /// goes to its safe place, past all that may be running.
+    pub(crate) fn lost(plan: Arc<Plan>, why: &str, now: impl Into<Now>) -> (Self, Vec<Action>) {
+        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), true);
+        controller.record(Entry::Began {
+            mission: plan.mission.clone(),
+            fingerprint: plan.fingerprint(),
+            version: (*plan.version).clone(),
+        });
+        controller.retreat(why);
+        controller.settle();
+        let actions = std::mem::take(&mut controller.actions);
+        (controller, actions)
+    }
+
     /// Goes on where a journal ends. Every component counts as running until it says otherwise.
     ///
     /// # Errors

@@ -99,6 +99,17 @@ pub struct Story {
 }
 
 impl Story {
+    /// Whether a mission has begun in it and is not over.
+    pub fn is_unfinished(&self) -> bool {
+        let last = self.records.last();
+        last.is_some_and(|record| !matches!(record.entry, Entry::Ended { .. }))
+    }
+
+    /// Whether nothing at all is in it, not even what [`rest`] writes.
+    pub fn is_blank(&self) -> bool {
+        self.records.is_empty() && self.life.is_none()
+    }
+
     /// How many records there were ever, those included that one took the place of.
     pub fn told(&self) -> u64 {
         match self.records.first() {
@@ -123,6 +134,18 @@ pub fn read(path: &Path) -> Result<Story, JournalError> {
         return Err(JournalError::TooLong(path.to_owned()));
     }
     parse(path, &bytes[..whole_len(&bytes)])
+}
+
+/// Says that nothing runs until the next life begins, in which time then goes on from the last
+/// record. Makes the journal if it is not there: who finds none afterwards knows that it was lost.
+///
+/// # Errors
+/// If it cannot be read or written, or is not a journal.
+pub fn rest(path: &Path) -> Result<(), JournalError> {
+    let (mut journal, _) = Journal::open(path)?;
+    // No machine's start has this name.
+    journal.begin(Life { boot: String::new(), zero_ns: 0, anchor: None })?;
+    journal.sync()
 }
 
 /// Up to the end of the last whole line.
@@ -288,7 +311,7 @@ fn signed(duration: Duration) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Cause, GuardTurned, Report, Tokens, ValueSet};
+    use crate::record::{Cause, GuardTurned, Outcome, Report, Tokens, ValueSet};
 
     fn records() -> Vec<Record> {
         let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];
@@ -346,6 +369,40 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), whole);
         std::fs::write(&path, b"nonsense\n").unwrap();
         assert!(matches!(Journal::open(&path), Err(JournalError::Line { line: 1, .. })));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_journal_laid_to_rest_goes_on_from_its_last_record() {
+        let folder = std::env::temp_dir().join(format!("armor-rest-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("rest.jsonl");
+        let _ = std::fs::remove_file(&path);
+        rest(&path).unwrap();
+        let story = read(&path).unwrap();
+        assert!(!story.is_blank() && !story.is_unfinished(), "nothing has begun");
+        let second = Duration::from_secs(1);
+        assert_eq!(clock(&story, "boot", 100 * second).1, Duration::ZERO);
+
+        let (mut journal, story) = Journal::open(&path).unwrap();
+        journal.begin(clock(&story, "boot", 100 * second).0).unwrap();
+        records().into_iter().for_each(|record| journal.write(record).unwrap());
+        journal.sync().unwrap();
+        let story = read(&path).unwrap();
+        assert!(story.is_unfinished());
+        assert_eq!(clock(&story, "boot", 160 * second).1, 60 * second, "it was only killed");
+        rest(&path).unwrap();
+        let story = read(&path).unwrap();
+        assert_eq!(story.records, records());
+        let last = story.records.last().unwrap().at;
+        assert_eq!(clock(&story, "boot", 160 * second).1, last);
+
+        let over = Record { at: last, entry: Entry::Ended { outcome: Outcome::Goal } };
+        let (mut journal, _) = Journal::open(&path).unwrap();
+        journal.write(over).unwrap();
+        journal.sync().unwrap();
+        assert!(!read(&path).unwrap().is_unfinished());
+        assert!(Story::default().is_blank());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -64,7 +64,8 @@ impl Controller {
         }
         let (accepted, text) = known.unwrap_or_else(|| self.judge_and_record(&given));
         let holder = self.ledger.authority.lease.as_ref().map(|lease| lease.by.instance);
-        if given.order == Order::Lease && holder == Some(given.by.instance) {
+        let holds = matches!(given.order, Order::Lease | Order::Rejoin);
+        if holds && holder == Some(given.by.instance) {
             self.link = Link::Up(given.connection);
         }
         let Given { connection, request, .. } = given;
@@ -113,9 +114,14 @@ impl Controller {
         given: &Given,
         judged: Result<String, String>,
     ) -> (bool, String) {
-        let (accepted, text) = match judged {
-            Ok(text) => (true, text),
-            Err(text) => (false, text),
+        let ousted = self.ledger.lease().map(|lease| lease.by.clone());
+        let ousted = ousted.filter(|by| given.take && by.instance != given.by.instance);
+        let (accepted, text) = match (judged, &ousted) {
+            (Ok(text), Some(by)) => {
+                (true, format!("{text}; the command is taken from {}", by.author))
+            }
+            (Ok(text), None) => (true, text),
+            (Err(text), _) => (false, text),
         };
         if !accepted && self.has_refused_enough() {
             self.dropped.orders += 1;
@@ -123,7 +129,13 @@ impl Controller {
         }
         let Given { request, by, take, order, .. } = given.clone();
         let text_kept = text.clone();
+        let taker = by.author.clone();
         self.record(Entry::Ordered(Judged { request, by, take, order, accepted, text }));
+        if let (true, Some(_), Link::Up(connection)) = (accepted, ousted, self.link) {
+            // Whoever held it is told at once, and not when the next order is refused.
+            let text = format!("{taker} has taken the command over");
+            self.actions.push(Action::Answer { connection, request: 0, accepted: false, text });
+        }
         (accepted, text_kept)
     }
 
@@ -132,12 +144,13 @@ impl Controller {
         if self.stopping {
             return Err("the executive is being stopped; the mission can be resumed later".into());
         }
+        let needs_own = matches!(given.order, Order::Release | Order::Rejoin);
         let Some(lease) = self.ledger.lease() else {
-            let gives = given.order == Order::Release;
-            return if gives { Err("nobody holds the command".into()) } else { Ok(()) };
+            let why = "nobody holds the command";
+            return if needs_own { Err(why.into()) } else { Ok(()) };
         };
         let own = lease.by.instance == given.by.instance;
-        if own || given.order.is_open_to_all() || (given.take && given.order != Order::Release) {
+        if own || given.order.is_open_to_all() || (given.take && !needs_own) {
             return Ok(());
         }
         let Giver { author, from, .. } = &lease.by;
@@ -160,12 +173,12 @@ impl Controller {
                 Order::Safe if self.ledger.stage == Stage::Retreating => {
                     Ok("the mission is on its way to its safe place".into())
                 }
-                Order::Lease | Order::Release => Ok(in_command(order)),
+                Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
                 _ => Err("the mission is ending".into()),
             };
         }
         match order {
-            Order::Lease | Order::Release => Ok(in_command(order)),
+            Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
             Order::Fire(name) => self.judge_firing(name),
             Order::Pause => Ok(match self.ledger.pause() {
                 Some(pause) => format!("the mission is paused already, by {}", pause.by),

@@ -37,6 +37,8 @@ pub enum Order {
     Confirm(String),
     /// Do not let it.
     Decline(String),
+    /// Go on holding the command, over another connection.
+    Rejoin,
 }
 
 /// Tokens to be moved.
@@ -94,6 +96,7 @@ impl From<control::Order> for Order {
             }
             Given::Confirm { transition } => Self::Confirm(transition),
             Given::Decline { transition } => Self::Decline(transition),
+            Given::Rejoin => Self::Rejoin,
         }
     }
 }
@@ -116,6 +119,7 @@ impl fmt::Display for Order {
             }
             Self::Confirm(transition) => write!(f, "confirm {transition}"),
             Self::Decline(transition) => write!(f, "decline {transition}"),
+            Self::Rejoin => f.write_str("go on with the command"),
         }
     }
 }

@@ -93,6 +93,8 @@ pub struct PlannedComponent {
     pub places: Vec<PlaceId>,
     /// The components it may never be active together with.
     pub peers: Vec<ComponentId>,
+    /// Whether its process is started again when it has ended: not where `restart="never"`.
+    pub returns: bool,
 }
 
 impl PlannedComponent {

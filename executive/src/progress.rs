@@ -229,6 +229,9 @@ impl Controller {
             (Presence::Here, _) if starting.is_some() => {
                 starting.map_or(from, |order| order.since) + limits.start_within
             }
+            (Presence::Gone, _) if !self.plan.component(component).returns => {
+                from.max(observed.since)
+            }
             _ => from.max(observed.since) + limits.return_within,
         };
         match since {
@@ -242,6 +245,9 @@ impl Controller {
         let (limits, observed) = (&self.plan.limits, self.roster.of(component));
         match observed.presence {
             Presence::Unseen => format!("it did not appear within {:?}", limits.muster),
+            Presence::Gone if !self.plan.component(component).returns => {
+                "its process has ended, and restart=\"never\" leaves it so".to_owned()
+            }
             Presence::Lost | Presence::Gone => {
                 format!("it did not come back within {:?}", limits.return_within)
             }

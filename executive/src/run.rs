@@ -20,7 +20,7 @@ use armor_sdk::Latched;
 use armor_sdk::control::{Assigned, Command, GivenParameter};
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::orders::{GivenOrder, OrderEvent};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -30,6 +30,9 @@ use std::time::Duration;
 const REGISTRY_LIMIT: Duration = Duration::from_secs(20);
 /// How often the flag to stop is looked at, and processes in doubt.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
+/// How long what was said last, such as the answer to the order that ended the mission, has to leave
+/// this process.
+const LAST_WORDS: Duration = Duration::from_millis(100);
 
 /// Where an executive finds the others and keeps its journal.
 #[derive(Clone, Debug)]
@@ -38,6 +41,9 @@ pub struct Options {
     pub registry: String,
     /// The journal; one that is there is gone on with.
     pub journal: PathBuf,
+    /// Whether somebody has made the journal ([`journal::rest`]). One that is not there, or empty,
+    /// has been lost then: the mission does not begin again, but goes to its safe place.
+    pub is_laid_out: bool,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
     /// How long the journal grows before it is cut, in bytes; see [`journal::CUT_AT`].
@@ -86,17 +92,21 @@ pub fn run(
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
     let (mut journal, story) = Journal::open(&options.journal)?;
+    let is_lost = options.is_laid_out && story.is_blank();
     let ledger = read_again(&story, first, options)?;
     let plan = Arc::clone(ledger.plan());
-    judge_clock(&plan, options, story.records.is_empty())?;
+    let begins = story.records.is_empty() && !is_lost;
+    judge_clock(&plan, options, begins)?;
     let (sender, inputs) = mpsc::channel();
     let watching = Watching::start(&plan, &options.registry, &sender);
-    if story.records.is_empty() {
+    if begins {
         gathering::gather(&plan, &options.registry, &watching, stop);
     }
     let (clocks, now) = Clocks::begin(&plan, &story);
-    journal.begin(clocks.life().clone())?;
-    journal.sync()?;
+    if !is_lost {
+        journal.begin(clocks.life().clone())?;
+        journal.sync()?;
+    }
     let node = register(options)?;
     clocks.follow(&plan, &node, sender.clone());
     hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
@@ -104,7 +114,9 @@ pub fn run(
     if let Some(newer) = &options.newer {
         follow(newer.clone(), plan.version().number, sender.clone());
     }
-    let (controller, actions) = if story.records.is_empty() {
+    let (controller, actions) = if is_lost {
+        Controller::lost(Arc::clone(&plan), &lost(&options.journal), now)
+    } else if begins {
         Controller::new(Arc::clone(&plan), now)
     } else {
         Controller::go_on(ledger, now)
@@ -127,9 +139,15 @@ pub fn run(
         inputs: sender,
     };
     let mut outcome = executive.perform(actions)?;
+    if is_lost {
+        // Not before its records: killed in between, it finds the journal lost once more.
+        executive.journal.begin(executive.clocks.life().clone())?;
+        executive.journal.sync()?;
+    }
     while outcome.is_none() {
         outcome = executive.turn(&inputs, stop)?;
     }
+    std::thread::sleep(LAST_WORDS);
     Ok(outcome.unwrap_or(Outcome::Failed))
 }
 
@@ -146,6 +164,14 @@ fn read_again(
     let began = Arc::new(began.map_err(RunError::Mission)?);
     let refused = |error| RunError::Resume { path: options.journal.clone(), error };
     Ledger::replay(began, &story.records).map_err(refused)
+}
+
+fn lost(journal: &Path) -> String {
+    format!(
+        "the journal of the mission, {}, is gone: it is not known where the mission stood, and it \
+         does not begin again",
+        journal.display()
+    )
 }
 
 fn say_where(controller: &Controller) {
@@ -246,10 +272,11 @@ impl Executive {
 
     /// The data that mission time follows has said something.
     fn look_at_the_time(&mut self) -> Result<Vec<Event>, RunError> {
-        if let Some(life) = self.clocks.look() {
-            self.journal.begin(life.clone())?;
-        }
-        Ok(Vec::new())
+        let Some(life) = self.clocks.look() else { return Ok(Vec::new()) };
+        self.journal.begin(life.clone())?;
+        // Who shows the marking counts from its stamp, which is of the time before.
+        self.shown = None;
+        Ok(vec![Event::Timer])
     }
 
     /// Whether an order is malformed, and then says so; it never reaches the journal.
@@ -304,7 +331,7 @@ impl Executive {
         if self.journal.is_longer_than(self.cut_at) {
             self.journal.cut(self.clocks.life().clone(), self.controller.ledger().snapshot())?;
         }
-        if publish {
+        if publish || self.shown.is_none() {
             self.publish();
         }
         Ok(None)

@@ -120,6 +120,9 @@ pub struct Run {
     /// Folder for what the run produces. Default: out/NAME.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Go on with the unfinished mission in the folder, from where its journal ends.
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub kinds: Kinds,
     /// Where the registry listens. Default: port 7411 of this host, or the next free one.
@@ -259,6 +262,10 @@ pub struct Executive {
     /// File of the journal, from which a restarted executive goes on.
     #[arg(long, value_name = "FILE")]
     pub journal: Option<PathBuf>,
+    /// The journal has been made already: where it is missing or empty it is lost, and the mission
+    /// goes to its safe place instead of beginning again.
+    #[arg(long)]
+    pub resume: bool,
     /// Play absolute dates although no time service is known to keep this host's clock.
     #[arg(long)]
     pub trust_clock: bool,

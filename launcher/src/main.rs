@@ -22,16 +22,20 @@ mod run;
 mod scratch;
 mod system;
 
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{CommandFactory, Parser};
+use clap::builder::Resettable;
+use clap::{CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Command, Format};
 use exit::Ending;
 
 fn main() -> ExitCode {
-    let Arguments { format, command } = Arguments::parse();
+    let told = without_empty(Arguments::command()).get_matches();
+    let Arguments { format, command } =
+        Arguments::from_arg_matches(&told).unwrap_or_else(|error| error.exit());
     if format == Format::Dot && !matches!(command, Command::Graph(_)) {
         let text = "only `armor graph` has --format dot";
         Arguments::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
@@ -40,6 +44,16 @@ fn main() -> ExitCode {
         eprintln!("error: {error:#}");
         Ending::Failed.into()
     })
+}
+
+/// A variable that is set to nothing counts as not set, as everywhere.
+fn without_empty(command: clap::Command) -> clap::Command {
+    let is_empty = |name: &OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
+    let command = command.mut_args(|argument| {
+        let unset = argument.get_env().is_some_and(is_empty);
+        if unset { argument.env(Resettable::Reset) } else { argument }
+    });
+    command.mut_subcommands(without_empty)
 }
 
 fn dispatch(command: Command, format: Format) -> Result<ExitCode> {

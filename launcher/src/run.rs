@@ -2,6 +2,7 @@
 
 mod logs;
 mod out;
+mod past;
 mod plan;
 mod port;
 pub mod process;
@@ -42,7 +43,10 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     }
     let name =
         arguments.system.clone().unwrap_or_else(|| plan::name_of(configuration, &arguments.file));
-    let out = out::Folder::take(arguments.out.as_deref(), &name)?;
+    // What is gone on with is in the folder of that name, and in no other beside it.
+    let usual = arguments.resume.then(|| out::usual(&name));
+    let out = out::Folder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
+    let past = past::settle(configuration, arguments, out.path())?;
     let lease = Lease::take(arguments.registry)?;
     let plan = Plan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
     let record = Record {
@@ -58,6 +62,9 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     let (log, sinks) = Log::start(&out.path().join("logs"), &plan.names(), format)?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());
     log.say(plan::LAUNCHER, Level::Info, text);
+    if let Some((level, text)) = past {
+        log.say(plan::LAUNCHER, level, text);
+    }
     if !lease.is_default() && arguments.registry.is_none() {
         let text = "the usual port is taken, probably by another system; tools find both";
         log.say(plan::LAUNCHER, Level::Info, text);

@@ -37,7 +37,7 @@ pub enum StatusError {
     #[error("the connection has ended: {0}")]
     Closed(#[from] io::Error),
     /// It does not answer.
-    #[error("no answer within {0:?}")]
+    #[error("no answer within {0:.1?}")]
     Timeout(Duration),
 }
 

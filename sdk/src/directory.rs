@@ -27,7 +27,7 @@ pub enum DirectoryError {
     #[error(transparent)]
     Refused(#[from] Refusal),
     /// No answer in time.
-    #[error("no answer from the registry at {address} within {waited:?}: {problem}")]
+    #[error("no answer from the registry at {address} within {waited:.1?}: {problem}")]
     Timeout {
         /// Where the registry should be.
         address: String,

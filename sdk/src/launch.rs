@@ -104,8 +104,8 @@ fn parse(
     kind: &str,
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<Option<Options>, lexopt::Error> {
-    let registry =
-        std::env::var("ARMOR_REGISTRY").unwrap_or_else(|_| format!("127.0.0.1:{DEFAULT_PORT}"));
+    let registry = std::env::var("ARMOR_REGISTRY").ok().filter(|registry| !registry.is_empty());
+    let registry = registry.unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"));
     let mut options = Options { name: kind.into(), registry, ..Options::default() };
     let mut parser = lexopt::Parser::from_args(arguments);
     while let Some(argument) = parser.next()? {

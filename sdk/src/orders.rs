@@ -84,7 +84,10 @@ impl OrderDesk {
     }
 
     pub fn answer(&self, connection: u64, answer: Answer) {
-        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        if !matches!(answer, Answer::Ordered { request: 0, .. }) {
+            // What nobody asked for is no answer that was waited for.
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
         lock(&self.answers).push_back((connection, answer));
     }
 
@@ -120,7 +123,11 @@ mod tests {
             assert_eq!(orders.give(order(request)), None);
         }
         assert!(is_refused(orders.give(order(99)), "too many"));
-        let answer = Answer::Ordered { request: 0, accepted: true, text: String::new() };
+        let unasked = Answer::Ordered { request: 0, accepted: false, text: String::new() };
+        orders.answer(1, unasked.clone());
+        assert_eq!(orders.next_answer(), Some((1, unasked)));
+        assert!(is_refused(orders.give(order(99)), "too many"), "it answers no order");
+        let answer = Answer::Ordered { request: 7, accepted: true, text: String::new() };
         orders.answer(1, answer.clone());
         assert_eq!(orders.next_answer(), Some((1, answer)));
         assert_eq!(orders.give(order(99)), None);

@@ -131,7 +131,7 @@ pub enum Answer {
     },
     /// What became of an order.
     Ordered {
-        /// The order.
+        /// The order. 0: none of its orders, but its command was taken over.
         request: u64,
         /// Whether it is carried out.
         accepted: bool,

@@ -177,6 +177,11 @@ impl Bench {
         self.answers.pop().expect("every order is answered")
     }
 
+    /// What operators were told who had asked nothing.
+    pub(super) fn unasked(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.answers)
+    }
+
     /// The connection of that person ends.
     pub(super) fn leaves(&mut self, author: &str) {
         self.tell(Event::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });

@@ -148,6 +148,33 @@ fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
 }
 
 #[test]
+fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
+    let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
+    assert_eq!(bench.orders("ruth", Order::Rejoin), "refused: nobody holds the command");
+    bench.orders("ruth", Order::Lease);
+    let refused = bench.takes_over("sam", fire("none"));
+    assert!(refused.starts_with("refused"), "{refused}");
+    assert_eq!(bench.unasked(), [] as [&str; 0], "what is refused takes nothing");
+    assert_eq!(bench.controller.ledger().lease().map(|l| l.by.author.as_str()), Some("ruth"));
+    assert_eq!(
+        bench.takes_over("sam", Order::Pause),
+        "accepted: the mission is paused; the command is taken from ruth"
+    );
+    assert_eq!(bench.unasked(), ["refused: sam has taken the command over"]);
+    bench.restarts();
+    assert_eq!(bench.orders("ruth", Order::Rejoin), "refused: nobody holds the command");
+    bench.orders("sam", Order::Lease);
+    let refused = bench.takes_over("ruth", Order::Rejoin);
+    assert!(refused.starts_with("refused: sam commands this mission"), "{refused}");
+    bench.restarts();
+    assert_eq!(bench.orders("sam", Order::Rejoin), "accepted: the command is yours");
+    assert!(bench.controller.marking(0.0).holder.unwrap().connected, "over a new connection");
+    let text = bench.takes_over("ruth", Order::Lease);
+    assert_eq!(text, "accepted: the command is yours; the command is taken from sam");
+    assert_eq!(bench.unasked(), ["refused: ruth has taken the command over"]);
+}
+
+#[test]
 fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, Some(LostLink::Fire)));
     bench.orders("ruth", Order::Lease);

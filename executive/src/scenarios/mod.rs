@@ -18,6 +18,7 @@ use crate::roster::Doing;
 use crate::simulation::draft::Way;
 use bench::{Bench, MS, SECOND, office};
 use std::sync::Arc;
+use std::time::Duration;
 
 #[test]
 fn the_mission_begins_once_everybody_is_known_to_be_off() {
@@ -46,6 +47,27 @@ fn what_one_finds_running_at_the_beginning_is_stopped_first() {
     assert_eq!(bench.wanted(), ["freeze homing"]);
     bench.says(homing, Doing::Frozen, 7);
     assert_eq!(bench.wanted(), ["activate explorer", "activate driver"]);
+}
+
+#[test]
+fn a_mission_whose_journal_is_lost_does_not_begin_again() {
+    let office = office();
+    let (explorer, brake) = (office.explorer, office.brake);
+    let mut bench = Bench::of(office);
+    let (controller, actions) =
+        Controller::lost(Arc::clone(&bench.plan), "its journal is gone", Duration::ZERO);
+    bench.controller = controller;
+    bench.note(actions);
+    bench.wanted();
+    for component in bench.plan.component_ids() {
+        let doing = if component == explorer { Doing::Active } else { Doing::Frozen };
+        bench.appears(component, doing, 7);
+    }
+    assert_eq!(bench.wanted(), ["freeze explorer"], "it goes on from the life before");
+    bench.says(explorer, Doing::Frozen, 7);
+    assert_eq!(bench.wanted(), ["activate brake"]);
+    bench.says(brake, Doing::Active, bench.activation(brake));
+    assert_eq!(bench.wanted(), ["Safe"]);
 }
 
 #[test]
@@ -103,6 +125,21 @@ fn where_the_file_says_so_the_tokens_go_elsewhere_after_a_failed_stop_or_start()
         bench.obey();
         assert_eq!(bench.wanted().last().map(String::as_str), Some("Goal"), "stop: {stop}");
     }
+}
+
+#[test]
+fn one_that_is_not_started_again_is_not_waited_for() {
+    let mut office = office();
+    let (driver, brake) = (office.driver, office.brake);
+    office.plan.components[driver.index()].returns = false;
+    let mut bench = Bench::begun(office);
+    bench.gone(driver);
+    assert_eq!(bench.wanted(), ["freeze explorer"], "at once");
+    bench.obey();
+    assert!(bench.wanted().starts_with(&["activate brake".to_owned()]));
+    assert!(!bench.controller.roster.of(brake).unstoppable);
+    let why = bench.controller.ledger().why.clone();
+    assert!(why.contains("`driver` failed: its process has ended, and restart=\"never\""), "{why}");
 }
 
 #[test]

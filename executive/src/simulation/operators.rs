@@ -35,6 +35,11 @@ impl Operators {
 
     /// Every order has one answer, however often it is told.
     pub(super) fn note_answer(&mut self, request: u64, accepted: bool, text: &str) {
+        if request == 0 {
+            // Of no order: whoever held the command has lost it.
+            assert!(!accepted, "{text}");
+            return;
+        }
         let answer = (accepted, text.to_owned());
         let before = self.answers.entry(request).or_insert_with(|| answer.clone());
         assert_eq!(*before, answer, "order {request} is answered otherwise than before");
@@ -96,6 +101,7 @@ impl Play {
             6..8 => Order::Pause,
             8..11 => Order::Resume,
             11 | 12 => Order::Lease,
+            _ if dice.one_in(8) => Order::Rejoin,
             _ if dice.one_in(8) => Order::Safe,
             _ => Order::Release,
         }

@@ -68,6 +68,7 @@ fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let options = Options {
         registry,
         journal: next().into(),
+        is_laid_out: false,
         newer: None,
         cut_at: CUT_AT,
         trust_clock: false,

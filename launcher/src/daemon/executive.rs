@@ -38,6 +38,7 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
     let options = Options {
         registry: arguments.registry.to_string(),
         journal,
+        is_laid_out: arguments.resume,
         newer,
         cut_at: armor_executive::journal::CUT_AT,
         trust_clock: arguments.trust_clock,

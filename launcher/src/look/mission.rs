@@ -1,6 +1,7 @@
 //! `armor mission`: where the mission stands, from what the executive publishes; orders to it; and
 //! its journal.
 
+mod file;
 mod firing;
 mod journal;
 mod orders;
@@ -9,15 +10,17 @@ mod words;
 
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use armor_executive::Marking;
 use armor_sdk::control::{Order, TokenMove};
-use armor_sdk::tap::Tap;
+use armor_sdk::directory::DirectoryError;
+use armor_sdk::tap::TapError;
 use armor_wire::WireType;
 use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::schema::{Schema, to_json};
 
+use super::following::Following;
 use super::{Observed, printed, say};
 use crate::arguments::{Format, Mission, Running};
 use crate::exit::Ending;
@@ -61,40 +64,54 @@ pub fn run(mission: Mission, format: Format) -> Result<Ending> {
 /// If no mission runs.
 fn show(running: &Running, follow: bool, format: Format) -> Result<Ending> {
     let observed = Observed::find(running, "mission")?;
-    let tap = observed.tap(MARKING).context("no mission runs in this system")?;
-    printed(follow_marking(&observed, tap, follow, format))
+    let said = Following::begin(Observed::find(running, "mission")?, MARKING);
+    printed(follow_marking(&observed, said.map_err(why_nothing)?, follow, format))
 }
 
-fn follow_marking(observed: &Observed, mut tap: Tap, follow: bool, format: Format) -> Result<()> {
-    let mut shown = Shown { observed, schema: tap.schema().clone(), format, before: false };
-    let Some(first) = tap.next(FIRST_WITHIN)? else {
+/// Whether there is no mission, or only nobody who answers, which is another matter.
+fn why_nothing(error: Error) -> Error {
+    let what = match error.downcast_ref::<TapError>() {
+        Some(TapError::Directory(DirectoryError::Refused(_))) => "no mission runs in this system",
+        Some(TapError::Directory(_)) => "whether a mission runs is not known",
+        _ => "a mission runs, but its executive does not answer",
+    };
+    error.context(what)
+}
+
+fn follow_marking(
+    observed: &Observed,
+    mut said: Following,
+    follow: bool,
+    format: Format,
+) -> Result<()> {
+    let mut shown = Shown { observed, format, before: false };
+    let Some(first) = said.next(FIRST_WITHIN)? else {
         bail!("the executive has not said its marking within {} s", FIRST_WITHIN.as_secs());
     };
-    shown.show(&first.payload)?;
+    shown.show(said.schema(), &first.payload)?;
     if !follow {
         return Ok(());
     }
     loop {
-        if let Some(next) = tap.next(LOOK_EVERY)? {
-            shown.show(&next.payload)?;
+        if let Some(next) = said.next(LOOK_EVERY)? {
+            shown.show(said.schema(), &next.payload)?;
         }
     }
 }
 
 struct Shown<'a> {
     observed: &'a Observed,
-    schema: Schema,
     format: Format,
     before: bool,
 }
 
 impl Shown<'_> {
-    fn show(&mut self, payload: &[u8]) -> Result<()> {
+    fn show(&mut self, schema: &Schema, payload: &[u8]) -> Result<()> {
         if self.format == Format::Json {
-            let value = to_json(&self.schema, payload);
+            let value = to_json(schema, payload);
             return say(value.with_context(|| format!("{MARKING} does not fit its own schema"))?);
         }
-        if self.schema.hash() != Marking::schema().hash() {
+        if schema.hash() != Marking::schema().hash() {
             bail!("this executive is of another version; --format json shows what it says");
         }
         if std::mem::replace(&mut self.before, true) {
@@ -109,7 +126,8 @@ impl Shown<'_> {
         // The executive has not heard the time itself yet: none of it has passed.
         let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
         let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
-        say(in_words(&marking, age_s).trim_end())
+        let file = file::problem(self.observed, marking.version);
+        say(in_words(&marking, age_s, file.as_deref()).trim_end())
     }
 }
 

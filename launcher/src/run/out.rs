@@ -8,6 +8,11 @@ use anyhow::{Context, Result, bail};
 /// How many runs of one system may write beside each other.
 const MAX_BESIDE: u32 = 100;
 
+/// Where a run writes if nothing else is asked for.
+pub fn usual(name: &str) -> PathBuf {
+    Path::new("out").join(name)
+}
+
 /// A folder that is ours as long as this lives.
 #[derive(Debug)]
 pub struct Folder {
@@ -28,7 +33,7 @@ impl Folder {
                 None => bail!("another run is writing into {}; give another --out", path.display()),
             };
         }
-        let first = Path::new("out").join(name);
+        let first = usual(name);
         for number in 1..=MAX_BESIDE {
             let path = match number {
                 1 => first.clone(),

@@ -9,6 +9,7 @@ use armor_missions::Configuration;
 use armor_missions::model::{Component, Restart};
 use armor_wire::name::is_name;
 
+use super::past;
 use super::process::{Start, own_program};
 use super::supervisor::{Duty, Role};
 use crate::arguments;
@@ -57,7 +58,7 @@ impl Plan {
         let sets: Vec<OsString> = sets.collect();
 
         plan.daemon("registry", Role::Registry, vec!["--listen".into(), (&at).into()]);
-        let versions = fresh_versions(out)?;
+        let versions = out.join(past::VERSIONS);
         let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
         configd.extend(["--versions".into(), versions.into_os_string()]);
         // The file was valid when this began; nothing that becomes of it ends a system that runs.
@@ -71,9 +72,9 @@ impl Plan {
             plan.component(component, catalogue, &at)?;
         }
         if configuration.mission.is_some() {
-            let journal = fresh_journal(out)?;
+            let journal = out.join(past::JOURNAL);
             let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
-            executive.extend(["--journal".into(), journal.into_os_string()]);
+            executive.extend(["--resume".into(), "--journal".into(), journal.into_os_string()]);
             executive.extend(sets);
             if arguments.trust_clock {
                 executive.push("--trust-clock".into());
@@ -141,25 +142,5 @@ impl Plan {
         self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
         let environment = Vec::new();
         self.starts.push(Start { name: name.into(), program, arguments, environment });
-    }
-}
-
-/// The versions that configd keeps are for its restarts within one run, too.
-fn fresh_versions(out: &Path) -> Result<PathBuf> {
-    let versions = out.join("configd");
-    match std::fs::remove_dir_all(&versions) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error)
-            .with_context(|| format!("the old versions {} cannot be removed", versions.display())),
-        _ => Ok(versions),
-    }
-}
-
-/// The executive's journal is for its restarts within one run; a new run begins a new mission.
-fn fresh_journal(out: &Path) -> Result<PathBuf> {
-    let journal = out.join("executive.journal");
-    match std::fs::remove_file(&journal) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error)
-            .with_context(|| format!("the old journal {} cannot be removed", journal.display())),
-        _ => Ok(journal),
     }
 }

@@ -44,6 +44,9 @@ pub enum Order {
         /// Its name.
         transition: String,
     },
+    /// Go on holding the command, over another connection. Refused to whoever does not hold it:
+    /// where it was taken over meanwhile, or another mission is played there.
+    Rejoin,
 }
 
 /// Tokens to be moved.
@@ -90,7 +93,12 @@ impl Order {
                 return Err(OrderFault::Moves);
             }
             Self::Move { moves } => moves.iter().all(|it| fits(&it.from) && fits(&it.to)),
-            Self::Lease | Self::Release | Self::Pause | Self::Resume | Self::Safe => true,
+            Self::Lease
+            | Self::Release
+            | Self::Pause
+            | Self::Resume
+            | Self::Safe
+            | Self::Rejoin => true,
         };
         if request == 0 {
             return Err(OrderFault::Request);

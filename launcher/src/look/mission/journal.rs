@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
-use armor_executive::Record;
-use armor_executive::journal;
+use anyhow::{Context, Result, anyhow, bail};
+use armor_executive::journal::{self, JournalError, Story};
+use armor_executive::order::Order;
+use armor_executive::{Cause, Entry, Record};
 use serde_json::json;
 
 use super::super::{printed, say};
@@ -21,12 +22,37 @@ pub fn print(path: Option<&Path>, running: &Running, format: Format) -> Result<E
         Some(path) => path.to_owned(),
         None => of_the_running(running)?,
     };
-    let story = journal::read(&path)?;
-    if story.records.is_empty() {
-        bail!("{} holds no record", path.display());
-    }
-    let print = || story.records.iter().try_for_each(|record| line(record, format));
+    let story = read(&path)?;
+    let mut teller = Teller::default();
+    let mut print = || story.records.iter().try_for_each(|record| teller.line(record, format));
     printed(print())
+}
+
+/// A journal with at least one record, from its beginning.
+///
+/// # Errors
+/// If it is none, and what it is rather.
+pub fn read(path: &Path) -> Result<Story> {
+    let at = path.display();
+    let story = match journal::read(path) {
+        Err(JournalError::Line { .. }) if is_xml(path) => bail!(
+            "{at} is a mission file and no journal: `armor mission replay {at} --fire \"T …\"` \
+             plays firings over it, and {JOURNAL} in the folder of a run is its journal"
+        ),
+        other => other?,
+    };
+    match story.records.first().map(|record| &record.entry) {
+        None => bail!("{at} holds no record: no mission has begun in it"),
+        Some(Entry::Began { .. } | Entry::Snapshot(_)) => Ok(story),
+        Some(first) => Err(anyhow!(
+            "the beginning of {at} is missing (it begins with \"{first}\"): what it tells cannot \
+             be understood without"
+        )),
+    }
+}
+
+fn is_xml(path: &Path) -> bool {
+    std::fs::read(path).is_ok_and(|bytes| bytes.trim_ascii_start().starts_with(b"<"))
 }
 
 /// The journal that `armor run` lets the executive keep.
@@ -43,11 +69,45 @@ fn of_the_running(running: &Running) -> Result<PathBuf> {
 /// Its name in the folder of a run.
 const JOURNAL: &str = "executive.journal";
 
-/// One record.
-pub fn line(record: &Record, format: Format) -> Result<()> {
-    match format {
-        Format::Json => say(json!({ "at_s": record.at.as_secs_f64(), "record": record })),
-        _ => say(format!("{}  {}", time(record), record.entry)),
+/// Tells records one after the other.
+#[derive(Default)]
+pub struct Teller {
+    /// The last number of a firing, and whether the way to the safe place has one beyond.
+    last_firing: u64,
+    retreat: Option<u64>,
+}
+
+impl Teller {
+    /// One record.
+    pub fn line(&mut self, record: &Record, format: Format) -> Result<()> {
+        match format {
+            Format::Json => say(json!({ "at_s": record.at.as_secs_f64(), "record": record })),
+            _ => say(format!("{}  {}", time(record), self.words(&record.entry))),
+        }
+    }
+
+    /// The way to the safe place is a firing like others, which no record of its own begins.
+    fn words(&mut self, entry: &Entry) -> String {
+        let retreats = match entry {
+            Entry::Retreated { .. } => true,
+            Entry::Ordered(judged) => judged.accepted && judged.order == Order::Safe,
+            Entry::Took { firing, cause, .. } => {
+                self.last_firing = self.last_firing.max(*firing);
+                *cause == Cause::Retreat
+            }
+            _ => false,
+        };
+        match entry {
+            Entry::Put { firing } if self.retreat == Some(*firing) => {
+                format!("{entry}: the mission is in its safe place")
+            }
+            _ if retreats && self.retreat.is_none() => {
+                let firing = self.last_firing + 1;
+                self.retreat = Some(firing);
+                format!("{entry} (firing {firing})")
+            }
+            _ => entry.to_string(),
+        }
     }
 }
 

@@ -3,22 +3,26 @@
 use std::io::{self, BufRead};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use armor_sdk::control::{Order, TokenMove};
-use armor_sdk::operator::{Operator, Verdict};
+use armor_sdk::operator::{Operator, OrderError, Verdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::super::{Observed, printed, say};
-use crate::arguments::{By, Format};
+use crate::arguments::{By, Format, Running};
 use crate::exit::Ending;
+use crate::system;
+use crate::system::run_file::{self, Record};
 
 /// How often to look whether the executive is still there.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
-/// How long the command is asked for at a time, while there is no executive.
+/// How long the way back is tried at a time, while there is no executive.
 const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
+/// How long neither executive nor registry of another host answer before they count as gone.
+const GONE_AFTER: Duration = Duration::from_secs(10);
 
 /// What `operate` reads.
 const WORDS: &str = "fire T, pause, resume, safe, move FROM TO [N], confirm T, decline T";
@@ -34,11 +38,13 @@ pub fn give(by: &By, order: &Order, format: Format) -> Result<Ending> {
     Ok(if verdict.accepted { Ending::Fine } else { Ending::Failed })
 }
 
-/// Holds the command until stdin ends or it is asked to end, and gives the orders that are read.
+/// Holds the command until stdin ends, the system does, or it is asked to end, and gives the orders
+/// that are read. Fails if one of them was refused.
 ///
 /// # Errors
 /// If the command is not to be had, or somebody takes it over.
 pub fn operate(by: &By, format: Format) -> Result<Ending> {
+    let mut commanded = Commanded::find(&by.running)?;
     let mut operator = operator(by)?;
     let taken = operator.order(by.take, &Order::Lease, by.within)?;
     if !taken.accepted {
@@ -51,13 +57,11 @@ pub fn operate(by: &By, format: Format) -> Result<Ending> {
     loop {
         match inputs.recv_timeout(LOOK_EVERY) {
             Ok(Input::Line(line)) if line.trim().is_empty() => {}
-            Ok(Input::Line(line)) => match read(&line) {
-                Some(order) => {
-                    let verdict = operator.order(false, &order, by.within)?;
-                    report(&verdict, Some(line.trim()), format)?;
+            Ok(Input::Line(line)) => {
+                if !carry_out(&mut operator, line.trim(), by, format)? {
+                    ending = Ending::Failed;
                 }
-                None => eprintln!("`{}` is no order; there are: {WORDS}", line.trim()),
-            },
+            }
             Ok(Input::Interrupted) => {
                 ending = Ending::Interrupted;
                 break;
@@ -65,8 +69,14 @@ pub fn operate(by: &By, format: Format) -> Result<Ending> {
             Ok(Input::End) | Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if !operator.is_connected() {
-            hold_again(&mut operator)?;
+        if operator.is_connected() {
+            commanded.away_since = None;
+        } else if !commanded.come_back(&mut operator)? {
+            eprintln!("the system that was commanded has ended");
+            return Ok(ending);
+        }
+        if let Some(why) = operator.lost() {
+            bail!("the command is lost: {why}");
         }
     }
     let released = operator.order(false, &Order::Release, by.within)?;
@@ -74,14 +84,62 @@ pub fn operate(by: &By, format: Format) -> Result<Ending> {
     Ok(ending)
 }
 
-/// The executive was restarted, or the link broke: the lease goes on if one is back in time.
-fn hold_again(operator: &mut Operator) -> Result<()> {
-    match operator.order(false, &Order::Lease, COME_BACK_WITHIN) {
-        Ok(verdict) if !verdict.accepted => bail!("the command is lost: {}", verdict.text),
-        Ok(_) => Ok(()),
-        Err(error) => {
-            eprintln!("no link to the executive: {error}");
-            Ok(())
+/// Gives the order that stands in a line. Answers whether it is accepted.
+fn carry_out(operator: &mut Operator, line: &str, by: &By, format: Format) -> Result<bool> {
+    let Some(order) = read(line) else {
+        eprintln!("`{line}` is no order; there are: {WORDS}");
+        return Ok(false);
+    };
+    let verdict = operator.order(false, &order, by.within)?;
+    report(&verdict, Some(line), format)?;
+    Ok(verdict.accepted)
+}
+
+/// The system whose mission is commanded, and no other that comes after it in its place.
+struct Commanded {
+    observed: Observed,
+    /// As the launcher has written it down, if this user runs it on this host.
+    record: Option<Record>,
+    /// Since when there is no way to its executive.
+    away_since: Option<Instant>,
+}
+
+impl Commanded {
+    fn find(running: &Running) -> Result<Self> {
+        let observed = Observed::find(running, "mission")?;
+        Ok(Self { observed, record: system::record(running).ok(), away_since: None })
+    }
+
+    /// The executive was restarted, or the link broke: the command goes on if one is back in time.
+    /// Answers whether the system is still there.
+    fn come_back(&mut self, operator: &mut Operator) -> Result<bool> {
+        if self.has_ended()? {
+            return Ok(false);
+        }
+        match operator.order(false, &Order::Rejoin, COME_BACK_WITHIN) {
+            // Whether it is lost stands in `lost`.
+            Ok(_) | Err(OrderError::Lost(_)) => self.away_since = None,
+            Err(error) => {
+                if self.away_since.is_none() {
+                    self.away_since = Some(Instant::now());
+                    eprintln!("no link to the executive: {error}; trying on");
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn has_ended(&self) -> Result<bool> {
+        match &self.record {
+            Some(Record { pid, registry, .. }) => {
+                let mut running = run_file::running(&run_file::directory()?)?.into_iter();
+                Ok(!running.any(|it| it.pid == *pid && it.registry == *registry))
+            }
+            // Of another host only this is known.
+            None => {
+                let away = self.away_since.map(|since| since.elapsed());
+                Ok(away.is_some_and(|away| away > GONE_AFTER) && self.observed.list().is_err())
+            }
         }
     }
 }

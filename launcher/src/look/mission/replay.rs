@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 use super::super::{printed, say};
 use super::firing;
-use super::journal::{line, time};
+use super::journal::{Teller, read, time};
 use crate::arguments::{Format, Replay};
 use crate::check;
 use crate::exit::Ending;
@@ -27,13 +27,14 @@ pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
         let plan = of_file(&arguments.journal, arguments)?;
         return firing::play(&plan, way, arguments.step, format);
     }
-    let story = journal::read(&arguments.journal)?;
+    let story = read(&arguments.journal)?;
     let plan = Arc::new(plan(arguments, &story.records)?);
     printed(play(arguments, plan, &story.records, format))
 }
 
 fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format) -> Result<()> {
     let mut ledger = Ledger::new(Arc::clone(&plan));
+    let mut teller = Teller::default();
     for record in records {
         ledger.apply(record).map_err(|error| mismatch(arguments, &plan, record, error))?;
         match format {
@@ -46,7 +47,7 @@ fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format)
                 "stage": stage(&ledger),
             }))?,
             _ => {
-                line(record, format)?;
+                teller.line(record, format)?;
                 say(format!("{:13}{}", "", in_words(&ledger)))?;
             }
         }

@@ -7,8 +7,9 @@ use armor_executive::{
 
 use crate::print;
 
-/// Where the mission stands; the marking was told `age_s` ago.
-pub fn in_words(marking: &Marking, age_s: f64) -> String {
+/// Where the mission stands; the marking was told `age_s` ago. `file`: what is wrong with the file
+/// on the disk.
+pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
     let now_s = marking.now_at_s + age_s;
     let mut out = format!(
         "mission {}: {}, {} after its start, {} fired\n",
@@ -37,6 +38,7 @@ pub fn in_words(marking: &Marking, age_s: f64) -> String {
         out += &format!("version {} of the file has been played for {for_s}\n", marking.version);
     }
     marking.change.iter().for_each(|it| out += &change(it, marking.version));
+    file.iter().for_each(|problem| out += &format!("{problem}\n"));
     let mut rows = Vec::new();
     let mut section = |name: &str, lines: Vec<String>| {
         let lines = if lines.is_empty() { vec!["none".into()] } else { lines };
@@ -283,7 +285,7 @@ components  explorer active
 fired       none
 reports that changed nothing: 0 too late, 2 that no transition waits for
 ";
-        assert_eq!(in_words(&marking(), 0.5), expected);
+        assert_eq!(in_words(&marking(), 0.5, None), expected);
     }
 
     #[test]
@@ -301,7 +303,7 @@ version 2 of the file has been played for 2.0 s
 version 3 of the file waits, 2 goes on: `explore` holds a token, and the new file has no such place
             place explore removed
 ";
-        let shown = in_words(&marking, 0.5);
+        let shown = in_words(&marking, 0.5, None);
         assert!(shown.contains(expected), "{shown}");
         marking.change = Some(MissionChange {
             version: 3,
@@ -309,7 +311,7 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
             why: "it has no mission any more".into(),
             changes: Vec::new(),
         });
-        let shown = in_words(&marking, 0.5);
+        let shown = in_words(&marking, 0.5, None);
         assert!(shown.contains("version 3 of the file is refused, 2 goes on: it has no mission"));
     }
 
@@ -328,7 +330,7 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
             truth: "false".into(),
             because: "battery is 0.42".into(),
         }];
-        let shown = in_words(&marking, 0.5);
+        let shown = in_words(&marking, 0.5, None);
         let expected = "
 variables   battery is 0.42  (2 values were outside of its domain)
 guards      weak: battery < 30% is false: battery is 0.42
@@ -359,7 +361,7 @@ components  explorer active
             stand("past", "fail", false, None),
             stand("past", "fail", true, None),
         ];
-        let shown = in_words(&marking, 0.5);
+        let shown = in_words(&marking, 0.5, None);
         let expected = "
 dates       meet waits until 2026-11-21T14:30:00Z, in 3 min 20 s
             meet may fire until 2026-11-21T14:35:00Z, in 5 min 00 s
@@ -412,6 +414,6 @@ components  explorer active
 fired       none
 orders      sam: fire recall at 10.0 s; refused: ruth commands
 ";
-        assert_eq!(in_words(&marking, 0.5), expected);
+        assert_eq!(in_words(&marking, 0.5, None), expected);
     }
 }

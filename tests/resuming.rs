@@ -1,0 +1,112 @@
+//! What becomes of a mission when everything that ran has ended: it is gone on with, never begun
+//! again by itself, and its journal never lost.
+
+use armor_executive::journal;
+use rustix::process::Signal;
+
+use crate::fixture::{Folder, Run, ended, lives, wait_for};
+use crate::resilience::system::{Draft, System};
+
+/// `one` is done after a while, and `two` works for a minute of mission time.
+const RELAY: &str = "
+<mission name='relay' goal='over' safe='hold'>
+  <place name='first' initial='true' components='one'/>
+  <place name='second' components='two'/>
+  <place name='over'/>
+  <place name='hold'/>
+  <exclusive components='one two'/>
+  <transition name='handover' from='first' to='second' on='one.done'/>
+  <transition name='late' from='second' to='over' timeout='1min'/>
+</mission>";
+
+fn relay(folder: &str) -> System {
+    let system = Draft::default()
+        .probe("one", "rate='50Hz'", "done=5 alone=alone")
+        .probe("two", "rate='50Hz'", "alone=alone")
+        .mission(RELAY)
+        .run(Folder::new(folder));
+    is_in_second(&system.folder, &system.run);
+    system
+}
+
+fn shown(folder: &Folder, run: &Run) -> String {
+    let registry = run.registry().to_string();
+    ended(&mut folder.armor(&["mission", "show", "--registry", &registry])).1
+}
+
+/// Waits until `two` works.
+fn is_in_second(folder: &Folder, run: &Run) {
+    wait_for(&format!("the second place\n{}", run.log()), || {
+        let shown = shown(folder, run);
+        (shown.contains("marked      second\n") && shown.contains("two active")).then_some(())
+    });
+}
+
+/// As when the power fails: nobody is told.
+fn power_fails(run: &mut Run) {
+    let children = run.children();
+    run.signal(Signal::KILL);
+    run.code();
+    wait_for("the end of everything", || (!children.iter().any(|it| lives(*it))).then_some(()));
+}
+
+#[test]
+fn a_mission_is_gone_on_with_after_everything_has_died() {
+    let mut system = relay("resumed");
+    power_fails(&mut system.run);
+    let folder = &system.folder;
+    let mut again = folder.run("out", &["probes.xml", "--resume"]);
+    is_in_second(folder, &again);
+    assert!(again.log().contains("goes on with mission relay, "), "{}", again.log());
+    assert!(again.log().contains("goes on where it left off: second"), "{}", again.log());
+    assert_eq!(system.trace("one").count("started"), 1, "its work was done before");
+
+    // Begun anew in the same folder, the unfinished mission is kept, and can be gone on with there.
+    power_fails(&mut again);
+    let mut anew = folder.run("out", &["probes.xml"]);
+    wait_for("the first place", || (system.trace("one").count("started") > 1).then_some(()));
+    anew.logged("an unfinished mission was here and is kept", 1);
+    assert!(anew.log().contains("out/unfinished-1 --resume"), "{}", anew.log());
+    power_fails(&mut anew);
+    let third = folder.run("out/unfinished-1", &["probes.xml", "--resume"]);
+    is_in_second(folder, &third);
+    assert_eq!(system.trace("one").count("started"), 2, "this one has gone on");
+}
+
+#[test]
+fn what_cannot_be_gone_on_with_is_refused_and_stays() {
+    let mut system = relay("not-resumed");
+    power_fails(&mut system.run);
+    let refused = |arguments: &[&str], why: &str| {
+        let (code, _, err) = ended(&mut system.folder.armor(arguments));
+        assert!(code == 1 && err.contains(why), "{code} {err}");
+    };
+    refused(&["run", "probes.xml", "--resume", "--out", "other"], "nothing to resume: no ");
+    let text = std::fs::read_to_string(system.folder.path().join("probes.xml")).expect("the file");
+    system.folder.write("renamed.xml", &text.replace("two", "three"));
+    let resumed = ["run", "renamed.xml", "--resume", "--out", "out"];
+    refused(&resumed, "whose component two is not in renamed.xml");
+    let journal = system.run.out().join("executive.journal");
+    assert!(journal::read(&journal).expect("it is there").is_unfinished());
+
+    // One that nobody can read is kept, too.
+    std::fs::write(&journal, "nonsense\n").expect("writable");
+    refused(&["run", "probes.xml", "--resume", "--out", "out"], "line 1 is not a record");
+    let run = system.folder.run("out", &["probes.xml", "--for", "1s"]);
+    run.logged("an unfinished mission was here and is kept", 1);
+    let kept = system.run.out().join("unfinished-1/executive.journal");
+    assert_eq!(std::fs::read_to_string(kept).expect("kept"), "nonsense\n");
+}
+
+#[test]
+fn a_mission_whose_journal_is_deleted_goes_to_its_safe_place() {
+    let mut system = relay("journal-deleted");
+    std::fs::remove_file(system.run.out().join("executive.journal")).expect("it was there");
+    system.kill("executive");
+    assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
+    let log = system.run.log();
+    assert!(log.contains("executive.journal, is gone: it is not known where"), "{log}");
+    assert!(log.contains("the mission ended in its safe place"), "{log}");
+    assert_eq!(system.trace("one").count("started"), 1, "it did not begin again");
+    assert_eq!(system.trace("two").count("clash"), 0);
+}
