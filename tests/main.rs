@@ -22,4 +22,5 @@ mod resuming;
 mod simulated_time;
 mod submissions;
 mod tutorial;
+mod watching;
 mod workspace;

@@ -18,12 +18,24 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-petri", &[]),
     ("armor-sdk", &["armor-wire"]),
     ("armor-executive", &["armor-petri", "armor-missions", "armor-sdk"]),
+    ("armor-look", &["armor-executive", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
+    (
+        "armor-designer",
+        &[
+            "armor-executive",
+            "armor-look",
+            "armor-missions",
+            "armor-petri",
+            "armor-sdk",
+            "armor-wire",
+        ],
+    ),
 ];
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-grid"];
 /// What stands above everything and is imported by nobody.
-const TOP: &[&str] = &["armor", "armor-bench", "armor-designer"];
+const TOP: &[&str] = &["armor", "armor-bench"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the launcher is in the workspace").into()
@@ -113,6 +125,9 @@ fn every_dependency_has_a_licence_we_may_use() {
         "Apache-2.0 WITH LLVM-exception",
         "MIT-0",
         "BSL-1.0",
+        // The fonts of egui, in the designer only.
+        "OFL-1.1",
+        "Ubuntu-font-1.0",
     ];
     let metadata = metadata();
     let may_use = |expression: &str| {

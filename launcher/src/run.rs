@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::arguments::{self, Format};
 use crate::check;
 use crate::exit::Ending;
-use crate::system::run_file::{self, Record, RunFile};
+use armor_look::systems::{self, Record, RunFile};
 use logs::Log;
 use plan::Plan;
 use port::Lease;
@@ -57,7 +57,7 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
         file: arguments.file.clone(),
         out: out.path().into(),
     };
-    let _run_file = RunFile::write(&run_file::directory()?, &record)?;
+    let _run_file = RunFile::write(&systems::directory()?, &record)?;
 
     let (log, sinks) = Log::start(&out.path().join("logs"), &plan.names(), format)?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());

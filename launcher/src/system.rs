@@ -1,13 +1,11 @@
 //! Finds the running system that a tool is to look at.
 
-pub mod run_file;
-
 use std::net::SocketAddr;
 
 use anyhow::{Result, bail};
 
 use crate::arguments::Running;
-use run_file::Record;
+use armor_look::systems::{self, Record};
 
 /// Where the registry of the system that is meant listens: the one told, the one with that name, or
 /// the only one.
@@ -18,7 +16,7 @@ pub fn registry(running: &Running) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
-    let records = run_file::running(&run_file::directory()?)?;
+    let records = systems::running(&systems::directory()?)?;
     choose(records, running.system.as_deref())
 }
 
@@ -27,7 +25,7 @@ pub fn registry(running: &Running) -> Result<SocketAddr> {
 /// # Errors
 /// If there is none, or several.
 pub fn record(running: &Running) -> Result<Record> {
-    let mut records = run_file::running(&run_file::directory()?)?;
+    let mut records = systems::running(&systems::directory()?)?;
     if let Some(registry) = running.registry {
         records.retain(|record| record.registry == registry);
     }

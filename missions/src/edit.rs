@@ -14,6 +14,7 @@ mod parameter;
 mod patch;
 mod placement;
 mod removal;
+mod removing;
 mod words;
 
 use std::path::Path;

@@ -378,3 +378,50 @@ fn a_new_attribute_is_written_as_the_last_one_is() {
         check(before, set(name, value), after);
     }
 }
+
+#[test]
+fn several_are_removed_at_once_with_what_only_they_are_named_by() {
+    let before = r#"<armor version="1">
+  <system>
+    <component name="a" kind="k"/>
+    <component name="b" kind="k"/>
+    <component name="c" kind="k"/>
+    <link from="a.x" to="b.x"/>
+    <link from="b.y" to="c.y"/>
+    <layout>
+      <block of="a" x="0" y="0"/>
+      <block of="b" x="9" y="0"/>
+    </layout>
+  </system>
+  <mission goal="p">
+    <place name="p" components="a b c"/>
+    <place name="q" components="a"><parameter component="a" name="n" value="1"/></place>
+    <exclusive components="a b c"/>
+    <transition name="t" from="p" to="q" on="a.done"/>
+  </mission>
+</armor>
+"#;
+    let mut document = open(before);
+    let refused = document.remove_all(&[Item::Component("a"), Item::Component("b")]);
+    assert!(refused.unwrap_err().to_string().starts_with("component a is still named at"));
+    assert_eq!(document.bytes(), before.as_bytes());
+    let all = [
+        Item::Component("a"),
+        Item::Transition("t"),
+        Item::Component("b"),
+        Item::Place("q"),
+        Item::Link { from: "b.y", to: "c.y" },
+    ];
+    document.remove_all(&all).unwrap();
+    let after = r#"<armor version="1">
+  <system>
+    <component name="c" kind="k"/>
+    <layout/>
+  </system>
+  <mission goal="p">
+    <place name="p" components="c"/>
+  </mission>
+</armor>
+"#;
+    assert_eq!(std::str::from_utf8(document.bytes()).unwrap(), after);
+}

@@ -239,8 +239,8 @@ impl Directory {
         &self.inner.clock
     }
 
-    /// Leaves the registry. What was provided is withdrawn by that.
-    pub(crate) fn close(&self) {
+    /// Leaves the registry, for all clones of this. What was provided is withdrawn by that.
+    pub fn close(&self) {
         self.inner.closing.store(true, Ordering::Relaxed);
         if let Some(writer) = self.inner.lock().writer.take() {
             writer.close();

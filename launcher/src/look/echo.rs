@@ -6,8 +6,7 @@ use anyhow::{Context, Result};
 use armor_wire::schema::to_json;
 use serde_json::json;
 
-use super::following::Following;
-use super::{Observed, printed, say};
+use super::{printed, say};
 use crate::arguments::Echo;
 use crate::exit::Ending;
 
@@ -20,8 +19,8 @@ const LOOK_EVERY: Duration = Duration::from_secs(3600);
 /// If nobody provides the data, or the system ends.
 pub fn run(arguments: &Echo) -> Result<Ending> {
     let data = &arguments.data;
-    let observed = Observed::find(&arguments.running, "echo")?;
-    let mut following = Following::begin(observed, data)?;
+    let observed = super::find(&arguments.running, "echo")?;
+    let mut following = super::follow(observed, data)?;
     let mut left = arguments.count.unwrap_or(u64::MAX);
     let mut print = || -> Result<()> {
         while left > 0 {

@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use serde::Serialize;
 
-use super::following::Following;
-use super::{Observed, printed, say};
+use super::{printed, say};
 use crate::arguments::{Format, Hz};
 use crate::exit::Ending;
 
@@ -37,8 +36,8 @@ struct Summary {
 /// # Errors
 /// If nobody provides the data, or the system ends.
 pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
-    let observed = Observed::find(&arguments.running, "hz")?;
-    let mut following = Following::begin(observed, &arguments.data)?;
+    let observed = super::find(&arguments.running, "hz")?;
+    let mut following = super::follow(observed, &arguments.data)?;
     let start = Instant::now();
     let mut window = Window::default();
     let mut windows = 0;

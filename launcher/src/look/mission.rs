@@ -20,10 +20,10 @@ use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::schema::{Schema, to_json};
 
-use super::following::Following;
-use super::{Observed, printed, say};
+use super::{printed, say};
 use crate::arguments::{Format, Mission, Running};
 use crate::exit::Ending;
+use armor_look::{Following, Observed};
 use words::in_words;
 
 /// What the executive publishes, latched, at every change.
@@ -63,8 +63,8 @@ pub fn run(mission: Mission, format: Format) -> Result<Ending> {
 /// # Errors
 /// If no mission runs.
 fn show(running: &Running, follow: bool, format: Format) -> Result<Ending> {
-    let observed = Observed::find(running, "mission")?;
-    let said = Following::begin(Observed::find(running, "mission")?, MARKING);
+    let observed = super::find(running, "mission")?;
+    let said = super::follow(super::find(running, "mission")?, MARKING);
     printed(follow_marking(&observed, said.map_err(why_nothing)?, follow, format))
 }
 

@@ -3,17 +3,18 @@
 use anyhow::Result;
 use serde_json::json;
 
-use super::{CONFIGD, Observed, Sighting, printed, say};
+use super::{printed, say};
 use crate::arguments::{Format, Running};
 use crate::exit::Ending;
 use crate::print;
+use armor_look::{CONFIGD, Sighting};
 
 /// Prints one row per process.
 ///
 /// # Errors
 /// If no system is found or its registry does not answer.
 pub fn run(running: &Running, format: Format) -> Result<Ending> {
-    let sightings = Observed::find(running, "ps")?.statuses()?;
+    let sightings = super::find(running, "ps")?.statuses()?;
     printed(if format == Format::Json {
         sightings.iter().try_for_each(|sighting| say(json_of(sighting)))
     } else {

@@ -3,8 +3,8 @@
 
 use crate::edit::error::EditError;
 use crate::edit::item::Item;
-use crate::edit::naming::Gone;
 use crate::edit::patch::Patches;
+use crate::edit::removing::Gone;
 use crate::edit::{Document, NewElement, attribute};
 use crate::tree::Element;
 

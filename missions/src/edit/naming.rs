@@ -1,4 +1,4 @@
-//! Items renamed and removed, with everything in the file that names them.
+//! Items renamed, with everything in the file that names them.
 
 use crate::edit::attribute::{quote, text_run};
 use crate::edit::error::EditError;
@@ -6,12 +6,11 @@ use crate::edit::item::check_name;
 use crate::edit::mention::{Mention, Role, mentions};
 use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
-use crate::edit::words::{Form, list, occurrences, replaced, without};
-use crate::edit::{Document, Item, attribute, removal};
+use crate::edit::words::{Form, occurrences, replaced};
+use crate::edit::{Document, Item, attribute};
 use crate::finding::Findings;
 use crate::source::{Location, Source, Span};
 use crate::tag::unescape;
-use crate::tree::Element;
 
 impl Document {
     /// Renames an item and everything in the file that names it: links, lists, arcs, the goal,
@@ -46,54 +45,6 @@ impl Document {
         self.apply(patches)
     }
 
-    /// Removes an item. A component goes with its links, the parameters that places give it, its
-    /// part in lists (an exclusive set of fewer than two goes too) and its block in the layout; other
-    /// items go with their block.
-    ///
-    /// # Errors
-    /// If there is no such item, or if something that would mean another thing without it still
-    /// names it: a transition or guard, a variable, the clock, a check; the goal.
-    pub fn remove(&mut self, item: Item<'_>) -> Result<(), EditError> {
-        let Some(name) = item.name() else {
-            let path = self.path_of(item)?;
-            return self.remove_element(&path);
-        };
-        self.check_known(item)?;
-        let mentions = mentions(&self.tree, item);
-        self.refuse_needed(item, &mentions)?;
-        let mut patches = Patches::default();
-        let mut gone = Gone::default();
-        for mention in &mentions {
-            match mention.role {
-                Role::Definition | Role::Whole => gone.add(mention.parent, mention.index),
-                Role::Needed => {}
-                Role::Listed => {
-                    let value = mention.value();
-                    let left = without(&value, &occurrences(mention.form, &value, name));
-                    match (mention.element.name.as_str(), list(&left).count()) {
-                        ("exclusive", 0 | 1) => gone.add(mention.parent, mention.index),
-                        (_, 0) => {
-                            attribute::set(
-                                self.source(),
-                                mention.element,
-                                "components",
-                                None,
-                                &mut patches,
-                            )?;
-                        }
-                        _ => self.rewrite(
-                            mention,
-                            |form, value| without(value, &occurrences(form, value, name)),
-                            &mut patches,
-                        ),
-                    }
-                }
-            }
-        }
-        gone.remove(self.source(), &mut patches);
-        self.apply(patches)
-    }
-
     /// Where an item is named, its own name and its block in the layout left out.
     pub fn mentions(&self, item: Item<'_>) -> Vec<Location> {
         let found = mentions(&self.tree, item);
@@ -101,7 +52,7 @@ impl Document {
         others.map(|mention| mention.at(self.tree.source())).collect()
     }
 
-    fn check_known(&self, item: Item<'_>) -> Result<(), EditError> {
+    pub(super) fn check_known(&self, item: Item<'_>) -> Result<(), EditError> {
         if self.is_elsewhere(item) { Ok(()) } else { self.path_of(item).map(|_| ()) }
     }
 
@@ -110,22 +61,9 @@ impl Document {
         matches!(item, Item::Component(_)) && self.find(Item::System).is_none()
     }
 
-    fn refuse_needed(&self, item: Item<'_>, mentions: &[Mention<'_>]) -> Result<(), EditError> {
-        let own: Vec<_> = mentions.iter().filter(|m| m.role == Role::Definition).collect();
-        let needed = mentions.iter().filter(|mention| {
-            mention.role == Role::Needed
-                && !own.iter().any(|own| own.element.span == mention.element.span)
-        });
-        let at: Vec<_> = needed.map(|mention| mention.at(self.tree.source())).collect();
-        if at.is_empty() {
-            return Ok(());
-        }
-        Err(EditError::StillNamed { what: item.to_string(), at })
-    }
-
     /// Changes the value in which an item is named. What is written around the name stays as it is
     /// written, unless the name itself is written with references.
-    fn rewrite(
+    pub(super) fn rewrite(
         &self,
         mention: &Mention<'_>,
         change: impl Fn(Form, &str) -> String,
@@ -149,25 +87,6 @@ impl Document {
             None => escape_text(&wanted),
         };
         patches.replace(range, written);
-    }
-}
-
-/// Elements that go, by their parents.
-#[derive(Default)]
-pub(super) struct Gone<'a>(Vec<(&'a Element, Vec<usize>)>);
-
-impl<'a> Gone<'a> {
-    pub(super) fn add(&mut self, parent: &'a Element, index: usize) {
-        match self.0.iter_mut().find(|(known, _)| known.span == parent.span) {
-            Some((_, numbers)) => numbers.push(index),
-            None => self.0.push((parent, vec![index])),
-        }
-    }
-
-    pub(super) fn remove(self, source: &Source, patches: &mut Patches) {
-        for (parent, numbers) in self.0 {
-            removal::remove(source, parent, &numbers, patches);
-        }
     }
 }
 

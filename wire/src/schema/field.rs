@@ -1,12 +1,15 @@
 //! One value out of an encoded message, without its Rust type: a field is found by its names once,
 //! then read from every payload. What lies before it is stepped over, not decoded.
 
+mod glance;
 #[cfg(test)]
 mod tests;
 
 use thiserror::Error;
 
 use super::{Field, Schema};
+
+pub use glance::{Glimpse, Pick, Seen, glance};
 
 /// The field that a message may have beside its one value without being asked for it.
 const STAMP: &str = "stamp";
@@ -241,6 +244,19 @@ impl<'a> Cursor<'a> {
         }))
     }
 
+    /// Steps over `count` values.
+    fn pass(&mut self, item: &Schema, count: usize) -> Result<(), PayloadError> {
+        match fixed_len(item) {
+            Some(len) => {
+                let len = len.checked_mul(count);
+                let len = len.ok_or_else(|| self.error("a count exceeds the payload"))?;
+                self.bytes(len).map(drop)
+            }
+            // Each takes a byte at least, so a wrong count ends with the payload.
+            None => (0..count).try_for_each(|_| self.skip(item)),
+        }
+    }
+
     fn skip(&mut self, schema: &Schema) -> Result<(), PayloadError> {
         if let Some(len) = fixed_len(schema) {
             return self.bytes(len).map(drop);
@@ -256,15 +272,7 @@ impl<'a> Cursor<'a> {
             }
             Schema::List(item) => {
                 let count = self.count()?;
-                match fixed_len(item) {
-                    Some(len) => {
-                        let len = len.checked_mul(count);
-                        let len = len.ok_or_else(|| self.error("a count exceeds the payload"))?;
-                        self.bytes(len)?;
-                    }
-                    // Each takes a byte at least, so a wrong count ends with the payload.
-                    None => (0..count).try_for_each(|_| self.skip(item))?,
-                }
+                self.pass(item, count)?;
             }
             Schema::Fixed(item, count) => (0..*count).try_for_each(|_| self.skip(item))?,
             Schema::Struct { fields, .. } => {

@@ -6,7 +6,7 @@ use armor_sdk::messages::ConfigurationState;
 use armor_wire::WireType;
 use armor_wire::codec;
 
-use super::super::Observed;
+use armor_look::Observed;
 
 /// How the configuration stands, latched.
 const STATE: &str = "configuration.state";

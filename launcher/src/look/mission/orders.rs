@@ -6,16 +6,17 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use armor_look::systems::{self, Record};
+use armor_look::{Observed, this_user};
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::operator::{Operator, OrderError, Verdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
-use super::super::{Observed, printed, say};
+use super::super::{find, printed, say};
 use crate::arguments::{By, Format, Running};
 use crate::exit::Ending;
 use crate::system;
-use crate::system::run_file::{self, Record};
 
 /// How often to look whether the executive is still there.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
@@ -106,7 +107,7 @@ struct Commanded {
 
 impl Commanded {
     fn find(running: &Running) -> Result<Self> {
-        let observed = Observed::find(running, "mission")?;
+        let observed = find(running, "mission")?;
         Ok(Self { observed, record: system::record(running).ok(), away_since: None })
     }
 
@@ -132,7 +133,7 @@ impl Commanded {
     fn has_ended(&self) -> Result<bool> {
         match &self.record {
             Some(Record { pid, registry, .. }) => {
-                let mut running = run_file::running(&run_file::directory()?)?.into_iter();
+                let mut running = systems::running(&systems::directory()?)?.into_iter();
                 Ok(!running.any(|it| it.pid == *pid && it.registry == *registry))
             }
             // Of another host only this is known.
@@ -145,18 +146,10 @@ impl Commanded {
 }
 
 fn operator(by: &By) -> Result<Operator> {
-    let observed = Observed::find(&by.running, "mission")?;
+    let observed = find(&by.running, "mission")?;
     let author = by.author.clone().unwrap_or_else(this_user);
     let from = format!("armor mission, process {}", std::process::id());
     Ok(Operator::new(observed.directory().clone(), &from, &author))
-}
-
-/// `user@host`, as far as it is known.
-fn this_user() -> String {
-    let user = ["USER", "LOGNAME"].iter().find_map(|name| std::env::var(name).ok());
-    let user = user.filter(|user| !user.is_empty());
-    let user = user.unwrap_or_else(|| format!("user {}", rustix::process::getuid().as_raw()));
-    format!("{user}@{}", rustix::system::uname().nodename().to_string_lossy())
 }
 
 fn report(verdict: &Verdict, order: Option<&str>, format: Format) -> Result<()> {

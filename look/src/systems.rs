@@ -1,14 +1,14 @@
-//! One small file per running system of this user, so that `armor ps` finds it without being told.
-//! The launcher holds a lock on its file: whose lock can be taken is dead, and its file is removed.
+//! One small file per running system of this user, so that tools find it without being told. The
+//! launcher holds a lock on its file: whose lock can be taken is dead, and its file is removed.
 
 use std::fs::{self, DirBuilder, File};
-use std::io::Write;
+use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// What is known of a running system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,52 @@ pub struct Record {
     pub out: PathBuf,
 }
 
+impl Record {
+    /// Where a path of the run is: it is relative to the folder that the launcher was started in.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        let folder = fs::read_link(format!("/proc/{}/cwd", self.pid));
+        folder.map_or_else(|_| path.into(), |folder| folder.join(path))
+    }
+
+    /// Whether it runs this file.
+    pub fn runs(&self, file: &Path) -> bool {
+        let whole = |path: &Path| path.canonicalize().ok();
+        whole(&self.resolve(&self.file)).is_some_and(|path| Some(path) == whole(file))
+    }
+}
+
+/// Why the files of running systems cannot be used.
+#[derive(Debug, Error)]
+pub enum SystemsError {
+    /// Their folder cannot be made.
+    #[error("the folder {} cannot be made: {error}", path.display())]
+    Folder {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// Their folder belongs to somebody else.
+    #[error("{} is not this user's folder; remove it or set XDG_RUNTIME_DIR", .0.display())]
+    NotOurs(PathBuf),
+    /// Their folder cannot be read.
+    #[error("{} cannot be read: {error}", path.display())]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// One cannot be written.
+    #[error("{} cannot be written: {error}", path.display())]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+}
+
 /// The file of a running system; removed when this is dropped.
 #[derive(Debug)]
 pub struct RunFile {
@@ -34,24 +80,22 @@ pub struct RunFile {
     _lock: File,
 }
 
-/// The folder of the files: `$XDG_RUNTIME_DIR/armor`, or one in `/tmp` that is this user's alone.
+/// The folder of the files: `$XDG_RUNTIME_DIR/armor`, or one in the temporary folder that is this
+/// user's alone.
 ///
 /// # Errors
 /// If it cannot be made, or somebody else's is there.
-pub fn directory() -> Result<PathBuf> {
+pub fn directory() -> Result<PathBuf, SystemsError> {
     let user = rustix::process::getuid().as_raw();
     let path = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(directory) if !directory.is_empty() => Path::new(&directory).join("armor"),
         _ => std::env::temp_dir().join(format!("armor-{user}")),
     };
-    DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(&path)
-        .with_context(|| format!("the folder {} cannot be made", path.display()))?;
-    let owner = fs::symlink_metadata(&path)?;
+    let made = DirBuilder::new().recursive(true).mode(0o700).create(&path);
+    let owner = made.and_then(|()| fs::symlink_metadata(&path));
+    let owner = owner.map_err(|error| SystemsError::Folder { path: path.clone(), error })?;
     if !owner.is_dir() || owner.uid() != user {
-        bail!("{} is not this user's folder; remove it or set XDG_RUNTIME_DIR", path.display());
+        return Err(SystemsError::NotOurs(path));
     }
     Ok(path)
 }
@@ -61,10 +105,10 @@ impl RunFile {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn write(directory: &Path, record: &Record) -> Result<Self> {
+    pub fn write(directory: &Path, record: &Record) -> Result<Self, SystemsError> {
         let path = directory.join(format!("{}-{}.json", record.system, record.pid));
         let draft = path.with_extension("draft");
-        let write = || -> Result<File> {
+        let write = || -> io::Result<File> {
             let mut file = File::create(&draft)?;
             // Locked before it has its name: nobody sees it without the lock.
             file.try_lock()?;
@@ -72,8 +116,10 @@ impl RunFile {
             fs::rename(&draft, &path)?;
             Ok(file)
         };
-        let lock = write().with_context(|| format!("{} cannot be written", path.display()))?;
-        Ok(Self { path, _lock: lock })
+        match write() {
+            Ok(lock) => Ok(Self { path, _lock: lock }),
+            Err(error) => Err(SystemsError::Write { path, error }),
+        }
     }
 }
 
@@ -87,10 +133,10 @@ impl Drop for RunFile {
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn running(directory: &Path) -> Result<Vec<Record>> {
+pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
     let mut records = Vec::new();
     let entries = fs::read_dir(directory)
-        .with_context(|| format!("{} cannot be read", directory.display()))?;
+        .map_err(|error| SystemsError::Read { path: directory.into(), error })?;
     for path in entries.filter_map(Result::ok).map(|entry| entry.path()) {
         if path.extension().is_none_or(|extension| extension != "json") {
             continue;
@@ -101,50 +147,10 @@ pub fn running(directory: &Path) -> Result<Vec<Record>> {
             let _ = fs::remove_file(&path);
             continue;
         }
-        if let Ok(record) = serde_json::from_reader(std::io::BufReader::new(file)) {
+        if let Ok(record) = serde_json::from_reader(io::BufReader::new(file)) {
             records.push(record);
         }
     }
     records.sort_by(|a: &Record, b: &Record| a.started_s.total_cmp(&b.started_s));
     Ok(records)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scratch::Scratch;
-
-    fn record(system: &str, pid: u32) -> Record {
-        Record {
-            system: system.into(),
-            pid,
-            registry: ([127, 0, 0, 1], 7411).into(),
-            started_s: f64::from(pid),
-            file: "office.xml".into(),
-            out: "out/office".into(),
-        }
-    }
-
-    #[test]
-    fn a_system_is_found_while_its_launcher_lives() {
-        let scratch = Scratch::new("run-files");
-        let first = RunFile::write(scratch.path(), &record("rover", 1)).expect("written");
-        let second = RunFile::write(scratch.path(), &record("rover", 2)).expect("written");
-        let list = || running(scratch.path()).expect("readable");
-        assert_eq!(list(), [record("rover", 1), record("rover", 2)]);
-        drop(first);
-        assert_eq!(list(), [record("rover", 2)]);
-        drop(second);
-        assert_eq!(list(), []);
-    }
-
-    #[test]
-    fn files_of_the_dead_are_removed() {
-        let scratch = Scratch::new("stale-run-files");
-        let path = scratch.path().join("rover-9.json");
-        let text = serde_json::to_string(&record("rover", 9)).expect("serialises");
-        fs::write(&path, text).expect("writable");
-        assert_eq!(running(scratch.path()).expect("readable"), []);
-        assert!(!path.exists());
-    }
 }

@@ -1,0 +1,178 @@
+//! What a frame of the window costs, in CPU time of the thread that draws it: the whole window, its
+//! shapes and their triangles, at 1920 × 1080, without a GPU. `cargo bench -p armor-designer --bench frames`.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use armor_designer::picture::Stage;
+use armor_designer::{Command, Designer, Kinds, Settings, Start, View};
+use armor_wire::manifest::{Manifest, PortManifest};
+use eframe::egui::{
+    Context, Event, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, Vec2,
+};
+use rustix::time::{ClockId, clock_gettime};
+
+/// Blocks and links of the large robot.
+const BLOCKS: usize = 1000;
+const LINKS: usize = 1500;
+/// Places of the large mission, with as many transitions.
+const PLACES: usize = 500;
+/// Frames that are measured, after as many that are not.
+const FRAMES: usize = 200;
+
+fn main() {
+    let folder = std::env::temp_dir().join(format!("armor-frames-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    println!("CPU time per frame in ms, {FRAMES} frames of 1920 x 1080");
+    println!("{:52} {:>6} {:>6} {:>6} {:>10}", "", "p50", "p95", "max", "triangles");
+    let robot = folder.join("robot.xml");
+    std::fs::write(&robot, a_robot()).expect("written");
+    measure(&format!("{BLOCKS} blocks, {LINKS} links"), robot, View::System);
+    let mission = folder.join("mission.xml");
+    std::fs::write(&mission, a_mission()).expect("written");
+    measure(&format!("{PLACES} places, {PLACES} transitions"), mission, View::Mission);
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// One file in one view: all of it and at actual size, at rest and moving.
+fn measure(name: &str, file: PathBuf, view: View) {
+    let context = Context::default();
+    let start = Start { file: Some(file), view, kinds: Some(kinds()), ..Start::default() };
+    let mut designer = Designer::new(&context, start, Settings::default());
+    designer.desk().project.settle();
+    let mut stage = Stage::new(context.clone(), 1920, 1080, 1.0);
+    for (zoom, command) in [("all of it", Command::ZoomFit), ("actual size", Command::ZoomActual)] {
+        designer.run(command, &context);
+        stage.settle(FRAMES, |ui| designer.show(ui));
+        report(&format!("{name}, {zoom}, at rest"), || {
+            stage.frame(Vec::new(), |ui| designer.show(ui));
+            stage.triangles()
+        });
+        let mut way = 0.0_f32;
+        report(&format!("{name}, {zoom}, moving"), || {
+            way += 0.2;
+            stage.frame(moving(way), |ui| designer.show(ui));
+            stage.triangles()
+        });
+    }
+    // Until the tip for what is under the pointer has come up.
+    stage.settle(60, |ui| designer.show(ui));
+    let next = stage.next_frame();
+    println!("{:52} {}", format!("{name}, nothing happens"), said(next));
+}
+
+/// The view is moved about as two fingers on a trackpad do, under the pointer.
+fn moving(way: f32) -> Vec<Event> {
+    let at = Pos2::new(960.0 + 100.0 * way.cos(), 540.0 + 100.0 * way.sin());
+    vec![
+        Event::PointerMoved(at),
+        Event::MouseWheel {
+            unit: MouseWheelUnit::Point,
+            delta: Vec2::new(8.0 * way.cos(), 8.0 * way.sin()),
+            phase: TouchPhase::Move,
+            source: MouseWheelSource::Unknown,
+            modifiers: Modifiers::NONE,
+        },
+    ]
+}
+
+fn report(what: &str, mut frame: impl FnMut() -> usize) {
+    let mut triangles = 0;
+    let mut costs: Vec<Duration> = (0..FRAMES)
+        .map(|_| {
+            let before = cpu_time();
+            triangles = frame();
+            cpu_time() - before
+        })
+        .collect();
+    costs.sort();
+    let at = |share: usize| costs[(FRAMES - 1) * share / 100].as_secs_f64() * 1e3;
+    println!("{what:52} {:6.2} {:6.2} {:6.2} {triangles:10}", at(50), at(95), at(100));
+}
+
+/// Of this thread alone: others of the machine do not count.
+fn cpu_time() -> Duration {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    let (seconds, nanoseconds) = (u64::try_from(now.tv_sec), u32::try_from(now.tv_nsec));
+    Duration::new(seconds.unwrap_or_default(), nanoseconds.unwrap_or_default())
+}
+
+fn said(next: Duration) -> String {
+    if next == Duration::MAX {
+        "no frame is drawn".to_owned()
+    } else {
+        format!("a frame every {next:?}")
+    }
+}
+
+/// A kind with three inputs and three outputs of one type.
+fn kinds() -> Kinds {
+    let port = |id: String| PortManifest {
+        id,
+        type_name: "Scan".into(),
+        schema: "Scan{value:f64}".into(),
+        schema_hash: 1,
+        doc: String::new(),
+        required: false,
+        latched: false,
+    };
+    let kind = Manifest {
+        armor_manifest: 1,
+        kind: "block".into(),
+        summary: "Takes and gives.".into(),
+        inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
+        outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
+        parameters: Vec::new(),
+    };
+    Kinds::of([kind], "stock")
+}
+
+/// Blocks in rows of forty, each linked to the next and to one of the next row.
+fn a_robot() -> String {
+    let mut out = String::from("<armor version=\"1\">\n  <system name=\"large\">\n");
+    let mut blocks = String::new();
+    for n in 0..BLOCKS {
+        let _ = writeln!(out, "    <component name=\"block-{n}\" kind=\"block\"/>");
+        let (x, y) = (n % 40 * 240, n / 40 * 160);
+        let _ = writeln!(blocks, "      <block of=\"block-{n}\" x=\"{x}\" y=\"{y}\"/>");
+    }
+    for n in 0..LINKS {
+        let (from, to) = match n {
+            0..BLOCKS => (n, (n + 1) % BLOCKS),
+            _ => (n - BLOCKS, (n - BLOCKS + 41) % BLOCKS),
+        };
+        let port = n / BLOCKS;
+        let _ =
+            writeln!(out, "    <link from=\"block-{from}.out{port}\" to=\"block-{to}.in{port}\"/>");
+    }
+    let _ = write!(out, "    <layout>\n{blocks}    </layout>\n  </system>\n</armor>\n");
+    out
+}
+
+/// A ring of places.
+fn a_mission() -> String {
+    let mut out = String::from(
+        "<armor version=\"1\">\n  <system name=\"small\">\n    <component name=\"block\" \
+         kind=\"block\"/>\n  </system>\n  <mission name=\"large\" goal=\"place-0\" safe=\"place-1\">\n",
+    );
+    let mut blocks = String::new();
+    for n in 0..PLACES {
+        let initial = if n == 2 { " initial=\"true\"" } else { "" };
+        let _ = writeln!(out, "    <place name=\"place-{n}\"{initial}/>");
+        let (x, y) = (n % 25 * 300, n / 25 * 160);
+        let _ = writeln!(blocks, "      <block of=\"place-{n}\" x=\"{x}\" y=\"{y}\"/>");
+        let _ =
+            writeln!(blocks, "      <block transition=\"go-{n}\" x=\"{}\" y=\"{y}\"/>", x + 150);
+    }
+    for n in 0..PLACES {
+        let to = (n + 1) % PLACES;
+        let _ = writeln!(
+            out,
+            "    <transition name=\"go-{n}\" from=\"place-{n}\" to=\"place-{to}\" timeout=\"{}s\"/>",
+            n + 1
+        );
+    }
+    let _ = write!(out, "    <layout>\n{blocks}    </layout>\n  </mission>\n</armor>\n");
+    out
+}

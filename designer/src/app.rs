@@ -1,0 +1,240 @@
+//! The window: menus, panels, the view in the middle, and who runs a command.
+
+mod commands;
+mod dialogs;
+mod disk;
+mod menus;
+mod panels;
+mod run;
+mod running;
+mod snapshot;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui;
+
+use crate::desk::{Desk, Messages, Pane, View};
+use crate::files::Keeper;
+use crate::kinds::{Kinds, KindsWatch};
+use crate::live::{LiveView, Session};
+use crate::mission::MissionView;
+use crate::project::Project;
+use crate::settings::Settings;
+use crate::system::SystemView;
+use crate::theme;
+use dialogs::Dialog;
+use panels::find::Find;
+pub use snapshot::{PictureError, take_picture};
+
+/// How a designer begins.
+#[derive(Debug, Default)]
+pub struct Start {
+    /// The file to open.
+    pub file: Option<PathBuf>,
+    /// Component directories beside the file's own.
+    pub components: Vec<PathBuf>,
+    /// The view to begin with.
+    pub view: View,
+    /// Whether to watch a running system: the one whose registry listens there, or the only one.
+    pub attach: Option<Option<String>>,
+    /// The kinds, where they are known already and not to be asked for.
+    pub kinds: Option<Kinds>,
+    /// The designer's own folder, where recent files and unsaved work are kept; none keeps nothing.
+    pub own_folder: Option<PathBuf>,
+    /// Whether it begins with the page of the examples.
+    pub first_page: bool,
+}
+
+/// The designer's window.
+pub struct Designer {
+    desk: Desk,
+    view: View,
+    panes: Vec<(View, Box<dyn Pane>)>,
+    dialog: Option<Dialog>,
+    find: Option<Find>,
+    /// The list of all commands, while it is open.
+    commands: Option<commands::AllCommands>,
+    /// Whether the page of the examples is shown instead of a drawing.
+    first_page: bool,
+    /// Whether the page of the keys is shown.
+    shortcuts: bool,
+    keeper: Keeper,
+    /// None where the kinds were given.
+    kinds: Option<KindsWatch>,
+    /// The problem that was gone to last.
+    problem: usize,
+    /// The title that the window has.
+    title: String,
+    /// Whether the user agreed to lose what is not saved.
+    is_leaving: bool,
+    /// What is to be done once the files are saved.
+    after_saving: Option<dialogs::Then>,
+    ctx: egui::Context,
+}
+
+impl Designer {
+    /// A window on a file, or on a robot with nothing in it.
+    pub fn new(ctx: &egui::Context, start: Start, settings: Settings) -> Self {
+        theme::apply(ctx);
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        ctx.set_theme(settings.theme);
+        let given = Arc::new(start.kinds.clone().unwrap_or_default());
+        let mut messages = Messages::default();
+        let opened = start.file.as_ref().map(|file| Project::open(file, Arc::clone(&given)));
+        let project = match opened {
+            Some(Ok(project)) => project,
+            Some(Err(error)) => {
+                messages.warn(error.to_string());
+                Project::new(given)
+            }
+            None => Project::new(given),
+        };
+        let live = Session::new(ctx, start.components.clone());
+        let kinds = start.kinds.is_none().then(|| {
+            let ctx = ctx.clone();
+            KindsWatch::start(project.folder(), start.components, move || ctx.request_repaint())
+        });
+        let mut keeper = Keeper::start(start.own_folder.as_deref(), ctx, &mut messages);
+        project.path().into_iter().for_each(|path| keeper.remember(path));
+        let desk = Desk { project, live, settings, messages, commands: Vec::new(), shown: None };
+        let mut designer = Self {
+            desk,
+            view: start.view,
+            panes: panes(),
+            dialog: None,
+            find: None,
+            commands: None,
+            first_page: start.first_page,
+            shortcuts: false,
+            keeper,
+            kinds,
+            problem: 0,
+            title: String::new(),
+            is_leaving: false,
+            after_saving: None,
+            ctx: ctx.clone(),
+        };
+        designer.listen();
+        if let Some(registry) = start.attach {
+            designer.attach(registry.as_deref());
+        }
+        designer
+    }
+
+    /// What all views share: the files, the settings, the messages.
+    pub fn desk(&mut self) -> &mut Desk {
+        &mut self.desk
+    }
+
+    /// Opens other files instead of those that are open.
+    pub(crate) fn set_project(&mut self, project: Project) {
+        self.desk.project = project;
+        self.panes = panes();
+        self.find = None;
+        self.first_page = false;
+        if let Some(kinds) = &self.kinds {
+            kinds.set_folder(self.desk.project.folder());
+        }
+        self.listen();
+    }
+
+    /// Has the window drawn anew when something is found.
+    fn listen(&mut self) {
+        let ctx = self.ctx.clone();
+        self.desk.project.on_found(move || ctx.request_repaint());
+    }
+
+    fn take_news(&mut self) {
+        match self.kinds.as_ref().and_then(KindsWatch::news) {
+            Some(Ok(kinds)) => {
+                if !kinds.troubles().is_empty() {
+                    self.desk.messages.warn(kinds.troubles());
+                }
+                self.desk.project.set_kinds(Arc::new(kinds));
+            }
+            Some(Err(error)) => self.desk.messages.warn(error.to_string()),
+            None => {}
+        }
+        match self.desk.project.poll() {
+            Some(Ok(saved)) => {
+                let names: Vec<_> =
+                    saved.files.iter().map(|file| crate::text::path(file)).collect();
+                self.desk.messages.tell(format!("saved {}", names.join(" and ")));
+                self.desk.project.path().into_iter().for_each(|path| self.keeper.remember(path));
+                self.saved();
+            }
+            Some(Err(refused)) => {
+                self.desk.settings.problems = true;
+                self.desk.messages.warn(refused.to_string());
+                self.save_refused(&refused);
+            }
+            None => {}
+        }
+    }
+
+    fn pane(&mut self) -> (&mut dyn Pane, &mut Desk) {
+        let number = self.panes.iter().position(|(view, _)| *view == self.view).unwrap_or(0);
+        (self.panes[number].1.as_mut(), &mut self.desk)
+    }
+
+    fn set_title(&mut self, ctx: &egui::Context) {
+        let star = if self.desk.project.is_dirty() { "*" } else { "" };
+        let title = format!("{}{star} - Armor designer", self.desk.project.name());
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+/// The views of a project, each new.
+fn panes() -> Vec<(View, Box<dyn Pane>)> {
+    vec![
+        (View::System, Box::new(SystemView::new())),
+        (View::Mission, Box::new(MissionView::new())),
+        (View::Live, Box::new(LiveView::new())),
+    ]
+}
+
+impl Designer {
+    /// Shows the whole window and does what is due.
+    pub fn show(&mut self, ui: &mut egui::Ui) {
+        self.take_news();
+        self.keep(ui.ctx());
+        self.desk.live.poll();
+        self.set_title(ui.ctx());
+        self.keys(ui.ctx());
+        self.menu_bar(ui);
+        self.status_bar(ui);
+        let middle = if self.first_page {
+            self.show_first_page(ui)
+        } else {
+            self.side_panels(ui);
+            let middle = egui::CentralPanel::default().frame(egui::Frame::NONE);
+            let shown = middle.show(ui, |ui| {
+                let (pane, desk) = self.pane();
+                pane.centre(ui, desk);
+            });
+            shown.response.rect
+        };
+        self.show_messages(ui.ctx(), middle);
+        self.show_find(ui.ctx());
+        self.show_commands(ui.ctx());
+        self.show_shortcuts(ui.ctx());
+        self.show_dialog(ui.ctx());
+        self.ask_of_files(ui.ctx());
+        self.run_orders(ui.ctx());
+        self.watch_closing(ui.ctx());
+    }
+}
+
+impl eframe::App for Designer {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        eframe::set_value(storage, "settings", &self.desk.settings);
+    }
+}

@@ -1,0 +1,168 @@
+//! Questions that the window asks before it goes on.
+
+use std::path::PathBuf;
+
+use eframe::egui::{self, Id, Key, Modal};
+
+use crate::app::Designer;
+use crate::panels::path::{Chosen, PathChoice};
+use crate::project::{Project, SaveRefused};
+
+/// A question.
+pub(super) enum Dialog {
+    /// Which file to open.
+    Open(PathChoice),
+    /// Where to save.
+    SaveAs(PathChoice),
+    /// Whether to overwrite a file.
+    Overwrite(PathBuf),
+    /// Where to save the drawing as a picture.
+    Export(PathChoice),
+    /// Whether to overwrite a picture.
+    OverwritePicture(PathBuf),
+    /// What to do with what is not saved.
+    Unsaved(Then),
+}
+
+/// What comes after leaving the open files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Then {
+    /// A robot from nothing.
+    New,
+    /// The question which file to open.
+    Open,
+    /// This file.
+    OpenThis(PathBuf),
+    /// A run of the open file.
+    Run,
+    /// The end.
+    Quit,
+}
+
+impl Dialog {
+    pub(super) fn open(project: &Project) -> Self {
+        Self::Open(PathChoice::new(&project.folder(), "", "xml", false))
+    }
+
+    pub(super) fn save_as(project: &Project) -> Self {
+        let name = if project.path().is_some() { project.name() } else { "robot.xml".into() };
+        Self::SaveAs(PathChoice::new(&project.folder(), &name, "xml", true))
+    }
+}
+
+impl Designer {
+    pub(super) fn show_dialog(&mut self, ctx: &egui::Context) {
+        let Some(dialog) = self.dialog.take() else { return };
+        let modal = Modal::new(Id::unique("dialog"));
+        let left = modal.show(ctx, |ui| {
+            ui.set_width(460.0);
+            match dialog {
+                Dialog::Open(choice) => self.ask_open(ui, choice),
+                Dialog::SaveAs(choice) => self.ask_save(ui, choice),
+                Dialog::Overwrite(path) => self.ask_overwrite(ui, path),
+                Dialog::Export(choice) => self.ask_export(ui, choice),
+                Dialog::OverwritePicture(path) => self.ask_overwrite_picture(ui, path),
+                Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
+            }
+        });
+        if left.backdrop_response.clicked() {
+            self.dialog = None;
+        }
+    }
+
+    fn ask_open(&mut self, ui: &mut egui::Ui, mut choice: PathChoice) {
+        ui.heading("Open a robot or a mission");
+        match choice.show(ui, "Open") {
+            Chosen::Open => self.dialog = Some(Dialog::Open(choice)),
+            Chosen::Left => {}
+            Chosen::File(path) => self.open(&path),
+        }
+    }
+
+    fn ask_save(&mut self, ui: &mut egui::Ui, mut choice: PathChoice) {
+        ui.heading("Save as");
+        match choice.show(ui, "Save") {
+            Chosen::Open => self.dialog = Some(Dialog::SaveAs(choice)),
+            Chosen::Left => self.after_saving = None,
+            Chosen::File(path) if path.exists() && self.desk.project.path() != Some(&path) => {
+                self.dialog = Some(Dialog::Overwrite(path));
+            }
+            Chosen::File(path) => self.save_there(path),
+        }
+    }
+
+    fn save_there(&mut self, path: PathBuf) {
+        let folder = path.parent().map(ToOwned::to_owned);
+        self.desk.project.save_as(path);
+        if let (Some(kinds), Some(folder)) = (&self.kinds, folder) {
+            kinds.set_folder(folder);
+        }
+    }
+
+    fn ask_overwrite(&mut self, ui: &mut egui::Ui, path: PathBuf) {
+        ui.heading("There is a file of that name");
+        ui.label(crate::text::paintable(ui.ctx(), &path.to_string_lossy()));
+        ui.horizontal(|ui| {
+            if ui.button("Overwrite it").clicked() {
+                self.save_there(path);
+            } else if ui.button("Choose another name").clicked() || pressed_escape(ui) {
+                self.dialog = Some(Dialog::save_as(&self.desk.project));
+            } else {
+                self.dialog = Some(Dialog::Overwrite(path));
+            }
+        });
+    }
+
+    fn ask_unsaved(&mut self, ui: &mut egui::Ui, then: Then) {
+        ui.heading("Not everything is saved");
+        let name = self.desk.project.name();
+        ui.label(format!(
+            "{} has changes that are not saved.",
+            crate::text::paintable(ui.ctx(), &name)
+        ));
+        ui.horizontal(|ui| {
+            if ui.button("Save").clicked() {
+                self.after_saving = Some(then);
+                self.desk.order(crate::commands::Command::Save);
+            } else if ui.button("Leave without saving").clicked() {
+                let ctx = ui.ctx().clone();
+                self.go(then, &ctx);
+            } else if ui.button("Stay").clicked() || pressed_escape(ui) {
+                self.after_saving = None;
+            } else {
+                self.dialog = Some(Dialog::Unsaved(then));
+            }
+        });
+    }
+
+    /// Asks before the window closes over what is not saved.
+    pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
+        let asks = ctx.input(|i| i.viewport().close_requested());
+        if asks && self.desk.project.is_dirty() && !self.is_leaving {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.dialog = Some(Dialog::Unsaved(Then::Quit));
+        }
+    }
+
+    /// Goes on once the files are saved, if that was what it was for.
+    pub(super) fn saved(&mut self) {
+        if let Some(then) = self.after_saving.take() {
+            let ctx = self.ctx.clone();
+            self.go(then, &ctx);
+        }
+    }
+
+    /// Stays, and leads to what is wrong.
+    pub(super) fn save_refused(&mut self, refused: &SaveRefused) {
+        self.after_saving = None;
+        if let SaveRefused::Wrong(errors) = refused
+            && let Some(at) = errors.iter().find_map(|finding| finding.at.as_ref())
+        {
+            self.desk.shown = self.desk.project.item_at(at);
+        }
+    }
+}
+
+fn pressed_escape(ui: &egui::Ui) -> bool {
+    ui.input(|i| i.key_pressed(Key::Escape))
+}

@@ -1,0 +1,191 @@
+//! What the window does with the disk: unsaved work kept and brought back, files dropped on it,
+//! the page it begins with, pictures of the drawing.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::{self, Align2, Area, CentralPanel, FontId, Id, Order};
+
+use crate::app::Designer;
+use crate::app::dialogs::Dialog;
+use crate::desk::View;
+use crate::files::examples::{self, Example};
+use crate::files::recovery::Kept;
+use crate::files::{Wish, own, put_back};
+use crate::help::welcome::{self, Chosen};
+use crate::panels::path::{self, PathChoice};
+use crate::picture;
+use crate::project::Project;
+
+impl Dialog {
+    pub(super) fn export(project: &Project, view: View) -> Self {
+        let name = project.name();
+        let stem = Path::new(&name).file_stem().unwrap_or_default().to_string_lossy();
+        let view = match view {
+            View::System => "system",
+            View::Mission => "mission",
+            View::Live => "live",
+        };
+        Self::Export(PathChoice::new(&project.folder(), &format!("{stem}-{view}.svg"), "svg", true))
+    }
+}
+
+impl Designer {
+    /// Keeps unsaved work, takes what changed on the disk and what is dropped on the window.
+    pub(super) fn keep(&mut self, ctx: &egui::Context) {
+        self.keeper.tick(ctx, &mut self.desk.project, &mut self.desk.messages);
+        self.take_dropped(ctx);
+    }
+
+    /// Asks what only the user can decide of files.
+    pub(super) fn ask_of_files(&mut self, ctx: &egui::Context) {
+        match self.keeper.ask(ctx, &mut self.desk.project) {
+            Some(Wish::Recover(kept)) => self.recover(&kept),
+            None => {}
+        }
+    }
+
+    /// Opens the files of unsaved work and puts the work over them. Nothing is written.
+    fn recover(&mut self, kept: &Kept) {
+        let kinds = Arc::clone(self.desk.project.kinds());
+        let path = kept.files.first().and_then(|file| file.path.as_ref()).map(PathBuf::from);
+        let opened = path.as_ref().map(|path| Project::open(path, Arc::clone(&kinds)));
+        let project = match opened {
+            Some(Ok(project)) => project,
+            Some(Err(error)) => {
+                self.desk.messages.warn(format!("{error}; its text is kept as a new robot"));
+                Project::new(kinds)
+            }
+            None => Project::new(kinds),
+        };
+        self.set_project(project);
+        put_back(kept, &mut self.desk.project);
+        self.desk.messages.tell("the unsaved work is here again; it is not in the file yet");
+    }
+
+    fn take_dropped(&mut self, ctx: &egui::Context) {
+        let (dropped, hovers) = ctx.input(|input| {
+            let dropped: Vec<_> =
+                input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect();
+            (dropped, !input.raw.hovered_files.is_empty())
+        });
+        if let Some(path) = dropped.first() {
+            if dropped.len() > 1 {
+                self.desk.messages.warn("one file at a time: the first one is opened");
+            }
+            self.ask_to_open(path.clone(), ctx);
+        } else if hovers {
+            hint_to_drop(ctx);
+        }
+    }
+
+    /// Shows the page of the examples, and says where.
+    pub(super) fn show_first_page(&mut self, ui: &mut egui::Ui) -> egui::Rect {
+        let recent = self.keeper.recent();
+        let shown = CentralPanel::default().show(ui, |ui| welcome::show(ui, recent));
+        let chosen = shown.inner;
+        let ctx = ui.ctx().clone();
+        match chosen {
+            Some(Chosen::Run(crate::Command::New)) if !self.desk.project.is_dirty() => {
+                self.go(super::dialogs::Then::New, &ctx);
+            }
+            Some(Chosen::Run(command)) => self.desk.order(command),
+            Some(Chosen::Back) => self.first_page = false,
+            Some(Chosen::Open(path)) => self.ask_to_open(path, &ctx),
+            Some(Chosen::Example(example)) => self.open_example(example, &ctx),
+            None => {}
+        }
+        shown.response.rect
+    }
+
+    fn open_example(&mut self, example: &Example, ctx: &egui::Context) {
+        let Some(data) = own::data_folder() else {
+            self.desk.messages.warn("there is nowhere to copy the example: HOME is not set");
+            return;
+        };
+        let folder = examples::folder(&data);
+        match examples::unpack(&folder) {
+            Ok(()) => self.ask_to_open(folder.join(example.file), ctx),
+            Err(error) => {
+                let folder = folder.display();
+                self.desk.messages.warn(format!("{folder} cannot be written: {error}"));
+            }
+        }
+    }
+
+    /// The files that were open before, as a menu.
+    pub(super) fn recent_menu(&mut self, ui: &mut egui::Ui) {
+        let recent = self.keeper.recent().to_vec();
+        ui.add_enabled_ui(!recent.is_empty(), |ui| {
+            ui.menu_button("Open before", |ui| {
+                for path in recent {
+                    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+                    let name = crate::text::paintable(ui.ctx(), &name).into_owned();
+                    let button = ui.button(name).on_hover_text(crate::text::path(&path));
+                    if button.clicked() {
+                        let ctx = ui.ctx().clone();
+                        self.ask_to_open(path, &ctx);
+                        ui.close();
+                    }
+                }
+            });
+        });
+    }
+
+    pub(super) fn ask_export(&mut self, ui: &mut egui::Ui, mut choice: PathChoice) {
+        ui.heading("Export the drawing");
+        ui.weak("A name that ends in .svg gives lines and text, .png gives pixels.");
+        match choice.show(ui, "Export") {
+            path::Chosen::Open => self.dialog = Some(Dialog::Export(choice)),
+            path::Chosen::Left => {}
+            path::Chosen::File(path) if path.exists() => {
+                self.dialog = Some(Dialog::OverwritePicture(path));
+            }
+            path::Chosen::File(path) => self.export(&path),
+        }
+    }
+
+    pub(super) fn ask_overwrite_picture(&mut self, ui: &mut egui::Ui, path: PathBuf) {
+        ui.heading("There is a file of that name");
+        ui.label(crate::text::paintable(ui.ctx(), &path.to_string_lossy()));
+        ui.horizontal(|ui| {
+            if ui.button("Overwrite it").clicked() {
+                self.export(&path);
+            } else if ui.button("Choose another name").clicked()
+                || ui.input(|input| input.key_pressed(egui::Key::Escape))
+            {
+                self.dialog = Some(Dialog::export(&self.desk.project, self.view));
+            } else {
+                self.dialog = Some(Dialog::OverwritePicture(path));
+            }
+        });
+    }
+
+    /// Saves the drawing that is shown as a picture of twice its size in points.
+    fn export(&mut self, path: &Path) {
+        const PIXELS_PER_POINT: f32 = 2.0;
+        let is_dark = self.ctx.theme() == egui::Theme::Dark;
+        let (pane, desk) = self.pane();
+        let saved = picture::export(pane.drawing(desk), path, is_dark, PIXELS_PER_POINT);
+        match saved {
+            Ok(()) => {
+                let path = crate::text::path(path);
+                self.desk.messages.tell(format!("the drawing is saved as {path}"));
+            }
+            Err(error) => self.desk.messages.warn(format!("not exported: {error}")),
+        }
+    }
+}
+
+/// Says what letting go would do.
+fn hint_to_drop(ctx: &egui::Context) {
+    let area = Area::new(Id::unique("drop")).order(Order::Foreground);
+    area.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).interactable(false).show(ctx, |ui| {
+        let window = ctx.content_rect();
+        let colours = crate::theme::Colours::of(ui.visuals());
+        ui.painter().rect_filled(window, 0.0, colours.background.gamma_multiply(0.8));
+        let font = FontId::proportional(26.0);
+        let text = "Let go to open the file";
+        ui.painter().text(window.center(), Align2::CENTER_CENTER, text, font, colours.selected);
+    });
+}

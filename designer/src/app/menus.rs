@@ -1,0 +1,254 @@
+//! The menu bar, the tool bar and the bar at the bottom, all made from the table of commands.
+
+use eframe::egui::{self, Button, Key};
+
+use crate::app::Designer;
+use crate::commands::{COMMANDS, Command, Menu, about};
+use crate::desk::View;
+
+/// The commands that are one click away.
+const TOOLS: &[&[Command]] = &[
+    &[Command::Save, Command::Undo, Command::Redo],
+    &[Command::Add, Command::Arrange, Command::Group, Command::Note],
+    &[Command::ZoomFit, Command::Find],
+];
+
+impl Designer {
+    /// Runs the commands whose keys are pressed, unless a text is being written.
+    pub(super) fn keys(&mut self, ctx: &egui::Context) {
+        let is_asked = self.dialog.is_some() || self.find.is_some() || self.commands.is_some();
+        if is_asked || self.shortcuts || self.keeper.is_asking() {
+            return;
+        }
+        let writes = ctx.text_edit_focused();
+        for about in COMMANDS {
+            let Some(keys) = about.keys else { continue };
+            if keys.logical_key == Key::Enter && ctx.memory(|m| m.focused()).is_some() {
+                // Enter presses the button that has the focus; on a drawing the pane asks itself.
+                continue;
+            }
+            let is_written = keys.modifiers.is_none()
+                && !matches!(
+                    keys.logical_key,
+                    Key::F1 | Key::F2 | Key::F4 | Key::F6 | Key::F7 | Key::F8
+                );
+            let edits = is_written || is_text_editing(about.command);
+            if (writes && edits) || ctx.any_popup_open() && is_written {
+                continue;
+            }
+            if ctx.input_mut(|i| take(i, keys)) {
+                self.desk.order(about.command);
+            }
+        }
+        self.clipboard_keys(ctx, writes);
+    }
+
+    /// Copying and pasting come as events of their own.
+    fn clipboard_keys(&mut self, ctx: &egui::Context, writes: bool) {
+        if writes {
+            return;
+        }
+        let mut pasted = None;
+        ctx.input(|i| {
+            for event in &i.events {
+                match event {
+                    egui::Event::Copy => self.desk.commands.push(Command::Copy),
+                    egui::Event::Cut => self.desk.commands.push(Command::Cut),
+                    egui::Event::Paste(text) => pasted = Some(text.clone()),
+                    _ => {}
+                }
+            }
+        });
+        if let Some(text) = pasted {
+            let (pane, desk) = self.pane();
+            pane.paste(&text, desk);
+        }
+    }
+
+    pub(super) fn menu_bar(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::top("menus").show(ui, |ui| {
+            egui::MenuBar::new().ui(ui, |ui| {
+                for menu in Menu::ALL {
+                    ui.menu_button(menu.name(), |ui| {
+                        ui.set_min_width(210.0);
+                        for entry in COMMANDS.iter().filter(|entry| entry.menu == menu) {
+                            self.menu_entry(ui, entry.command);
+                            if entry.command == Command::Open {
+                                self.recent_menu(ui);
+                            }
+                        }
+                    });
+                }
+                ui.separator();
+                for group in TOOLS {
+                    for command in *group {
+                        self.tool(ui, *command);
+                    }
+                    ui.separator();
+                }
+                self.view_tabs(ui);
+            });
+        });
+    }
+
+    fn menu_entry(&mut self, ui: &mut egui::Ui, command: Command) {
+        let entry = about(command);
+        let may = self.may(command);
+        let mut text = entry.name.to_owned();
+        match command {
+            Command::Undo => text = with(text, self.desk.project.undoable()),
+            Command::Redo => text = with(text, self.desk.project.redoable()),
+            _ => {}
+        }
+        let mut button = Button::new(text);
+        if let Some(keys) = entry.keys {
+            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        }
+        if let Some(is_on) = self.is_on(command) {
+            button = button.selected(is_on);
+        }
+        if ui.add_enabled(may, button).on_hover_text(entry.doc).clicked() {
+            self.desk.order(command);
+            ui.close();
+        }
+    }
+
+    fn tool(&mut self, ui: &mut egui::Ui, command: Command) {
+        let entry = about(command);
+        let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+        let may = self.may(command);
+        let button = ui.add_enabled(may, Button::new(entry.name).frame_when_inactive(false));
+        let button = button.on_hover_text(format!("{} ({keys})", entry.doc));
+        // The menu has an entry of the same name.
+        let button = button.accessible_name(format!("tool: {}", entry.name));
+        if button.clicked() {
+            self.desk.order(command);
+        }
+    }
+
+    fn view_tabs(&mut self, ui: &mut egui::Ui) {
+        let views: Vec<View> = self.panes.iter().map(|(view, _)| *view).collect();
+        for view in views {
+            let command = match view {
+                View::System => Command::ShowSystem,
+                View::Mission => Command::ShowMission,
+                View::Live => Command::ShowLive,
+            };
+            let entry = about(command);
+            let tab = ui.selectable_label(self.view == view, entry.name).on_hover_text(entry.doc);
+            if tab.accessible_name(format!("view: {}", entry.name)).clicked() {
+                self.desk.order(command);
+            }
+        }
+    }
+
+    /// Whether a command that is on or off is on.
+    fn is_on(&self, command: Command) -> Option<bool> {
+        let settings = &self.desk.settings;
+        Some(match command {
+            Command::TogglePalette => settings.palette,
+            Command::ToggleProperties => settings.properties,
+            Command::ToggleProblems => settings.problems,
+            Command::ToggleMinimap => settings.minimap,
+            Command::ToggleSnap => settings.snap,
+            Command::ShowSystem => self.view == View::System,
+            Command::ShowMission => self.view == View::Mission,
+            Command::ShowLive => self.view == View::Live,
+            _ => return None,
+        })
+    }
+
+    pub(super) fn status_bar(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::bottom("status").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let name = crate::text::paintable(ui.ctx(), &self.desk.project.name()).into_owned();
+                let star = if self.desk.project.is_dirty() { " (not saved)" } else { "" };
+                ui.label(format!("{name}{star}"));
+                ui.separator();
+                self.verdict(ui);
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    let kinds = self.desk.project.kinds();
+                    match kinds.manifests() {
+                        Some(manifests) => {
+                            ui.weak(format!("{} kinds of components", manifests.len()))
+                        }
+                        None => ui.weak("the kinds of components are not known yet"),
+                    };
+                });
+            });
+        });
+    }
+
+    /// What is wrong, in a few words; a click shows it all.
+    fn verdict(&mut self, ui: &mut egui::Ui) {
+        use armor_missions::Severity;
+        let checked = self.desk.project.checked();
+        let errors = checked.findings.count(Severity::Error);
+        let warnings = checked.findings.count(Severity::Warning);
+        let said = |count: usize, noun: &str| {
+            format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+        };
+        let text = match (errors, warnings) {
+            (0, 0) => "nothing is wrong".to_owned(),
+            (0, warnings) => said(warnings, "warning"),
+            (errors, 0) => said(errors, "error"),
+            (errors, warnings) => {
+                format!("{}, {}", said(errors, "error"), said(warnings, "warning"))
+            }
+        };
+        let colour = match (errors, warnings) {
+            (0, 0) => ui.visuals().weak_text_color(),
+            (0, _) => ui.visuals().warn_fg_color,
+            _ => ui.visuals().error_fg_color,
+        };
+        let button = Button::new(egui::RichText::new(text).color(colour)).frame(false);
+        let doc = about(Command::ToggleProblems).doc;
+        if ui.add(button).on_hover_text(doc).clicked() {
+            self.desk.order(Command::ToggleProblems);
+        }
+        if self.desk.project.is_saving() {
+            ui.weak("checking, then saving");
+        } else if self.desk.project.is_checking() {
+            ui.weak("checking");
+        }
+    }
+}
+
+/// Takes a press of exactly these keys out of the input. Some keyboards need shift for a plus.
+fn take(input: &mut egui::InputState, keys: egui::KeyboardShortcut) -> bool {
+    let is_it = |event: &egui::Event| {
+        let egui::Event::Key { key, pressed: true, modifiers, .. } = event else { return false };
+        let fits = match keys.logical_key {
+            Key::Plus => modifiers.matches_logically(keys.modifiers),
+            _ => modifiers.matches_exact(keys.modifiers),
+        };
+        *key == keys.logical_key && fits
+    };
+    let found = input.events.iter().position(is_it);
+    found.inspect(|at| drop(input.events.remove(*at))).is_some()
+}
+
+/// Whether a field in which a text is written has a use of its own for the keys.
+fn is_text_editing(command: Command) -> bool {
+    matches!(
+        command,
+        Command::Undo
+            | Command::Redo
+            | Command::Cut
+            | Command::Copy
+            | Command::Paste
+            | Command::SelectAll
+            | Command::Delete
+            | Command::AlignLeft
+            | Command::AlignRight
+            | Command::AlignTop
+            | Command::AlignBottom
+    )
+}
+
+fn with(name: String, what: Option<&str>) -> String {
+    match what {
+        Some(what) => format!("{name}: {}", crate::text::short(what, 40)),
+        None => name,
+    }
+}

@@ -1,0 +1,135 @@
+//! The panels around the view: palette, properties, problems, and what the user is told.
+
+pub(super) mod find;
+
+use armor_missions::{Finding, Severity};
+use eframe::egui::{
+    self, Align2, Area, Frame, Id, Order, Panel, Rect, RichText, ScrollArea, Stroke, Vec2,
+};
+
+use crate::app::Designer;
+use crate::commands::Command;
+use crate::desk::{Tone, View};
+
+impl Designer {
+    pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
+        // While it runs the log has their place.
+        if self.desk.settings.problems && self.view != View::Live {
+            let panel =
+                Panel::bottom("problems").resizable(true).default_size(130.0).min_size(60.0);
+            panel.show(ui, |ui| self.problems(ui));
+        }
+        if self.desk.settings.palette {
+            let panel = Panel::left("palette").resizable(true).default_size(220.0).min_size(150.0);
+            panel.show(ui, |ui| {
+                let (pane, desk) = self.pane();
+                pane.left(ui, desk);
+            });
+        }
+        if self.desk.settings.properties {
+            let panel =
+                Panel::right("properties").resizable(true).default_size(300.0).min_size(220.0);
+            panel.show(ui, |ui| {
+                let (pane, desk) = self.pane();
+                pane.right(ui, desk);
+            });
+        }
+    }
+
+    /// What is wrong, as `armor check` says it; a click goes there.
+    fn problems(&mut self, ui: &mut egui::Ui) {
+        let findings = std::sync::Arc::clone(&self.desk.project.checked().findings);
+        ui.horizontal(|ui| {
+            ui.strong("Problems");
+            if self.desk.project.is_checking() {
+                ui.weak("checking");
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.small_button("Hide").clicked() {
+                    self.desk.order(Command::ToggleProblems);
+                }
+            });
+        });
+        if findings.is_empty() {
+            ui.weak("Nothing is wrong.");
+        }
+        // Only the lines that can be seen are laid out: there may be hundreds.
+        let height = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
+        let list = ScrollArea::vertical().auto_shrink(false);
+        list.show_rows(ui, height, findings.iter().count(), |ui, rows| {
+            for finding in findings.iter().skip(rows.start).take(rows.len()) {
+                self.problem(ui, finding, height);
+            }
+        });
+    }
+
+    /// One line; what does not fit into it is said when the pointer rests there.
+    fn problem(&mut self, ui: &mut egui::Ui, finding: &Finding, height: f32) {
+        let (sign, colour) = match finding.severity() {
+            Severity::Error => ("error", ui.visuals().error_fg_color),
+            Severity::Warning => ("warning", ui.visuals().warn_fg_color),
+            Severity::Note => ("note", ui.visuals().weak_text_color()),
+        };
+        let ctx = ui.ctx().clone();
+        let shown = |text: &str| crate::text::paintable(&ctx, text).into_owned();
+        let place = finding.at.as_ref().map(|at| {
+            let (line, _) = at.line_column();
+            let file = at.source.path().file_name().unwrap_or_default().to_string_lossy();
+            shown(&format!("{file}:{line}"))
+        });
+        ui.horizontal(|ui| {
+            ui.set_height(height);
+            ui.spacing_mut().item_spacing.x = 7.0;
+            ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
+            ui.colored_label(colour, RichText::new(sign).strong());
+            ui.weak(finding.code.as_str());
+            if let Some(place) = place {
+                ui.weak(place);
+            }
+            let message = shown(&finding.message);
+            let whole = format!("{message}\n{}", shown(&finding.remedy));
+            if ui.link(message).on_hover_text(whole).clicked()
+                && let Some(at) = &finding.at
+            {
+                self.desk.shown = self.desk.project.item_at(at);
+            }
+            if !finding.remedy.is_empty() {
+                ui.weak(shown(&finding.remedy));
+            }
+        });
+    }
+
+    /// What was just done or refused, over the drawing.
+    pub(super) fn show_messages(&mut self, ctx: &egui::Context, middle: Rect) {
+        let shown = self.desk.messages.current().to_vec();
+        if shown.is_empty() {
+            return;
+        }
+        let mut dismissed = None;
+        let area = Area::new(Id::unique("messages")).order(Order::Foreground);
+        let area = area.fixed_pos(middle.center_bottom() - Vec2::new(0.0, 14.0));
+        area.pivot(Align2::CENTER_BOTTOM).show(ctx, |ui| {
+            for (n, (_, tone, text)) in shown.iter().enumerate() {
+                let colour = match tone {
+                    Tone::Told => ui.visuals().widgets.noninteractive.bg_stroke.color,
+                    Tone::Warned => ui.visuals().warn_fg_color,
+                };
+                let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, colour));
+                let response = frame.show(ui, |ui| {
+                    ui.set_max_width(560.0);
+                    let text = crate::text::paintable(ctx, text).into_owned();
+                    ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()))
+                });
+                if response.inner.on_hover_text("A click takes it away").clicked() {
+                    dismissed = Some(n);
+                }
+            }
+        });
+        if let Some(number) = dismissed {
+            self.desk.messages.dismiss(number);
+        }
+        if let Some(wait) = self.desk.messages.next_change() {
+            ctx.request_repaint_after(wait);
+        }
+    }
+}

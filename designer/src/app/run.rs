@@ -1,0 +1,196 @@
+//! Who runs a command, and whether it can be run.
+
+use eframe::egui;
+
+use crate::app::Designer;
+use crate::app::commands::AllCommands;
+use crate::app::dialogs::{Dialog, Then};
+use crate::app::panels::find::Find;
+use crate::commands::Command;
+use crate::desk::View;
+use crate::project::{Project, SaveRefused};
+
+impl Designer {
+    /// Whether a command can be run now.
+    pub(super) fn may(&self, command: Command) -> bool {
+        match command {
+            Command::Undo => self.desk.project.undoable().is_some(),
+            Command::Redo => self.desk.project.redoable().is_some(),
+            Command::ShowSystem => self.has(View::System),
+            Command::ShowMission => self.has(View::Mission),
+            Command::ShowLive => self.has(View::Live),
+            Command::NextProblem => !self.desk.project.checked().findings.is_empty(),
+            Command::Run | Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
+                self.desk.live.may(command)
+            }
+            _ => {
+                let pane = self.panes.iter().find(|(view, _)| *view == self.view);
+                pane.and_then(|(_, pane)| pane.may(command, &self.desk)).unwrap_or(is_own(command))
+            }
+        }
+    }
+
+    fn has(&self, view: View) -> bool {
+        self.panes.iter().any(|(known, _)| *known == view)
+    }
+
+    /// Runs what was ordered while the frame was drawn.
+    pub(super) fn run_orders(&mut self, ctx: &egui::Context) {
+        for command in std::mem::take(&mut self.desk.commands) {
+            if self.may(command) {
+                self.run(command, ctx);
+            }
+        }
+        if let Some(item) = self.desk.shown.take() {
+            if self.has(item.view()) {
+                self.view = item.view();
+            }
+            let (pane, desk) = self.pane();
+            pane.show_item(&item, desk);
+            ctx.request_repaint();
+        }
+    }
+
+    /// Runs one command.
+    pub fn run(&mut self, command: Command, ctx: &egui::Context) {
+        ctx.request_repaint();
+        match command {
+            Command::New => self.leave(Then::New, ctx),
+            Command::Open => self.leave(Then::Open, ctx),
+            Command::Quit => self.leave(Then::Quit, ctx),
+            Command::Save => {
+                if let Err(SaveRefused::Nowhere) = self.desk.project.save() {
+                    self.dialog = Some(Dialog::save_as(&self.desk.project));
+                }
+            }
+            Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.desk.project)),
+            Command::Undo => {
+                if let Some(what) = self.desk.project.undo() {
+                    self.desk.messages.tell(format!("taken back: {what}"));
+                }
+            }
+            Command::Redo => {
+                if let Some(what) = self.desk.project.redo() {
+                    self.desk.messages.tell(format!("made again: {what}"));
+                }
+            }
+            Command::Find => self.find = Some(Find::default()),
+            Command::ShowSystem => self.view = View::System,
+            Command::ShowMission => self.view = View::Mission,
+            Command::ShowLive => self.view = View::Live,
+            Command::TogglePalette => toggle(&mut self.desk.settings.palette),
+            Command::ToggleProperties => toggle(&mut self.desk.settings.properties),
+            Command::ToggleProblems => toggle(&mut self.desk.settings.problems),
+            Command::ToggleMinimap => toggle(&mut self.desk.settings.minimap),
+            Command::ToggleSnap => toggle(&mut self.desk.settings.snap),
+            Command::ToggleTheme => self.change_theme(ctx),
+            Command::NextProblem => self.next_problem(),
+            Command::Export => self.dialog = Some(Dialog::export(&self.desk.project, self.view)),
+            Command::AllCommands => self.commands = Some(AllCommands::default()),
+            Command::Shortcuts => self.shortcuts = !self.shortcuts,
+            Command::FirstPage => self.first_page = true,
+            Command::Run => self.ask_to_run(),
+            Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
+                self.desk.live.run_command(command);
+            }
+            _ => {
+                let (pane, desk) = self.pane();
+                pane.run(command, ctx, desk);
+            }
+        }
+    }
+
+    fn change_theme(&mut self, ctx: &egui::Context) {
+        let other = match ctx.theme() {
+            egui::Theme::Dark => egui::ThemePreference::Light,
+            egui::Theme::Light => egui::ThemePreference::Dark,
+        };
+        self.desk.settings.theme = other;
+        ctx.set_theme(other);
+    }
+
+    fn next_problem(&mut self) {
+        let findings = &self.desk.project.checked().findings;
+        let places: Vec<_> = findings.iter().filter_map(|finding| finding.at.clone()).collect();
+        if places.is_empty() {
+            return;
+        }
+        self.problem = (self.problem + 1) % places.len();
+        self.desk.settings.problems = true;
+        self.desk.shown = self.desk.project.item_at(&places[self.problem]);
+    }
+
+    /// Does what means leaving the open files, once the user agrees to lose what is not saved.
+    pub(super) fn leave(&mut self, then: Then, ctx: &egui::Context) {
+        if self.desk.project.is_dirty() {
+            self.dialog = Some(Dialog::Unsaved(then));
+        } else {
+            self.go(then, ctx);
+        }
+    }
+
+    /// Leaves the open files.
+    pub(super) fn go(&mut self, then: Then, ctx: &egui::Context) {
+        match then {
+            Then::New => {
+                let kinds = std::sync::Arc::clone(self.desk.project.kinds());
+                self.set_project(Project::new(kinds));
+            }
+            Then::Open => self.dialog = Some(Dialog::open(&self.desk.project)),
+            Then::OpenThis(path) => self.open(&path),
+            Then::Run => self.start_run(),
+            Then::Quit => {
+                self.is_leaving = true;
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// Opens a file once the user agrees to leave what is open.
+    pub fn ask_to_open(&mut self, path: std::path::PathBuf, ctx: &egui::Context) {
+        self.leave(Then::OpenThis(path), ctx);
+    }
+
+    /// Opens a file; what is open is left without being asked for.
+    pub fn open(&mut self, path: &std::path::Path) {
+        let kinds = std::sync::Arc::clone(self.desk.project.kinds());
+        match Project::open(path, kinds) {
+            Ok(project) => {
+                self.set_project(project);
+                self.keeper.remember(path);
+            }
+            Err(error) => {
+                self.keeper.forget(path);
+                self.desk.messages.warn(error.to_string());
+            }
+        }
+    }
+}
+
+/// Whether a command is the window's own and can always be run.
+fn is_own(command: Command) -> bool {
+    use Command as C;
+    matches!(
+        command,
+        C::New
+            | C::Open
+            | C::Save
+            | C::SaveAs
+            | C::Quit
+            | C::Find
+            | C::TogglePalette
+            | C::ToggleProperties
+            | C::ToggleProblems
+            | C::ToggleMinimap
+            | C::ToggleSnap
+            | C::ToggleTheme
+            | C::Export
+            | C::AllCommands
+            | C::Shortcuts
+            | C::FirstPage
+    )
+}
+
+fn toggle(setting: &mut bool) {
+    *setting = !*setting;
+}

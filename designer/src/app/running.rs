@@ -1,0 +1,68 @@
+//! Running the open file, and watching what runs already.
+
+use armor_look::systems::Record;
+
+use crate::app::Designer;
+use crate::app::dialogs::{Dialog, Then};
+use crate::commands::Command;
+use crate::desk::View;
+use crate::live::{attach, running};
+
+impl Designer {
+    /// Runs the open file, saved first if it is not.
+    pub(super) fn ask_to_run(&mut self) {
+        if self.desk.project.path().is_none() {
+            self.after_saving = Some(Then::Run);
+            self.dialog = Some(Dialog::save_as(&self.desk.project));
+        } else if self.desk.project.is_dirty() {
+            self.after_saving = Some(Then::Run);
+            self.desk.order(Command::Save);
+        } else {
+            self.start_run();
+        }
+    }
+
+    /// Runs the file as it is on the disk.
+    pub(super) fn start_run(&mut self) {
+        let Some(path) = self.desk.project.path().map(ToOwned::to_owned) else { return };
+        self.view = View::Live;
+        if let Err(error) = self.desk.live.start(&path) {
+            self.desk.messages.warn(error.to_string());
+        }
+    }
+
+    /// Watches the system whose registry listens at `registry`, or the only one of this host; the
+    /// file that it runs is opened if none is open.
+    pub(super) fn attach(&mut self, registry: Option<&str>) {
+        let mut records = running().unwrap_or_default();
+        if let Some(registry) = registry {
+            records.retain(|record| record.registry.to_string() == registry);
+        }
+        match (records.as_slice(), registry) {
+            ([record], _) => {
+                let record = record.clone();
+                if self.desk.project.path().is_none() {
+                    self.open(&record.resolve(&record.file));
+                }
+                self.view = View::Live;
+                attach(&mut self.desk, &record.registry.to_string(), Some(record));
+            }
+            ([], None) => {
+                let text = "no system of yours runs on this host; run one, or give the address of \
+                            its registry";
+                self.desk.messages.warn(text);
+            }
+            // On another host, or somebody else's.
+            (_, Some(registry)) => attach(&mut self.desk, registry, None),
+            (several, None) => {
+                let names: Vec<_> = several.iter().map(in_words).collect();
+                let text = format!("several systems run; choose one: {}", names.join(", "));
+                self.desk.messages.warn(text);
+            }
+        }
+    }
+}
+
+fn in_words(record: &Record) -> String {
+    format!("{} at {}", record.system, record.registry)
+}

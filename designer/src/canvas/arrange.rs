@@ -1,0 +1,331 @@
+//! Places nodes so that wires lead from left to right: in layers by the longest way to each
+//! (Sugiyama, Tagawa and Toda 1981), each layer sorted so that few wires cross, each node near the
+//! middle of those it is joined to.
+
+use eframe::egui::{Vec2, vec2};
+
+/// Between two layers, and between two nodes of one.
+const ACROSS: f32 = 110.0;
+const DOWN: f32 = 40.0;
+/// The room kept for a link that passes a layer.
+const WAY: Vec2 = vec2(0.0, 6.0);
+/// Nodes and passing links that are looked at.
+const MAX_NODES: usize = 20_000;
+/// How often the layers are sorted, there and back.
+const SWEEPS: usize = 12;
+/// Parts that do not hang together are put into rows about so wide.
+const ROW: f32 = 2200.0;
+
+/// Positions of the upper left corners of the nodes `wanted`, in their order, the whole beginning at
+/// the origin. `sizes` and `links` are of all nodes; links to others do not count.
+pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Vec<Vec2> {
+    let mut number = vec![usize::MAX; sizes.len()];
+    for (n, node) in wanted.iter().enumerate() {
+        number[*node] = n;
+    }
+    let inner = |node: usize| number.get(node).copied().filter(|n| *n != usize::MAX);
+    let mut next = vec![Vec::new(); wanted.len()];
+    for (from, to) in links {
+        if let (Some(from), Some(to)) = (inner(*from), inner(*to))
+            && from != to
+            && !next[from].contains(&to)
+        {
+            next[from].push(to);
+        }
+    }
+    let own: Vec<Vec2> = wanted.iter().map(|node| sizes[*node]).collect();
+    let mut positions = vec![Vec2::ZERO; wanted.len()];
+    let (mut corner, mut row_height) = (Vec2::ZERO, 0.0_f32);
+    for part in parts(&next) {
+        let placed = arrange_part(&own, &next, &part);
+        let size =
+            placed.iter().zip(&part).fold(Vec2::ZERO, |size, (at, n)| size.max(*at + own[*n]));
+        if corner.x > 0.0 && corner.x + size.x > ROW {
+            corner = vec2(0.0, corner.y + row_height + DOWN * 1.5);
+            row_height = 0.0;
+        }
+        for (n, at) in part.iter().zip(placed) {
+            let at = corner + at;
+            positions[*n] = vec2((at.x / 10.0).round() * 10.0, (at.y / 10.0).round() * 10.0);
+        }
+        corner.x += size.x + ACROSS * 0.7;
+        row_height = row_height.max(size.y);
+    }
+    positions
+}
+
+/// Nodes that hang together, the largest part first.
+fn parts(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let mut near = next.to_vec();
+    for (from, list) in next.iter().enumerate() {
+        list.iter().for_each(|to| near[*to].push(from));
+    }
+    let mut seen = vec![false; next.len()];
+    let mut parts = Vec::new();
+    for first in 0..next.len() {
+        let mut part = Vec::new();
+        let mut open = vec![first];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut seen[node], true) {
+                part.push(node);
+                open.extend(&near[node]);
+            }
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts.retain(|part| !part.is_empty());
+    parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
+    parts
+}
+
+fn arrange_part(sizes: &[Vec2], next: &[Vec<usize>], own: &[usize]) -> Vec<Vec2> {
+    let forward = without_circles(next, own);
+    let layer = layers(&forward, own);
+    let mut rows = vec![Vec::new(); layer.iter().copied().max().map_or(0, |most| most + 1)];
+    for node in own {
+        rows[layer[*node]].push(*node);
+    }
+    let (forward, sizes, part) = with_ways(forward, sizes, &layer, &mut rows, own);
+    let (sizes, part) = (sizes.as_slice(), part.as_slice());
+    let mut before = vec![Vec::new(); forward.len()];
+    for node in part {
+        forward[*node].iter().for_each(|to| before[*to].push(*node));
+    }
+    for sweep in 0..SWEEPS {
+        if sweep % 2 == 0 {
+            (1..rows.len()).for_each(|at| sort(&mut rows, at, at - 1, &before));
+        } else {
+            (0..rows.len().saturating_sub(1))
+                .rev()
+                .for_each(|at| sort(&mut rows, at, at + 1, &forward));
+        }
+    }
+    let near = |node: usize| forward[node].iter().chain(&before[node]).copied();
+    let heights = settle(sizes, &rows, &near, forward.len());
+    let mut x = 0.0;
+    let mut at = vec![Vec2::ZERO; forward.len()];
+    for row in &rows {
+        let width = row.iter().map(|node| sizes[*node].x).fold(0.0, f32::max);
+        for node in row {
+            at[*node] = vec2(x, heights[*node]);
+        }
+        x += width + ACROSS;
+    }
+    let top = own.iter().map(|node| at[*node].y).fold(f32::INFINITY, f32::min);
+    own.iter().map(|node| at[*node] - vec2(0.0, top)).collect()
+}
+
+/// Keeps room for links that pass a layer: each is led through a small node of its own there.
+/// Answers the links, the sizes and the nodes with these.
+fn with_ways(
+    forward: Vec<Vec<usize>>,
+    sizes: &[Vec2],
+    layer: &[usize],
+    rows: &mut [Vec<usize>],
+    own: &[usize],
+) -> (Vec<Vec<usize>>, Vec<Vec2>, Vec<usize>) {
+    let (mut led, mut sizes, mut part) = (forward.clone(), sizes.to_vec(), own.to_vec());
+    for from in own {
+        for (n, to) in forward[*from].iter().enumerate() {
+            let mut before = (*from, n);
+            let passed = rows.iter_mut().take(layer[*to]).skip(layer[*from] + 1);
+            for row in passed {
+                // In a large drawing there is no room to keep for all.
+                if led.len() > MAX_NODES {
+                    break;
+                }
+                let way = led.len();
+                led[before.0][before.1] = way;
+                led.push(vec![*to]);
+                sizes.push(WAY);
+                row.push(way);
+                part.push(way);
+                before = (way, 0);
+            }
+        }
+    }
+    (led, sizes, part)
+}
+
+/// The links without those that lead back to where a walk along them came from.
+fn without_circles(next: &[Vec<usize>], part: &[usize]) -> Vec<Vec<usize>> {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Walk {
+        New,
+        On,
+        Done,
+    }
+    let mut state = vec![Walk::New; next.len()];
+    let mut forward = vec![Vec::new(); next.len()];
+    let mut fed = vec![0; next.len()];
+    part.iter().flat_map(|node| &next[*node]).for_each(|to| fed[*to] += 1);
+    let mut starts = part.to_vec();
+    // What nothing feeds comes first; in a circle, what the file names first.
+    starts.sort_by_key(|node| (fed[*node] > 0, *node));
+    for start in starts {
+        let mut way = vec![(start, 0)];
+        while let Some((node, at)) = way.pop() {
+            if at == 0 {
+                if state[node] != Walk::New {
+                    continue;
+                }
+                state[node] = Walk::On;
+            }
+            let Some(to) = next[node].get(at).copied() else {
+                state[node] = Walk::Done;
+                continue;
+            };
+            way.push((node, at + 1));
+            if state[to] != Walk::On {
+                forward[node].push(to);
+                if state[to] == Walk::New {
+                    way.push((to, 0));
+                }
+            }
+        }
+    }
+    forward
+}
+
+/// The layers of all nodes, right for those of the part: one behind the last that leads to it.
+fn layers(forward: &[Vec<usize>], part: &[usize]) -> Vec<usize> {
+    let mut waits = vec![0; forward.len()];
+    part.iter().flat_map(|node| &forward[*node]).for_each(|to| waits[*to] += 1);
+    let mut layer = vec![0; forward.len()];
+    let mut ready: Vec<_> = part.iter().copied().filter(|node| waits[*node] == 0).collect();
+    while let Some(node) = ready.pop() {
+        for to in &forward[node] {
+            layer[*to] = layer[*to].max(layer[node] + 1);
+            waits[*to] -= 1;
+            if waits[*to] == 0 {
+                ready.push(*to);
+            }
+        }
+    }
+    layer
+}
+
+/// Sorts a layer by the mean place of the neighbours in another one.
+fn sort(rows: &mut [Vec<usize>], at: usize, other: usize, near: &[Vec<usize>]) {
+    let place: std::collections::HashMap<usize, usize> =
+        rows[other].iter().enumerate().map(|(n, node)| (*node, n)).collect();
+    let mean = |node: usize| {
+        let places: Vec<_> = near[node].iter().filter_map(|n| place.get(n).copied()).collect();
+        let sum: usize = places.iter().sum();
+        (!places.is_empty()).then(|| sum as f32 / places.len() as f32)
+    };
+    let mut keyed: Vec<(f32, usize)> = rows[at]
+        .iter()
+        .enumerate()
+        .map(|(n, node)| (mean(*node).unwrap_or(n as f32), *node))
+        .collect();
+    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows[at] = keyed.into_iter().map(|(_, node)| node).collect();
+}
+
+/// How far down each node is: near the middle of its neighbours, in the order of its layer.
+fn settle<I: Iterator<Item = usize>>(
+    sizes: &[Vec2],
+    rows: &[Vec<usize>],
+    near: &dyn Fn(usize) -> I,
+    count: usize,
+) -> Vec<f32> {
+    let mut top = vec![0.0; count];
+    for row in rows {
+        let mut y = 0.0;
+        for node in row {
+            top[*node] = y;
+            y += sizes[*node].y + DOWN;
+        }
+    }
+    for sweep in 0..SWEEPS {
+        let order: Vec<&Vec<usize>> =
+            if sweep % 2 == 0 { rows.iter().collect() } else { rows.iter().rev().collect() };
+        for row in order {
+            let wanted: Vec<f32> = row
+                .iter()
+                .map(|node| {
+                    let middles: Vec<_> = near(*node).map(|n| top[n] + sizes[n].y / 2.0).collect();
+                    if middles.is_empty() {
+                        top[*node]
+                    } else {
+                        middles.iter().sum::<f32>() / middles.len() as f32 - sizes[*node].y / 2.0
+                    }
+                })
+                .collect();
+            spread(sizes, row, &wanted, &mut top);
+        }
+    }
+    top
+}
+
+/// Puts the nodes of a layer where they want to be, as far as they do not overlap: those that would
+/// move together as one around the mean of what they want.
+fn spread(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) {
+    // (first, count, sum of wishes for the first's top, height)
+    let mut groups: Vec<(usize, usize, f32, f32)> = Vec::new();
+    for (n, node) in row.iter().enumerate() {
+        let mut group = (n, 1, wanted[n], sizes[*node].y + DOWN);
+        while let Some(above) = groups.last() {
+            let (above_top, own_top) = (above.2 / above.1 as f32, group.2 / group.1 as f32);
+            if above_top + above.3 <= own_top {
+                break;
+            }
+            let sum = above.2 + group.2 - above.3 * group.1 as f32;
+            group = (above.0, above.1 + group.1, sum, above.3 + group.3);
+            groups.pop();
+        }
+        groups.push(group);
+    }
+    for (first, count, sum, _) in groups {
+        let mut y = sum / count as f32;
+        for node in &row[first..first + count] {
+            top[*node] = y;
+            y += sizes[*node].y + DOWN;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eframe::egui::Rect;
+
+    fn check(count: usize, links: &[(usize, usize)]) -> Vec<Vec2> {
+        let sizes: Vec<_> = (0..count).map(|n| vec2(150.0, 60.0 + 20.0 * (n % 4) as f32)).collect();
+        let wanted: Vec<_> = (0..count).collect();
+        let at = arrange(&sizes, links, &wanted);
+        let areas: Vec<_> = at
+            .iter()
+            .zip(&sizes)
+            .map(|(at, size)| Rect::from_min_size(at.to_pos2(), *size))
+            .collect();
+        for (n, one) in areas.iter().enumerate() {
+            assert!(one.min.x >= -0.1 && one.min.y >= -0.1, "{one:?}");
+            for (m, other) in areas.iter().enumerate().skip(n + 1) {
+                assert!(!one.expand(4.0).intersects(*other), "{n} {one:?} is over {m} {other:?}");
+            }
+        }
+        at
+    }
+
+    #[test]
+    fn a_chain_leads_to_the_right_on_one_line() {
+        let at = check(4, &[(2, 0), (0, 3), (3, 1)]);
+        assert!(at[2].x < at[0].x && at[0].x < at[3].x && at[3].x < at[1].x, "{at:?}");
+    }
+
+    #[test]
+    fn circles_and_loops_and_loners_are_placed_too() {
+        let at = check(6, &[(0, 1), (1, 2), (2, 0), (3, 3)]);
+        assert!(at[0].x < at[1].x && at[1].x < at[2].x, "{at:?}");
+        check(0, &[]);
+    }
+
+    #[test]
+    fn nothing_overlaps_in_a_large_drawing() {
+        let links: Vec<_> = (0..300).map(|n| ((n * 7) % 200, (n * 13 + 5) % 200)).collect();
+        check(200, &links);
+    }
+}

@@ -1,0 +1,50 @@
+//! What the pointer is doing.
+
+use eframe::egui::{Pos2, Rect, Vec2};
+
+use crate::canvas::diagram::PortAt;
+use crate::item::Item;
+
+/// What is going on between pressing a button and letting it go.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum Gesture {
+    /// Nothing.
+    #[default]
+    Idle,
+    /// The drawing is moved.
+    Pan,
+    /// What is selected is dragged; so far by this much, in the drawing.
+    Move {
+        /// Where the drag began.
+        from: Pos2,
+        by: Vec2,
+    },
+    /// An area is drawn, and what is in it selected.
+    Band {
+        from: Pos2,
+        to: Pos2,
+        /// What was selected before and stays so.
+        kept: std::collections::BTreeSet<Item>,
+    },
+    /// A wire is drawn.
+    Wire {
+        from: PortAt,
+        to: Pos2,
+        /// The wire that was taken by its end.
+        taken: Option<usize>,
+        /// Whether it hangs on the pointer without a button being held.
+        is_hanging: bool,
+    },
+    /// A group or note gets another size.
+    Resize { number: usize, rect: Rect },
+}
+
+impl Gesture {
+    /// How far what is selected is being dragged.
+    pub(super) fn shift(&self) -> Vec2 {
+        match self {
+            Self::Move { by, .. } => *by,
+            _ => Vec2::ZERO,
+        }
+    }
+}

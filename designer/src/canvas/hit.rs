@@ -1,0 +1,225 @@
+//! What is under a point: looked up in a grid of cells, so that it costs the same however large
+//! the drawing is.
+
+use std::collections::HashMap;
+
+use eframe::egui::{Pos2, Rect, Vec2};
+
+use crate::canvas::Canvas;
+use crate::canvas::diagram::{Diagram, PortAt, Side};
+use crate::canvas::edges::{distance, path};
+
+/// The side of a cell.
+const CELL: f32 = 256.0;
+/// A port is hit so far from its middle, in points of the window.
+const PORT_REACH: f32 = 11.0;
+/// The border of a node whose port is all around it is hit so far from its line.
+const BORDER_REACH: f32 = 5.0;
+/// A pointer is on a port so near to its middle, in units of the drawing.
+const ON_PORT: f32 = 9.0;
+/// A wire is dropped at a port so far from it.
+const DROP_REACH: f32 = 28.0;
+/// A wire is hit so far from its line.
+const WIRE_REACH: f32 = 6.0;
+/// The corner of a decoration by which its size is changed.
+pub(super) const CORNER: f32 = 16.0;
+/// The edge of a group by which it is taken; inside of it the drawing is.
+const FRAME_REACH: f32 = 8.0;
+/// The height of a group's title.
+pub(super) const GROUP_TITLE: f32 = 26.0;
+
+/// What is under the pointer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hit {
+    /// A port.
+    Port(PortAt),
+    /// A node, by number.
+    Node(usize),
+    /// A wire, by number.
+    Wire(usize),
+    /// A group's title or edge, or a note, by number.
+    Decoration(usize),
+    /// The corner of one, by which its size is changed.
+    Corner(usize),
+}
+
+/// The port nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestPort {
+    /// Which one.
+    pub at: PortAt,
+    /// How far, in units of the drawing.
+    pub distance: f32,
+}
+
+/// Which nodes and wires are in which cell.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Grid {
+    nodes: HashMap<(i32, i32), Vec<u32>>,
+    wires: HashMap<(i32, i32), Vec<u32>>,
+}
+
+impl Grid {
+    pub(super) fn of(diagram: &Diagram) -> Self {
+        let mut grid = Self::default();
+        for (n, node) in diagram.nodes.iter().enumerate() {
+            enter(&mut grid.nodes, node.rect.expand(PORT_REACH), n);
+        }
+        for n in 0..diagram.wires.len() {
+            for piece in path(diagram, n, |_| Vec2::ZERO, 8).unwrap_or_default().windows(2) {
+                enter(&mut grid.wires, Rect::from_two_pos(piece[0], piece[1]).expand(8.0), n);
+            }
+        }
+        grid
+    }
+
+    /// The nodes that may be in an area, each once, in their order.
+    pub(super) fn nodes_in(&self, area: Rect, count: usize) -> Vec<usize> {
+        gather(&self.nodes, area, count)
+    }
+
+    /// The same of wires.
+    pub(super) fn wires_in(&self, area: Rect, count: usize) -> Vec<usize> {
+        gather(&self.wires, area, count)
+    }
+}
+
+fn cells(area: Rect) -> impl Iterator<Item = (i32, i32)> {
+    let cell = |at: f32| (at / CELL).floor().clamp(-1e7, 1e7) as i32;
+    let (left, right) = (cell(area.min.x), cell(area.max.x));
+    let (top, bottom) = (cell(area.min.y), cell(area.max.y));
+    (top..=bottom).flat_map(move |y| (left..=right).map(move |x| (x, y)))
+}
+
+fn enter(map: &mut HashMap<(i32, i32), Vec<u32>>, area: Rect, number: usize) {
+    let number = u32::try_from(number).unwrap_or(u32::MAX);
+    // One that is a thousand cells long would be found by looking at all.
+    for cell in cells(area).take(1000) {
+        let list = map.entry(cell).or_default();
+        if list.last() != Some(&number) {
+            list.push(number);
+        }
+    }
+}
+
+fn gather(map: &HashMap<(i32, i32), Vec<u32>>, area: Rect, count: usize) -> Vec<usize> {
+    let wide = (area.width() / CELL + 2.0) * (area.height() / CELL + 2.0);
+    if !wide.is_finite() || wide > map.len() as f32 * 2.0 + 64.0 {
+        return (0..count).collect();
+    }
+    let found = cells(area).filter_map(|cell| map.get(&cell)).flatten();
+    let mut found: Vec<usize> = found.map(|n| *n as usize).filter(|n| *n < count).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+impl Canvas {
+    /// What is under a point of the drawing: ports before nodes before wires before groups.
+    pub fn hit(&self, diagram: &Diagram, at: Pos2) -> Option<Hit> {
+        let reach = PORT_REACH / self.viewport.zoom.max(0.5);
+        if let Some(port) = self.nearest_port(diagram, at, reach, &|_| true) {
+            return Some(Hit::Port(port.at));
+        }
+        let near = Rect::from_center_size(at, Vec2::splat(1.0));
+        let nodes = self.grid.nodes_in(near, diagram.nodes.len());
+        let border = BORDER_REACH / self.viewport.zoom.max(0.5);
+        for n in nodes.into_iter().rev() {
+            let node = &diagram.nodes[n];
+            if let Some(port) = node.ports.iter().position(|port| port.side == Side::Around)
+                && node.rect.expand(border).contains(at)
+                && !node.rect.shrink(border).contains(at)
+            {
+                return Some(Hit::Port(PortAt { node: n, port }));
+            }
+            if node.rect.contains(at) {
+                return Some(Hit::Node(n));
+            }
+        }
+        if let Some(note) = self.decoration(diagram, at, true) {
+            return Some(note);
+        }
+        let reach = WIRE_REACH / self.viewport.zoom;
+        let near = Rect::from_center_size(at, Vec2::splat(2.0 * reach));
+        let wires = self.grid.wires_in(near, diagram.wires.len());
+        let away = |n: &usize| {
+            let points = path(diagram, *n, |_| Vec2::ZERO, 24);
+            points.map_or(f32::INFINITY, |points| distance(&points, at))
+        };
+        let nearest = wires.iter().map(|n| (away(n), *n)).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, wire)) = nearest.filter(|(away, _)| *away <= reach) {
+            return Some(Hit::Wire(wire));
+        }
+        self.decoration(diagram, at, false)
+    }
+
+    fn decoration(&self, diagram: &Diagram, at: Pos2, notes: bool) -> Option<Hit> {
+        let corner = CORNER / self.viewport.zoom.min(1.0);
+        let reach = FRAME_REACH / self.viewport.zoom;
+        let all = diagram.decorations.iter().enumerate().rev().filter(|(_, d)| d.is_note == notes);
+        all.filter(|(_, d)| d.rect.expand(2.0).contains(at)).find_map(|(n, decoration)| {
+            let rect = decoration.rect;
+            let from_corner = rect.max - at;
+            if from_corner.x < corner && from_corner.y < corner {
+                return Some(Hit::Corner(n));
+            }
+            let title = Rect::from_min_size(rect.min, Vec2::new(rect.width(), GROUP_TITLE));
+            let is_frame = title.contains(at) || !rect.shrink(reach).contains(at);
+            (notes || is_frame).then_some(Hit::Decoration(n))
+        })
+    }
+
+    /// The port nearest to a point, of those that are wanted and within reach.
+    pub fn nearest_port(
+        &self,
+        diagram: &Diagram,
+        at: Pos2,
+        reach: f32,
+        wanted: &dyn Fn(PortAt) -> bool,
+    ) -> Option<NearestPort> {
+        let near = Rect::from_center_size(at, Vec2::splat(2.0 * reach));
+        let mut best: Option<NearestPort> = None;
+        for node in self.grid.nodes_in(near, diagram.nodes.len()) {
+            for (port, shown) in diagram.nodes[node].ports.iter().enumerate() {
+                let at_port = diagram.nodes[node].rect.min + shown.at;
+                let distance = (at_port - at).length();
+                let found = NearestPort { at: PortAt { node, port }, distance };
+                if shown.side != Side::Around
+                    && distance <= reach
+                    && best.is_none_or(|best| distance < best.distance)
+                    && wanted(found.at)
+                {
+                    best = Some(found);
+                }
+            }
+        }
+        best
+    }
+
+    /// Where a wire that is let go at a point would end: the port under the point; the nearest that
+    /// fits, within reach; else the node's that is under the point, if one of its ports
+    /// fits.
+    pub(super) fn drop_port(
+        &self,
+        diagram: &Diagram,
+        at: Pos2,
+        fits: &dyn Fn(PortAt) -> bool,
+    ) -> Option<PortAt> {
+        // Right on a port it is that one that is meant, fitting or not.
+        if let Some(port) = self.nearest_port(diagram, at, ON_PORT, &|_| true) {
+            return Some(port.at);
+        }
+        let reach = DROP_REACH / self.viewport.zoom.clamp(0.4, 1.5);
+        if let Some(port) = self.nearest_port(diagram, at, reach, fits) {
+            return Some(port.at);
+        }
+        let near = Rect::from_center_size(at, Vec2::splat(1.0));
+        let nodes = self.grid.nodes_in(near, diagram.nodes.len());
+        let node = *nodes.iter().rev().find(|n| diagram.nodes[**n].rect.contains(at))?;
+        let ports = (0..diagram.nodes[node].ports.len()).map(|port| PortAt { node, port });
+        let mut fitting = ports.clone().filter(|port| fits(*port));
+        fitting.next().or_else(|| {
+            ports.clone().find(|at| diagram.nodes[at.node].ports[at.port].side == Side::Around)
+        })
+    }
+}

@@ -1,0 +1,92 @@
+//! The keyboard on the drawing: from block to block with the arrow keys, moving them with shift.
+
+use eframe::egui::{self, Event as Input, EventFilter, Key, Modifiers, Pos2, Vec2};
+
+use crate::canvas::diagram::Diagram;
+use crate::canvas::{Canvas, Event, GRID};
+use crate::item::Item;
+
+impl Canvas {
+    pub(super) fn keys(
+        &mut self,
+        ui: &egui::Ui,
+        response: &egui::Response,
+        diagram: &Diagram,
+        events: &mut Vec<Event>,
+    ) {
+        let filter = EventFilter {
+            horizontal_arrows: true,
+            vertical_arrows: true,
+            ..EventFilter::default()
+        };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+        for (key, way) in [
+            (Key::ArrowLeft, Vec2::new(-1.0, 0.0)),
+            (Key::ArrowRight, Vec2::new(1.0, 0.0)),
+            (Key::ArrowUp, Vec2::new(0.0, -1.0)),
+            (Key::ArrowDown, Vec2::new(0.0, 1.0)),
+        ] {
+            let pressed = |modifiers: Modifiers| {
+                ui.input(|i| {
+                    let is_it = |event: &&Input| {
+                        matches!(event, Input::Key { key: k, pressed: true, modifiers: m, .. }
+                            if *k == key && m.matches_exact(modifiers))
+                    };
+                    i.events.iter().filter(is_it).count()
+                })
+            };
+            if pressed(Modifiers::NONE) > 0 {
+                self.step(diagram, way);
+            }
+            let nudges = pressed(Modifiers::SHIFT);
+            if nudges > 0 && self.is_editable && !self.selection.is_empty() {
+                events.push(Event::Moved(way * GRID * nudges as f32));
+            }
+        }
+        if ui.input(|i| i.key_pressed(Key::Home) && i.modifiers.is_none()) {
+            self.fit_everything();
+        }
+    }
+
+    /// Selects the nearest node in a direction, and brings it into view.
+    fn step(&mut self, diagram: &Diagram, way: Vec2) {
+        let from = self.selection.iter().find_map(|item| diagram.rect(item));
+        let Some(from) = from.map(|rect| rect.center()) else {
+            let first = diagram.nodes.first().map(|node| node.item.clone());
+            return first.into_iter().for_each(|item| self.go_to(diagram, item));
+        };
+        let cost = |at: Pos2| {
+            let apart = at - from;
+            let along = apart.dot(way);
+            // What lies aside is farther than what lies ahead.
+            (along > 1.0).then(|| along + 2.5 * (apart - way * along).length())
+        };
+        let others = diagram
+            .nodes
+            .iter()
+            .filter_map(|node| Some((cost(node.rect.center())?, node.item.clone())));
+        if let Some((_, item)) = others.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            self.go_to(diagram, item);
+        }
+    }
+
+    /// Selects one item and brings it into view.
+    pub fn go_to(&mut self, diagram: &Diagram, item: Item) {
+        if let Some(rect) = diagram.rect(&item) {
+            self.bring_into_view(rect);
+        }
+        self.selection = [item].into();
+    }
+
+    fn bring_into_view(&mut self, rect: egui::Rect) {
+        if self.rect.width() < 10.0 {
+            return self.fit_area(rect.expand(200.0));
+        }
+        // Too small to be read is as good as not shown.
+        self.viewport.zoom = self.viewport.zoom.max(0.5);
+        let shown = self.viewport.shown(self.rect).shrink(30.0 / self.viewport.zoom);
+        if !shown.contains_rect(rect) {
+            self.viewport.centre = rect.center();
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Text on the drawing. Sizes are rounded to half a point, so that letters are sharp at every zoom
+//! and there are few of them; egui keeps what it has laid out from frame to frame.
+
+use eframe::egui::text::{LayoutJob, TextWrapping};
+use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect};
+
+use crate::text::paintable;
+
+/// Smaller text cannot be read and is not drawn.
+pub(super) const SMALLEST: f32 = 5.0;
+
+/// A text to be drawn: what, at which size in the drawing, at most how wide in the window.
+#[derive(Clone, Copy)]
+pub(super) struct Label<'a> {
+    pub(super) text: &'a str,
+    pub(super) size: f32,
+    pub(super) width: f32,
+    pub(super) colour: Color32,
+    pub(super) anchor: Align2,
+}
+
+/// Draws a text at a point of the window; answers where it is.
+pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
+    let size = (label.size * zoom * 2.0).round() / 2.0;
+    if size < SMALLEST || label.text.is_empty() {
+        return None;
+    }
+    let text = paintable(painter.ctx(), label.text).into_owned();
+    let mut job =
+        LayoutJob::simple_singleline(text, FontId::proportional(size), Color32::PLACEHOLDER);
+    job.wrap = TextWrapping::truncate_at_width(label.width.max(size));
+    let galley = painter.layout_job(job);
+    let rect = label.anchor.anchor_size(at, galley.size());
+    if painter.clip_rect().intersects(rect) {
+        painter.galley(rect.min, galley, label.colour);
+    }
+    Some(rect)
+}

@@ -1,0 +1,92 @@
+//! The drawing for screen readers and tests: every node and port that is shown has a name.
+
+use eframe::egui::accesskit::{Action, Rect as Bounds, Role};
+use eframe::egui::{self, Pos2, Rect, Vec2};
+
+use crate::canvas::Canvas;
+use crate::canvas::diagram::Diagram;
+
+/// Around the middle of a port.
+const PORT_SIZE: f32 = 14.0;
+
+impl Canvas {
+    /// Names what is shown. It costs nothing while nobody listens.
+    pub(super) fn tell_names(&self, ui: &egui::Ui, response: &egui::Response, diagram: &Diagram) {
+        let ctx = ui.ctx();
+        let listens = ctx.accesskit_node_builder(response.id, |node| {
+            node.set_role(Role::Canvas);
+            node.set_label(self.name);
+            node.add_action(Action::Focus);
+        });
+        if listens.is_none() {
+            return;
+        }
+        let shown = self.viewport.shown(self.rect);
+        for n in self.grid.nodes_in(shown, diagram.nodes.len()) {
+            let node = &diagram.nodes[n];
+            if !shown.intersects(node.rect) {
+                continue;
+            }
+            let area = self.viewport.area_to_window(self.rect, node.rect);
+            let is_selected = self.selection.contains(&node.item);
+            tell(ctx, response.id.with(("node", n)), &node.label, &node.doc, area, |told| {
+                told.set_role(Role::ListItem);
+                told.set_selected(is_selected);
+            });
+            for (p, port) in node.ports.iter().enumerate() {
+                let at = self.to_window(node.rect.min + port.at);
+                let area = Rect::from_center_size(at, Vec2::splat(PORT_SIZE));
+                tell(ctx, response.id.with(("port", n, p)), &port.label, &port.doc, area, |told| {
+                    told.set_role(Role::Button);
+                });
+            }
+        }
+        for (n, wire) in diagram.wires.iter().enumerate() {
+            let ends = [wire.from, wire.to].map(|port| diagram.port_position(port));
+            if let [Some(from), Some(to)] = ends
+                && shown.intersects(Rect::from_two_pos(from, to).expand(1.0))
+            {
+                let middle: Pos2 = self.to_window(from + (to - from) / 2.0);
+                let area = Rect::from_center_size(middle, Vec2::splat(8.0));
+                tell(ctx, response.id.with(("wire", n)), &wire.label, &wire.doc, area, |told| {
+                    told.set_role(Role::ListItem);
+                });
+            }
+        }
+        for (n, decoration) in diagram.decorations.iter().enumerate() {
+            let area = self.viewport.area_to_window(self.rect, decoration.rect);
+            let sort = if decoration.is_note { "note" } else { "group" };
+            let label = format!("{sort} {}", decoration.text);
+            tell(ctx, response.id.with(("decoration", n)), &label, "", area, |told| {
+                told.set_role(Role::Note);
+            });
+        }
+    }
+}
+
+fn tell(
+    ctx: &egui::Context,
+    id: egui::Id,
+    label: &str,
+    doc: &str,
+    area: Rect,
+    more: impl FnOnce(&mut egui::accesskit::Node),
+) {
+    // A nameless thing of a file that is wrong is heard of in the problems.
+    if label.trim().is_empty() {
+        return;
+    }
+    ctx.accesskit_node_builder(id, |node| {
+        node.set_label(label);
+        if !doc.is_empty() {
+            node.set_description(doc);
+        }
+        node.set_bounds(Bounds {
+            x0: area.min.x.into(),
+            y0: area.min.y.into(),
+            x1: area.max.x.into(),
+            y1: area.max.y.into(),
+        });
+        more(node);
+    });
+}

@@ -1,0 +1,218 @@
+//! Painting the drawing: only what is shown, with less detail the smaller it is.
+
+mod block;
+mod net;
+mod port;
+mod wire;
+
+use eframe::egui::{
+    self, Align2, Color32, CornerRadius, Mesh, Painter, Pos2, Rect, Shape, Stroke, StrokeKind,
+    Vec2, pos2,
+};
+
+use crate::canvas::diagram::{Decoration, Diagram, Mark, PortAt};
+use crate::canvas::gesture::Gesture;
+use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
+use crate::canvas::labels::{Label, draw};
+use crate::canvas::{Canvas, GRID, Rules};
+use crate::theme::Colours;
+
+/// Below this size ports and their names are not drawn.
+const DETAIL: f32 = 0.42;
+/// Below this one blocks are plain and wires straight.
+const PLAIN: f32 = 0.2;
+
+/// What painting one frame needs to know.
+struct Frame<'a> {
+    painter: &'a Painter,
+    diagram: &'a Diagram,
+    colours: &'a Colours,
+    /// How far what is selected is being dragged.
+    shift: Vec2,
+    hovered: Option<Hit>,
+    zoom: f32,
+    /// Where a wire is being dragged from, and the port it would end at.
+    pending: Option<(PortAt, Option<PortAt>)>,
+}
+
+impl Canvas {
+    pub(super) fn paint(
+        &mut self,
+        ui: &egui::Ui,
+        diagram: &Diagram,
+        rules: &dyn Rules,
+        hovered: Option<Hit>,
+        colours: &Colours,
+    ) {
+        let painter = ui.painter().with_clip_rect(self.rect.intersect(ui.clip_rect()));
+        painter.rect_filled(self.rect, 0.0, colours.background);
+        let pending = self.pending(diagram, rules);
+        let frame = Frame {
+            painter: &painter,
+            diagram,
+            colours,
+            shift: self.gesture.shift(),
+            hovered: hovered.filter(|_| !self.is_busy()),
+            zoom: self.viewport.zoom,
+            pending,
+        };
+        self.paint_grid(&frame);
+        let margin = if frame.shift == Vec2::ZERO { 0.0 } else { frame.shift.length() };
+        let shown = self.viewport.shown(self.rect).expand(margin + 10.0);
+        for (n, decoration) in diagram.decorations.iter().enumerate().filter(|(_, d)| !d.is_note) {
+            self.paint_decoration(&frame, n, decoration);
+        }
+        for wire in self.grid.wires_in(shown, diagram.wires.len()) {
+            self.paint_wire(&frame, wire);
+        }
+        for node in self.grid.nodes_in(shown, diagram.nodes.len()) {
+            if shown.intersects(diagram.nodes[node].rect) {
+                self.paint_node(&frame, node, rules);
+            }
+        }
+        for (n, decoration) in diagram.decorations.iter().enumerate().filter(|(_, d)| d.is_note) {
+            self.paint_decoration(&frame, n, decoration);
+        }
+        self.paint_gesture(&frame, rules);
+        if self.minimap {
+            self.paint_map(&painter, diagram, colours);
+        }
+    }
+
+    /// The wire that is being dragged: its port, and the one that it would end at.
+    fn pending(&self, diagram: &Diagram, rules: &dyn Rules) -> Option<(PortAt, Option<PortAt>)> {
+        let Gesture::Wire { from, to, .. } = self.gesture else { return None };
+        let fits = |port| port != from && rules.may_join(from, port).is_ok();
+        Some((from, self.drop_port(diagram, to, &fits).filter(|port| *port != from)))
+    }
+
+    fn paint_grid(&self, frame: &Frame<'_>) {
+        let mut step = GRID * 2.0;
+        while step * frame.zoom < 20.0 {
+            step *= 2.0;
+        }
+        let shown = self.viewport.shown(self.rect);
+        let first = |from: f32| (from / step).ceil() * step;
+        let side = 1.6;
+        // Thousands of them: one mesh costs a tenth of as many shapes.
+        let mut dots = Mesh::default();
+        let mut y = first(shown.min.y);
+        while y < shown.max.y {
+            let mut x = first(shown.min.x);
+            while x < shown.max.x {
+                let at = self.to_window(pos2(x, y));
+                let dot = Rect::from_center_size(at, Vec2::splat(side));
+                dots.add_colored_rect(dot, frame.colours.grid);
+                x += step;
+            }
+            y += step;
+        }
+        frame.painter.add(dots);
+    }
+
+    fn paint_decoration(&mut self, frame: &Frame<'_>, number: usize, decoration: &Decoration) {
+        let is_selected = self.selection.contains(&decoration.item);
+        let mut area = decoration.rect;
+        if let Gesture::Resize { number: n, rect } = &self.gesture
+            && *n == number
+        {
+            area = *rect;
+        } else if is_selected {
+            area = area.translate(frame.shift);
+        }
+        let area = self.viewport.area_to_window(self.rect, area);
+        if !area.intersects(self.rect) {
+            return;
+        }
+        let colours = frame.colours;
+        let (fill, line) = if decoration.is_note {
+            (colours.note, crate::theme::mix(colours.note, colours.text, 0.2))
+        } else {
+            (colours.group, colours.grid)
+        };
+        let line = if is_selected { colours.selected } else { line };
+        let stroke = Stroke::new(if is_selected { 2.0 } else { 1.0 }, line);
+        let round = CornerRadius::same((6.0 * frame.zoom).clamp(0.0, 12.0) as u8);
+        frame.painter.rect(area, round, fill, stroke, StrokeKind::Inside);
+        if decoration.is_note {
+            self.paint_note(frame, area, &decoration.text);
+        } else {
+            let title = Label {
+                text: &decoration.text,
+                size: 15.0,
+                width: area.width() - 16.0 * frame.zoom,
+                colour: colours.weak,
+                anchor: Align2::LEFT_CENTER,
+            };
+            let at = area.min + Vec2::new(10.0, GROUP_TITLE / 2.0) * frame.zoom;
+            draw(frame.painter, frame.zoom, at, title);
+        }
+        if self.is_editable && frame.zoom > PLAIN {
+            for reach in [0.35, 0.65] {
+                let from = area.max - Vec2::new(CORNER * reach, 3.0) * frame.zoom;
+                let to = area.max - Vec2::new(3.0, CORNER * reach) * frame.zoom;
+                frame.painter.line_segment([from, to], Stroke::new(1.0, colours.weak));
+            }
+        }
+    }
+
+    fn paint_note(&mut self, frame: &Frame<'_>, area: Rect, text: &str) {
+        let size = 13.0 * frame.zoom;
+        if size < super::labels::SMALLEST {
+            return;
+        }
+        let shown = crate::text::paintable(frame.painter.ctx(), text).into_owned();
+        let font = egui::FontId::proportional((size * 2.0).round() / 2.0);
+        let inner = area.shrink(9.0 * frame.zoom);
+        let galley = frame.painter.layout(shown, font, frame.colours.text, inner.width().max(10.0));
+        frame.painter.with_clip_rect(inner.intersect(frame.painter.clip_rect())).galley(
+            inner.min,
+            galley,
+            frame.colours.text,
+        );
+    }
+
+    /// What is going on at the pointer.
+    fn paint_gesture(&mut self, frame: &Frame<'_>, rules: &dyn Rules) {
+        let colours = frame.colours;
+        match self.gesture.clone() {
+            Gesture::Band { from, to, .. } => {
+                let area = Rect::from_two_pos(self.to_window(from), self.to_window(to));
+                let stroke = Stroke::new(1.0, colours.selected);
+                let fill = colours.selected.gamma_multiply(0.12);
+                frame.painter.rect(area, 0.0, fill, stroke, StrokeKind::Inside);
+            }
+            Gesture::Wire { from, to, .. } => self.paint_pending(frame, from, to, rules),
+            _ => {}
+        }
+    }
+
+    /// Says something beside the pointer.
+    fn paint_hint(&mut self, frame: &Frame<'_>, at: Pos2, text: &str, colour: Color32) {
+        let label = Label { text, size: 13.0, width: 420.0, colour, anchor: Align2::LEFT_CENTER };
+        let at = at + Vec2::new(18.0, 18.0);
+        let shape = frame.painter.add(Shape::Noop);
+        if let Some(rect) = draw(frame.painter, 1.0, at, label) {
+            let stroke = Stroke::new(1.0, colour);
+            let paper = frame.colours.block;
+            let back = egui::epaint::RectShape::new(
+                rect.expand2(Vec2::new(7.0, 4.0)),
+                4.0,
+                paper,
+                stroke,
+                StrokeKind::Outside,
+            );
+            frame.painter.set(shape, back);
+        }
+    }
+}
+
+impl Frame<'_> {
+    fn mark_colour(&self, mark: Mark) -> Option<Color32> {
+        match mark {
+            Mark::None => None,
+            Mark::Warning => Some(self.colours.warning),
+            Mark::Error => Some(self.colours.error),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! The nodes of a net: places as pills with their tokens, transitions as bars.
+
+use eframe::egui::{Align2, Rect, Stroke, StrokeKind, Vec2, vec2};
+
+use super::{Frame, PLAIN};
+use crate::canvas::Canvas;
+use crate::canvas::diagram::{Node, Outline, Shape};
+use crate::canvas::hit::Hit;
+use crate::canvas::labels::{Label, draw};
+use crate::theme::mix;
+
+/// So many tokens are drawn as dots; more are a number.
+const MAX_DOTS: u32 = 4;
+
+impl Canvas {
+    pub(super) fn paint_net_node(
+        &mut self,
+        frame: &Frame<'_>,
+        node: &Node,
+        area: Rect,
+        is_selected: bool,
+        number: usize,
+    ) {
+        let colours = frame.colours;
+        let is_hovered = frame.hovered == Some(Hit::Node(number));
+        let mut fill =
+            if is_hovered { mix(colours.block, colours.text, 0.05) } else { colours.block };
+        if let Some(tint) = node.look.tint {
+            fill = mix(fill, tint, 0.3);
+        }
+        let colour = match frame.mark_colour(node.mark) {
+            _ if is_selected => colours.selected,
+            Some(marked) => marked,
+            None => node.look.tint.unwrap_or(colours.outline),
+        };
+        let width = if is_selected || node.look.outline == Outline::Strong { 2.5 } else { 1.5 };
+        let line = Stroke::new(width, colour);
+        match node.shape {
+            Shape::Place { tokens, is_goal, is_safety } => {
+                let radius = area.height() / 2.0;
+                frame.painter.rect(area, radius, fill, line, StrokeKind::Inside);
+                let inner = area.shrink(4.0 * frame.zoom);
+                if is_goal && frame.zoom > PLAIN {
+                    let thin = Stroke::new(1.0, colour);
+                    frame.painter.rect_stroke(inner, radius, thin, StrokeKind::Inside);
+                }
+                if is_safety && frame.zoom > PLAIN {
+                    super::block::dashed(frame, area.expand(3.0 * frame.zoom), line);
+                }
+                self.paint_place_texts(frame, node, area);
+                self.paint_tokens(frame, area, tokens);
+            }
+            Shape::Bar | Shape::Block => {
+                let ink = if node.look.is_dim { colours.outline } else { colours.text };
+                let ink = if is_selected { colours.selected } else { ink };
+                let ink = frame.mark_colour(node.mark).filter(|_| !is_selected).unwrap_or(ink);
+                let ink = node.look.tint.filter(|_| !is_selected).unwrap_or(ink);
+                let round = 2.0 * frame.zoom;
+                frame.painter.rect_filled(area, round, ink);
+                if is_hovered {
+                    let halo = Stroke::new(1.0, colours.selected);
+                    frame.painter.rect_stroke(area.expand(3.0), round, halo, StrokeKind::Outside);
+                }
+                self.paint_bar_texts(frame, node, area);
+            }
+        }
+    }
+
+    fn paint_place_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
+        let (colours, zoom) = (frame.colours, frame.zoom);
+        let width = area.width() - area.height() * 0.6;
+        let rows = 1 + node.lines.len() + usize::from(!node.subtitle.is_empty());
+        let top = area.center().y - (rows as f32 - 1.0) * 8.0 * zoom;
+        let title = (&node.title, 14.0, colours.text);
+        let subtitle = (&node.subtitle, 11.0, colours.weak);
+        let lines = node.lines.iter().map(|line| (&line.text, 11.0, colours.weak));
+        let texts =
+            [title, subtitle].into_iter().chain(lines).filter(|(text, ..)| !text.is_empty());
+        for (n, (text, size, colour)) in texts.enumerate() {
+            let at = vec2(area.center().x, top + 16.0 * n as f32 * zoom).to_pos2();
+            let anchor = Align2::CENTER_CENTER;
+            draw(frame.painter, zoom, at, Label { text, size, width, colour, anchor });
+        }
+    }
+
+    fn paint_bar_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
+        let (colours, zoom) = (frame.colours, frame.zoom);
+        let top = area.center_bottom() + Vec2::new(0.0, 11.0) * zoom;
+        let title = (&node.title, 12.5, colours.text);
+        let lines = node
+            .lines
+            .iter()
+            .map(|line| (&line.text, 11.0, if line.is_weak { colours.weak } else { colours.text }));
+        for (n, (text, size, colour)) in [title].into_iter().chain(lines).enumerate() {
+            let at = top + Vec2::new(0.0, 14.0 * n as f32) * zoom;
+            let width = 220.0 * zoom;
+            let anchor = Align2::CENTER_CENTER;
+            draw(frame.painter, zoom, at, Label { text, size, width, colour, anchor });
+        }
+    }
+
+    /// Tokens hang at the upper edge, where no text is.
+    fn paint_tokens(&mut self, frame: &Frame<'_>, area: Rect, tokens: u32) {
+        if tokens == 0 {
+            return;
+        }
+        let radius = (5.5 * frame.zoom).max(2.5);
+        let at = area.center_top();
+        if tokens > MAX_DOTS {
+            let text = &tokens.to_string();
+            frame.painter.circle_filled(at, radius * 1.9, frame.colours.good);
+            let (colour, anchor) = (frame.colours.background, Align2::CENTER_CENTER);
+            let label = Label { text, size: 12.0, width: f32::INFINITY, colour, anchor };
+            draw(frame.painter, frame.zoom, at, label);
+            return;
+        }
+        let step = radius * 2.6;
+        let first = at.x - step * (tokens - 1) as f32 / 2.0;
+        for n in 0..tokens {
+            let dot = vec2(first + step * n as f32, at.y).to_pos2();
+            let edge = Stroke::new(1.5, frame.colours.background);
+            frame.painter.circle(dot, radius, frame.colours.good, edge);
+        }
+    }
+}

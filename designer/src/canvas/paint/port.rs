@@ -1,0 +1,127 @@
+//! Ports: outputs as triangles that point out, inputs as notches, each in its type's colour.
+
+use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
+
+use super::Frame;
+use crate::canvas::diagram::{Direction, PortAt, Side};
+use crate::canvas::hit::Hit;
+use crate::canvas::labels::{Label, draw};
+use crate::canvas::{Canvas, Rules};
+use crate::theme::mix;
+
+/// How large a port is drawn.
+const SIZE: f32 = 5.5;
+/// The largest share of a block's width that a port's name takes.
+const NAME_SHARE: f32 = 0.62;
+
+impl Canvas {
+    pub(super) fn paint_ports(
+        &mut self,
+        frame: &Frame<'_>,
+        number: usize,
+        shift: Vec2,
+        rules: &dyn Rules,
+    ) {
+        let node = &frame.diagram.nodes[number];
+        for (p, port) in node.ports.iter().enumerate() {
+            if port.side == Side::Around {
+                continue;
+            }
+            let here = PortAt { node: number, port: p };
+            let at = self.to_window(node.rect.min + port.at + shift);
+            if !self.rect.expand(20.0).contains(at) {
+                continue;
+            }
+            let state = state(frame, here, rules);
+            let own = frame.colours.of_type(port.colour);
+            let colour = match state {
+                _ if port.is_missing => frame.colours.error,
+                State::Refused => mix(own, frame.colours.block, 0.75),
+                State::Target => frame.colours.connect,
+                _ => own,
+            };
+            self.paint_port(frame, at, (port.side, port.direction), colour, port.is_wired);
+            if matches!(state, State::Fits | State::Target | State::Hovered) {
+                let radius = (SIZE + if state == State::Target { 6.0 } else { 3.5 }) * frame.zoom;
+                let width = if state == State::Target { 2.5 } else { 1.2 };
+                frame.painter.circle_stroke(at, radius, Stroke::new(width, colour));
+            }
+            let ink = match state {
+                State::Refused => mix(frame.colours.weak, frame.colours.block, 0.6),
+                _ if port.is_missing => frame.colours.error,
+                _ if port.is_required && !port.is_wired => frame.colours.text,
+                _ => frame.colours.weak,
+            };
+            let (anchor, away) = match port.side {
+                Side::Right => (Align2::RIGHT_CENTER, vec2(-11.0, 0.0)),
+                Side::Top => (Align2::CENTER_TOP, vec2(0.0, 9.0)),
+                Side::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
+                _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
+            };
+            let width = node.rect.width() * NAME_SHARE * frame.zoom;
+            let label = Label { text: &port.name, size: 12.0, width, colour: ink, anchor };
+            let name_at = at + away * frame.zoom;
+            let name = draw(frame.painter, frame.zoom, name_at, label);
+            if port.is_required
+                && !port.is_wired
+                && let Some(name) = name
+            {
+                // Must be fed: underlined, so that it shows without a colour.
+                let y = name.max.y - 1.0;
+                let line = Stroke::new(1.0, frame.colours.error);
+                frame.painter.hline(name.min.x..=name.max.x, y, line);
+            }
+        }
+    }
+
+    fn paint_port(
+        &self,
+        frame: &Frame<'_>,
+        at: Pos2,
+        (side, direction): (Side, Direction),
+        colour: Color32,
+        is_wired: bool,
+    ) {
+        let size = SIZE * frame.zoom;
+        let fill = if is_wired { colour } else { frame.colours.background };
+        let line = Stroke::new((1.6 * frame.zoom).max(1.0), colour);
+        let out = side.outward();
+        if direction == Direction::Out {
+            // A triangle that points out of the block.
+            let across = vec2(-out.y, out.x);
+            let tip = at + out * size * 1.25;
+            let base = at - out * size * 0.75;
+            let points = vec![tip, base + across * size, base - across * size];
+            frame.painter.add(Painted::convex_polygon(points, fill, line));
+        } else {
+            frame.painter.circle(at, size, fill, line);
+        }
+    }
+}
+
+/// How a port stands to the wire that is being dragged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Plain,
+    Hovered,
+    Fits,
+    Refused,
+    Target,
+}
+
+fn state(frame: &Frame<'_>, here: PortAt, rules: &dyn Rules) -> State {
+    match frame.pending {
+        Some((from, _)) if from == here => State::Hovered,
+        Some((from, target)) => match rules.may_join(from, here) {
+            Ok(()) if target == Some(here) => State::Target,
+            Ok(()) => State::Fits,
+            Err(_) => State::Refused,
+        },
+        None => match frame.hovered {
+            Some(Hit::Port(at)) if at == here => State::Hovered,
+            // What it could be linked to is shown before anything is dragged.
+            Some(Hit::Port(at)) if rules.may_join(at, here).is_ok() => State::Fits,
+            _ => State::Plain,
+        },
+    }
+}

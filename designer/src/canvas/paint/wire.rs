@@ -1,0 +1,153 @@
+//! Wires, and the one that is being dragged.
+
+use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, Vec2};
+
+use super::{DETAIL, Frame, PLAIN};
+use crate::canvas::diagram::{End, PortAt, Side};
+use crate::canvas::edges::{curve, path, wire_ends};
+use crate::canvas::hit::Hit;
+use crate::canvas::labels::{Label, draw};
+use crate::canvas::{Canvas, Rules};
+use crate::theme::mix;
+
+/// A curve is drawn in pieces about so long, in points.
+const PIECE: f32 = 14.0;
+
+impl Canvas {
+    pub(super) fn paint_wire(&mut self, frame: &Frame<'_>, number: usize) {
+        let wire = &frame.diagram.wires[number];
+        let shift = |node: usize| {
+            let is_moved = frame.shift != Vec2::ZERO
+                && self.selection.contains(&frame.diagram.nodes[node].item);
+            if is_moved { frame.shift } else { Vec2::ZERO }
+        };
+        let Some(ends) = wire_ends(frame.diagram, wire, shift) else { return };
+        let (colour, width) = self.wire_ink(frame, number);
+        let stroke = Stroke::new(width, colour);
+        let [from, to] = ends.map(|(at, _)| self.to_window(at));
+        if frame.zoom < PLAIN {
+            frame.painter.line_segment([from, to], stroke);
+            return;
+        }
+        let pieces = ((to - from).length() / PIECE).clamp(2.0, 24.0) as usize;
+        let Some(points) = path(frame.diagram, number, shift, pieces) else { return };
+        let points: Vec<Pos2> = points.into_iter().map(|at| self.to_window(at)).collect();
+        paint_end(frame, &points, wire.end, stroke);
+        let middle = points[points.len() / 2];
+        if wire.is_dashed {
+            frame.painter.extend(Painted::dashed_line(&points, stroke, 7.0, 5.0));
+        } else {
+            frame.painter.add(Painted::line(points, stroke));
+        }
+        if !wire.text.is_empty() && frame.zoom >= DETAIL {
+            let label = Label {
+                text: &wire.text,
+                size: 11.0,
+                width: 160.0 * frame.zoom,
+                colour: frame.colours.text,
+                anchor: Align2::CENTER_CENTER,
+            };
+            let back = frame.painter.add(Painted::Noop);
+            if let Some(rect) = draw(frame.painter, frame.zoom, middle, label) {
+                let paper = frame.colours.background.gamma_multiply(0.9);
+                frame.painter.set(back, Painted::rect_filled(rect.expand(3.0), 3.0, paper));
+            }
+        }
+    }
+
+    fn wire_ink(&self, frame: &Frame<'_>, number: usize) -> (Color32, f32) {
+        let wire = &frame.diagram.wires[number];
+        let nodes = [wire.from.node, wire.to.node];
+        let touches_selected = !self.selection.is_empty()
+            && nodes.iter().any(|node| self.selection.contains(&frame.diagram.nodes[*node].item));
+        let strong = if wire.is_strong { 1.2 } else { 0.0 };
+        let zoom = frame.zoom.clamp(0.5, 1.5);
+        if !self.selection.is_empty() && self.selection.contains(&wire.item) {
+            return (frame.colours.selected, (2.8 + strong) * zoom);
+        }
+        // A hue of its type, so that it can be followed.
+        let hue = || {
+            let port = frame.diagram.port(wire.from).filter(|port| port.side != Side::Around);
+            let wire = frame.colours.wire;
+            port.map_or(wire, |port| mix(wire, frame.colours.of_type(port.colour), 0.5))
+        };
+        let own = frame.mark_colour(wire.mark).or(wire.tint).unwrap_or_else(hue);
+        let is_hovered = frame.hovered == Some(Hit::Wire(number));
+        let width = if is_hovered || touches_selected { 2.6 } else { 1.6 };
+        let is_faded = frame.pending.is_some();
+        (if is_faded { own.gamma_multiply(0.4) } else { own }, (width + strong) * zoom)
+    }
+
+    /// The wire that is being dragged, and what would come of letting it go.
+    pub(super) fn paint_pending(
+        &mut self,
+        frame: &Frame<'_>,
+        from: PortAt,
+        to: Pos2,
+        rules: &dyn Rules,
+    ) {
+        let Some(start) = frame.diagram.port_position(from) else { return };
+        let Some(port) = frame.diagram.port(from) else { return };
+        let target = frame.pending.and_then(|(_, target)| target);
+        let verdict = target.map(|target| rules.may_join(from, target));
+        let end_at = target.filter(|_| verdict == Some(Ok(())));
+        let end = end_at.and_then(|at| frame.diagram.port_position(at)).unwrap_or(to);
+        let into = end_at
+            .and_then(|at| frame.diagram.port(at))
+            .filter(|port| port.side != Side::Around)
+            .map_or(Vec2::ZERO, |port| port.side.outward());
+        let out = if port.side == Side::Around { Vec2::ZERO } else { port.side.outward() };
+        let colour = match &verdict {
+            Some(Ok(())) => frame.colours.connect,
+            Some(Err(_)) => frame.colours.weak,
+            None => frame.colours.of_type(port.colour),
+        };
+        let points: Vec<Pos2> = curve([(start, out), (end, into)], 20)
+            .into_iter()
+            .map(|at| self.to_window(at))
+            .collect();
+        let stroke = Stroke::new(2.5, colour);
+        match verdict {
+            Some(Err(why)) => {
+                frame.painter.extend(Painted::dashed_line(&points, stroke, 6.0, 5.0));
+                let at = self.to_window(to);
+                self.paint_hint(frame, at, &why, frame.colours.error);
+            }
+            Some(Ok(())) => {
+                frame.painter.add(Painted::line(points, stroke));
+                let name =
+                    target.and_then(|at| frame.diagram.port(at)).map(|port| port.label.as_str());
+                let at = self.to_window(to);
+                let text = format!("to {}", name.unwrap_or_default());
+                self.paint_hint(frame, at, &text, frame.colours.connect);
+            }
+            None => {
+                frame.painter.add(Painted::line(points, stroke));
+            }
+        }
+    }
+}
+
+fn paint_end(frame: &Frame<'_>, points: &[Pos2], end: End, stroke: Stroke) {
+    let [.., before, tip] = points else { return };
+    let way = (*tip - *before).normalized();
+    let across = Vec2::new(-way.y, way.x);
+    let size = 8.0 * frame.zoom.clamp(0.4, 1.5);
+    let arrow = |tip: Pos2| {
+        let base = tip - way * size;
+        let points = vec![tip, base + across * size * 0.5, base - across * size * 0.5];
+        frame.painter.add(Painted::convex_polygon(points, stroke.color, Stroke::NONE));
+    };
+    match end {
+        End::Plain => {}
+        End::Arrow => arrow(*tip),
+        End::Double => {
+            arrow(*tip);
+            arrow(*tip - way * size * 0.8);
+        }
+        End::Circle => {
+            let dot = Rect::from_center_size(*tip - way * size * 0.5, Vec2::splat(size));
+            frame.painter.circle(dot.center(), size * 0.5, frame.colours.background, stroke);
+        }
+    }
+}

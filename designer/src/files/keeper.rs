@@ -1,0 +1,266 @@
+//! Keeps the open project and the disk in step: unsaved work is kept apart, a file that changed on
+//! the disk is taken, merged or asked about, and what a crash left is offered.
+
+mod questions;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use eframe::egui;
+
+use super::merge::{Answer, answer};
+use super::recent::Recent;
+use super::recovery::{Kept, KeptFile, Orphan, Recovery, orphans};
+use super::watch::{News, Watch};
+use crate::desk::Messages;
+use crate::project::Project;
+use questions::Question;
+
+/// What connects a project with the disk.
+#[derive(Default)]
+pub struct Keeper {
+    recovery: Option<Recovery>,
+    watch: Option<Watch>,
+    recent: Option<Recent>,
+    /// The list as it was read last.
+    recent_paths: Vec<PathBuf>,
+    question: Option<Question>,
+    orphans: Vec<Orphan>,
+    /// The open files that the watch follows, as they were saved.
+    followed: Vec<(PathBuf, Arc<str>)>,
+    /// The revision whose other files are followed.
+    followed_revision: Option<u64>,
+    /// Trouble that has been told.
+    told: BTreeSet<String>,
+}
+
+/// What the user wants of the window.
+pub enum Wish {
+    /// This work is to be opened as it was when its designer died.
+    Recover(Kept),
+}
+
+impl Keeper {
+    /// Begins, with its own files in `folder`; without one nothing is kept.
+    pub fn start(folder: Option<&Path>, ctx: &egui::Context, messages: &mut Messages) -> Self {
+        let Some(folder) = folder else {
+            return Self { watch: watch(ctx, messages), ..Self::default() };
+        };
+        let kept = folder.join("recovery");
+        let recovery = Recovery::begin(&kept);
+        if let Err(error) = &recovery {
+            messages.warn(format!("unsaved work is not kept: {}: {error}", kept.display()));
+        }
+        let mut keeper = Self {
+            orphans: orphans(&kept),
+            recovery: recovery.ok(),
+            watch: watch(ctx, messages),
+            recent: Some(Recent::in_folder(folder)),
+            ..Self::default()
+        };
+        keeper.read_recent();
+        keeper
+    }
+
+    /// The files that were open last, newest first.
+    pub fn recent(&self) -> &[PathBuf] {
+        &self.recent_paths
+    }
+
+    /// Remembers that a file was opened or saved.
+    pub fn remember(&mut self, path: &Path) {
+        let added = self.recent.as_ref().map_or(Ok(()), |recent| recent.add(path));
+        if let Err(error) = added {
+            tracing::warn!(%error, "the list of recent files is not written");
+        }
+        self.read_recent();
+    }
+
+    /// Forgets a file that cannot be opened any more.
+    pub fn forget(&mut self, path: &Path) {
+        let forgotten = self.recent.as_ref().map_or(Ok(()), |recent| recent.forget(path));
+        if let Err(error) = forgotten {
+            tracing::warn!(%error, "the list of recent files is not written");
+        }
+        self.read_recent();
+    }
+
+    fn read_recent(&mut self) {
+        self.recent_paths = self.recent.as_ref().map(Recent::paths).unwrap_or_default();
+    }
+
+    /// Does what is due; to be called with each frame.
+    pub fn tick(&mut self, ctx: &egui::Context, project: &mut Project, messages: &mut Messages) {
+        self.keep(ctx, project, messages);
+        self.follow(project);
+        let news = self.watch.as_ref().map(Watch::news).unwrap_or_default();
+        for news in news {
+            self.take(news, project, messages);
+        }
+    }
+
+    /// Shows what is to be decided by the user, and says what they want of the window.
+    pub fn ask(&mut self, ctx: &egui::Context, project: &mut Project) -> Option<Wish> {
+        if let Some(question) = &self.question {
+            if let Some(decision) = question.show(ctx) {
+                question.settle(decision, project);
+                self.question = None;
+            }
+            return None;
+        }
+        let decision = questions::offer(ctx, &self.orphans)?;
+        let orphan = match decision {
+            questions::Offer::Later => {
+                self.orphans.clear();
+                return None;
+            }
+            questions::Offer::Recover(n) | questions::Offer::Discard(n) => self.orphans.remove(n),
+        };
+        let kept = orphan.kept.clone();
+        orphan.discard();
+        matches!(decision, questions::Offer::Recover(_)).then_some(Wish::Recover(kept))
+    }
+
+    /// Whether something is being asked.
+    pub fn is_asking(&self) -> bool {
+        self.question.is_some() || !self.orphans.is_empty()
+    }
+
+    /// The work was saved or is not wanted: nothing of it is kept any longer.
+    pub fn let_go(&mut self) {
+        if let Some(recovery) = &mut self.recovery {
+            recovery.forget();
+        }
+    }
+
+    fn keep(&mut self, ctx: &egui::Context, project: &Project, messages: &mut Messages) {
+        let Some(recovery) = &mut self.recovery else { return };
+        if !project.is_dirty() {
+            recovery.forget();
+            return;
+        }
+        let unsaved = || Some(unsaved(project));
+        if let Some(wait) = recovery.keep(Instant::now(), project.revision(), unsaved) {
+            ctx.request_repaint_after(wait);
+        }
+        if let Some(trouble) = recovery.trouble()
+            && self.told.insert(trouble.clone())
+        {
+            messages.warn(trouble);
+        }
+    }
+
+    /// Tells the watch what is known of the disk, when that changed.
+    fn follow(&mut self, project: &Project) {
+        let Some(watch) = &self.watch else { return };
+        let open = || {
+            project.files().iter().filter_map(|file| Some((file.path()?, Arc::clone(file.saved()))))
+        };
+        let is_same = open().count() == self.followed.len()
+            && open()
+                .zip(&self.followed)
+                .all(|((path, saved), (known, text))| path == known && Arc::ptr_eq(&saved, text));
+        if is_same && self.followed_revision == Some(project.revision()) {
+            return;
+        }
+        self.followed_revision = Some(project.revision());
+        self.followed = open().map(|(path, saved)| (path.to_path_buf(), saved)).collect();
+        let of_open = open().map(|(path, saved)| (path.to_path_buf(), Some(saved.into())));
+        // Files that are named but not open: sub-missions, or a system file that is missing.
+        let others = project.reading().files.iter();
+        let others = others.filter(|path| open().all(|(known, _)| known != path.as_path()));
+        let read = |path: &PathBuf| armor_missions::read_bytes(path).ok().map(Into::into);
+        watch.follow(of_open.chain(others.map(|path| (path.clone(), read(path)))));
+    }
+
+    /// Answers to a file that changed on the disk.
+    fn take(&mut self, news: News, project: &mut Project, messages: &mut Messages) {
+        self.followed_revision = None;
+        let is_it = |file: &crate::project::OpenFile| file.path() == Some(&news.path);
+        let Some(n) = project.files().iter().position(is_it) else {
+            // A sub-mission, or a system file that was missing.
+            project.read_again();
+            return;
+        };
+        let name = shown(&news.path);
+        let Some(bytes) = news.now else {
+            project.set_saved(n, "".into());
+            messages.warn(format!("{name} is not there any more; saving writes it again"));
+            return;
+        };
+        let file = &project.files()[n];
+        let (base, ours) = (Arc::clone(file.saved()), Arc::clone(file.text()));
+        let theirs = std::str::from_utf8(&bytes).map(Arc::<str>::from);
+        match (answer(&news.path, &base, &ours, &bytes), theirs) {
+            (Answer::Same, Ok(theirs)) => project.set_saved(n, theirs),
+            (Answer::Take, Ok(theirs)) => {
+                project.set_saved(n, Arc::clone(&theirs));
+                project.replace_text(n, "taking what is on the disk", theirs);
+                messages.tell(format!("{name} was changed by another program and is read again"));
+            }
+            (Answer::Merged(both), Ok(theirs)) => {
+                project.set_saved(n, theirs);
+                project.replace_text(n, "merging with what is on the disk", both.into());
+                messages.tell(format!(
+                    "{name} was changed by another program; both changes are in it now, not saved yet"
+                ));
+            }
+            (Answer::Ask, Ok(theirs)) => {
+                self.question = Some(Question { file: n, path: news.path, theirs });
+            }
+            (_, Err(_)) => messages.warn(format!(
+                "{name} was changed by another program to something that is not UTF-8 text; saving \
+                 replaces it"
+            )),
+        }
+    }
+}
+
+fn watch(ctx: &egui::Context, messages: &mut Messages) -> Option<Watch> {
+    let ctx = ctx.clone();
+    match Watch::begin(move || ctx.request_repaint()) {
+        Ok(watch) => Some(watch),
+        Err(error) => {
+            messages.warn(format!("changes of files by other programs are not noticed: {error}"));
+            None
+        }
+    }
+}
+
+fn shown(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn unsaved(project: &Project) -> Kept {
+    let file = |file: &crate::project::OpenFile| {
+        let path = file.path().map(|path| std::path::absolute(path).unwrap_or(path.to_path_buf()));
+        KeptFile {
+            path: path.map(PathBuf::into_os_string),
+            saved: file.saved().to_string(),
+            text: file.is_dirty().then(|| file.text().to_string()),
+        }
+    };
+    Kept::now(project.files().iter().map(file).collect())
+}
+
+/// Puts kept work over a project that was opened again from the same files, as one change for each
+/// file: what the disk says by now is merged where that can be, and else gives way, since it can be
+/// had again by undo.
+pub fn put_back(kept: &Kept, project: &mut Project) {
+    for file in &kept.files {
+        let Some(text) = &file.text else { continue };
+        let path = file.path.as_ref().map(PathBuf::from);
+        let is_it = |open: &crate::project::OpenFile| {
+            let here =
+                open.path().map(|path| std::path::absolute(path).unwrap_or(path.to_path_buf()));
+            here == path
+        };
+        let Some(n) = project.files().iter().position(is_it) else { continue };
+        let disk = Arc::clone(project.files()[n].saved());
+        let merged = super::merge::merge(&file.saved, text, &disk);
+        let text = merged.unwrap_or_else(|| text.clone());
+        project.replace_text(n, "bringing back unsaved work", text.into());
+    }
+}

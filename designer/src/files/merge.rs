@@ -1,0 +1,80 @@
+//! Two changed versions of one text put together, line by line, if their changes stay apart: at
+//! least one unchanged line lies between what the one and what the other changed. What to do about
+//! a file that changed on the disk follows from that.
+
+mod lines;
+
+use std::ops::Range;
+use std::path::Path;
+
+use armor_missions::Document;
+
+use lines::changes;
+
+/// What to do about a file that is another one on the disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The disk holds what is in the window: it counts as saved.
+    Same,
+    /// Nothing was changed in the window: it takes the disk's, whatever that says.
+    Take,
+    /// Both were changed, in different places: this is both together.
+    Merged(String),
+    /// Both were changed in the same place, or the disk's is no XML: the user decides.
+    Ask,
+}
+
+/// What to do when the file at `path`, read as `base` and `ours` in the window by now, is `theirs`
+/// on the disk.
+pub fn answer(path: &Path, base: &str, ours: &str, theirs: &[u8]) -> Answer {
+    if theirs == ours.as_bytes() {
+        return Answer::Same;
+    }
+    let Ok(theirs) = std::str::from_utf8(theirs) else { return Answer::Ask };
+    if ours == base {
+        return Answer::Take;
+    }
+    match merge(base, ours, theirs) {
+        Some(both) if Document::open(path, both.as_bytes()).is_ok() => Answer::Merged(both),
+        _ => Answer::Ask,
+    }
+}
+
+/// `base` with the changes of both, or none if they touch each other. The same change in both
+/// counts once.
+pub fn merge(base: &str, ours: &str, theirs: &str) -> Option<String> {
+    let split = |text| -> Vec<&str> { str::split_inclusive(text, '\n').collect() };
+    let (base, ours, theirs) = (split(base), split(ours), split(theirs));
+    let (mine, other) = (changes(&base, &ours), changes(&base, &theirs));
+    let mut out = String::new();
+    let (mut at, mut mine, mut other) = (0, mine.iter().peekable(), other.iter().peekable());
+    loop {
+        let (change, from) = match (mine.peek(), other.peek()) {
+            (None, None) => break,
+            (Some(a), Some(b))
+                if a.old == b.old && ours[a.new.clone()] == theirs[b.new.clone()] =>
+            {
+                other.next();
+                (mine.next(), &ours)
+            }
+            (Some(a), Some(b)) if touch(&a.old, &b.old) => return None,
+            (Some(a), Some(b)) if b.old.start < a.old.start => (other.next(), &theirs),
+            (Some(_), _) => (mine.next(), &ours),
+            (None, Some(_)) => (other.next(), &theirs),
+        };
+        let Some(change) = change else { break };
+        out.extend(base[at..change.old.start].iter().copied());
+        out.extend(from[change.new.clone()].iter().copied());
+        at = change.old.end;
+    }
+    out.extend(base[at..].iter().copied());
+    Some(out)
+}
+
+/// Whether no unchanged line lies between the two.
+fn touch(a: &Range<usize>, b: &Range<usize>) -> bool {
+    a.start <= b.end && b.start <= a.end
+}
+
+#[cfg(test)]
+mod tests;

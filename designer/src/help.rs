@@ -1,0 +1,4 @@
+//! What helps to find one's way: commands by name, the page of shortcuts, the page one starts with.
+
+pub mod shortcuts;
+pub mod welcome;

@@ -1,0 +1,65 @@
+//! The page of shortcuts (F1): every command with its keys, and what the mouse does.
+
+use eframe::egui::{self, Grid, Id, Key, Modal, Modifiers, RichText, ScrollArea, Ui};
+
+use crate::commands::{COMMANDS, Menu};
+
+/// What the mouse does in a drawing.
+const MOUSE: &[(&str, &str)] = &[
+    ("Wheel", "zooms at the pointer"),
+    ("Middle button, or Space and drag", "moves the view"),
+    ("Two fingers on a trackpad", "move the view; a pinch zooms"),
+    ("Drag from a port", "draws a link; ports that fit are ringed, the others say why not"),
+    ("Let a link go over nothing", "offers what it could be linked with"),
+    ("Drag over nothing", "selects what is in the frame; with Shift, more"),
+    ("Double click", "opens the properties; on nothing, adds something"),
+    ("Drag from the palette", "adds a component where it is let go"),
+    ("A file dropped on the window", "is opened"),
+];
+
+/// Shows the page; whether it is to be closed.
+pub fn show(ctx: &egui::Context) -> bool {
+    let modal = Modal::new(Id::unique("shortcuts")).show(ctx, |ui| {
+        let room = ui.ctx().content_rect().size();
+        ui.set_width((room.x - 60.0).min(860.0));
+        ui.heading("Keys and mouse");
+        ScrollArea::vertical().max_height(room.y - 140.0).show(ui, page);
+        ui.add_space(4.0);
+        ui.vertical_centered(|ui| ui.button("Close").clicked()).inner
+    });
+    let again = ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::F1));
+    modal.inner || again || modal.should_close()
+}
+
+fn page(ui: &mut Ui) {
+    ui.columns(2, |columns| {
+        for (n, menu) in Menu::ALL.into_iter().enumerate() {
+            commands(&mut columns[n % 2], menu);
+        }
+        mouse(&mut columns[1]);
+    });
+}
+
+fn commands(ui: &mut Ui, menu: Menu) {
+    ui.label(RichText::new(menu.name()).strong());
+    Grid::new(("keys", menu.name())).num_columns(2).striped(true).show(ui, |ui| {
+        for about in COMMANDS.iter().filter(|about| about.menu == menu) {
+            let keys = about.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+            ui.monospace(keys);
+            ui.label(about.name).on_hover_text(about.doc);
+            ui.end_row();
+        }
+    });
+    ui.add_space(8.0);
+}
+
+fn mouse(ui: &mut Ui) {
+    ui.label(RichText::new("Mouse").strong());
+    Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
+        for (what, does) in MOUSE {
+            ui.add(egui::Label::new(*what).wrap());
+            ui.add(egui::Label::new(*does).wrap());
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,244 @@
+//! Where the file says that things are drawn: the `<layout>` of the system or of the mission, with
+//! a `<block>` for each thing and the `<group>`s and `<note>`s of the drawing.
+
+use std::collections::BTreeMap;
+
+use armor_missions::tree::Element;
+use armor_missions::{Document, Item as Named, NewElement};
+use eframe::egui::{Pos2, Rect, Vec2};
+
+use crate::canvas::Decoration;
+use crate::desk::View;
+use crate::item::Item;
+use crate::project::Refused;
+
+/// A group or note that says no size has this one.
+const DEFAULT_SIZE: Vec2 = Vec2::new(240.0, 120.0);
+
+/// What a layout says.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    /// Positions by the name of a component or place.
+    pub blocks: BTreeMap<String, Pos2>,
+    /// Positions by the name of a transition.
+    pub transitions: BTreeMap<String, Pos2>,
+    /// Groups and notes, in their order.
+    pub decorations: Vec<Decoration>,
+}
+
+/// The element of the file that a view draws.
+pub fn owner(view: View) -> Named<'static> {
+    match view {
+        View::Mission => Named::Mission,
+        View::System | View::Live => Named::System,
+    }
+}
+
+/// What the layout of a view says.
+pub fn read(document: &Document, view: View) -> Layout {
+    let mut layout = Layout::default();
+    let Some(owner) = document.find(owner(view)).and_then(|path| document.tree().element(&path))
+    else {
+        return layout;
+    };
+    for part in owner.elements().filter(|element| element.name == "layout") {
+        blocks(part, &mut layout);
+    }
+    for (number, (_, element)) in decorations(owner).enumerate() {
+        let at = position(element).unwrap_or(Pos2::ZERO);
+        let number_of = |name| number_in(element, name).filter(|size| *size > 0.0);
+        let size = Vec2::new(
+            number_of("width").unwrap_or(DEFAULT_SIZE.x),
+            number_of("height").unwrap_or(DEFAULT_SIZE.y),
+        );
+        let is_note = element.name == "note";
+        let title = || element.attribute("title").map(|title| title.value.clone());
+        layout.decorations.push(Decoration {
+            item: Item::Decoration { view, number },
+            rect: Rect::from_min_size(at, size),
+            text: if is_note { element.text().0 } else { title().unwrap_or_default() },
+            is_note,
+        });
+    }
+    layout
+}
+
+/// Blocks stand wherever they like in a layout; recursion is bounded by the tree's depth.
+fn blocks(parent: &Element, layout: &mut Layout) {
+    for element in parent.elements() {
+        if element.name != "block" {
+            blocks(element, layout);
+            continue;
+        }
+        let Some(at) = position(element) else { continue };
+        if let Some(name) = element.attribute("of") {
+            layout.blocks.entry(name.value.clone()).or_insert(at);
+        } else if let Some(name) = element.attribute("transition") {
+            layout.transitions.entry(name.value.clone()).or_insert(at);
+        }
+    }
+}
+
+fn position(element: &Element) -> Option<Pos2> {
+    Some(Pos2::new(number_in(element, "x")?, number_in(element, "y")?))
+}
+
+fn number_in(element: &Element, name: &str) -> Option<f32> {
+    let number: f32 = element.attribute(name)?.value.trim().parse().ok()?;
+    // Farther away nothing could be found again.
+    (number.is_finite() && number.abs() <= 1e6).then_some(number)
+}
+
+/// The groups and notes of a system or mission, each with the numbers that lead to it.
+fn decorations(owner: &Element) -> impl Iterator<Item = ([usize; 2], &Element)> {
+    let layouts = owner.elements().enumerate().filter(|(_, element)| element.name == "layout");
+    layouts.flat_map(|(n, layout)| {
+        let inner = layout.elements().enumerate();
+        let wanted = inner.filter(|(_, e)| matches!(e.name.as_str(), "group" | "note"));
+        wanted.map(move |(m, element)| ([n, m], element))
+    })
+}
+
+fn path_of(document: &Document, view: View, number: usize) -> Option<Vec<usize>> {
+    let mut path = document.find(owner(view))?;
+    let element = document.tree().element(&path)?;
+    let (inner, _) = decorations(element).nth(number)?;
+    path.extend(inner);
+    Some(path)
+}
+
+fn gone() -> Refused {
+    Refused::Rule("that group or note is not there any more".into())
+}
+
+/// Adds a group or note.
+///
+/// # Errors
+/// If there is nothing to draw in the file, or the text cannot be written in XML.
+pub fn add_decoration(
+    document: &mut Document,
+    view: View,
+    is_note: bool,
+    rect: Rect,
+    text: &str,
+) -> Result<(), Refused> {
+    let missing = || Refused::Rule("the file has nothing to draw".into());
+    let mut path = document.find(owner(view)).ok_or_else(missing)?;
+    let parent = document.tree().element(&path).ok_or_else(missing)?;
+    let [x, y, width, height] = [rect.min.x, rect.min.y, rect.width(), rect.height()].map(written);
+    let new = if is_note { NewElement::new("note") } else { NewElement::new("group") };
+    let new = if is_note { new } else { new.attribute("title", text) };
+    let new = new.attribute("x", x).attribute("y", y);
+    let new = new.attribute("width", width).attribute("height", height);
+    let new = if is_note { new.text(text) } else { new };
+    let found = parent.elements().position(|element| element.name == "layout");
+    let last = parent.elements().count();
+    match found {
+        Some(layout) => {
+            path.push(layout);
+            let count = document.tree().element(&path).map_or(0, |e| e.elements().count());
+            document.insert_element(&path, count, &new)?;
+        }
+        None => {
+            document.insert_element(&path, last, &NewElement::new("layout").child(new))?;
+        }
+    }
+    Ok(())
+}
+
+/// Gives a group or note another place and size.
+///
+/// # Errors
+/// If it is not there.
+pub fn place_decoration(
+    document: &mut Document,
+    view: View,
+    number: usize,
+    rect: Rect,
+) -> Result<(), Refused> {
+    let path = path_of(document, view, number).ok_or_else(gone)?;
+    let values =
+        [("x", rect.min.x), ("y", rect.min.y), ("width", rect.width()), ("height", rect.height())];
+    for (name, value) in values {
+        document.set_attribute_at(&path, name, Some(&written(value)))?;
+    }
+    Ok(())
+}
+
+/// Gives a group another title, or a note another text.
+///
+/// # Errors
+/// If it is not there, or the text cannot be written in XML.
+pub fn write_decoration(
+    document: &mut Document,
+    view: View,
+    number: usize,
+    text: &str,
+) -> Result<(), Refused> {
+    let path = path_of(document, view, number).ok_or_else(gone)?;
+    let is_note = document.tree().element(&path).is_some_and(|element| element.name == "note");
+    if is_note {
+        document.set_text_at(&path, text)?;
+    } else {
+        document.set_attribute_at(&path, "title", Some(text))?;
+    }
+    Ok(())
+}
+
+/// Removes groups and notes.
+///
+/// # Errors
+/// If one is not there.
+pub fn remove_decorations(
+    document: &mut Document,
+    view: View,
+    numbers: impl IntoIterator<Item = usize>,
+) -> Result<(), Refused> {
+    let mut numbers: Vec<_> = numbers.into_iter().collect();
+    numbers.sort_unstable();
+    // The last first, so that the others keep their numbers.
+    for number in numbers.into_iter().rev() {
+        let path = path_of(document, view, number).ok_or_else(gone)?;
+        document.remove_element(&path)?;
+    }
+    Ok(())
+}
+
+fn written(value: f32) -> String {
+    format!("{}", value.round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_and_notes_are_read_as_they_were_written() {
+        let file = "<armor version=\"1\">\n  <system>\n  </system>\n</armor>\n";
+        let mut document = Document::open("a.xml".as_ref(), file.as_bytes()).unwrap();
+        let area = Rect::from_min_size(Pos2::new(-20.0, 40.0), Vec2::new(300.0, 200.0));
+        add_decoration(&mut document, View::System, false, area, "Sensors & more").unwrap();
+        add_decoration(&mut document, View::System, true, area, "Feed <this>").unwrap();
+        let layout = read(&document, View::System);
+        assert_eq!(layout.decorations.len(), 2);
+        assert_eq!(
+            (layout.decorations[0].text.as_str(), layout.decorations[0].rect),
+            ("Sensors & more", area)
+        );
+        assert_eq!(
+            (layout.decorations[1].text.as_str(), layout.decorations[1].is_note),
+            ("Feed <this>", true)
+        );
+        let other = area.translate(Vec2::splat(10.0));
+        place_decoration(&mut document, View::System, 1, other).unwrap();
+        write_decoration(&mut document, View::System, 0, "Eyes").unwrap();
+        let layout = read(&document, View::System);
+        assert_eq!(
+            (layout.decorations[1].rect, layout.decorations[0].text.as_str()),
+            (other, "Eyes")
+        );
+        remove_decorations(&mut document, View::System, [1, 0]).unwrap();
+        assert!(read(&document, View::System).decorations.is_empty());
+        assert!(write_decoration(&mut document, View::System, 0, "").is_err());
+    }
+}

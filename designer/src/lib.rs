@@ -1,0 +1,35 @@
+//! The designer: a robot drawn as blocks, its mission as a net, and both watched while they run.
+//!
+//! [`Designer`] is the window; it holds a [`Project`], the open files with their history, and one
+//! [`Pane`] for each view. A pane turns the files into a [`canvas::Diagram`], lets
+//! [`canvas::Canvas`] show it, and answers gestures and [`Command`]s with edits of the project.
+//! Start with `app.rs`.
+
+mod app;
+pub mod arguments;
+pub mod canvas;
+pub mod check;
+mod commands;
+mod desk;
+pub mod files;
+mod help;
+mod item;
+pub mod kinds;
+pub mod layout;
+pub mod live;
+pub mod mission;
+mod panels;
+pub mod picture;
+pub mod project;
+mod settings;
+pub mod system;
+mod text;
+pub mod theme;
+
+pub use app::{Designer, PictureError, Start, take_picture};
+pub use commands::{About, Command, Menu, about};
+pub use desk::{Desk, Messages, Pane, View};
+pub use item::Item;
+pub use kinds::Kinds;
+pub use project::Project;
+pub use settings::Settings;

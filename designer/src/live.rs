@@ -1,0 +1,29 @@
+//! The system while it runs: started by the window or attached to, watched without disturbing it,
+//! commanded by whoever may.
+//!
+//! [`Session`] is what is watched, and belongs to the window; [`LiveView`] shows it: blocks and links
+//! by what they do (`blocks.rs`), the net by where it stands (`net.rs`), and beside them the log,
+//! plots, parameters and the mission. All that is asked of the running system is asked through
+//! `armor_look`, which says how it keeps from disturbing it.
+
+mod blocks;
+mod firings;
+mod hover;
+mod inspect;
+mod log;
+mod mission;
+mod net;
+mod parameters;
+mod plots;
+mod session;
+mod sheet;
+mod systems;
+mod tone;
+mod values;
+mod view;
+mod words;
+
+pub use session::{Session, Standing, Watched, running};
+pub use systems::attach;
+pub use tone::Tone;
+pub use view::LiveView;

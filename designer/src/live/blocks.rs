@@ -1,0 +1,189 @@
+//! The drawing of the system with what runs in it: blocks by state, links by what they carry.
+
+use armor_look::{Edge, Picture, Process};
+use eframe::egui::Color32;
+
+use super::tone::{self, Tone};
+use crate::canvas::{Diagram, Mark, Wire};
+use crate::item::Item;
+use crate::theme::Colours;
+
+/// Brings the drawing up to what is seen; `base` is the drawing without it, of the same blocks.
+pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &Picture, colours: &Colours) {
+    for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
+        let Item::Component(name) = &plain.item else { continue };
+        let process = picture.processes.get(name);
+        let (tone, word) = Tone::seen(process, picture, colours);
+        (node.look.tint, node.look.outline) = (tone.tint, tone.outline);
+        (node.look.is_dim, node.mark) = (tone.is_dim, tone.mark);
+        node.subtitle = if plain.subtitle.is_empty() {
+            word.to_owned()
+        } else {
+            format!("{word}, {}", plain.subtitle)
+        };
+        node.badge = None;
+        node.label = format!("{}: {word}", plain.label);
+        node.doc = match process {
+            Some(_) if picture.has_ended() => "The system has ended.".into(),
+            Some(process) => of_process(process, picture),
+            None => "No process of this name has been seen.".into(),
+        };
+    }
+    if picture.has_ended() {
+        diagram.wires.clone_from(&base.wires);
+        return;
+    }
+    for (wire, plain) in diagram.wires.iter_mut().zip(&base.wires) {
+        let Item::Link { from, to } = &plain.item else { continue };
+        let edge = picture.links.iter().find(|edge| edge.from == *from && edge.to == *to);
+        carry(wire, plain, edge, colours);
+    }
+}
+
+/// A link by what it carries.
+fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&Edge>, colours: &Colours) {
+    let words = edge.map_or_else(|| "nothing known".to_owned(), in_words);
+    let is_down = edge.is_none_or(|edge| !edge.connected);
+    let carries = edge.and_then(|edge| edge.rate_hz).is_some_and(|rate_hz| rate_hz > 0.0);
+    wire.is_dashed = is_down;
+    wire.is_strong = carries && !is_down;
+    wire.tint = tint(edge, plain.tint, colours);
+    wire.mark = match edge {
+        Some(edge) if !edge.connected => Mark::Error,
+        Some(edge) if has_lost(edge) => Mark::Warning,
+        _ => Mark::None,
+    };
+    wire.doc = edge.map_or_else(|| "Neither end has said anything yet.".into(), of_edge);
+    wire.label = format!("{}: {words}", plain.label);
+    wire.text = if edge.is_some() { words } else { String::new() };
+}
+
+fn tint(edge: Option<&Edge>, plain: Option<Color32>, colours: &Colours) -> Option<Color32> {
+    match edge {
+        None => Some(colours.weak),
+        Some(edge) if !edge.connected => Some(colours.error),
+        Some(edge) if edge.paused => Some(colours.weak),
+        Some(edge) if has_lost(edge) => Some(colours.warning),
+        Some(_) => plain,
+    }
+}
+
+/// Whether data were lost that were meant to arrive: what `latest` leaves out was not.
+pub fn has_lost(edge: &Edge) -> bool {
+    edge.lost > 0 || (edge.dropped > 0 && edge.keep != "latest")
+}
+
+/// A link in a few words, for the drawing.
+pub fn in_words(edge: &Edge) -> String {
+    if !edge.connected {
+        return "down".into();
+    }
+    if edge.paused {
+        return "paused".into();
+    }
+    let mut words = edge.rate_hz.map_or_else(|| "up".to_owned(), rate);
+    if edge.lost > 0 {
+        words += &format!(", {} lost", edge.lost);
+    }
+    if edge.dropped > 0 && edge.keep != "latest" {
+        words += &format!(", {} dropped", edge.dropped);
+    }
+    words
+}
+
+/// A rate as people read it.
+pub fn rate(rate_hz: f64) -> String {
+    match rate_hz {
+        none if none <= 0.0 => "quiet".into(),
+        slow if slow < 9.95 => format!("{slow:.1} Hz"),
+        fast => format!("{fast:.0} Hz"),
+    }
+}
+
+fn of_process(process: &Process, picture: &Picture) -> String {
+    let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
+    let mut lines =
+        vec![format!("{} for {}", process.condition.word(), super::words::lasting(for_s))];
+    lines.push(tone::doc(process.condition).into());
+    if !process.problem.is_empty() {
+        lines.push(process.problem.clone());
+    }
+    if let Some(call_s) = process.call_s {
+        lines.push(format!("its code has been busy for {}", super::words::lasting(call_s)));
+    }
+    if let Some(status) = &process.status {
+        lines.push(format!("{} calls of exec, process {}", status.exec_calls, process.entry.pid));
+        if !status.last_error.is_empty() {
+            lines.push(status.last_error.clone());
+        }
+    }
+    if process.starts > 1 {
+        lines.push(format!("started {} times while it was watched", process.starts));
+    }
+    lines.join("\n")
+}
+
+fn of_edge(edge: &Edge) -> String {
+    let mut lines = vec![in_words(edge)];
+    if !edge.problem.is_empty() {
+        lines.push(edge.problem.clone());
+    }
+    lines.push(format!("{} sent, {} received", edge.sent, edge.received));
+    lines.push(format!(
+        "{} dropped because a process was slow (keep {}), {} lost on the way",
+        edge.dropped, edge.keep, edge.lost
+    ));
+    if edge.queued + edge.waiting > 0 {
+        lines.push(format!(
+            "{} wait at the provider, {} at the consumer",
+            edge.queued, edge.waiting
+        ));
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(change: impl FnOnce(&mut Edge)) -> Edge {
+        let mut edge = Edge {
+            from: "laser.scan".into(),
+            to: "slam.scan".into(),
+            type_name: "LaserScan".into(),
+            keep: "10".into(),
+            connected: true,
+            paused: false,
+            sent: 100,
+            dropped: 0,
+            lost: 0,
+            queued: 0,
+            waiting: 0,
+            received: 100,
+            rate_hz: Some(19.6),
+            problem: String::new(),
+        };
+        change(&mut edge);
+        edge
+    }
+
+    #[test]
+    fn a_link_says_what_it_carries_and_what_it_lost() {
+        let check = |edge: Edge, expected: &str| assert_eq!(in_words(&edge), expected);
+        check(edge(|_| {}), "20 Hz");
+        check(edge(|edge| edge.rate_hz = None), "up");
+        check(edge(|edge| edge.rate_hz = Some(0.0)), "quiet");
+        check(edge(|edge| edge.rate_hz = Some(0.5)), "0.5 Hz");
+        check(edge(|edge| (edge.lost, edge.dropped) = (2, 7)), "20 Hz, 2 lost, 7 dropped");
+        check(edge(|edge| edge.paused = true), "paused");
+        check(edge(|edge| edge.connected = false), "down");
+    }
+
+    #[test]
+    fn what_latest_leaves_out_is_no_loss() {
+        let latest = edge(|edge| (edge.keep, edge.dropped) = ("latest".into(), 9));
+        assert_eq!((has_lost(&latest), in_words(&latest).as_str()), (false, "20 Hz"));
+        assert!(has_lost(&edge(|edge| edge.dropped = 1)));
+        assert!(has_lost(&edge(|edge| (edge.keep, edge.lost) = ("latest".into(), 1))));
+    }
+}

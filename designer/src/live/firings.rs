@@ -1,0 +1,58 @@
+//! What has fired, and what was ordered by whom.
+
+use armor_look::History;
+use eframe::egui::{self, RichText, ScrollArea};
+
+use super::session::Watched;
+use super::words::{lasting, said};
+use crate::theme::Colours;
+
+/// The firings, the newest first.
+pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
+    let look = watched.mission.look();
+    let history: &History = &look.history;
+    if history.fired.is_empty() {
+        ui.weak("Nothing has fired yet.");
+        return;
+    }
+    let row = ui.text_style_height(&egui::TextStyle::Body);
+    let count = history.fired.len();
+    ScrollArea::vertical().auto_shrink(false).show_rows(ui, row, count, |ui, rows| {
+        for number in rows {
+            let Some(fired) = history.fired.get(count - 1 - number) else { continue };
+            ui.horizontal(|ui| {
+                ui.label(RichText::new(format!("{:>12}", lasting(fired.fired_at_s))).monospace());
+                ui.label(&fired.transition);
+            });
+        }
+    });
+    if history.unseen > 0 {
+        ui.weak(format!("{} more are in the journal of the run.", history.unseen));
+    }
+}
+
+/// The orders that were given, by anybody, the newest first.
+pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
+    let colours = Colours::of(ui.visuals());
+    let look = watched.mission.look();
+    let orders = look.marking.as_ref().map(|marking| marking.orders.as_slice()).unwrap_or_default();
+    if orders.is_empty() {
+        ui.weak("Nobody has ordered anything.");
+    }
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for order in orders.iter().rev() {
+            ui.horizontal_wrapped(|ui| {
+                ui.label(RichText::new(format!("{:>12}", lasting(order.given_at_s))).monospace());
+                ui.strong(said(ui, &order.author));
+                ui.label(&order.order);
+                let (word, colour) = if order.accepted {
+                    ("accepted", colours.good)
+                } else {
+                    ("refused", colours.error)
+                };
+                ui.colored_label(colour, word);
+                ui.weak(said(ui, &order.text));
+            });
+        }
+    });
+}

@@ -1,0 +1,54 @@
+//! What is told of what the pointer rests on: the state of a block, the last values on a link.
+
+use super::session::Watched;
+use super::systems::component_of;
+use super::values;
+use super::words::said;
+use crate::canvas::{Diagram, Direction, Hit, PortAt, Shown};
+use crate::item::Item;
+
+/// Tells it. Data are linked to only while their values are shown.
+pub fn tell(shown: &Shown, diagram: &Diagram, watched: Option<&Watched>) {
+    let (Some(watched), Some(hit)) = (watched, shown.hovered) else { return };
+    let Some((data, doc)) = about(diagram, hit) else { return };
+    shown.response.clone().on_hover_ui_at_pointer(|ui| {
+        if let Some(data) = &data {
+            ui.strong(data);
+            ui.monospace(said(ui, &values::in_brief(&watched.values.look(data))));
+            ui.weak(said(ui, doc));
+        } else {
+            ui.label(said(ui, doc));
+        }
+    });
+}
+
+/// The data there, and what else is to be said.
+fn about(diagram: &Diagram, hit: Hit) -> Option<(Option<String>, &str)> {
+    Some(match hit {
+        Hit::Wire(number) => {
+            let wire = diagram.wires.get(number)?;
+            (data_on(&wire.item), &wire.doc)
+        }
+        Hit::Port(at) => (Some(data_at(diagram, at)?), &diagram.port(at)?.doc),
+        Hit::Node(number) => (None, &diagram.nodes.get(number)?.doc),
+        Hit::Decoration(_) | Hit::Corner(_) => return None,
+    })
+}
+
+/// The data of an output, or those that feed an input.
+fn data_at(diagram: &Diagram, at: PortAt) -> Option<String> {
+    let mut wires = diagram.wires.iter().filter(|wire| wire.from == at || wire.to == at);
+    if let Some(data) = wires.find_map(|wire| data_on(&wire.item)) {
+        return Some(data);
+    }
+    let (node, port) = (diagram.nodes.get(at.node)?, diagram.port(at)?);
+    let component = component_of(&node.item)?;
+    (port.direction == Direction::Out).then(|| format!("{component}.{}", port.name))
+}
+
+fn data_on(item: &Item) -> Option<String> {
+    match item {
+        Item::Link { from, .. } => Some(from.clone()),
+        _ => None,
+    }
+}

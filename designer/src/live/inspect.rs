@@ -1,0 +1,175 @@
+//! What is selected, while it runs.
+
+use armor_look::{Edge, Picture, Process};
+use armor_sdk::control::Status;
+use eframe::egui::{self, CollapsingHeader, Grid, RichText};
+
+use super::parameters;
+use super::plots::Plots;
+use super::session::Watched;
+use super::tone::{self, Tone};
+use super::values;
+use super::words::{lasting, said};
+use crate::theme::Colours;
+
+/// A component: what it does, what it publishes and gets, its parameters.
+pub fn component(
+    ui: &mut egui::Ui,
+    watched: &Watched,
+    name: &str,
+    plots: &mut Plots,
+    panel: &mut parameters::Panel,
+) {
+    let picture = watched.watch.picture();
+    ui.heading(name);
+    let Some(process) = picture.processes.get(name) else {
+        ui.weak("No process of this name has been seen.");
+        return;
+    };
+    state(ui, process, &picture);
+    if let Some(status) = &process.status {
+        facts(ui, process, status);
+        outputs(ui, watched, status, plots);
+        inputs(ui, status);
+    }
+    let is_component = !matches!(name, "configd" | "executive" | "registry");
+    if is_component {
+        let header = CollapsingHeader::new("Parameters").id_salt(("live parameters of", name));
+        header.show(ui, |ui| panel.show(ui, watched, name));
+    }
+}
+
+fn state(ui: &mut egui::Ui, process: &Process, picture: &Picture) {
+    let colours = Colours::of(ui.visuals());
+    let (tone, word) = Tone::seen(Some(process), picture, &colours);
+    ui.horizontal_wrapped(|ui| {
+        let word = RichText::new(word).strong();
+        ui.colored_label(tone.ink(&colours), word).on_hover_text(tone::doc(process.condition));
+        ui.weak(format!(
+            "for {}",
+            lasting(picture.now.saturating_sub(process.since).as_secs_f64())
+        ));
+    });
+    if !process.problem.is_empty() {
+        ui.colored_label(colours.warning, said(ui, &process.problem));
+    }
+    if let Some(call_s) = process.call_s {
+        let text = format!("its code has been busy for {}", lasting(call_s));
+        ui.colored_label(colours.warning, text);
+    }
+}
+
+fn facts(ui: &mut egui::Ui, process: &Process, status: &Status) {
+    let colours = Colours::of(ui.visuals());
+    if !status.last_error.is_empty() {
+        ui.colored_label(colours.error, said(ui, &status.last_error));
+    }
+    let entry = &process.entry;
+    let clock = status
+        .clock_error_s
+        .map_or("not known".to_owned(), |error_s| format!("within {} s", values::number(error_s)));
+    let rows = [
+        ("kind", entry.kind.clone()),
+        ("process", format!("{} on {}", entry.pid, entry.host)),
+        ("runs for", lasting(status.uptime_s)),
+        ("calls of exec", status.exec_calls.to_string()),
+        ("clock", clock),
+        ("starts seen", process.starts.to_string()),
+    ];
+    Grid::new(("facts", &entry.name)).num_columns(2).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}
+
+/// Each output can be opened: only then is it linked to.
+fn outputs(ui: &mut egui::Ui, watched: &Watched, status: &Status, plots: &mut Plots) {
+    if status.outputs.is_empty() {
+        return;
+    }
+    ui.add_space(4.0);
+    ui.strong("Outputs");
+    for output in &status.outputs {
+        let title = format!("{}  {}", output.id, output.type_name);
+        let header = CollapsingHeader::new(title).id_salt(("output", &output.data));
+        let shown = header.show(ui, |ui| {
+            ui.weak(format!("{} published, {} links", output.published, output.links.len()));
+            values::show(ui, &watched.values, plots, &output.data);
+        });
+        let name = format!("output {} of type {}", output.data, output.type_name);
+        shown.header_response.accessible_name(name);
+    }
+}
+
+fn inputs(ui: &mut egui::Ui, status: &Status) {
+    let fed: Vec<_> = status.inputs.iter().filter(|input| !input.data.is_empty()).collect();
+    if fed.is_empty() {
+        return;
+    }
+    let colours = Colours::of(ui.visuals());
+    ui.add_space(4.0);
+    ui.strong("Inputs");
+    for input in fed {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(&input.id);
+            ui.weak(format!("from {}", input.data));
+            if input.connected {
+                ui.label(format!("{} received", input.received));
+            } else {
+                ui.colored_label(colours.error, said(ui, &format!("down: {}", input.problem)));
+            }
+            if input.lost > 0 {
+                ui.colored_label(colours.warning, format!("{} lost", input.lost));
+            }
+            if input.dropped > 0 {
+                ui.label(format!("{} dropped", input.dropped));
+            }
+            if input.connections > 1 {
+                ui.weak(format!("linked {} times", input.connections));
+            }
+        });
+    }
+}
+
+/// A link: what it carries, and the values on it.
+pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &mut Plots) {
+    let picture = watched.watch.picture();
+    ui.heading("Link");
+    ui.label(format!("{from} to {to}"));
+    match picture.links.iter().find(|edge| edge.from == from && edge.to == to) {
+        Some(edge) => carried(ui, edge),
+        None => {
+            ui.weak("Neither end has said anything yet.");
+        }
+    }
+    ui.separator();
+    values::show(ui, &watched.values, plots, from);
+}
+
+fn carried(ui: &mut egui::Ui, edge: &Edge) {
+    let colours = Colours::of(ui.visuals());
+    ui.strong(super::blocks::in_words(edge));
+    if !edge.problem.is_empty() {
+        ui.colored_label(colours.error, said(ui, &edge.problem));
+    }
+    let rows = [
+        ("type", edge.type_name.clone()),
+        ("keep", edge.keep.clone()),
+        ("sent", edge.sent.to_string()),
+        ("received", edge.received.to_string()),
+        ("dropped, as a process was slow", edge.dropped.to_string()),
+        ("lost on the way", edge.lost.to_string()),
+        ("waiting at the provider", edge.queued.to_string()),
+        ("waiting at the consumer", edge.waiting.to_string()),
+    ];
+    Grid::new(("link facts", &edge.to)).num_columns(2).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,116 @@
+//! The drawing of the net with where the mission stands: tokens, what is on its way, clocks.
+
+use std::collections::BTreeMap;
+
+use armor_executive::{EnabledTransition, MarkedPlace, Marking};
+
+use super::words::{clock_s, lasting, when};
+use crate::canvas::{Badge, Diagram, Mark, Node, Outline, Shape};
+use crate::item::Item;
+use crate::theme::Colours;
+
+/// Brings the drawing up to the marking; `base` is the drawing without it, of the same nodes, and
+/// `now_s` is mission time.
+pub fn show(
+    diagram: &mut Diagram,
+    base: &Diagram,
+    marking: &Marking,
+    now_s: f64,
+    colours: &Colours,
+) {
+    let marked: BTreeMap<_, _> =
+        marking.places.iter().map(|place| (place.place.as_str(), place)).collect();
+    let clock_s = clock_s(marking, now_s);
+    for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
+        (node.look, node.mark, node.badge) = (plain.look, Mark::None, None);
+        let word = match &plain.item {
+            Item::Place(name) => {
+                place(node, marked.get(name.as_str()).copied(), name, marking, colours)
+            }
+            Item::Transition(name) => {
+                let enabled = marking.enabled.iter().find(|one| one.transition == *name);
+                let now_s = enabled.map_or(now_s, |one| clock_s(one.held));
+                transition(node, enabled, name, marking, now_s, colours)
+            }
+            Item::Submission(_) => inside(node, &plain.title, marking, colours),
+            _ => continue,
+        };
+        node.label = format!("{}: {word}", plain.label);
+        node.doc = format!("{word}\n{}", plain.doc);
+    }
+}
+
+fn place(
+    node: &mut Node,
+    place: Option<&MarkedPlace>,
+    name: &str,
+    marking: &Marking,
+    colours: &Colours,
+) -> String {
+    if let Shape::Place { tokens, .. } = &mut node.shape {
+        *tokens = place.map_or(0, |place| place.tokens);
+    }
+    let comes = marking.in_flight.iter().any(|flight| flight.to.iter().any(|to| to == name));
+    let (tint, outline, word) = match place {
+        Some(place) if place.active || marking.pause.is_some() => {
+            (Some(colours.good), Outline::Strong, "marked")
+        }
+        Some(_) => {
+            let word = "marked, and not all of its components run yet";
+            (Some(colours.warning), Outline::Strong, word)
+        }
+        None if comes => (Some(colours.warning), Outline::Dashed, "a token is on its way here"),
+        None => (None, Outline::Plain, "not marked"),
+    };
+    (node.look.tint, node.look.outline) = (tint, outline);
+    node.look.is_dim = tint.is_none();
+    word.into()
+}
+
+fn transition(
+    node: &mut Node,
+    enabled: Option<&EnabledTransition>,
+    name: &str,
+    marking: &Marking,
+    now_s: f64,
+    colours: &Colours,
+) -> String {
+    let flies = marking.in_flight.iter().any(|flight| flight.cause == name);
+    let asks = marking.confirmations.iter().any(|asked| asked.transition == name);
+    let (tint, badge, word) = match enabled {
+        _ if flies => (Some(colours.good), Some("fires".to_owned()), "it fires".to_owned()),
+        _ if asks => (Some(colours.warning), Some("asks".into()), "it asks to be confirmed".into()),
+        Some(enabled) => {
+            let left_s = enabled.earliest_at_s - now_s;
+            let badge = match enabled.by.as_str() {
+                _ if left_s > 0.0 => format!("in {}", lasting(left_s)),
+                "operator" => "by operator".into(),
+                _ => "waits".into(),
+            };
+            (Some(colours.selected), Some(badge), when(enabled, now_s))
+        }
+        None => (None, None, "not enabled".into()),
+    };
+    node.badge = badge.map(|text| Badge { text, doc: word.clone() });
+    node.look.tint = tint;
+    node.look.outline = if tint.is_some() { Outline::Strong } else { Outline::Plain };
+    node.look.is_dim = tint.is_none();
+    word
+}
+
+/// The tokens in the places of a sub-mission.
+fn inside(node: &mut Node, mission: &str, marking: &Marking, colours: &Colours) -> String {
+    let own = marking
+        .places
+        .iter()
+        .filter(|place| place.place.split_once('.').is_some_and(|(outer, _)| outer == mission));
+    let own: Vec<_> = own.map(|place| place.place.as_str()).collect();
+    if own.is_empty() {
+        return "no token is inside".into();
+    }
+    node.look.tint = Some(colours.good);
+    node.look.outline = Outline::Strong;
+    let doc = format!("inside in {}", own.join(", "));
+    node.badge = Some(Badge { text: own.len().to_string(), doc: doc.clone() });
+    doc
+}

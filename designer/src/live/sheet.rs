@@ -1,0 +1,66 @@
+//! A drawing of the files with what runs in it: what it is of, and what is shown of it.
+
+use eframe::egui;
+
+use crate::canvas::{Canvas, Diagram, PortAt, Rules, Shown};
+use crate::item::Item;
+
+/// One drawing, looked at.
+pub struct Sheet {
+    /// How it is looked at.
+    pub canvas: Canvas,
+    /// The drawing of the files alone.
+    pub base: Diagram,
+    /// The same with what runs in it.
+    pub diagram: Diagram,
+}
+
+/// Nothing is joined while it runs.
+struct Fixed;
+
+impl Rules for Fixed {
+    fn may_join(&self, _: PortAt, _: PortAt) -> Result<(), String> {
+        Err("nothing is joined while it runs; draw in the system or mission view".into())
+    }
+}
+
+impl Sheet {
+    /// A drawing that screen readers call `name`.
+    pub fn new(name: &'static str) -> Self {
+        let mut canvas = Canvas::new(name);
+        canvas.is_editable = false;
+        Self { canvas, base: Diagram::default(), diagram: Diagram::default() }
+    }
+
+    /// Draws other files.
+    pub fn set(&mut self, base: Diagram) {
+        self.diagram.clone_from(&base);
+        self.base = base;
+        self.canvas.drawing_changed(&self.diagram);
+    }
+
+    /// Draws the files alone again.
+    pub fn clear(&mut self) {
+        self.diagram.clone_from(&self.base);
+    }
+
+    /// Shows it; whether something was selected in it.
+    pub fn show(&mut self, ui: &mut egui::Ui, minimap: bool) -> (Shown, bool) {
+        self.canvas.minimap = minimap;
+        let before = self.canvas.selection.clone();
+        let shown = self.canvas.show(ui, &self.diagram, &Fixed);
+        let is_new = self.canvas.selection != before && !self.canvas.selection.is_empty();
+        (shown, is_new)
+    }
+
+    /// What is selected, if it is one thing.
+    pub fn only(&self) -> Option<&Item> {
+        let mut selected = self.canvas.selection.iter();
+        selected.next().filter(|_| selected.next().is_none())
+    }
+
+    /// Selects nothing.
+    pub fn select_none(&mut self) {
+        self.canvas.selection.clear();
+    }
+}

@@ -1,0 +1,182 @@
+//! What runs: the systems of this host to attach to, and the processes of the one that is watched.
+
+use std::time::{Duration, Instant};
+
+use armor_look::Picture;
+use armor_look::systems::Record;
+use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
+
+use super::session::{Session, Standing, running};
+use super::tone::{self, Tone};
+use crate::commands::Command;
+use crate::desk::Desk;
+use crate::item::Item;
+use crate::theme::Colours;
+
+/// How often the systems of this host are looked for, while none is watched.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// The panel.
+#[derive(Debug, Default)]
+pub struct Panel {
+    address: String,
+    found: Vec<Record>,
+    looked: Option<Instant>,
+}
+
+impl Panel {
+    /// Shows it; the process that was chosen, if one was.
+    pub fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        desk: &mut Desk,
+        selected: Option<&str>,
+    ) -> Option<String> {
+        standing(ui, desk);
+        ui.separator();
+        match desk.live.watched() {
+            Some(watched) => {
+                let picture = watched.watch.picture();
+                whose(ui, &desk.live, desk.project.path());
+                processes(ui, &picture, selected)
+            }
+            None => {
+                if let Some((registry, record)) = self.offer(ui) {
+                    attach(desk, &registry, record);
+                }
+                None
+            }
+        }
+    }
+
+    /// The systems that can be attached to.
+    fn offer(&mut self, ui: &mut egui::Ui) -> Option<(String, Option<Record>)> {
+        if self.looked.is_none_or(|looked| looked.elapsed() >= LOOK_EVERY) {
+            self.looked = Some(Instant::now());
+            self.found = running().unwrap_or_default();
+        }
+        ui.ctx().request_repaint_after(LOOK_EVERY);
+        let mut chosen = None;
+        ui.strong("Running here");
+        if self.found.is_empty() {
+            ui.weak("No system of yours runs on this host.");
+        }
+        for record in &self.found {
+            let name = format!("Watch {}", record.system);
+            let button = ui.button(name).on_hover_text(format!(
+                "registry {}\n{}\nprocess {}",
+                record.registry,
+                record.resolve(&record.file).display(),
+                record.pid
+            ));
+            if button.clicked() {
+                chosen = Some((record.registry.to_string(), Some(record.clone())));
+            }
+        }
+        ui.add_space(6.0);
+        ui.strong("Elsewhere");
+        ui.horizontal(|ui| {
+            let edit = TextEdit::singleline(&mut self.address).hint_text("address:port");
+            let edit = ui.add(edit.desired_width(130.0)).accessible_name("address of a registry");
+            let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            let is_address = self.address.parse::<std::net::SocketAddr>().is_ok()
+                || self
+                    .address
+                    .rsplit_once(':')
+                    .is_some_and(|(_, port)| port.parse::<u16>().is_ok());
+            let watch = ui.add_enabled(is_address, Button::new("Watch"));
+            if (watch.clicked() || entered) && is_address {
+                chosen = Some((self.address.clone(), None));
+            }
+        });
+        ui.weak("As `armor ps --registry` has it.");
+        chosen
+    }
+}
+
+/// Watches a system; why that is not possible is a message.
+pub fn attach(desk: &mut Desk, registry: &str, record: Option<Record>) {
+    if let Err(error) = desk.live.attach(registry, record) {
+        desk.messages.warn(format!("it cannot be watched: {error}"));
+    }
+}
+
+/// How things stand, and the buttons to change it.
+fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
+    let colours = Colours::of(ui.visuals());
+    let is_own = desk.live.run().is_some();
+    let (word, colour) = match desk.live.standing() {
+        Standing::Idle => ("nothing is watched", colours.weak),
+        Standing::Starting => ("starting", colours.selected),
+        Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
+        Standing::Lost => ("it has ended, or is out of reach", colours.warning),
+        Standing::Stopping => ("stopping", colours.warning),
+    };
+    ui.colored_label(colour, RichText::new(word).strong());
+    if let Some((how, is_fine)) = desk.live.ended() {
+        ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [Command::Run, Command::Stop, Command::Detach] {
+            let about = crate::commands::about(command);
+            let may = desk.live.may(command);
+            let again = command == Command::Stop
+                && desk.live.run().is_some_and(|run| run.times_asked() > 0);
+            let name = if again { "Kill" } else { about.name };
+            let button = ui.add_enabled(may, Button::new(name)).on_hover_text(about.doc);
+            if button.accessible_name(format!("live: {name}")).clicked() {
+                desk.order(command);
+            }
+        }
+    });
+}
+
+/// Which system it is, and whether it is the one that is open.
+fn whose(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
+    let Some(watched) = session.watched() else { return };
+    ui.weak(format!("registry {}", watched.registry));
+    let Some(record) = &watched.record else { return };
+    let file = record.resolve(&record.file);
+    if open.is_none_or(|open| !record.runs(open)) {
+        let colours = Colours::of(ui.visuals());
+        let text = format!("What runs is {}, not what is open.", file.display());
+        ui.colored_label(colours.warning, text);
+    }
+}
+
+/// The processes with their states; the one that was chosen.
+fn processes(ui: &mut egui::Ui, picture: &Picture, selected: Option<&str>) -> Option<String> {
+    let colours = Colours::of(ui.visuals());
+    if !picture.is_found && !picture.has_ended() {
+        let text = if picture.was_found {
+            "The registry is out of reach; links live on."
+        } else {
+            "The registry is looked for."
+        };
+        ui.colored_label(colours.warning, text);
+    }
+    let mut chosen = None;
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for (name, process) in &picture.processes {
+            let (tone, word) = Tone::seen(Some(process), picture, &colours);
+            let ink = tone.ink(&colours);
+            ui.horizontal(|ui| {
+                let label = ui.selectable_label(selected == Some(name), name);
+                let label = label.accessible_name(format!("process {name}: {word}"));
+                if label.clicked() {
+                    chosen = Some(name.clone());
+                }
+                ui.colored_label(ink, word).on_hover_text(tone::doc(process.condition));
+            });
+        }
+    });
+    chosen
+}
+
+/// The name of the component that an item of the drawing stands for.
+pub fn component_of(item: &Item) -> Option<&str> {
+    match item {
+        Item::Component(name) => Some(name),
+        _ => None,
+    }
+}

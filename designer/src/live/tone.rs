@@ -1,0 +1,134 @@
+//! How a state looks: by colour, by the border of the block, and in words, so that no one of them
+//! is needed to tell states apart.
+
+use armor_look::{Condition, Picture, Process};
+use eframe::egui::Color32;
+
+use crate::canvas::{Mark, Outline};
+use crate::theme::Colours;
+
+/// How a block of this state is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tone {
+    /// Its colour; none is neutral.
+    pub tint: Option<Color32>,
+    /// Its border.
+    pub outline: Outline,
+    /// Whether it steps back.
+    pub is_dim: bool,
+    /// Whether something is wrong.
+    pub mark: Mark,
+}
+
+impl Tone {
+    /// For a state; none is of a component whose process has not been seen.
+    pub fn of(condition: Option<Condition>, colours: &Colours) -> Self {
+        let plain = Self { tint: None, outline: Outline::Plain, is_dim: false, mark: Mark::None };
+        let Some(condition) = condition else {
+            return Self { outline: Outline::Dashed, is_dim: true, ..plain };
+        };
+        match condition {
+            Condition::Active => {
+                Self { tint: Some(colours.good), outline: Outline::Strong, ..plain }
+            }
+            Condition::Done => Self { tint: Some(colours.good), ..plain },
+            Condition::Frozen => Self { is_dim: true, ..plain },
+            Condition::Unknown => Self { tint: Some(colours.weak), ..plain },
+            Condition::Starting => Self { tint: Some(colours.selected), ..plain },
+            Condition::Failed => Self { tint: Some(colours.error), mark: Mark::Error, ..plain },
+            Condition::Suspected => Self {
+                tint: Some(colours.warning),
+                outline: Outline::Strong,
+                mark: Mark::Warning,
+                ..plain
+            },
+            Condition::Restarting => Self {
+                tint: Some(colours.warning),
+                outline: Outline::Dashed,
+                mark: Mark::Warning,
+                ..plain
+            },
+            Condition::Dead => Self {
+                tint: Some(colours.error),
+                outline: Outline::Dashed,
+                mark: Mark::Error,
+                ..plain
+            },
+        }
+    }
+
+    /// For a process as it is seen, with its word. A system that has ended has nobody who died.
+    pub fn seen(
+        process: Option<&Process>,
+        picture: &Picture,
+        colours: &Colours,
+    ) -> (Self, &'static str) {
+        match process {
+            Some(_) if picture.has_ended() => (Self::of(None, colours), "ended"),
+            Some(process) => (Self::of(Some(process.condition), colours), process.condition.word()),
+            None => (Self::of(None, colours), "not there"),
+        }
+    }
+
+    /// The colour in which the word is written.
+    pub fn ink(self, colours: &Colours) -> Color32 {
+        self.tint.unwrap_or(if self.is_dim { colours.weak } else { colours.text })
+    }
+}
+
+/// What there is to say about a state, for who has not met it.
+pub fn doc(condition: Condition) -> &'static str {
+    match condition {
+        Condition::Unknown => "It is registered and has not said yet what it is doing.",
+        Condition::Starting => "It waits for its settings and parameters.",
+        Condition::Frozen => "The mission has frozen it: it gets no calls and costs nothing.",
+        Condition::Active => "It runs.",
+        Condition::Done => "It has reported that its task is over.",
+        Condition::Failed => "It has reported a failure.",
+        Condition::Suspected => "It is registered, and silent for three beats.",
+        Condition::Restarting => "Its process has gone; its launcher may start it again.",
+        Condition::Dead => "Its process has gone, and nothing has come in its place.",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Black and white, and without reading: what is left must still tell what needs a hand.
+    #[test]
+    fn states_are_told_apart_without_their_colours() {
+        for colours in [Colours::DARK, Colours::LIGHT] {
+            let shape = |condition| {
+                let tone = Tone::of(Some(condition), &colours);
+                (
+                    tone.outline == Outline::Dashed,
+                    tone.outline == Outline::Strong,
+                    tone.is_dim,
+                    tone.mark,
+                )
+            };
+            let apart = [
+                Condition::Active,
+                Condition::Frozen,
+                Condition::Suspected,
+                Condition::Dead,
+                Condition::Restarting,
+            ];
+            for (index, one) in apart.iter().enumerate() {
+                for other in &apart[index + 1..] {
+                    assert_ne!(shape(*one), shape(*other), "{one:?} {other:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_state_has_a_word_of_its_own() {
+        let mut words: Vec<_> = Condition::ALL.map(Condition::word).to_vec();
+        words.sort_unstable();
+        words.dedup();
+        assert_eq!(words.len(), Condition::ALL.len());
+        assert!(Condition::ALL.iter().all(|condition| !doc(*condition).is_empty()));
+    }
+}

@@ -1,0 +1,336 @@
+//! The live view: the drawing of what runs in the middle, what is selected at the right, and beneath
+//! them the log, plots and what has happened.
+
+use std::time::Duration;
+
+use eframe::egui;
+
+use super::sheet::Sheet;
+use super::systems::component_of;
+use super::{
+    blocks, firings, hover, inspect, log, mission, net, parameters, plots, systems, words,
+};
+use crate::canvas::Diagram;
+use crate::commands::Command;
+use crate::desk::{Desk, Pane};
+use crate::item::Item;
+use crate::theme::Colours;
+
+/// How often clocks that run are drawn anew.
+const CLOCKS_EVERY: Duration = Duration::from_millis(100);
+
+/// What is shown beneath the drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Tab {
+    #[default]
+    Log,
+    Plots,
+    Fired,
+    Orders,
+}
+
+impl Tab {
+    const ALL: [Self; 4] = [Self::Log, Self::Plots, Self::Fired, Self::Orders];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Log => "Log",
+            Self::Plots => "Plots",
+            Self::Fired => "Fired",
+            Self::Orders => "Orders",
+        }
+    }
+}
+
+/// Which drawings are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Shows {
+    #[default]
+    Both,
+    System,
+    Mission,
+}
+
+impl Shows {
+    const ALL: [Self; 3] = [Self::Both, Self::System, Self::Mission];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Both => "both",
+            Self::System => "system",
+            Self::Mission => "mission",
+        }
+    }
+}
+
+/// Shows a system while it runs.
+pub struct LiveView {
+    system: Sheet,
+    net: Sheet,
+    /// What the drawings were made of: the revision, whether its findings were there, the theme.
+    drawn: Option<(u64, u64, bool, bool)>,
+    shows: Shows,
+    /// A process that is not in the drawing, as the executive is not.
+    process: Option<String>,
+    tab: Tab,
+    systems: systems::Panel,
+    mission: mission::Panel,
+    log: log::Panel,
+    plots: plots::Plots,
+    parameters: parameters::Panel,
+}
+
+impl Default for LiveView {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl LiveView {
+    /// Of nothing yet.
+    pub fn new() -> Self {
+        Self {
+            system: Sheet::new("drawing of the running system"),
+            net: Sheet::new("drawing of the running mission"),
+            drawn: None,
+            shows: Shows::default(),
+            process: None,
+            tab: Tab::default(),
+            systems: systems::Panel::default(),
+            mission: mission::Panel::default(),
+            log: log::Panel::default(),
+            plots: plots::Plots::default(),
+            parameters: parameters::Panel::default(),
+        }
+    }
+
+    /// Draws the files if they have changed.
+    fn update(&mut self, desk: &Desk, is_dark: bool) {
+        let checked = desk.project.checked();
+        let drawn = (desk.project.revision(), checked.revision, checked.is_complete, is_dark);
+        if self.drawn != Some(drawn) {
+            self.drawn = Some(drawn);
+            let colours = if is_dark { Colours::DARK } else { Colours::LIGHT };
+            self.system.set(crate::system::draw(&desk.project).diagram);
+            self.net.set(crate::mission::net(desk, &colours));
+        }
+    }
+
+    /// Draws what runs in them.
+    fn overlay(&mut self, ui: &egui::Ui, desk: &Desk) {
+        let colours = Colours::of(ui.visuals());
+        let Some(watched) = desk.live.watched() else {
+            self.system.clear();
+            self.net.clear();
+            return;
+        };
+        let Sheet { diagram, base, .. } = &mut self.system;
+        blocks::show(diagram, base, &watched.watch.picture(), &colours);
+        let look = watched.mission.look();
+        let Sheet { diagram, base, .. } = &mut self.net;
+        match &look.marking {
+            Some(marking) => {
+                let now_s = look.now_at_s(watched.watch.timestamp());
+                net::show(diagram, base, marking, now_s, &colours);
+            }
+            None => self.net.clear(),
+        }
+    }
+
+    /// The system, the net, or one over the other.
+    fn drawings(&mut self, ui: &mut egui::Ui, desk: &Desk) {
+        let has_net = !self.net.base.nodes.is_empty();
+        if has_net && self.shows != Shows::System {
+            let mut show = |ui: &mut egui::Ui| {
+                let minimap = desk.settings.minimap && self.shows == Shows::Mission;
+                let (shown, is_new) = self.net.show(ui, minimap);
+                if is_new {
+                    self.system.select_none();
+                    self.process = None;
+                }
+                hover::tell(&shown, &self.net.diagram, desk.live.watched());
+            };
+            if self.shows == Shows::Mission {
+                return show(ui);
+            }
+            let panel = egui::Panel::bottom("live net").resizable(true);
+            panel.default_size(240.0).min_size(90.0).frame(egui::Frame::NONE).show(ui, show);
+        }
+        let (shown, is_new) = self.system.show(ui, desk.settings.minimap);
+        if is_new {
+            self.net.select_none();
+            self.process = None;
+        }
+        hover::tell(&shown, &self.system.diagram, desk.live.watched());
+    }
+
+    /// What is selected, if it is one thing.
+    fn selected(&self) -> Option<Item> {
+        if let Some(process) = &self.process {
+            return Some(Item::Component(process.clone()));
+        }
+        self.system.only().or(self.net.only()).cloned()
+    }
+
+    fn select_none(&mut self) {
+        self.system.select_none();
+        self.net.select_none();
+        self.process = None;
+    }
+
+    fn beneath(&mut self, ui: &mut egui::Ui, desk: &Desk) {
+        ui.horizontal(|ui| {
+            for tab in Tab::ALL {
+                let label = ui.selectable_label(self.tab == tab, tab.name());
+                if label.accessible_name(format!("live: {}", tab.name())).clicked() {
+                    self.tab = tab;
+                }
+            }
+            ui.separator();
+            ui.weak("Above");
+            for shows in Shows::ALL {
+                let label = ui.selectable_label(self.shows == shows, shows.name());
+                if label.accessible_name(format!("above: {}", shows.name())).clicked() {
+                    self.shows = shows;
+                }
+            }
+        });
+        match (self.tab, desk.live.watched()) {
+            (Tab::Log, _) => self.log.show(ui, &desk.live.log),
+            (Tab::Plots, Some(watched)) => self.plots.show(ui, &watched.values),
+            (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
+            (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
+            (_, None) => {
+                ui.weak("Nothing is watched.");
+            }
+        }
+    }
+}
+
+impl Pane for LiveView {
+    fn left(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        let selected = self.selected();
+        let selected = selected.as_ref().and_then(component_of);
+        if let Some(name) = self.systems.show(ui, desk, selected) {
+            let item = Item::Component(name.clone());
+            self.select_none();
+            if self.system.base.holds(&item) {
+                self.system.canvas.selection.insert(item);
+            } else {
+                self.process = Some(name);
+            }
+        }
+    }
+
+    fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            // First, so that it is always within reach.
+            self.mission.show(ui, &mut desk.live);
+            ui.separator();
+            let selected = self.selected();
+            if let Some(watched) = desk.live.watched() {
+                let (plots, panel) = (&mut self.plots, &mut self.parameters);
+                match &selected {
+                    Some(Item::Component(name)) => {
+                        inspect::component(ui, watched, name, plots, panel);
+                        let only = ui.button("Its log").on_hover_text("Shows only its lines.");
+                        if only.clicked() {
+                            self.log.only(Some(name));
+                            self.tab = Tab::Log;
+                        }
+                    }
+                    Some(Item::Link { from, to }) => {
+                        inspect::link(ui, watched, from, to, plots);
+                    }
+                    Some(item @ (Item::Place(_) | Item::Transition(_))) => {
+                        if let Some(number) = self.net.diagram.node(item) {
+                            let node = &self.net.diagram.nodes[number];
+                            ui.heading(&node.title);
+                            ui.label(&node.doc);
+                        }
+                    }
+                    _ => {
+                        ui.weak("Select a block or a link to see what it does.");
+                    }
+                }
+            } else {
+                ui.weak("Run the file, or choose a running system at the left.");
+            }
+        });
+    }
+
+    fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(190.0);
+        panel.min_size(70.0).show(ui, |ui| self.beneath(ui, desk));
+        self.update(desk, ui.visuals().dark_mode);
+        self.overlay(ui, desk);
+        self.drawings(ui, desk);
+        if let Some(watched) = desk.live.watched() {
+            self.plots.keep(&watched.values);
+            let marking = watched.mission.look().marking;
+            // Clocks run though nothing is told.
+            if marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
+                ui.ctx().request_repaint_after(CLOCKS_EVERY);
+            }
+        }
+    }
+
+    fn may(&self, command: Command, _: &Desk) -> Option<bool> {
+        use Command as C;
+        Some(match command {
+            C::ZoomIn | C::ZoomOut | C::ZoomActual | C::ZoomFit | C::SelectNone => true,
+            C::ZoomSelected => self.selected().is_some(),
+            _ => return None,
+        })
+    }
+
+    fn run(&mut self, command: Command, _: &egui::Context, _: &mut Desk) {
+        for sheet in [&mut self.system, &mut self.net] {
+            match command {
+                Command::ZoomIn => sheet.canvas.zoom_by(1.25),
+                Command::ZoomOut => sheet.canvas.zoom_by(0.8),
+                Command::ZoomActual => sheet.canvas.viewport.zoom = 1.0,
+                Command::ZoomFit => sheet.canvas.fit_everything(),
+                Command::ZoomSelected => {
+                    let selected = sheet.canvas.selection.iter();
+                    let areas = selected.filter_map(|item| sheet.base.rect(item));
+                    if let Some(area) = areas.reduce(egui::Rect::union) {
+                        sheet.canvas.fit_area(area);
+                    }
+                }
+                _ => {}
+            }
+        }
+        if command == Command::SelectNone {
+            self.select_none();
+        }
+    }
+
+    fn drawing(&mut self, desk: &Desk) -> &Diagram {
+        let is_dark = self.drawn.is_none_or(|(.., is_dark)| is_dark);
+        self.update(desk, is_dark);
+        &self.system.diagram
+    }
+
+    fn show_item(&mut self, item: &Item, _: &Desk) {
+        self.select_none();
+        for sheet in [&mut self.system, &mut self.net] {
+            if let Some(area) = sheet.base.rect(item) {
+                sheet.canvas.selection.insert(item.clone());
+                sheet.canvas.fit_area(area);
+            }
+        }
+    }
+
+    fn paste(&mut self, _: &str, desk: &mut Desk) {
+        desk.messages.warn("nothing is added while it runs; paste in the system or mission view");
+    }
+
+    fn findable(&self, desk: &Desk) -> Vec<(Item, String)> {
+        let Some(configuration) = desk.project.configuration() else { return Vec::new() };
+        let components = configuration.system.components.iter();
+        components
+            .map(|one| (Item::Component(one.name.value.clone()), one.kind.value.clone()))
+            .collect()
+    }
+}

@@ -1,0 +1,38 @@
+//! The mission as a net: drawn, edited, proven and played.
+//!
+//! The pure parts know no window: `stage.rs` makes a net of a mission that can be played, `play.rs`
+//! plays it, `schedule.rs` says when the firings of a proof happen; `rules.rs` is what may be
+//! joined, `edits.rs` what changes the file, `words.rs` what the drawing says. [`MissionView`] shows
+//! it: `drawing.rs` is the net as a diagram, `panel.rs` what is selected, `changes.rs` all that the
+//! panels change, `view.rs` gestures, commands and simulation.
+
+mod changes;
+mod drawing;
+mod edits;
+mod form;
+mod marks;
+mod panel;
+mod play;
+mod rules;
+mod schedule;
+mod stage;
+mod view;
+mod words;
+
+pub use changes::Change;
+pub use drawing::{NetRules, Scene};
+pub use edits::{Decides, Timing};
+pub use marks::Marks;
+pub use play::{
+    Chance, Course, Happened, Leg, NotNow, Outcome, Play, Sense, Standing, Step, World,
+};
+pub use schedule::Pace;
+pub use stage::{Stage, StageError};
+pub use view::{MissionView, net};
+
+/// What a file says, in tests.
+#[cfg(test)]
+fn read_text(file: &str) -> armor_missions::Configuration {
+    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
+    reading.configuration.expect("the file can be read")
+}

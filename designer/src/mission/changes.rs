@@ -1,0 +1,214 @@
+//! Everything the panels change, as data: a field that is being typed in holds the change it will
+//! make, so that nothing is lost when something else is selected meanwhile.
+
+use armor_missions::Document;
+use armor_missions::mission::ArcKind;
+
+use super::edits::{self, Decides, Timing};
+use crate::desk::View;
+use crate::item::Item;
+use crate::layout;
+use crate::project::{Documents, Refused};
+
+/// One change of the mission, one step of the history.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// A place, transition or variable gets another name, everywhere.
+    Rename(Item, String),
+    /// An attribute of the mission, a place, a transition or a variable; without a value it goes.
+    Attribute(Item, &'static str, Option<String>),
+    /// Whether a component is active while a place is marked.
+    Component {
+        /// The place.
+        place: String,
+        /// The component.
+        component: String,
+        /// Whether it is.
+        is_active: bool,
+    },
+    /// A value that a place gives; without one, that of the system counts.
+    PlaceParameter {
+        /// The place.
+        place: String,
+        /// The component.
+        component: String,
+        /// Its parameter.
+        parameter: String,
+        /// The value.
+        value: Option<String>,
+    },
+    /// When a transition fires.
+    Timing(String, Timing),
+    /// Who decides that a transition fires.
+    Decides(String, Decides),
+    /// What a transition sets a variable to; without a value, it leaves it.
+    SetVariable(String, String, Option<String>),
+    /// What an arc does.
+    ArcKind(Item, ArcKind),
+    /// How many tokens an arc moves.
+    Weight(Item, u32),
+    /// An arc from the transition's panel.
+    AddArc(Item),
+    /// An exclusive set of these.
+    AddExclusive(Vec<String>),
+    /// Whether a component is in an exclusive set.
+    Exclusive(usize, String, bool),
+    /// A variable that follows a field of data.
+    AddVariable(String, String),
+    /// Something to be proven.
+    AddCheck(String),
+    /// What a check says.
+    Check(usize, String),
+    /// Another mission's file.
+    AddSubmission(String),
+    /// `ref`, `in` or `out` of a sub-mission.
+    Submission(usize, &'static str, Option<String>),
+    /// What a group or note of the drawing says.
+    Decoration(usize, String),
+    /// These go, together.
+    Remove(Vec<Item>),
+}
+
+impl Change {
+    /// What it does, as undo calls it.
+    pub fn what(&self) -> String {
+        match self {
+            Self::Rename(item, name) => format!("rename {item} to {name}"),
+            Self::Attribute(item, name, Some(_)) => format!("set {name} of {item}"),
+            Self::Attribute(item, name, None) => format!("remove {name} of {item}"),
+            Self::Component { place, component, is_active: true } => {
+                format!("activate {component} in {place}")
+            }
+            Self::Component { place, component, .. } => {
+                format!("take {component} out of {place}")
+            }
+            Self::PlaceParameter { place, component, parameter, .. } => {
+                format!("set {component}.{parameter} in {place}")
+            }
+            Self::Timing(transition, _) => format!("set the time of {transition}"),
+            Self::Decides(transition, _) => format!("set who decides about {transition}"),
+            Self::SetVariable(transition, variable, _) => {
+                format!("say what {transition} sets {variable} to")
+            }
+            Self::ArcKind(item, _) | Self::Weight(item, _) => format!("change {item}"),
+            Self::AddArc(item) => format!("add {item}"),
+            Self::AddExclusive(_) => "add an exclusive set".into(),
+            Self::Exclusive(number, ..) => format!("change exclusive set {}", number + 1),
+            Self::AddVariable(name, _) => format!("add variable {name}"),
+            Self::AddCheck(_) => "add a check".into(),
+            Self::Check(number, _) => format!("change check {}", number + 1),
+            Self::AddSubmission(file) => format!("put in {file}"),
+            Self::Submission(number, ..) => format!("change sub-mission {}", number + 1),
+            Self::Decoration(..) => "change a text of the drawing".into(),
+            Self::Remove(items) => match &items[..] {
+                [one] => format!("remove {one}"),
+                many => format!("remove {} things", many.len()),
+            },
+        }
+    }
+
+    /// Makes it.
+    ///
+    /// # Errors
+    /// If the file does not allow it.
+    pub fn apply(&self, documents: &mut Documents) -> Result<(), Refused> {
+        let document = documents.mission()?;
+        match self {
+            Self::Rename(item, name) => document.rename(named(item)?, name)?,
+            Self::Attribute(item, name, value) => {
+                document.set_attribute(named(item)?, name, value.as_deref())?;
+            }
+            Self::Component { place, component, is_active } => {
+                edits::set_component(document, place, component, *is_active)?;
+            }
+            Self::PlaceParameter { place, component, parameter, value } => {
+                document.set_place_parameter(place, component, parameter, value.as_deref())?;
+            }
+            Self::Timing(transition, timing) => edits::set_timing(document, transition, timing)?,
+            Self::Decides(transition, decides) => {
+                edits::set_decides(document, transition, *decides)?;
+            }
+            Self::SetVariable(transition, variable, value) => {
+                edits::set_variable(document, transition, variable, value.as_deref())?;
+            }
+            Self::ArcKind(Item::Arc { transition, place, kind }, to) => {
+                edits::set_arc_kind(document, transition, place, *kind, *to)?;
+            }
+            Self::Weight(Item::Arc { transition, place, kind }, weight) => {
+                edits::set_weight(document, transition, place, *kind, *weight)?;
+            }
+            Self::AddArc(Item::Arc { transition, place, kind }) => {
+                edits::add_arc(document, transition, place, *kind)?;
+            }
+            Self::ArcKind(item, _) | Self::Weight(item, _) | Self::AddArc(item) => {
+                return Err(Refused::Rule(format!("{item} is no arc")));
+            }
+            Self::AddExclusive(components) => {
+                let names: Vec<_> = components.iter().map(String::as_str).collect();
+                edits::add_exclusive(document, &names)?;
+            }
+            Self::Exclusive(number, component, is_in) => {
+                edits::toggle_exclusive(document, *number, component, *is_in)?;
+            }
+            Self::AddVariable(name, source) => {
+                edits::add_variable(document, name, source)?;
+            }
+            Self::AddCheck(text) => edits::add_check(document, text)?,
+            Self::Check(number, text) => edits::set_check(document, *number, text)?,
+            Self::AddSubmission(file) => edits::add_submission(document, file)?,
+            Self::Submission(number, attribute, value) => {
+                edits::set_submission(document, *number, attribute, value.as_deref())?;
+            }
+            Self::Decoration(number, text) => {
+                layout::write_decoration(document, View::Mission, *number, text)?;
+            }
+            Self::Remove(items) => remove(document, items)?,
+        }
+        Ok(())
+    }
+}
+
+fn named(item: &Item) -> Result<armor_missions::Item<'_>, Refused> {
+    item.named().ok_or_else(|| Refused::Rule(format!("{item} has no name in the file")))
+}
+
+/// Arcs first, since their ends may go too; those known by their number from the last on.
+fn remove(document: &mut Document, items: &[Item]) -> Result<(), Refused> {
+    for item in items {
+        if let Item::Arc { transition, place, kind } = item {
+            edits::remove_arc(document, transition, place, *kind)?;
+        }
+    }
+    for item in items {
+        match item {
+            Item::Transition(name) => edits::remove_transition(document, name)?,
+            Item::Variable(name) => {
+                document.remove(armor_missions::Item::Variable(name))?;
+            }
+            _ => {}
+        }
+    }
+    for item in items {
+        if let Item::Place(name) = item {
+            edits::remove_place(document, name)?;
+        }
+    }
+    let mut numbered: Vec<_> = items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Submission(number) => Some((*number, "submission")),
+            Item::Exclusive(number) => Some((*number, "exclusive")),
+            Item::Check(number) => Some((*number, "check")),
+            _ => None,
+        })
+        .collect();
+    numbered.sort_unstable();
+    for (number, sort) in numbered.into_iter().rev() {
+        edits::remove_numbered(document, sort, number)?;
+    }
+    let decorations = items.iter().filter_map(|item| match item {
+        Item::Decoration { number, .. } => Some(*number),
+        _ => None,
+    });
+    layout::remove_decorations(document, View::Mission, decorations)
+}

@@ -1,0 +1,97 @@
+//! The mission as a drawing: places as pills, transitions as bars, sub-missions as blocks.
+
+mod arcs;
+mod nodes;
+mod positions;
+
+use armor_missions::mission::{ArcKind, Mission};
+use armor_petri::PlaceId;
+use eframe::egui::Pos2;
+
+use super::marks::Marks;
+use super::play::Play;
+use super::rules::{self, Join};
+use crate::canvas::{Diagram, PortAt, Rules};
+use crate::item::Item;
+use crate::layout::Layout;
+use crate::theme::Colours;
+pub use positions::arranged;
+
+/// The port that is the node as a whole.
+pub(super) const WHOLE: usize = 0;
+/// The handle at the right edge.
+pub(super) const OUT: usize = 1;
+/// The left edge of a bar.
+pub(super) const IN: usize = 2;
+
+/// What is drawn.
+pub struct Scene<'a> {
+    /// The mission as the file has it.
+    pub mission: &'a Mission,
+    /// What was found of it.
+    pub marks: &'a Marks,
+    /// Where the file shows things.
+    pub layout: &'a Layout,
+    /// The mission as it is being played.
+    pub play: Option<&'a Play>,
+    /// Tokens that have not arrived yet.
+    pub in_flight: &'a [(PlaceId, u32)],
+    /// The window's colours.
+    pub colours: &'a Colours,
+}
+
+impl Scene<'_> {
+    /// The drawing, and what the file gives no position.
+    pub fn draw(&self) -> (Diagram, Vec<Item>) {
+        let mut nodes = self.nodes();
+        let unplaced = positions::place(&mut nodes, self);
+        let wires = self.wires(&nodes);
+        (Diagram::new(nodes, wires, self.layout.decorations.clone()), unplaced)
+    }
+
+    /// Where the file shows a node.
+    fn position(&self, item: &Item) -> Option<Pos2> {
+        match item {
+            Item::Place(name) => self.layout.blocks.get(name).copied(),
+            Item::Transition(name) => self.layout.transitions.get(name).copied(),
+            _ => None,
+        }
+    }
+}
+
+/// What may be joined in the drawing of a mission.
+pub struct NetRules<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// Its drawing.
+    pub diagram: &'a Diagram,
+    /// What an arc from a place to a transition does.
+    pub kind: ArcKind,
+}
+
+impl NetRules<'_> {
+    /// What is drawn when two ports are joined, whichever the drag began at.
+    ///
+    /// # Errors
+    /// Why they may not be.
+    pub fn join(&self, from: PortAt, to: PortAt) -> Result<Join, String> {
+        // What is drawn from the left edge of a bar is drawn backwards.
+        let (from, to) = if from.port == IN { (to, from) } else { (from, to) };
+        rules::join(self.mission, self.end(from)?, self.end(to)?, self.kind)
+    }
+
+    fn end(&self, at: PortAt) -> Result<rules::End<'_>, String> {
+        match self.diagram.nodes.get(at.node).map(|node| &node.item) {
+            Some(Item::Place(name)) => Ok(rules::End::Place(name)),
+            Some(Item::Transition(name)) => Ok(rules::End::Transition(name)),
+            Some(Item::Submission(number)) => Ok(rules::End::Submission(*number)),
+            _ => Err("arcs join places and transitions".to_owned()),
+        }
+    }
+}
+
+impl Rules for NetRules<'_> {
+    fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
+        self.join(from, to).map(|_| ())
+    }
+}

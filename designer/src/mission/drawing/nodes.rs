@@ -1,0 +1,271 @@
+//! The nodes of the drawing.
+
+use armor_missions::mission::{Autonomy, Class, Place, Submission, Transition};
+use eframe::egui::{Pos2, Rect, Vec2, vec2};
+
+use super::Scene;
+use crate::canvas::{Badge, Direction, Line, Look, Node, Outline, Port, Shape, Side};
+use crate::item::Item;
+use crate::mission::marks::takes_words;
+use crate::mission::play::{Standing, words as time};
+use crate::mission::words::{component_lines, conditions};
+
+/// The least a place is wide and high.
+const PLACE: Vec2 = vec2(96.0, 44.0);
+/// A bar.
+pub(super) const BAR: Vec2 = vec2(12.0, 46.0);
+/// The handles of a bar are so far beside it, so that the bar itself can be clicked.
+const BESIDE: f32 = 13.0;
+/// How wide a character is at most about, in the title's size.
+const TITLE_WIDTH: f32 = 7.8;
+/// The same in the size of other lines.
+const LINE_WIDTH: f32 = 6.2;
+/// The height of a line.
+pub(super) const LINE: f32 = 16.0;
+/// Characters of a line of components.
+const COMPONENTS_WIDTH: usize = 26;
+/// Conditions that are shown at a bar; more of them are in the panel.
+const MAX_CONDITIONS: usize = 4;
+/// Characters of a condition that are shown.
+const MAX_CONDITION: usize = 34;
+
+impl Scene<'_> {
+    pub(super) fn nodes(&self) -> Vec<Node> {
+        let places = self.mission.places.iter().map(|place| self.place(place));
+        let transitions = self.mission.transitions.iter().map(|t| self.transition(t));
+        let inner = self.mission.submissions.iter().enumerate();
+        let inner = inner.map(|(number, submission)| self.submission(number, submission));
+        places.chain(inner).chain(transitions).collect()
+    }
+
+    fn place(&self, place: &Place) -> Node {
+        let name = &place.name.value;
+        let item = Item::Place(name.clone());
+        let is = |role: &Option<armor_missions::Spanned<String>>| {
+            role.as_ref().is_some_and(|role| role.value == *name)
+        };
+        let (is_goal, is_safe) = (is(&self.mission.goal), is(&self.mission.safe));
+        let is_safety = place.class == Class::Safety;
+        let roles = [
+            (place.initial > 0, "initial"),
+            (is_goal, "goal"),
+            (is_safe, "safe place"),
+            (is_safety, "safety class"),
+        ];
+        let roles: Vec<_> = roles.iter().filter(|(is, _)| *is).map(|(_, word)| *word).collect();
+        let subtitle = roles.join(", ");
+        let mut lines = component_lines(place, COMPONENTS_WIDTH);
+        if let Some(takes) = self.marks.takes().filter(|_| is_goal) {
+            lines.push(takes_words(takes));
+        }
+        let rows = 1 + lines.len() + usize::from(!subtitle.is_empty());
+        let longest = lines.iter().chain([&subtitle]).map(|line| line.chars().count()).max();
+        let inner = (name.chars().count() as f32 * TITLE_WIDTH)
+            .max(longest.unwrap_or(0) as f32 * LINE_WIDTH);
+        let height = PLACE.y.max(rows as f32 * LINE + 18.0);
+        let size = vec2(PLACE.x.max(inner + height * 0.75), height);
+        let tokens = self.tokens(place);
+        let doc = self.place_doc(place, &subtitle) + &self.marks.said(&item);
+        Node {
+            title: name.clone(),
+            subtitle,
+            lines: lines.into_iter().map(|text| Line { text, is_weak: true }).collect(),
+            rect: Rect::from_min_size(Pos2::ZERO, size),
+            shape: Shape::Place { tokens, is_goal, is_safety: is_safety || is_safe },
+            ports: vec![whole(size), handle(size, &item)],
+            badge: self.marks.badge(&item),
+            mark: self.marks.mark(&item),
+            look: self.place_look(place, tokens),
+            label: item.to_string(),
+            doc,
+            item,
+        }
+    }
+
+    /// The tokens now, or at the start.
+    fn tokens(&self, place: &Place) -> u32 {
+        let Some(play) = self.play else { return place.initial };
+        let places = &play.stage().mission.places;
+        let number = places.iter().position(|known| known.name.value == place.name.value);
+        let Some(number) = number else { return 0 };
+        let on_the_way = self.in_flight.iter().filter(|(place, _)| place.index() == number);
+        let on_the_way: u32 = on_the_way.map(|(_, tokens)| *tokens).sum();
+        play.marking()[number].saturating_sub(on_the_way)
+    }
+
+    fn place_look(&self, place: &Place, tokens: u32) -> Look {
+        let is_marked = tokens > 0 && self.play.is_some();
+        let breaches = self
+            .play
+            .filter(|_| is_marked)
+            .map_or(Vec::new(), |play| play.stage().breaches(play.marking()));
+        let is_breached =
+            breaches.iter().any(|(one, other)| place.activates(one) || place.activates(other));
+        let tint = match (is_breached, is_marked) {
+            (true, _) => Some(self.colours.error),
+            (false, true) => Some(self.colours.good),
+            _ => None,
+        };
+        let outline = if is_marked { Outline::Strong } else { Outline::Plain };
+        Look { tint, outline, is_dim: false }
+    }
+
+    fn place_doc(&self, place: &Place, roles: &str) -> String {
+        let mut doc = format!("place {}", place.name.value);
+        if !roles.is_empty() {
+            doc += &format!(": {roles}");
+        }
+        if !place.components.is_empty() {
+            let names: Vec<_> = place.components.iter().map(|name| name.value.as_str()).collect();
+            doc += &format!("\nactivates {}", names.join(", "));
+        }
+        for given in &place.parameters {
+            let (component, parameter) = (&given.component.value, &given.parameter);
+            doc += &format!(
+                "\n{component}.{} is {} while it is marked",
+                parameter.name.value, parameter.value.value
+            );
+        }
+        doc
+    }
+
+    fn transition(&self, transition: &Transition) -> Node {
+        let name = &transition.name.value;
+        let item = Item::Transition(name.clone());
+        let all = conditions(transition);
+        let shown = all.iter().take(MAX_CONDITIONS).map(|text| Line {
+            text: crate::text::short(text, MAX_CONDITION).into_owned(),
+            is_weak: true,
+        });
+        let mut lines: Vec<_> = shown.collect();
+        if all.len() > MAX_CONDITIONS {
+            lines.push(Line {
+                text: format!("and {} more", all.len() - MAX_CONDITIONS),
+                is_weak: true,
+            });
+        }
+        let badge = self.standing_badge(name).or_else(|| self.marks.badge(&item));
+        let into = Port {
+            at: vec2(-BESIDE, BAR.y / 2.0),
+            side: Side::Left,
+            direction: Direction::In,
+            is_wired: false,
+            label: format!("into {item}"),
+            doc: "Drag to a place: this transition takes from it.".into(),
+            ..whole(BAR)
+        };
+        let ports = vec![whole(BAR), handle(BAR + vec2(BESIDE, 0.0), &item), into];
+        let doc = format!("{item}\n{}", all.join("\n")) + &self.marks.said(&item);
+        Node {
+            title: name.clone(),
+            subtitle: String::new(),
+            lines,
+            rect: Rect::from_min_size(Pos2::ZERO, BAR),
+            shape: Shape::Bar,
+            ports,
+            badge,
+            mark: self.marks.mark(&item),
+            look: self.transition_look(transition),
+            label: item.to_string(),
+            doc,
+            item,
+        }
+    }
+
+    fn transition_look(&self, transition: &Transition) -> Look {
+        let standing = self.standing(&transition.name.value);
+        let tint = match standing {
+            Some(Standing::Ready) => Some(self.colours.good),
+            Some(Standing::Waits(_)) => Some(self.colours.selected),
+            Some(Standing::Expects) => Some(self.colours.warning),
+            _ => None,
+        };
+        let is_dim = matches!(standing, Some(Standing::Disabled))
+            || (standing.is_none() && transition.autonomy != Autonomy::Auto);
+        Look { tint, outline: Outline::Plain, is_dim }
+    }
+
+    fn standing(&self, name: &str) -> Option<Standing> {
+        let play = self.play?;
+        Some(play.standing(play.stage().transition(name)?))
+    }
+
+    /// How it stands while it is played, in words.
+    fn standing_badge(&self, name: &str) -> Option<Badge> {
+        let play = self.play?;
+        let id = play.stage().transition(name)?;
+        let (text, doc) = match play.standing(id) {
+            Standing::Ready => ("fires".to_owned(), "It may fire now: click it.".to_owned()),
+            Standing::Waits(at) => {
+                let left = at.saturating_sub(play.time());
+                (format!("in {}", time(left)), format!("It may fire at {}: click it.", time(at)))
+            }
+            Standing::Expects => {
+                ("waits".into(), "Tokens are there; a click brings what it waits for.".into())
+            }
+            Standing::Disabled => return None,
+        };
+        Some(Badge { text, doc })
+    }
+
+    fn submission(&self, number: usize, submission: &Submission) -> Node {
+        let item = Item::Submission(number);
+        let file = &submission.file.value;
+        let stem = std::path::Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
+        let size = vec2((file.chars().count() as f32 * LINE_WIDTH + 40.0).max(140.0), 58.0);
+        let inner: u32 = self.play.map_or(0, |play| {
+            let places = play.stage().mission.places.iter().zip(play.marking());
+            let own = places.filter(|(place, _)| {
+                place.name.value.split_once('.').is_some_and(|(mission, _)| mission == stem)
+            });
+            own.map(|(_, tokens)| *tokens).sum()
+        });
+        let badge = (inner > 0).then(|| Badge {
+            text: inner.to_string(),
+            doc: "Tokens in places of the sub-mission.".into(),
+        });
+        let tint = (inner > 0).then_some(self.colours.good);
+        Node {
+            title: stem.into_owned(),
+            subtitle: file.clone(),
+            lines: Vec::new(),
+            rect: Rect::from_min_size(Pos2::ZERO, size),
+            shape: Shape::Block,
+            ports: vec![whole(size), handle(size, &item)],
+            badge,
+            mark: self.marks.mark(&item),
+            look: Look { tint, ..Look::default() },
+            label: format!("{item}: {file}"),
+            doc: format!("sub-mission {file}") + &self.marks.said(&item),
+            item,
+        }
+    }
+}
+
+fn whole(size: Vec2) -> Port {
+    Port {
+        name: String::new(),
+        at: size / 2.0,
+        side: Side::Around,
+        direction: Direction::Both,
+        colour: 0,
+        is_wired: true,
+        is_required: false,
+        is_missing: false,
+        label: String::new(),
+        doc: String::new(),
+    }
+}
+
+/// Where an arc is drawn from.
+fn handle(size: Vec2, item: &Item) -> Port {
+    Port {
+        at: vec2(size.x, size.y / 2.0),
+        side: Side::Right,
+        direction: Direction::Out,
+        is_wired: false,
+        label: format!("arc from {item}"),
+        doc: "Drag to where the arc leads.".into(),
+        ..whole(size)
+    }
+}

@@ -1,0 +1,140 @@
+//! Where the nodes are: where the file says, and the others where they read well.
+
+use std::collections::BTreeMap;
+
+use armor_missions::mission::{ArcKind, Mission};
+use eframe::egui::{Pos2, Rect, Vec2, vec2};
+
+use super::Scene;
+use super::nodes::LINE;
+use crate::canvas::{Node, Shape, arrange, snapped};
+use crate::item::Item;
+
+/// Below what the file shows somewhere, the others begin.
+const BELOW: f32 = 60.0;
+/// A sub-mission that the file shows nowhere is so far beneath the places it joins.
+const BENEATH: f32 = 40.0;
+
+/// Puts every node where it is shown; answers those that the file does not show anywhere.
+pub(super) fn place(nodes: &mut [Node], scene: &Scene<'_>) -> Vec<Item> {
+    let mut lost = Vec::new();
+    for (number, node) in nodes.iter_mut().enumerate() {
+        match scene.position(&node.item) {
+            Some(at) => move_to(node, at),
+            None => lost.push(number),
+        }
+    }
+    let unplaced: Vec<_> = lost.iter().map(|number| nodes[*number].item.clone()).collect();
+    if lost.len() < nodes.len() {
+        lost.retain(|number| !beside_its_places(nodes, *number, scene));
+    }
+    let top = match nodes.len() > lost.len() {
+        true => {
+            let shown = (0..nodes.len()).filter(|number| !lost.contains(number));
+            let bottom = shown.map(|number| nodes[number].rect.max.y).fold(0.0, f32::max);
+            bottom + BELOW
+        }
+        false => 0.0,
+    };
+    let items: Vec<_> = lost.iter().map(|number| nodes[*number].item.clone()).collect();
+    for (number, (_, at)) in lost.iter().zip(arranged_of(nodes, scene.mission, &items)) {
+        move_to(&mut nodes[*number], at + vec2(0.0, top));
+    }
+    unplaced
+}
+
+fn move_to(node: &mut Node, at: Pos2) {
+    node.rect = Rect::from_min_size(at, node.rect.size());
+}
+
+/// Between the places that it joins, if it is a sub-mission and they are shown.
+fn beside_its_places(nodes: &mut [Node], number: usize, scene: &Scene<'_>) -> bool {
+    let Item::Submission(submission) = nodes[number].item else { return false };
+    let submission = &scene.mission.submissions[submission];
+    let of = |name: &Option<armor_missions::Spanned<String>>| {
+        let item = Item::Place(name.as_ref()?.value.clone());
+        scene.position(&item)?;
+        nodes.iter().find(|node| node.item == item).map(|node| node.rect)
+    };
+    let rects: Vec<_> =
+        [of(&submission.enter), of(&submission.leave)].into_iter().flatten().collect();
+    let Some(around) = rects.iter().copied().reduce(Rect::union) else { return false };
+    let size = nodes[number].rect.size();
+    let at = Pos2::new(around.center().x - size.x / 2.0, around.max.y + BENEATH);
+    move_to(&mut nodes[number], snapped(at));
+    true
+}
+
+/// Where these nodes, or all if there are none, read well from left to right.
+pub fn arranged(nodes: &[Node], mission: &Mission, items: &[Item]) -> Vec<(Item, Pos2)> {
+    let all: Vec<_> = nodes.iter().map(|node| node.item.clone()).collect();
+    let items = if items.is_empty() { &all } else { items };
+    let placed = arranged_of(nodes, mission, items);
+    // Some of them stay where they are as a whole.
+    let old = nodes.iter().filter(|node| items.contains(&node.item) && items.len() < all.len());
+    let corner = old.map(|node| node.rect.min).reduce(|a, b| a.min(b)).unwrap_or_default();
+    let moved = |at: Pos2| snapped(at + corner.to_vec2());
+    placed.into_iter().map(|(item, at)| (item, moved(at))).collect()
+}
+
+fn arranged_of(nodes: &[Node], mission: &Mission, items: &[Item]) -> Vec<(Item, Pos2)> {
+    let numbers: BTreeMap<_, _> = items.iter().enumerate().map(|(n, item)| (item, n)).collect();
+    let rooms: Vec<_> = items.iter().map(|item| room(nodes, item)).collect();
+    let roots: Vec<_> = mission
+        .places
+        .iter()
+        .filter(|place| place.initial > 0)
+        .filter_map(|place| numbers.get(&Item::Place(place.name.value.clone())).copied())
+        .collect();
+    let sizes: Vec<_> = rooms.iter().map(|(size, _)| *size).collect();
+    let all: Vec<_> = (0..items.len()).collect();
+    let corners = arrange::arrange(&sizes, &edges(mission, &numbers, &roots), &all);
+    let at = |n: usize| snapped(corners[n].to_pos2() + rooms[n].1);
+    items.iter().enumerate().map(|(n, item)| (item.clone(), at(n))).collect()
+}
+
+/// The room that a node takes with its texts, and where the node is in it.
+fn room(nodes: &[Node], item: &Item) -> (Vec2, Vec2) {
+    let Some(node) = nodes.iter().find(|node| node.item == *item) else {
+        return (Vec2::ZERO, Vec2::ZERO);
+    };
+    let size = node.rect.size();
+    if node.shape != Shape::Bar {
+        return (size, Vec2::ZERO);
+    }
+    let texts = node.lines.iter().map(|line| &line.text).chain([&node.title]);
+    let longest = texts.map(|text| text.chars().count()).max().unwrap_or(0) as f32;
+    let width = (longest * 6.4).max(size.x);
+    // As much above as beneath, so that arcs lead to the middle.
+    let beneath = (1 + node.lines.len()) as f32 * LINE;
+    (vec2(width, size.y + 2.0 * beneath), vec2((width - size.x) / 2.0, beneath))
+}
+
+/// What leads where. What leads back to where the mission begins is turned, so that it begins at the
+/// left.
+fn edges(
+    mission: &Mission,
+    numbers: &BTreeMap<&Item, usize>,
+    roots: &[usize],
+) -> Vec<(usize, usize)> {
+    let of_place = |name: &str| numbers.get(&Item::Place(name.to_owned())).copied();
+    let mut edges = Vec::new();
+    for transition in &mission.transitions {
+        let own = numbers.get(&Item::Transition(transition.name.value.clone()));
+        for arc in &transition.arcs {
+            if let (Some(own), Some(place)) = (own, of_place(&arc.place.value)) {
+                edges.push(if arc.kind == ArcKind::Put { (*own, place) } else { (place, *own) });
+            }
+        }
+    }
+    for (number, submission) in mission.submissions.iter().enumerate() {
+        let Some(own) = numbers.get(&Item::Submission(number)) else { continue };
+        let place = |name: &Option<armor_missions::Spanned<String>>| {
+            name.as_ref().and_then(|name| of_place(&name.value))
+        };
+        edges.extend(place(&submission.enter).map(|from| (from, *own)));
+        edges.extend(place(&submission.leave).map(|to| (*own, to)));
+    }
+    let forward = |(from, to)| if roots.contains(&to) { (to, from) } else { (from, to) };
+    edges.into_iter().map(forward).collect()
+}

@@ -1,0 +1,156 @@
+//! Arcs: in the short form `from`/`to` while their weight is 1, else as child elements.
+
+use armor_missions::mission::ArcKind;
+use armor_missions::tree::Element;
+use armor_missions::{Document, EditError, Item};
+
+use super::{arc_element, set_list, words};
+
+/// Where an arc stands in the file.
+enum Place {
+    /// In the list `from` or `to`.
+    Listed(&'static str),
+    /// As the child element at this path.
+    Child(Vec<usize>),
+}
+
+/// Adds an arc of weight 1.
+pub fn add_arc(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    kind: ArcKind,
+) -> Result<(), EditError> {
+    match short_form(kind) {
+        Some(list) => {
+            let mut names = words::list(document, Item::Transition(transition), list);
+            names.push(place.to_owned());
+            let names: Vec<_> = names.iter().map(String::as_str).collect();
+            set_list(document, Item::Transition(transition), list, &names)
+        }
+        None => add_child(document, transition, place, kind, 1),
+    }
+}
+
+/// Removes an arc; without effect if there is none.
+pub fn remove_arc(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    kind: ArcKind,
+) -> Result<(), EditError> {
+    match find(document, transition, place, kind) {
+        None => Ok(()),
+        Some(Place::Child(path)) => document.remove_element(&path),
+        Some(Place::Listed(list)) => unlist(document, transition, place, list),
+    }
+}
+
+/// Gives an arc a weight.
+pub fn set_weight(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    kind: ArcKind,
+    weight: u32,
+) -> Result<(), EditError> {
+    match find(document, transition, place, kind) {
+        Some(Place::Listed(list)) if weight > 1 => {
+            unlist(document, transition, place, list)?;
+            add_child(document, transition, place, kind, weight)
+        }
+        Some(Place::Child(path)) => {
+            let text = weight.to_string();
+            let value = (weight > 1).then_some(text.as_str());
+            document.set_attribute_at(&path, "weight", value)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Makes an arc one of another kind between the same two, with the same weight where it can.
+pub fn set_arc_kind(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    from: ArcKind,
+    to: ArcKind,
+) -> Result<(), EditError> {
+    let weight = match find(document, transition, place, from) {
+        Some(Place::Child(path)) => {
+            let element = document.tree().element(&path);
+            let weight = element.and_then(|element| element.attribute("weight"));
+            weight.and_then(|weight| weight.value.trim().parse().ok()).unwrap_or(1)
+        }
+        _ => 1,
+    };
+    remove_arc(document, transition, place, from)?;
+    add_arc(document, transition, place, to)?;
+    if to == ArcKind::Reset { Ok(()) } else { set_weight(document, transition, place, to, weight) }
+}
+
+/// Removes every arc between a place and any transition.
+pub(super) fn remove_arcs_of(document: &mut Document, place: &str) -> Result<(), EditError> {
+    let names: Vec<_> = words::names(document, "transition").map(str::to_owned).collect();
+    for transition in names {
+        for kind in [ArcKind::Take, ArcKind::Put, ArcKind::Read, ArcKind::Inhibitor, ArcKind::Reset]
+        {
+            remove_arc(document, &transition, place, kind)?;
+        }
+    }
+    Ok(())
+}
+
+fn short_form(kind: ArcKind) -> Option<&'static str> {
+    match kind {
+        ArcKind::Take => Some("from"),
+        ArcKind::Put => Some("to"),
+        ArcKind::Read | ArcKind::Inhibitor | ArcKind::Reset => None,
+    }
+}
+
+fn find(document: &Document, transition: &str, place: &str, kind: ArcKind) -> Option<Place> {
+    if let Some(list) = short_form(kind)
+        && words::list(document, Item::Transition(transition), list).iter().any(|n| n == place)
+    {
+        return Some(Place::Listed(list));
+    }
+    let mut path = document.find(Item::Transition(transition))?;
+    let element = document.tree().element(&path)?;
+    path.push(element.elements().position(|child| is_arc(child, place, kind))?);
+    Some(Place::Child(path))
+}
+
+fn is_arc(element: &Element, place: &str, kind: ArcKind) -> bool {
+    let (name, attribute) = match kind {
+        ArcKind::Take => ("arc", "from"),
+        ArcKind::Put => ("arc", "to"),
+        ArcKind::Read => ("read", "place"),
+        ArcKind::Inhibitor => ("inhibitor", "place"),
+        ArcKind::Reset => ("reset", "place"),
+    };
+    element.name == name && element.attribute(attribute).is_some_and(|given| given.value == place)
+}
+
+fn unlist(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    list: &str,
+) -> Result<(), EditError> {
+    let names = words::list(document, Item::Transition(transition), list);
+    let left: Vec<_> = names.iter().map(String::as_str).filter(|name| *name != place).collect();
+    set_list(document, Item::Transition(transition), list, &left)
+}
+
+fn add_child(
+    document: &mut Document,
+    transition: &str,
+    place: &str,
+    kind: ArcKind,
+    weight: u32,
+) -> Result<(), EditError> {
+    let path = document.find(Item::Transition(transition)).ok_or(EditError::NoElement)?;
+    let count = document.tree().element(&path).map_or(0, |element| element.elements().count());
+    document.insert_element(&path, count, &arc_element(kind, place, weight))
+}

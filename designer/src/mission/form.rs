@@ -1,0 +1,277 @@
+//! The fields of the mission's panels. What is typed takes effect when the field is left, with
+//! Enter or by doing something else; Escape takes it back. What is wrong with it stands beneath it
+//! while it is typed.
+
+use eframe::egui::{self, RichText};
+
+use super::changes::Change;
+use crate::panels::fields::{self, Drafts};
+use crate::theme::Colours;
+
+/// The fields of one panel.
+#[derive(Default)]
+pub struct Form {
+    drafts: Drafts<Field>,
+    /// What the text that is being written will change.
+    pending: Option<(Field, Option<Change>)>,
+    changes: Vec<Change>,
+    /// What the fields are of, so that the same field of another thing is another field.
+    of: String,
+    /// Whether the next field is to get the focus.
+    wants_focus: bool,
+}
+
+/// A field: of what, and which.
+type Field = (String, String);
+
+/// Whether a text would do, and if not, why.
+pub type Judge<'a> = &'a dyn Fn(&str) -> Result<(), String>;
+
+impl Form {
+    /// What the fields from here on are of.
+    pub fn of(&mut self, what: impl ToString) -> &mut Self {
+        self.of = what.to_string();
+        self
+    }
+
+    /// Gives the next field the focus.
+    pub fn take_focus(&mut self) {
+        self.wants_focus = true;
+    }
+
+    /// Something that was chosen rather than typed.
+    pub fn change(&mut self, change: Change) {
+        self.changes.push(change);
+    }
+
+    /// The changes of this frame, once all fields were shown.
+    pub fn finish(&mut self) -> Vec<Change> {
+        for (field, _) in self.drafts.finish() {
+            if let Some((_, change)) = self.pending.take_if(|(own, _)| *own == field) {
+                self.changes.extend(change);
+            }
+        }
+        std::mem::take(&mut self.changes)
+    }
+
+    /// A line of text. `make` says what the new text changes; nothing if it is to stay as it was.
+    pub fn line(
+        &mut self,
+        ui: &mut egui::Ui,
+        name: &str,
+        value: &str,
+        judge: Judge<'_>,
+        make: impl Fn(&str) -> Option<Change>,
+    ) -> egui::Response {
+        self.hinted(ui, name, "", value, judge, make)
+    }
+
+    /// The same with something that is shown while it is empty.
+    pub fn hinted(
+        &mut self,
+        ui: &mut egui::Ui,
+        name: &str,
+        hint: &str,
+        value: &str,
+        judge: Judge<'_>,
+        make: impl Fn(&str) -> Option<Change>,
+    ) -> egui::Response {
+        let field = (self.of.clone(), name.to_owned());
+        let form = fields::Form { name, hint, width: 0.0, rows: 1 };
+        let response = self.drafts.text(ui, &field, value, form, judge);
+        if std::mem::take(&mut self.wants_focus) {
+            response.request_focus();
+        }
+        let written = self.drafts.writing(&field).map(str::to_owned);
+        let text = written.as_deref().unwrap_or(value);
+        if let Err(why) = judge(text) {
+            wrong(ui, &why);
+        }
+        if let Some(text) = written {
+            let change = (text != value).then(|| make(&text)).flatten();
+            self.pending = Some((field, change));
+        }
+        response
+    }
+
+    /// A choice among values, of which `None` is one.
+    pub fn choice<T: PartialEq + Clone>(
+        &mut self,
+        ui: &mut egui::Ui,
+        name: &str,
+        value: &T,
+        choices: &[(T, String)],
+        make: impl Fn(&T) -> Change,
+    ) -> egui::Response {
+        let shown = choices.iter().find(|(choice, _)| choice == value);
+        let shown = shown.map_or_else(|| "..".to_owned(), |(_, text)| text.clone());
+        let combo = egui::ComboBox::from_id_salt(("mission choice", &self.of, name));
+        let combo = combo.selected_text(shown).width(ui.available_width().min(240.0));
+        let shown = combo.show_ui(ui, |ui| {
+            for (choice, text) in choices {
+                if ui.selectable_label(choice == value, text).clicked() && choice != value {
+                    self.changes.push(make(choice));
+                }
+            }
+        });
+        shown.response.accessible_name(name)
+    }
+
+    /// Yes or no.
+    pub fn flag(
+        &mut self,
+        ui: &mut egui::Ui,
+        name: &str,
+        value: bool,
+        make: impl Fn(bool) -> Change,
+    ) -> egui::Response {
+        let mut is_set = value;
+        let response = ui.checkbox(&mut is_set, name);
+        if is_set != value {
+            self.changes.push(make(is_set));
+        }
+        response
+    }
+
+    /// A whole number, typed.
+    pub fn number(
+        &mut self,
+        ui: &mut egui::Ui,
+        name: &str,
+        value: i64,
+        range: std::ops::RangeInclusive<i64>,
+        make: impl Fn(i64) -> Change,
+    ) -> egui::Response {
+        let judge = |text: &str| match text.trim().parse::<i64>() {
+            Ok(number) if range.contains(&number) => Ok(()),
+            _ => Err(format!("a whole number from {} to {}", range.start(), range.end())),
+        };
+        let make = |text: &str| {
+            let number = text.trim().parse::<i64>().ok().filter(|number| range.contains(number));
+            number.filter(|number| *number != value).map(&make)
+        };
+        self.line(ui, name, &value.to_string(), &judge, make)
+    }
+}
+
+/// What is wrong, with a sign before it that is no colour.
+pub fn wrong(ui: &mut egui::Ui, why: &str) {
+    let colour = Colours::of(ui.visuals()).error;
+    ui.label(RichText::new(format!("! {why}")).color(colour).small());
+}
+
+/// A row of a form: a name and what is edited.
+pub fn row<R>(
+    ui: &mut egui::Ui,
+    name: &str,
+    doc: &str,
+    contents: impl FnOnce(&mut egui::Ui) -> R,
+) -> R {
+    const NAME_WIDTH: f32 = 92.0;
+    let inner = ui.horizontal(|ui| {
+        let height = ui.spacing().interact_size.y;
+        let label = egui::Label::new(RichText::new(name).weak()).truncate();
+        let left = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(egui::vec2(NAME_WIDTH, height), left, |ui| {
+            ui.set_min_width(NAME_WIDTH);
+            ui.add(label).on_hover_text(doc);
+        });
+        ui.vertical(contents).inner
+    });
+    inner.inner
+}
+
+/// Whether a text is a length of time, such as `90s`; empty is none.
+pub fn is_time(text: &str) -> Result<(), String> {
+    if text.trim().is_empty() {
+        return Ok(());
+    }
+    match armor_wire::quantity::seconds(text.trim()) {
+        Ok(seconds) if seconds >= 0.0 => Ok(()),
+        Ok(_) => Err("a time cannot be negative".into()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Whether a text is a name of the format.
+pub fn is_name(text: &str) -> Result<(), String> {
+    match armor_wire::name::is_name(text) {
+        true => Ok(()),
+        false => {
+            Err("a name starts with a letter and has letters, digits, _ and - (at most 64)".into())
+        }
+    }
+}
+
+/// Whether a text is a date in UTC; empty is none.
+pub fn is_date(text: &str) -> Result<(), String> {
+    if text.trim().is_empty() {
+        return Ok(());
+    }
+    text.trim().parse::<armor_missions::Date>().map(|_| ())
+}
+
+/// Whether a text is a guard; empty is none. A mistake is shown with what stands there.
+pub fn is_guard(text: &str) -> Result<(), String> {
+    if text.trim().is_empty() {
+        return Ok(());
+    }
+    match armor_missions::guard::Guard::parse(text) {
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let place = text.get(error.at.clone()).filter(|place| !place.trim().is_empty());
+            let place = place.map_or_else(|| "at its end".to_owned(), |at| format!("at `{at}`"));
+            Err(format!("{place}: {}; {}", error.message, error.remedy))
+        }
+    }
+}
+
+/// Whether a text is a whole number that is worked out from variables; empty is none.
+pub fn is_count(text: &str) -> Result<(), String> {
+    if text.trim().is_empty() {
+        return Ok(());
+    }
+    armor_missions::guard::Count::parse(text).map(|_| ()).map_err(|error| error.to_string())
+}
+
+/// Whether a text is a check.
+pub fn is_check(text: &str) -> Result<(), String> {
+    match armor_missions::claim::Claim::parse(text) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// A time as a file says it: `90s`, `0.2s`, `10min`.
+pub fn time_text(time: std::time::Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match time.as_secs() {
+        whole if whole >= 60 && whole % 60 == 0 && time.subsec_nanos() == 0 => {
+            format!("{}min", whole / 60)
+        }
+        _ => format!("{seconds}s"),
+    }
+}
+
+/// A text, or none if it is empty.
+pub fn given(text: &str) -> Option<String> {
+    let text = text.trim();
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_wrong_is_said_with_the_words_of_the_languages() {
+        assert_eq!(is_time("90s"), Ok(()));
+        assert!(is_time("-1s").is_err() && is_time("90").is_err() && is_time("5m").is_err());
+        assert!(is_name("a b").is_err() && is_name("a-b").is_ok());
+        assert!(is_date("2026-11-21T14:30Z").is_ok() && is_date("tomorrow").is_err());
+        assert!(is_guard("battery < 30%").is_ok() && is_guard("").is_ok());
+        let why = is_guard("battery < ) 3").unwrap_err();
+        assert!(why.starts_with("at `)`"), "{why}");
+        assert!(is_check("always home").is_ok() && is_check("often home").is_err());
+    }
+}

@@ -1,0 +1,140 @@
+//! What was found of each thing of the mission, and how the drawing says it in a word.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use armor_missions::{Code, Finding, Findings, Location, Severity, Takes};
+
+use super::play::words as time;
+use crate::canvas::{Badge, Mark};
+use crate::item::Item;
+
+/// The findings of a revision, by what they are about.
+#[derive(Debug, Default)]
+pub struct Marks {
+    findings: Arc<Findings>,
+    by_item: BTreeMap<Item, Vec<usize>>,
+}
+
+impl Marks {
+    /// Sorts findings by what stands where they are about.
+    pub fn of(findings: Arc<Findings>, item_at: &dyn Fn(&Location) -> Option<Item>) -> Self {
+        let mut by_item: BTreeMap<Item, Vec<usize>> = BTreeMap::new();
+        for (number, finding) in findings.iter().enumerate() {
+            let mut about: Vec<_> = finding.at.iter().filter_map(item_at).collect();
+            if finding.code == Code::MarkedTogether {
+                // The other one of the two is as much concerned.
+                about.extend(finding.related.iter().filter_map(|(at, _)| item_at(at)));
+            }
+            about.dedup();
+            about.into_iter().for_each(|item| by_item.entry(item).or_default().push(number));
+        }
+        Self { findings, by_item }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// Those about an item.
+    pub fn found(&self, item: &Item) -> impl Iterator<Item = &Finding> {
+        let numbers = self.by_item.get(item).map_or(&[][..], Vec::as_slice);
+        numbers.iter().filter_map(|number| self.findings.iter().nth(*number))
+    }
+
+    /// The worst that was found of an item.
+    pub fn mark(&self, item: &Item) -> Mark {
+        let marks = self.found(item).map(|finding| match finding.severity() {
+            Severity::Error => Mark::Error,
+            Severity::Warning => Mark::Warning,
+            Severity::Note => Mark::None,
+        });
+        marks.max().unwrap_or_default()
+    }
+
+    /// What was found of an item, a line for each.
+    pub fn said(&self, item: &Item) -> String {
+        self.found(item).map(|found| format!("\n{}", found.message)).collect()
+    }
+
+    /// What a proof says of an item, in a word.
+    pub fn badge(&self, item: &Item) -> Option<Badge> {
+        let (word, finding) =
+            self.found(item).find_map(|found| Some((word(found.code)?, found)))?;
+        Some(Badge { text: word.to_owned(), doc: finding.message.clone() })
+    }
+
+    /// How long the mission takes, if that is known.
+    pub fn takes(&self) -> Option<&Takes> {
+        self.findings.iter().find_map(|found| found.takes.as_ref())
+    }
+}
+
+/// What the drawing writes beside what a proof speaks of.
+fn word(code: Code) -> Option<&'static str> {
+    Some(match code {
+        Code::NeverFires => "dead",
+        Code::Standstill => "stands still",
+        Code::GoalLost => "no way out",
+        Code::GoalNeverReached => "never reached",
+        Code::FillsWithoutEnd => "fills",
+        Code::TwoTokens | Code::TooManyTokens => "two tokens",
+        Code::MarkedTogether | Code::ExclusiveTogether => "excluded",
+        Code::UnreachablePlace => "not reached",
+        _ => return None,
+    })
+}
+
+/// How long it takes to the goal, in a line.
+pub fn takes_words(takes: &Takes) -> String {
+    let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
+    let least = seconds(takes.shortest_s);
+    match takes.longest_s.map(seconds) {
+        Some(most) if takes.always_goal && most == least => format!("after {least}"),
+        Some(most) if takes.always_goal => format!("after {least} to {most}"),
+        _ => format!("after {least} or later"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_missions::{Source, Span};
+
+    #[test]
+    fn findings_stand_at_both_places_that_they_are_about() {
+        let source = Source::new("a.xml", "one other");
+        let at = |start, end| Location::new(&source, Span::new(start, end));
+        let together = Finding::new(Code::MarkedTogether, &at(0, 3), "both are marked")
+            .related(&at(4, 9), "together with this one");
+        let mut findings = Findings::default();
+        findings.push(together);
+        findings.push(Finding::new(Code::NeverFires, &at(4, 9), "it never fires"));
+        let item = |name: &str| Item::Place(name.to_owned());
+        let marks = Marks::of(Arc::new(findings), &|at| Some(item(at.text())));
+        assert_eq!(
+            (marks.mark(&item("one")), marks.mark(&item("none"))),
+            (Mark::Warning, Mark::None)
+        );
+        assert_eq!(marks.said(&item("other")), "\nboth are marked\nit never fires");
+        let badge = |name: &str| marks.badge(&item(name)).map(|badge| badge.text);
+        assert_eq!((badge("one"), badge("none")), (Some("excluded".into()), None));
+    }
+
+    #[test]
+    fn a_time_without_end_is_told_as_such() {
+        let takes = |longest_s, always_goal| Takes {
+            shortest_s: 5.0,
+            shortest_way: Vec::new(),
+            longest_s,
+            longest_way: Vec::new(),
+            longest_circle: Vec::new(),
+            always_goal,
+        };
+        assert_eq!(takes_words(&takes(Some(90.0), true)), "after 5 s to 1 min 30 s");
+        assert_eq!(takes_words(&takes(Some(5.0), true)), "after 5 s");
+        assert_eq!(takes_words(&takes(None, true)), "after 5 s or later");
+        assert_eq!(takes_words(&takes(Some(90.0), false)), "after 5 s or later");
+    }
+}

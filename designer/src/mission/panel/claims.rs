@@ -1,0 +1,87 @@
+//! The checks: what is to be proven, and whether it is.
+
+use armor_missions::{Code, Finding};
+use eframe::egui::{self, RichText};
+
+use super::{Shown, Wish, section, tell};
+use crate::item::Item;
+use crate::mission::changes::Change;
+use crate::mission::form::{Form, given, is_check};
+use crate::theme::Colours;
+
+pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes: &mut Vec<Wish>) {
+    section(ui, "Checks: what is to be proven");
+    for (number, check) in shown.mission.checks.iter().enumerate() {
+        let item = Item::Check(number);
+        let found: Vec<_> = shown.marks.found(&item).collect();
+        ui.horizontal(|ui| {
+            verdict(ui, shown, &found);
+            let remove = format!("Remove check {}", number + 1);
+            if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
+                form.change(Change::Remove(vec![item.clone()]));
+            }
+        });
+        let name = format!("check {}", number + 1);
+        form.line(ui, &name, &check.value, &is_check, |text| {
+            given(text).map(|text| Change::Check(number, text))
+        });
+        for finding in found {
+            tell(ui, finding, wishes);
+        }
+        ui.add_space(4.0);
+    }
+    ui.menu_button("Add a check..", |ui| {
+        for text in proposals(shown) {
+            if ui.button(&text).clicked() {
+                form.change(Change::AddCheck(text));
+            }
+        }
+    });
+}
+
+fn verdict(ui: &mut egui::Ui, shown: &Shown<'_>, found: &[&Finding]) {
+    let colours = Colours::of(ui.visuals());
+    let is = |code: Code| found.iter().any(|found| found.code == code);
+    let (text, colour) = match () {
+        () if is(Code::CheckFails) => ("x does not hold", colours.error),
+        () if is(Code::CheckUndecided) => ("? not decided", colours.warning),
+        () if !found.is_empty() => ("! cannot be read", colours.error),
+        () if shown.is_checking => (".. being proven", colours.weak),
+        () if shown.marks.all().has_errors() => {
+            ("? not proven while there are errors", colours.weak)
+        }
+        () => ("= holds", colours.good),
+    };
+    ui.label(RichText::new(text).color(colour));
+}
+
+/// Checks that fit this mission.
+fn proposals(shown: &Shown<'_>) -> Vec<String> {
+    let mission = shown.mission;
+    let name = |place: &Option<armor_missions::Spanned<String>>| {
+        place.as_ref().map(|place| place.value.clone())
+    };
+    let ends: Vec<_> = [name(&mission.goal), name(&mission.safe)].into_iter().flatten().collect();
+    let mut proposals = Vec::new();
+    if !ends.is_empty() {
+        let end = ends.join(" or ");
+        proposals.push(format!("always reachable({end})"));
+        proposals.push(format!("eventually {end}"));
+        proposals.push(format!("duration({end}) <= 20min"));
+    }
+    for set in &mission.exclusives {
+        if let [one, other, ..] = &set.components[..] {
+            proposals.push(format!("never active({}) and active({})", one.value, other.value));
+        }
+    }
+    if let Some(first) = mission.transitions.first() {
+        proposals.push(format!("fires({})", first.name.value));
+    }
+    proposals.retain(|text| mission.checks.iter().all(|known| known.value != *text));
+    if proposals.is_empty()
+        && let Some(place) = mission.places.first()
+    {
+        proposals.push(format!("reachable({})", place.name.value));
+    }
+    proposals
+}

@@ -1,0 +1,92 @@
+//! When a transition fires, counted from when it is enabled.
+
+use armor_missions::mission::Transition;
+use eframe::egui;
+
+use crate::mission::changes::Change;
+use crate::mission::edits::Timing;
+use crate::mission::form::{Form, given, is_time, row};
+
+fn text_of(transition: &Transition) -> Timing {
+    let Some(interval) = &transition.interval else { return Timing::AtOnce };
+    let text = interval.at.text();
+    let given = interval.value;
+    match (text.strip_prefix('[').and_then(|inner| inner.split_once(',')), given.latest) {
+        (Some((from, to)), _) => {
+            let to = to.trim().trim_end_matches([']', ')']);
+            Timing::Interval(from.trim().to_owned(), to.to_owned())
+        }
+        (None, Some(_)) => Timing::Timeout(text.to_owned()),
+        (None, None) => Timing::After(text.to_owned()),
+    }
+}
+
+pub(super) fn timing(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
+    let name = transition.name.value.clone();
+    let now = text_of(transition);
+    let set = |timing: Timing| Change::Timing(name.clone(), timing);
+    let own = match &now {
+        Timing::AtOnce => "10s".to_owned(),
+        Timing::Timeout(time) | Timing::After(time) | Timing::Interval(time, _) => time.clone(),
+    };
+    // Of which sort it is; the times themselves are fields of their own.
+    let sort = |timing: &Timing| match timing {
+        Timing::AtOnce => 0,
+        Timing::Timeout(_) => 1,
+        Timing::After(_) => 2,
+        Timing::Interval(..) => 3,
+    };
+    let sorts = [
+        (0, "at once".to_owned()),
+        (1, "after a time (timeout)".to_owned()),
+        (2, "after a time, or later".to_owned()),
+        (3, "between two times".to_owned()),
+    ];
+    row(ui, "When", "Counted from when all it waits for is there.", |ui| {
+        form.choice(ui, "when it fires", &sort(&now), &sorts, |sort| {
+            set(match sort {
+                1 => Timing::Timeout(own.clone()),
+                2 => Timing::After(own.clone()),
+                3 => Timing::Interval(own.clone(), "inf".into()),
+                _ => Timing::AtOnce,
+            })
+        });
+    });
+    let needed = |text: &str| match given(text) {
+        Some(text) => is_time(&text),
+        None => Err("a time is needed, such as 90s or 10min".into()),
+    };
+    match now {
+        Timing::AtOnce => {}
+        Timing::Timeout(time) => {
+            row(ui, "Time", "With its unit: 90s, 10min, 0.2s.", |ui| {
+                form.line(ui, "timeout", &time, &needed, |text| {
+                    given(text).map(|time| set(Timing::Timeout(time)))
+                });
+            });
+        }
+        Timing::After(time) => {
+            row(ui, "Not before", "With its unit: 90s, 10min, 0.2s.", |ui| {
+                form.line(ui, "not before this time", &time, &needed, |text| {
+                    given(text).map(|time| set(Timing::After(time)))
+                });
+            });
+        }
+        Timing::Interval(from, to) => {
+            row(ui, "From", "The earliest, with its unit.", |ui| {
+                form.line(ui, "earliest time", &from, &needed, |text| {
+                    given(text).map(|time| set(Timing::Interval(time, to.clone())))
+                });
+            });
+            let is_end = |text: &str| match text.trim() {
+                "" | "inf" => Ok(()),
+                text => is_time(text),
+            };
+            row(ui, "To", "The latest, with its unit; inf is without end.", |ui| {
+                form.line(ui, "latest time", &to, &is_end, |text| {
+                    Some(set(Timing::Interval(from.clone(), text.trim().to_owned())))
+                });
+            });
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! What a transition waits for beside time: a report, a guard.
+
+use armor_missions::mission::Transition;
+use eframe::egui;
+
+use super::Shown;
+use super::fields::data_fields;
+use crate::item::Item;
+use crate::mission::changes::Change;
+use crate::mission::form::{Form, given, is_guard, is_name, row, wrong};
+
+pub(super) fn report(
+    ui: &mut egui::Ui,
+    shown: &Shown<'_>,
+    transition: &Transition,
+    form: &mut Form,
+) {
+    let item = Item::Transition(transition.name.value.clone());
+    let on = transition.on.as_ref();
+    let component = on.map(|on| on.component.value.clone());
+    let event = on.map_or_else(|| "done".to_owned(), |on| on.event.value.clone());
+    let mut choices = vec![(None, "no report".to_owned())];
+    let (heard, others) = reporters(shown, transition);
+    choices.extend(heard.into_iter().map(|name| (Some(name.clone()), name)));
+    choices.extend(
+        others.into_iter().map(|name| (Some(name.clone()), format!("{name} (frozen here)"))),
+    );
+    let set = |component: &str, event: &str| {
+        Change::Attribute(item.clone(), "on", Some(format!("{component}.{event}")))
+    };
+    row(ui, "Report of", "The component whose report it waits for.", |ui| {
+        form.choice(ui, "report of", &component, &choices, |choice| match choice {
+            Some(component) => set(component, &event),
+            None => Change::Attribute(item.clone(), "on", None),
+        });
+    });
+    let Some(component) = component else { return };
+    row(ui, "Report", "done, failed, or an event that the component names.", |ui| {
+        form.line(ui, "report", &event, &is_name, |event| Some(set(&component, event.trim())));
+        ui.horizontal_wrapped(|ui| {
+            for known in events(shown, &component) {
+                if known != event && ui.small_button(&known).clicked() {
+                    form.change(set(&component, &known));
+                }
+            }
+        });
+    });
+}
+
+/// The components that are active in a place this transition starts from, and the others.
+fn reporters(shown: &Shown<'_>, transition: &Transition) -> (Vec<String>, Vec<String>) {
+    let starts =
+        transition.arcs.iter().filter(|arc| arc.kind != armor_missions::mission::ArcKind::Put);
+    let places: Vec<_> = starts.filter_map(|arc| shown.mission.place(&arc.place.value)).collect();
+    shown.components().into_iter().partition(|component| {
+        !shown.mission.controls(component) || places.iter().any(|place| place.activates(component))
+    })
+}
+
+/// Reports that a component is known to send: the two that all send, and those others wait for.
+fn events(shown: &Shown<'_>, component: &str) -> Vec<String> {
+    let mut known = vec!["done".to_owned(), "failed".to_owned()];
+    for on in shown.mission.transitions.iter().filter_map(|transition| transition.on.as_ref()) {
+        if on.component.value == component && !known.contains(&on.event.value) {
+            known.push(on.event.value.clone());
+        }
+    }
+    known
+}
+
+pub(super) fn guard(
+    ui: &mut egui::Ui,
+    shown: &Shown<'_>,
+    transition: &Transition,
+    form: &mut Form,
+) {
+    let item = Item::Transition(transition.name.value.clone());
+    let value = transition.when.as_ref().map_or("", |when| when.value.as_str());
+    let set = |text: &str| Change::Attribute(item.clone(), "when", given(text));
+    row(ui, "While", "A guard: it is enabled only while this holds.", |ui| {
+        let hint = "battery < 30% and not power.state.charging";
+        form.hinted(ui, "guard", hint, value, &is_guard, |text| Some(set(text)));
+        for finding in shown.marks.found(&item).filter(|found| is_of_guard(found.code)) {
+            wrong(ui, &format!("{} ({})", finding.message, finding.remedy));
+        }
+        ui.menu_button("Add a condition..", |ui| {
+            egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+                for (name, is) in known_names(shown) {
+                    if ui.button(&name).on_hover_text(&is).clicked() {
+                        form.change(set(&with_condition(value, &name, &is)));
+                    }
+                }
+            });
+        })
+        .response
+        .on_hover_text("Adds a variable or a field of data to the guard");
+    });
+}
+
+fn is_of_guard(code: armor_missions::Code) -> bool {
+    use armor_missions::Code;
+    matches!(
+        code,
+        Code::GuardType
+            | Code::GuardUnit
+            | Code::UnknownVariable
+            | Code::UnknownField
+            | Code::FieldNotSaid
+    )
+}
+
+/// Variables, then fields of data, each with what it is.
+fn known_names(shown: &Shown<'_>) -> Vec<(String, String)> {
+    let variables = shown.mission.variables.iter().map(|variable| {
+        let source = variable.source.as_ref().map_or("nothing", |source| source.value.as_str());
+        (variable.name.value.clone(), format!("a variable that follows {source}"))
+    });
+    let data = data_fields(shown.configuration, shown.kinds).into_iter();
+    variables.chain(data.map(|field| (field.name, field.is))).collect()
+}
+
+/// The guard with one condition more, of a form that fits what is looked at.
+fn with_condition(guard: &str, name: &str, is: &str) -> String {
+    let condition = match is {
+        "true or false" => name.to_owned(),
+        "a text" => format!("{name} == ''"),
+        choice if choice.starts_with("one of ") => {
+            let first = choice.trim_start_matches("one of ").split(", ").next().unwrap_or("''");
+            format!("{name} == {first}")
+        }
+        number => {
+            let unit = number.split_once(" in ").map_or("", |(_, unit)| unit);
+            format!("{name} < 1{unit}")
+        }
+    };
+    match guard.trim() {
+        "" => condition,
+        guard => format!("{guard} and {condition}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_condition_fits_what_it_looks_at() {
+        let check = |guard: &str, is: &str, expected: &str| {
+            let text = with_condition(guard, "a.b.c", is);
+            assert_eq!(text, expected);
+            assert_eq!(is_guard(&text), Ok(()));
+        };
+        check("", "a number in m/s", "a.b.c < 1m/s");
+        check("x > 2", "true or false", "x > 2 and a.b.c");
+        check("", "one of 'Full', 'Low'", "a.b.c == 'Full'");
+        check("", "a number", "a.b.c < 1");
+    }
+}

@@ -1,0 +1,126 @@
+//! The mission as a whole: what it is called, what was proven of it, and what has no place in the
+//! drawing.
+
+use armor_missions::mission::{Mission, Resume};
+use armor_missions::{Severity, Spanned, Takes};
+use eframe::egui::{self, RichText};
+
+use super::{Shown, Wish, claims, section, sets, tell};
+use crate::item::Item;
+use crate::mission::changes::Change;
+use crate::mission::form::{Form, given, is_name, is_time, row};
+use crate::mission::play::words as time;
+use crate::mission::schedule::Pace;
+use crate::theme::Colours;
+
+pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes: &mut Vec<Wish>) {
+    ui.heading("Mission");
+    let mission = shown.mission;
+    attributes(ui, shown, mission, form);
+    proof(ui, shown, wishes);
+    claims::show(ui, shown, form, wishes);
+    sets::variables(ui, shown, form);
+    sets::exclusives(ui, shown, form);
+    sets::submissions(ui, shown, form);
+}
+
+fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mut Form) {
+    let set = |key, value: Option<String>| Change::Attribute(Item::Mission, key, value);
+    let name = mission.name.as_ref().map_or("", |name| name.value.as_str());
+    let is_name_or_none = |text: &str| if text.is_empty() { Ok(()) } else { is_name(text) };
+    row(ui, "Name", "What the mission is called.", |ui| {
+        form.line(ui, "name of the mission", name, &is_name_or_none, |text| {
+            Some(set("name", given(text)))
+        });
+    });
+    let ends = [
+        ("Goal", "goal", "Marked, the mission is over, well.", &mission.goal),
+        ("Safe place", "safe", "Where it goes when something fails.", &mission.safe),
+    ];
+    for (label, key, doc, value) in ends {
+        let mut choices = vec![(None, "none".to_owned())];
+        choices.extend(shown.places().into_iter().map(|place| (Some(place.clone()), place)));
+        let value = value.as_ref().map(|place: &Spanned<String>| place.value.clone());
+        row(ui, label, doc, |ui| {
+            form.choice(ui, label, &value, &choices, |place| set(key, place.clone()));
+        });
+    }
+    let resume = mission.resume.as_deref().copied();
+    let choices = [
+        (None, "goes on (not said)".to_owned()),
+        (Some(Resume::Continue), "goes on".to_owned()),
+        (Some(Resume::Hold), "waits for the operator".to_owned()),
+        (Some(Resume::Safe), "goes to the safe place".to_owned()),
+    ];
+    row(ui, "Restarted", "What it does after a power loss.", |ui| {
+        form.choice(ui, "after a restart", &resume, &choices, |resume| {
+            let value = resume.map(|resume| match resume {
+                Resume::Continue => "continue",
+                Resume::Hold => "hold",
+                Resume::Safe => "safe",
+            });
+            set("resume", value.map(str::to_owned))
+        });
+    });
+    let period = mission.period.as_ref().map_or("", |period| period.at.text());
+    row(ui, "Period", "Looks at the net so often; without, it acts at once.", |ui| {
+        form.hinted(ui, "period", "acts at once", period, &is_time, |text| {
+            Some(set("period", given(text)))
+        });
+    });
+}
+
+/// What was found of the mission, in a few words.
+fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
+    section(ui, "Proof");
+    let colours = Colours::of(ui.visuals());
+    let errors = shown.marks.all().iter().filter(|f| f.severity() == Severity::Error).count();
+    let doubts = shown.marks.all().iter().filter(|f| f.severity() == Severity::Warning).count();
+    match (shown.is_checking, errors, doubts) {
+        (true, ..) => ui.weak("being proven.."),
+        (_, 0, 0) => ui.label(RichText::new("proven: nothing is wrong").color(colours.good)),
+        (_, 0, doubts) => ui
+            .label(RichText::new(format!("proven, with {doubts} warnings")).color(colours.warning)),
+        (_, errors, _) => {
+            ui.label(RichText::new(format!("not proven: {errors} errors")).color(colours.error))
+        }
+    };
+    let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
+    for finding in with_ways.filter(|found| found.code != armor_missions::Code::CheckFails) {
+        tell(ui, finding, wishes);
+    }
+    if let Some(takes) = shown.marks.takes() {
+        durations(ui, takes, wishes);
+    }
+}
+
+fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<Wish>) {
+    let play = |firings: &[String], circle: &[String], pace| {
+        let way = armor_missions::Way { firings: firings.to_vec(), circle: circle.to_vec() };
+        Wish::Play(way, pace)
+    };
+    let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
+    ui.horizontal(|ui| {
+        ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
+        let button = ui.small_button("play").accessible_name("Play the shortest way");
+        if button.on_hover_text(takes.shortest_way.join(", ")).clicked() {
+            wishes.push(play(&takes.shortest_way, &[], Pace::Earliest));
+        }
+    });
+    ui.horizontal(|ui| {
+        match takes.longest_s {
+            Some(longest) => ui.label(format!("Longest: {}", seconds(longest))),
+            None => ui.label("Longest: without end"),
+        };
+        let button = ui.small_button("play").accessible_name("Play the longest way");
+        if button.on_hover_text(takes.longest_way.join(", ")).clicked() {
+            wishes.push(play(&takes.longest_way, &takes.longest_circle, Pace::Latest));
+        }
+    });
+    let end = if takes.always_goal {
+        "It always ends at the goal."
+    } else {
+        "It may end in the safe place."
+    };
+    ui.label(RichText::new(end).weak().small());
+}

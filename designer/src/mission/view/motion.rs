@@ -1,0 +1,77 @@
+//! Tokens on their way from place to place, painted over the drawing.
+
+use armor_petri::PlaceId;
+use eframe::egui::{self, Pos2, Stroke, Vec2};
+
+use super::MissionView;
+use crate::canvas::{Wire, curve, wire_ends};
+use crate::item::Item;
+use crate::theme::Colours;
+use armor_missions::mission::ArcKind;
+
+/// The radius of a token, in the drawing.
+const TOKEN: f32 = 6.5;
+/// Pieces of an arc that a token goes along.
+const PIECES: usize = 24;
+
+impl MissionView {
+    /// Paints the tokens that are on their way, and asks for the next frame as long as there are
+    /// some.
+    pub(super) fn paint_motion(&mut self, ui: &egui::Ui) {
+        let now = ui.input(|i| i.time);
+        let Some(simulator) = &mut self.simulator else { return };
+        match simulator.advance(now) {
+            Some(wait) if wait <= 0.0 => ui.ctx().request_repaint(),
+            Some(wait) => {
+                let wait = std::time::Duration::from_secs_f64(wait);
+                ui.ctx().request_repaint_after(wait);
+            }
+            None => {}
+        }
+        let Some(motion) = simulator.motion() else { return };
+        let share = motion.share(now);
+        let stage = simulator.play().stage();
+        let Some(written) = stage.written(motion.transition) else { return };
+        let net = stage.net.transition(motion.transition);
+        // First to the transition, then on from there.
+        let (kind, arcs, along) = if share < 0.5 {
+            (ArcKind::Take, &net.inputs, share * 2.0)
+        } else {
+            (ArcKind::Put, &net.outputs, share * 2.0 - 1.0)
+        };
+        let name = |place: &PlaceId| stage.net.place(*place).to_owned();
+        let items: Vec<_> = arcs
+            .iter()
+            .map(|(place, _)| Item::Arc {
+                transition: written.name.value.clone(),
+                place: name(place),
+                kind,
+            })
+            .collect();
+        let colours = Colours::of(ui.visuals());
+        let painter = ui.painter_at(self.canvas.rect());
+        for item in items {
+            let wire = self.diagram.wires.iter().find(|wire| wire.item == item);
+            if let Some(at) = wire.and_then(|wire| self.point(wire, eased(along))) {
+                let radius = (TOKEN * self.canvas.viewport.zoom).max(3.0);
+                let edge = Stroke::new(2.0, colours.background);
+                painter.circle(at, radius, colours.good, edge);
+            }
+        }
+    }
+
+    /// A point along a wire, in the window.
+    fn point(&self, wire: &Wire, share: f32) -> Option<Pos2> {
+        let ends = wire_ends(&self.diagram, wire, |_| Vec2::ZERO)?;
+        let points = curve(ends, PIECES);
+        let at = share.clamp(0.0, 1.0) * (points.len() - 1) as f32;
+        let first = (at.floor() as usize).min(points.len() - 2);
+        let point = points[first].lerp(points[first + 1], at - first as f32);
+        Some(self.canvas.to_window(point))
+    }
+}
+
+/// Slow at both ends.
+fn eased(share: f32) -> f32 {
+    share * share * (3.0 - 2.0 * share)
+}

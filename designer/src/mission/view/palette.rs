@@ -1,0 +1,144 @@
+//! What a mission is built from, dragged into the drawing or added by a click.
+
+use armor_missions::mission::ArcKind;
+use eframe::egui::{self, Label, RichText, ScrollArea, Sense, UiBuilder};
+
+use super::{MissionView, mission_of};
+use crate::commands::Command;
+use crate::desk::Desk;
+use crate::item::Item;
+
+/// What is dragged from the palette.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Dragged {
+    /// An empty place.
+    Place,
+    /// A transition.
+    Transition,
+    /// A place that activates this component.
+    Active(String),
+}
+
+/// What arcs from a place to a transition can do.
+const KINDS: [(ArcKind, &str, &str); 4] = [
+    (ArcKind::Take, "take", "The transition takes a token from the place."),
+    (ArcKind::Read, "read", "It needs a token there and leaves it."),
+    (ArcKind::Inhibitor, "inhibit", "It waits while there is a token."),
+    (ArcKind::Reset, "reset", "It takes all tokens there are."),
+];
+
+impl MissionView {
+    pub(super) fn palette(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        ui.add_space(4.0);
+        ui.strong("Mission");
+        let mut wanted = None;
+        let parts = [
+            (Dragged::Place, "Place", "A state of the mission; components are active in it."),
+            (Dragged::Transition, "Transition", "A change of state, with its conditions."),
+        ];
+        for (dragged, name, about) in parts {
+            if entry(ui, &dragged, name, about, about) {
+                wanted = Some(dragged);
+            }
+        }
+        ui.add_space(4.0);
+        ui.weak("Arcs from a place to a transition");
+        ui.horizontal_wrapped(|ui| {
+            for (kind, name, doc) in KINDS {
+                ui.selectable_value(&mut self.kind, kind, name)
+                    .on_hover_text(doc)
+                    .accessible_name(format!("arcs {name}"));
+            }
+        });
+        let name = if self.simulator.is_some() { "End the simulation" } else { "Simulate" };
+        let may = mission_of(desk).is_some();
+        ui.add_space(4.0);
+        if ui.add_enabled(may, egui::Button::new(name)).clicked() {
+            desk.order(Command::Simulate);
+        }
+        ui.add_space(8.0);
+        ui.strong("Places that activate");
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let system = desk.project.configuration().map(|configuration| &configuration.system);
+            for component in system.iter().flat_map(|system| &system.components) {
+                let name = &component.name.value;
+                let uses = mission_of(desk).map_or(0, |mission| {
+                    mission.places.iter().filter(|place| place.activates(name)).count()
+                });
+                let about = match (component.controllable, uses) {
+                    (false, _) => "always active: no mission controls it".to_owned(),
+                    (true, 0) => "in no place: always active".to_owned(),
+                    (true, 1) => "in one place".to_owned(),
+                    (true, uses) => format!("in {uses} places"),
+                };
+                let doc = format!("kind {}", component.kind.value);
+                let dragged = Dragged::Active(name.clone());
+                ui.add_enabled_ui(component.controllable, |ui| {
+                    if entry(ui, &dragged, name, &about, &doc) {
+                        wanted = Some(dragged.clone());
+                    }
+                });
+            }
+        });
+        if let Some(dragged) = wanted {
+            let at = super::gestures::free_spot(&self.diagram, self.canvas.centre());
+            self.dropped(&dragged, at, desk);
+        }
+    }
+
+    /// A group or note that is selected; answers whether one is.
+    pub(super) fn decoration_panel(&mut self, ui: &mut egui::Ui, selected: &[Item]) -> bool {
+        let [item @ Item::Decoration { number, .. }] = selected else { return false };
+        let decorations = &self.diagram.decorations;
+        let Some(decoration) = decorations.iter().find(|d| d.item == *item) else { return false };
+        ui.heading(if decoration.is_note { "Note" } else { "Group" });
+        let change = |text: &str| {
+            Some(crate::mission::changes::Change::Decoration(*number, text.to_owned()))
+        };
+        let text = decoration.text.clone();
+        self.form.of(item).line(ui, "text", &text, &crate::panels::fields::anything, change);
+        true
+    }
+}
+
+/// One line of the palette; answers whether it is to be added.
+fn entry(ui: &mut egui::Ui, dragged: &Dragged, name: &str, about: &str, doc: &str) -> bool {
+    let id = ui.scope_id().with(("part", name));
+    let inner = UiBuilder::new().id_salt(id).sense(Sense::click_and_drag());
+    let response = ui
+        .scope_builder(inner, |ui| {
+            let response = ui.response();
+            let visuals = ui.style().interact(&response);
+            let is_lit = response.hovered() || response.has_focus();
+            let fill = if is_lit { visuals.weak_bg_fill } else { egui::Color32::TRANSPARENT };
+            let frame = egui::Frame::new().inner_margin(5.0).corner_radius(5.0).fill(fill);
+            frame.show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                ui.spacing_mut().item_spacing.y = 1.0;
+                ui.add(Label::new(RichText::new(name).strong()).selectable(false).truncate());
+                let about = RichText::new(about).weak().small();
+                ui.add(Label::new(about).selectable(false).truncate());
+            });
+        })
+        .response;
+    let label = match dragged {
+        Dragged::Active(_) => format!("place with {name}"),
+        _ => format!("new {}", name.to_lowercase()),
+    };
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &label));
+    response.dnd_set_drag_payload(dragged.clone());
+    if response.dragged()
+        && let Some(at) = ui.input(|i| i.pointer.latest_pos())
+    {
+        let area = egui::Area::new(egui::Id::unique("dragged part")).order(egui::Order::Tooltip);
+        area.fixed_pos(at - egui::vec2(50.0, 14.0)).interactable(false).show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.add(Label::new(RichText::new(name).strong()).selectable(false).extend());
+            });
+        });
+    }
+    let enter = response.has_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+    let twice = response.double_clicked();
+    response.on_hover_text(doc);
+    twice || enter
+}

@@ -1,0 +1,306 @@
+//! The simulation's panel beneath the drawing: what goes on, what can be done, what happened.
+
+use std::time::Duration;
+
+use armor_missions::Way;
+use armor_petri::TransitionId;
+use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
+
+use super::MissionView;
+use super::simulator::Simulator;
+use crate::commands::{Command, about};
+use crate::desk::Desk;
+use crate::mission::play::{Happened, Play, Standing, World, act_words, words as time};
+use crate::mission::schedule::Pace;
+use crate::theme::Colours;
+
+/// Steps of the story that are shown.
+const MAX_STORY: usize = 200;
+
+impl MissionView {
+    pub(super) fn toggle_simulation(&mut self, desk: &mut Desk) {
+        if self.simulator.take().is_some() {
+            return;
+        }
+        self.canvas.cancel();
+        match Simulator::of(desk) {
+            Ok(simulator) => self.simulator = Some(simulator),
+            Err(why) => desk.messages.warn(why),
+        }
+    }
+
+    /// Does something with the simulation, if there is one.
+    pub(super) fn simulate(&mut self, ctx: &egui::Context, act: impl FnOnce(&mut Simulator, f64)) {
+        let now = ctx.input(|i| i.time);
+        if let Some(simulator) = &mut self.simulator {
+            act(simulator, now);
+        }
+        ctx.request_repaint();
+    }
+
+    /// Plays the firings of a finding from the start.
+    pub(super) fn play_way(&mut self, way: &Way, pace: Pace, desk: &mut Desk) {
+        if self.simulator.is_none() {
+            self.toggle_simulation(desk);
+        }
+        if let Some(simulator) = &mut self.simulator
+            && let Err(why) = simulator.follow(way, pace)
+        {
+            desk.messages.warn(why);
+        }
+    }
+
+    /// Tells a transition to fire.
+    pub(super) fn fire(&mut self, name: &str, desk: &mut Desk) {
+        let Some(simulator) = &mut self.simulator else { return };
+        let Some(id) = simulator.play().stage().transition(name) else { return };
+        self.fire_by_id(id, desk);
+    }
+
+    fn fire_by_id(&mut self, id: TransitionId, desk: &mut Desk) {
+        let now = self.canvas_time;
+        if let Some(simulator) = &mut self.simulator
+            && let Err(why) = simulator.tell(id, now)
+        {
+            desk.messages.warn(why.to_string());
+        }
+    }
+
+    pub(super) fn simulation_panel(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        self.canvas_time = ui.input(|i| i.time);
+        if self.simulator.is_none() {
+            return;
+        }
+        let panel = Panel::bottom("simulation").resizable(true).default_size(190.0).min_size(110.0);
+        panel.show(ui, |ui| {
+            self.transport(ui, desk);
+            ui.separator();
+            let height = ui.available_height();
+            ui.horizontal_top(|ui| {
+                let width = ui.available_width() / 3.0 - 10.0;
+                for part in [Self::course_or_choices, Self::senses, Self::story] {
+                    ui.allocate_ui(egui::vec2(width, height), |ui| {
+                        ui.set_width(width);
+                        ui.vertical(|ui| part(self, ui, desk));
+                    });
+                    ui.separator();
+                }
+            });
+        });
+    }
+
+    /// The buttons, and how things stand.
+    fn transport(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        let Some(simulator) = &mut self.simulator else { return };
+        let colours = Colours::of(ui.visuals());
+        ui.horizontal_wrapped(|ui| {
+            ui.strong("Simulation");
+            let run = if simulator.is_running { "Pause" } else { "Play" };
+            let buttons = [
+                (Command::SimulationRestart, "Restart", true),
+                (Command::SimulationBack, "Back", simulator.play().can_go_back()),
+                (Command::SimulationStep, "Step", true),
+                (Command::SimulationRun, run, true),
+            ];
+            for (command, name, may) in buttons {
+                let entry = about(command);
+                let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys));
+                let doc = format!("{} {}", entry.doc, keys.unwrap_or_default());
+                if ui.add_enabled(may, Button::new(name)).on_hover_text(doc).clicked() {
+                    desk.order(command);
+                }
+            }
+            if ui.button("End").on_hover_text("Ends the simulation").clicked() {
+                desk.order(Command::Simulate);
+            }
+            let speed = egui::Slider::new(&mut simulator.speed, 0.2..=10.0).logarithmic(true);
+            ui.add(speed.text("firings/s").show_value(false)).accessible_name("speed");
+            let now = ui.input(|i| i.time);
+            for (name, wait) in [("+1 s", 1), ("+10 s", 10), ("+1 min", 60)] {
+                let button = ui.button(name).on_hover_text("Lets mission time pass");
+                if button.clicked() {
+                    simulator.wait(Duration::from_secs(wait), now);
+                }
+            }
+            ui.label(RichText::new(time(simulator.play().time())).strong())
+                .on_hover_text("The mission's time");
+            status(ui, simulator, &colours);
+        });
+    }
+
+    /// The way that is followed, or what can happen now.
+    fn course_or_choices(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        let Some(simulator) = &mut self.simulator else { return };
+        if simulator.play().course().is_some() {
+            return course(ui, simulator);
+        }
+        ui.strong("What can happen now");
+        let told = ScrollArea::vertical()
+            .id_salt("choices")
+            .auto_shrink(false)
+            .show(ui, |ui| choices(ui, simulator.play()))
+            .inner;
+        if let Some(id) = told {
+            self.fire_by_id(id, desk);
+        }
+    }
+
+    /// What guards look at, and what chance may bring about.
+    fn senses(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
+        let Some(simulator) = &mut self.simulator else { return };
+        ui.strong("The world");
+        ScrollArea::vertical().id_salt("senses").auto_shrink(false).show(ui, |ui| {
+            values(ui, simulator);
+            ui.weak("By itself, when it plays:");
+            let chance = simulator.chance();
+            ui.checkbox(&mut chance.people, "people act")
+                .on_hover_text("Operators fire their transitions and answer questions, by chance.");
+            ui.checkbox(&mut chance.faults, "components fail")
+                .on_hover_text("They do not stop, do not start or fail, by chance.");
+            ui.horizontal(|ui| {
+                let drag = egui::DragValue::new(&mut simulator.seed);
+                ui.label("seed").on_hover_text("The same seed gives the same run.");
+                if ui.add(drag).accessible_name("seed").changed() {
+                    simulator.restart();
+                }
+            });
+        });
+    }
+
+    fn story(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
+        let Some(simulator) = &mut self.simulator else { return };
+        ui.strong("What happened");
+        let play = simulator.play();
+        ScrollArea::vertical().id_salt("story").auto_shrink(false).show(ui, |ui| {
+            for (at, happened) in play.story().take(MAX_STORY) {
+                let what = match happened {
+                    Happened::Fired { transition, late } if late.is_zero() => {
+                        act_words(play.stage(), *transition)
+                    }
+                    Happened::Fired { transition, late } => {
+                        let name = act_words(play.stage(), *transition);
+                        format!("{name}, {} late", time(*late))
+                    }
+                    Happened::Sensed(what) => what.clone(),
+                    Happened::Waited(waited) => format!("{} passed", time(*waited)),
+                };
+                ui.label(RichText::new(format!("{}: {what}", time(at))).small());
+            }
+        });
+    }
+}
+
+/// How the mission stands, in words and a colour.
+fn status(ui: &mut egui::Ui, simulator: &Simulator, colours: &Colours) {
+    let play = simulator.play();
+    let stage = play.stage();
+    let marked = |place: Option<armor_petri::PlaceId>| {
+        place.is_some_and(|place| play.marking()[place.index()] > 0)
+    };
+    for (one, other) in stage.breaches(play.marking()) {
+        let text = format!("x {one} and {other} are wanted together, and exclude each other");
+        ui.label(RichText::new(text).color(colours.error));
+    }
+    if marked(stage.goal) {
+        ui.label(RichText::new("= the goal is reached").color(colours.good));
+    } else if marked(stage.safe) {
+        ui.label(RichText::new("! in the safe place").color(colours.warning));
+    } else if play.stands_still() {
+        ui.label(RichText::new("x the mission stands still").color(colours.error));
+    }
+    let active = stage.active(play.marking());
+    let active = if active.is_empty() { "nobody".to_owned() } else { active.join(", ") };
+    ui.weak(format!("active: {active}"));
+    if !simulator.said.is_empty() {
+        ui.label(&simulator.said);
+    }
+}
+
+/// The firings that are followed, with when they happen.
+fn course(ui: &mut egui::Ui, simulator: &mut Simulator) {
+    let mut leaves = false;
+    if let Some(course) = simulator.play().course() {
+        ui.horizontal(|ui| {
+            ui.strong("The way that is shown");
+            leaves =
+                ui.small_button("leave it").on_hover_text("Goes on by hand from here").clicked();
+        });
+        if !course.is_timed {
+            ui.weak("in this order as far as tokens go; times were not looked at");
+        }
+        ScrollArea::vertical().id_salt("course").auto_shrink(false).show(ui, |ui| {
+            for (number, leg) in course.legs().iter().enumerate() {
+                if number == course.circle() {
+                    ui.weak("again and again:");
+                }
+                let at = leg.at.map_or_else(String::new, |at| format!(" at {}", time(at)));
+                let name = act_words(simulator.play().stage(), leg.transition);
+                let text = RichText::new(format!("{}. {name}{at}", number + 1));
+                let line = match () {
+                    () if number < course.done() => ui.weak(text),
+                    () if number == course.done() => ui.strong(format!("> {}", text.text())),
+                    () => ui.label(text),
+                };
+                if number == course.done() && course.done() > 3 {
+                    line.scroll_to_me(Some(egui::Align::Center));
+                }
+            }
+        });
+    }
+    if leaves {
+        simulator.leave_course();
+    }
+}
+
+/// A button for each transition that has its tokens; answers the one that was told to fire.
+fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
+    let mut told = None;
+    let mut is_empty = true;
+    for id in play.stage().net.transition_ids() {
+        let standing = play.standing(id);
+        let how = match standing {
+            Standing::Disabled => continue,
+            Standing::Ready => "now".to_owned(),
+            Standing::Waits(at) => format!("at {}", time(at)),
+            Standing::Expects => "when it gets what it waits for".to_owned(),
+        };
+        is_empty = false;
+        ui.horizontal(|ui| {
+            let name = act_words(play.stage(), id);
+            let button = Button::new(&name);
+            if ui.add(button).accessible_name(format!("Fire {name}")).clicked() {
+                told = Some(id);
+            }
+            ui.weak(how);
+            if let Some(progress) = play.progress(id) {
+                let bar = egui::ProgressBar::new(progress).desired_width(60.0).desired_height(6.0);
+                ui.add(bar).on_hover_text("How much of its time has passed");
+            }
+        });
+    }
+    if is_empty {
+        ui.weak(if play.is_over() { "The mission is over." } else { "Nothing can fire." });
+    }
+    told
+}
+
+/// A field for each value that guards look at.
+fn values(ui: &mut egui::Ui, simulator: &mut Simulator) {
+    let senses = World::senses(simulator.play().stage());
+    for sense in senses {
+        let mut set = None;
+        ui.horizontal(|ui| {
+            let label = ui.label(&sense.name);
+            label.on_hover_text(format!("looked at by {}", sense.transitions.join(", ")));
+            let text = simulator.typed.entry(sense.name.clone()).or_default();
+            let field = egui::TextEdit::singleline(text).hint_text("not known").desired_width(90.0);
+            let field = ui.add(field).accessible_name(format!("value of {}", sense.name));
+            if field.lost_focus() {
+                set = Some(text.clone());
+            }
+        });
+        if let Some(text) = set {
+            simulator.set_value(&sense.name, &text);
+        }
+    }
+}

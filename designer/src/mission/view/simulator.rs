@@ -1,0 +1,250 @@
+//! The mission played over its drawing: what goes on from frame to frame, and what the user has
+//! chosen. What is played is [`Play`]'s.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use armor_missions::Way;
+use armor_petri::{PlaceId, TransitionId};
+
+use crate::desk::Desk;
+use crate::mission::play::{Chance, Happened, NotNow, Outcome, Play, Step, scalar};
+use crate::mission::schedule::Pace;
+use crate::mission::stage::Stage;
+
+/// A token is on its way for so long, in seconds, at the usual speed.
+const ON_THE_WAY: f64 = 0.7;
+
+/// A simulation.
+pub(super) struct Simulator {
+    play: Play,
+    chance: Chance,
+    /// The seed of the chances, to see the same run again.
+    pub(super) seed: u64,
+    /// Firings in a second, as far as time is shown.
+    pub(super) speed: f32,
+    /// Whether it goes on by itself.
+    pub(super) is_running: bool,
+    /// The revision of the files it was made of.
+    revision: u64,
+    /// Counts what happens, so that it is drawn.
+    moment: u64,
+    motion: Option<Motion>,
+    in_flight: Vec<(PlaceId, u32)>,
+    /// When the last step was made by itself, in seconds of the window.
+    stepped_at: f64,
+    /// What came of the last thing that was told, if it is worth saying.
+    pub(super) said: String,
+    /// Values as they are typed.
+    pub(super) typed: BTreeMap<String, String>,
+}
+
+/// Tokens that are on their way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    pub(super) transition: TransitionId,
+    /// When it began, in seconds of the window.
+    pub(super) since: f64,
+    /// How long it takes.
+    pub(super) lasts: f64,
+}
+
+impl Motion {
+    /// From 0 to 1.
+    pub(super) fn share(&self, now: f64) -> f32 {
+        ((now - self.since) / self.lasts).clamp(0.0, 1.0) as f32
+    }
+}
+
+impl Simulator {
+    /// A simulation of the mission as it is.
+    ///
+    /// # Errors
+    /// Why it cannot be played, for people.
+    pub(super) fn of(desk: &Desk) -> Result<Self, String> {
+        let configuration = desk.project.configuration();
+        let configuration = configuration.ok_or("the file cannot be read as a robot yet")?;
+        let stage = Stage::of(configuration).map_err(|error| error.to_string())?;
+        Ok(Self {
+            play: Play::new(Arc::new(stage)),
+            chance: Chance::from_seed(1),
+            seed: 1,
+            speed: 1.0,
+            is_running: false,
+            revision: desk.project.revision(),
+            moment: 0,
+            motion: None,
+            in_flight: Vec::new(),
+            stepped_at: 0.0,
+            said: String::new(),
+            typed: BTreeMap::new(),
+        })
+    }
+
+    /// Begins again if the files have changed.
+    pub(super) fn keep_up(&mut self, desk: &Desk) {
+        if self.revision == desk.project.revision() {
+            return;
+        }
+        self.revision = desk.project.revision();
+        if let Ok(fresh) = Self::of(desk) {
+            let is_same = fresh.play.stage().net.places() == self.play.stage().net.places()
+                && fresh.play.stage().net.transitions() == self.play.stage().net.transitions();
+            // Words and positions do not matter to what is played.
+            if !is_same {
+                self.play = fresh.play;
+                self.is_running = false;
+                self.changed();
+                self.said = "the mission was changed: it begins again".into();
+            }
+        }
+    }
+
+    pub(super) fn play(&self) -> &Play {
+        &self.play
+    }
+
+    pub(super) fn moment(&self) -> u64 {
+        self.moment
+    }
+
+    pub(super) fn in_flight(&self) -> &[(PlaceId, u32)] {
+        &self.in_flight
+    }
+
+    pub(super) fn motion(&self) -> Option<Motion> {
+        self.motion
+    }
+
+    pub(super) fn chance(&mut self) -> &mut Chance {
+        &mut self.chance
+    }
+
+    /// Begins again with the same chances.
+    pub(super) fn restart(&mut self) {
+        let (people, faults) = (self.chance.people, self.chance.faults);
+        self.chance = Chance::from_seed(self.seed);
+        (self.chance.people, self.chance.faults) = (people, faults);
+        self.play.restart();
+        self.is_running = false;
+        self.said.clear();
+        self.changed();
+    }
+
+    /// Tells a transition to fire.
+    pub(super) fn tell(&mut self, id: TransitionId, now: f64) -> Result<(), NotNow> {
+        let outcome = self.play.tell(id)?;
+        self.said = match outcome {
+            Outcome::Fired => String::new(),
+            Outcome::Clock(at) => format!(
+                "{} has what it waited for; its time comes at {}",
+                self.play.stage().name(id),
+                crate::mission::play::words(at)
+            ),
+        };
+        self.moved(now);
+        Ok(())
+    }
+
+    /// One step: of what it follows, or by itself.
+    pub(super) fn step(&mut self, now: f64) {
+        self.said.clear();
+        if let Some(course) = self.play.course() {
+            if course.is_done() {
+                self.is_running = false;
+                self.said = "this is where the way leads".into();
+            } else if self.play.next_leg() {
+                self.moved(now);
+            } else {
+                self.is_running = false;
+                self.said = "the mission does not allow the next firing any more".into();
+            }
+            return;
+        }
+        match self.play.step(&mut self.chance) {
+            Step::Happened => self.moved(now),
+            Step::Over => {
+                self.is_running = false;
+                self.said = "the mission is over".into();
+            }
+            Step::StandsStill => {
+                self.is_running = false;
+                self.said = "nothing happens any more, as things are".into();
+            }
+        }
+    }
+
+    pub(super) fn back(&mut self) {
+        self.said.clear();
+        if self.play.back() {
+            self.is_running = false;
+            self.changed();
+        }
+    }
+
+    pub(super) fn wait(&mut self, time: Duration, now: f64) {
+        self.play.wait(time);
+        self.moved(now);
+    }
+
+    pub(super) fn set_value(&mut self, name: &str, text: &str) {
+        self.play.set_value(name, scalar(text));
+        self.changed();
+    }
+
+    /// Follows a firing sequence from the start.
+    pub(super) fn follow(&mut self, way: &Way, pace: Pace) -> Result<(), String> {
+        self.play.follow(way, pace).map_err(|name| {
+            format!("the mission has changed since: there is no {name} any more")
+        })?;
+        self.is_running = false;
+        self.said.clear();
+        self.changed();
+        Ok(())
+    }
+
+    pub(super) fn leave_course(&mut self) {
+        self.play.leave_course();
+        self.changed();
+    }
+
+    /// Lets time of the window pass; answers after how many seconds something is to be drawn.
+    pub(super) fn advance(&mut self, now: f64) -> Option<f64> {
+        if self.motion.is_some_and(|motion| motion.share(now) >= 1.0) {
+            self.motion = None;
+            self.in_flight.clear();
+            self.moment += 1;
+        }
+        if self.motion.is_some() {
+            return Some(0.0);
+        }
+        if !self.is_running {
+            return None;
+        }
+        let pause = 1.0 / f64::from(self.speed.max(0.05));
+        if now - self.stepped_at >= pause {
+            self.step(now);
+            self.stepped_at = now;
+            return Some(0.0);
+        }
+        Some((self.stepped_at + pause - now).max(0.0))
+    }
+
+    /// Something happened; if tokens moved, they are seen moving.
+    fn moved(&mut self, now: f64) {
+        self.changed();
+        if let Some(Happened::Fired { transition, .. }) = self.play.last() {
+            let outputs = &self.play.stage().net.transition(*transition).outputs;
+            let lasts = (ON_THE_WAY / f64::from(self.speed.max(0.05))).min(ON_THE_WAY);
+            self.in_flight = outputs.clone();
+            self.motion = Some(Motion { transition: *transition, since: now, lasts });
+        }
+    }
+
+    fn changed(&mut self) {
+        self.motion = None;
+        self.in_flight.clear();
+        self.moment += 1;
+    }
+}

@@ -1,0 +1,126 @@
+//! Fields of a form that change the file when they are left, so that one change of a field is one
+//! step of the history. What is being written belongs to its field also when another is shown.
+
+use eframe::egui::{self, Key, Response, TextBuffer, TextEdit, TextStyle};
+
+/// What is being written into a form whose fields are told apart by `F`.
+#[derive(Debug)]
+pub struct Drafts<F> {
+    /// The field, what is written in it, and whether it was shown in this frame.
+    current: Option<(F, String, bool)>,
+    /// Finished, to be taken.
+    finished: Vec<(F, String)>,
+}
+
+impl<F> Default for Drafts<F> {
+    fn default() -> Self {
+        Self { current: None, finished: Vec::new() }
+    }
+}
+
+/// How a field looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Form<'a> {
+    /// What screen readers and tests call it.
+    pub name: &'a str,
+    /// Shown while it is empty.
+    pub hint: &'a str,
+    /// How wide it is; 0 takes what there is.
+    pub width: f32,
+    /// Rows; more than 1 is a text with line breaks.
+    pub rows: usize,
+}
+
+impl<F: Clone + PartialEq> Drafts<F> {
+    /// A field with a text, whose current value is `value`. `check` says what is wrong with a text.
+    pub fn text(
+        &mut self,
+        ui: &mut egui::Ui,
+        field: &F,
+        value: &str,
+        form: Form<'_>,
+        check: &dyn Fn(&str) -> Result<(), String>,
+    ) -> Response {
+        let mut text = match &mut self.current {
+            Some((own, text, is_shown)) if own == field => {
+                *is_shown = true;
+                text.clone()
+            }
+            _ => value.to_owned(),
+        };
+        let verdict = check(&text);
+        let width = if form.width > 0.0 { form.width } else { ui.available_width() };
+        let hint = egui::RichText::new(form.hint).weak();
+        let edit = if form.rows > 1 {
+            TextEdit::multiline(&mut text).desired_rows(form.rows)
+        } else {
+            TextEdit::singleline(&mut text)
+        };
+        let visuals = ui.visuals();
+        let ink = if verdict.is_err() { visuals.error_fg_color } else { visuals.text_color() };
+        // Letters that no font has are shown as one that it has.
+        let mut layouter = |ui: &egui::Ui, text: &dyn TextBuffer, width: f32| {
+            let shown = crate::text::paintable(ui.ctx(), text.as_str()).into_owned();
+            let font = TextStyle::Body.resolve(ui.style());
+            let width = if form.rows > 1 { width } else { f32::INFINITY };
+            ui.painter().layout(shown, font, ink, width)
+        };
+        let edit = edit.hint_text(hint).desired_width(width).layouter(&mut layouter);
+        let mut response = ui.add(edit).accessible_name(form.name);
+        if response.changed() {
+            self.begin(field.clone(), text);
+        }
+        if response.lost_focus() {
+            if ui.input(|i| i.key_pressed(Key::Escape)) {
+                self.current = None;
+            } else {
+                self.end();
+            }
+        }
+        if let Err(why) = verdict {
+            response = response.on_hover_text(why);
+        }
+        response
+    }
+
+    /// Says what a field is to be, without anything being written.
+    pub fn set(&mut self, field: F, value: impl Into<String>) {
+        self.finished.push((field, value.into()));
+    }
+
+    /// Keeps a value that is not final yet, as of a slider that is being dragged.
+    pub fn begin(&mut self, field: F, text: String) {
+        if self.current.as_ref().is_some_and(|(own, ..)| *own != field) {
+            self.end();
+        }
+        self.current = Some((field, text, true));
+    }
+
+    /// What is being written into a field.
+    pub fn writing(&self, field: &F) -> Option<&str> {
+        self.current.as_ref().filter(|(own, ..)| own == field).map(|(_, text, _)| text.as_str())
+    }
+
+    /// Ends what is being written, so that it is taken.
+    pub fn end(&mut self) {
+        if let Some((field, text, _)) = self.current.take() {
+            self.finished.push((field, text));
+        }
+    }
+
+    /// What was finished in this frame: to be called once, after the form was shown. A field that
+    /// is not shown any more was left.
+    pub fn finish(&mut self) -> Vec<(F, String)> {
+        match &mut self.current {
+            Some((_, _, is_shown)) if *is_shown => *is_shown = false,
+            Some(_) => self.end(),
+            None => {}
+        }
+        std::mem::take(&mut self.finished)
+    }
+}
+
+/// Any text is right.
+pub fn anything(_: &str) -> Result<(), String> {
+    Ok(())
+}

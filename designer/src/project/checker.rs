@@ -1,0 +1,152 @@
+//! Looks at each revision of the files on a thread of its own: first what can be read off them,
+//! then what has to be proven of the mission. A newer revision ends the proof of an older one.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use armor_executive::{PLAYED, Plan};
+use armor_missions::{Findings, NeededPath, Reading, needed_paths, passed_dates};
+
+use crate::kinds::Kinds;
+use crate::project::Checked;
+use crate::project::files::Disk;
+
+/// How long a mission is looked at, as `armor check` does.
+const PROOF_WITHIN: Duration = Duration::from_secs(5);
+/// One that waits looks again so often whether there is a result.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+/// A revision to be looked at.
+pub(super) struct Wanted {
+    pub(super) revision: u64,
+    /// The open files' texts, the one that was given first.
+    pub(super) files: Vec<(PathBuf, Arc<str>)>,
+    pub(super) kinds: Arc<Kinds>,
+}
+
+type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// The thread, and what it found.
+pub(super) struct Checker {
+    newest: Arc<AtomicU64>,
+    wanted: Sender<Wanted>,
+    found: Receiver<Checked>,
+    /// Taken from `found` while somebody waited.
+    taken: Vec<Checked>,
+    wake: Arc<Mutex<Option<Wake>>>,
+}
+
+impl Checker {
+    pub(super) fn start() -> Self {
+        let (wanted, inbox) = channel();
+        let (outbox, found) = channel();
+        let newest = Arc::new(AtomicU64::new(0));
+        let wake = Arc::new(Mutex::new(None));
+        let desk = Thread { newest: Arc::clone(&newest), outbox, wake: Arc::clone(&wake) };
+        // It ends when the project, and with it `wanted`, is gone.
+        if let Err(error) =
+            std::thread::Builder::new().name("check".into()).spawn(move || desk.run(&inbox))
+        {
+            tracing::error!(%error, "the files are not checked: no thread could be started");
+        }
+        Self { newest, wanted, found, taken: Vec::new(), wake }
+    }
+
+    pub(super) fn on_found(&self, wake: Wake) {
+        *self.wake.lock().unwrap_or_else(PoisonError::into_inner) = Some(wake);
+    }
+
+    pub(super) fn look_at(&self, wanted: Wanted) {
+        self.newest.store(wanted.revision, Ordering::Relaxed);
+        // Without the thread nothing is found; that was told.
+        let _ = self.wanted.send(wanted);
+    }
+
+    /// What was found since this was asked last, in its order.
+    pub(super) fn found(&mut self) -> Vec<Checked> {
+        self.taken.extend(self.found.try_iter());
+        std::mem::take(&mut self.taken)
+    }
+
+    /// Waits for the next result.
+    pub(super) fn wait(&mut self) {
+        self.taken.extend(self.found.recv_timeout(LOOK_EVERY));
+    }
+}
+
+impl Drop for Checker {
+    fn drop(&mut self) {
+        // Ends a proof that is going on.
+        self.newest.store(u64::MAX, Ordering::Relaxed);
+    }
+}
+
+struct Thread {
+    newest: Arc<AtomicU64>,
+    outbox: Sender<Checked>,
+    wake: Arc<Mutex<Option<Wake>>>,
+}
+
+impl Thread {
+    fn run(self, inbox: &Receiver<Wanted>) {
+        let mut disk = Disk::default();
+        while let Ok(first) = inbox.recv() {
+            // Only the newest matters.
+            let wanted = inbox.try_iter().last().unwrap_or(first);
+            let reading = read_off(&mut disk, &wanted);
+            self.tell(&wanted, &reading.findings, !reading.is_valid());
+            if reading.is_valid() {
+                let findings = self.prove(reading, wanted.revision);
+                self.tell(&wanted, &findings, true);
+            }
+        }
+    }
+
+    fn prove(&self, mut reading: Reading, revision: u64) -> Findings {
+        let start = Instant::now();
+        let is_stale = || self.newest.load(Ordering::Relaxed) != revision;
+        if let Some(configuration) = &reading.configuration {
+            let found = match Plan::of(configuration) {
+                Ok(Some(plan)) => armor_executive::prove(configuration, &plan, &|| {
+                    is_stale() || start.elapsed() > PROOF_WITHIN
+                }),
+                Ok(None) => Findings::default(),
+                Err(findings) => findings,
+            };
+            reading.findings.extend_new(found);
+        }
+        reading.findings.sort();
+        reading.findings
+    }
+
+    fn tell(&self, wanted: &Wanted, findings: &Findings, is_complete: bool) {
+        let findings = Arc::new(findings.clone());
+        let checked = Checked { revision: wanted.revision, findings, is_complete };
+        if self.outbox.send(checked).is_ok()
+            && let Some(wake) = self.wake.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        {
+            wake();
+        }
+    }
+}
+
+/// All that can be said of the files without a proof.
+fn read_off(disk: &mut Disk, wanted: &Wanted) -> Reading {
+    let reading = disk.read_snapshot(&wanted.files);
+    let manifests = wanted.kinds.manifests();
+    let mut reading = armor_missions::check(reading, &[], manifests);
+    if let Some(configuration) = &reading.configuration {
+        configuration.refuse_unplayed(PLAYED, &mut reading.findings);
+        if let Some(manifests) = manifests {
+            let needed = needed_paths(configuration, manifests);
+            let missing = needed.iter().filter(|needed| !needed.path.exists());
+            reading.findings.extend(missing.map(NeededPath::missing));
+        }
+        reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
+    }
+    reading.findings.sort();
+    reading
+}

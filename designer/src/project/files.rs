@@ -1,0 +1,155 @@
+//! A file that is open: its text, the text as a tree, and what was saved of it last.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use armor_missions::{Document, Item, Reading};
+
+/// A robot that is drawn from nothing.
+pub(super) const NEW_FILE: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+    <armor version=\"1\">\n  <system name=\"robot\">\n  </system>\n</armor>\n";
+/// What findings call a file that is nowhere yet.
+const UNTITLED: &str = "untitled.xml";
+
+/// A file that is open.
+pub struct OpenFile {
+    path: Option<PathBuf>,
+    text: Arc<str>,
+    /// None while the text is no XML.
+    document: Option<Arc<Document>>,
+    saved: Arc<str>,
+}
+
+impl OpenFile {
+    pub(super) fn untitled(text: &str) -> Self {
+        let text: Arc<str> = text.into();
+        let mut file =
+            Self { path: None, saved: Arc::clone(&text), text: Arc::clone(&text), document: None };
+        file.set_text(text);
+        file
+    }
+
+    pub(super) fn read(path: &Path) -> io::Result<Self> {
+        let bytes = armor_missions::read_bytes(path)?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| io::Error::other("it is not UTF-8 text; an Armor file is XML in UTF-8"))?;
+        let mut file = Self::untitled(&text);
+        file.path = Some(path.to_path_buf());
+        file.set_text(Arc::clone(&file.text));
+        Ok(file)
+    }
+
+    /// Where it is, once it is anywhere.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What findings call it.
+    pub fn shown_path(&self) -> &Path {
+        self.path().unwrap_or(Path::new(UNTITLED))
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &Arc<str> {
+        &self.text
+    }
+
+    /// The text as it was opened or saved last.
+    pub fn saved(&self) -> &Arc<str> {
+        &self.saved
+    }
+
+    /// The text as a tree; none while it is no XML.
+    pub fn document(&self) -> Option<&Document> {
+        self.document.as_deref()
+    }
+
+    pub(super) fn shared_document(&self) -> Option<Arc<Document>> {
+        self.document.clone()
+    }
+
+    /// Whether it is not as it was saved.
+    pub fn is_dirty(&self) -> bool {
+        !Arc::ptr_eq(&self.text, &self.saved) && self.text != self.saved
+    }
+
+    pub(super) fn set_text(&mut self, text: Arc<str>) {
+        if Arc::ptr_eq(&self.text, &text) && self.document.is_some() {
+            return;
+        }
+        self.document = Document::open(self.shown_path(), text.as_bytes()).ok().map(Arc::new);
+        self.text = text;
+    }
+
+    pub(super) fn set_document(&mut self, document: Arc<Document>) {
+        if self.document.as_ref().is_some_and(|old| Arc::ptr_eq(old, &document)) {
+            return;
+        }
+        self.text = document.tree().source().text().into();
+        self.document = Some(document);
+    }
+
+    pub(super) fn set_saved(&mut self, text: Arc<str>) {
+        self.saved = text;
+    }
+
+    pub(super) fn set_path(&mut self, path: PathBuf) {
+        self.path = Some(path);
+        // Its findings name it.
+        self.document = Document::open(self.shown_path(), self.text.as_bytes()).ok().map(Arc::new);
+    }
+
+    /// The system file that its mission names, from where the program looks.
+    pub(super) fn named_system(&self) -> Option<PathBuf> {
+        let document = self.document()?;
+        let mission = document.tree().element(&document.find(Item::Mission)?)?;
+        let named = &mission.attribute("system")?.value;
+        Some(self.path()?.parent().unwrap_or(Path::new("")).join(named))
+    }
+
+    pub(super) fn snapshot(&self) -> (PathBuf, Arc<str>) {
+        (self.shown_path().to_path_buf(), Arc::clone(&self.text))
+    }
+}
+
+/// Files that are read but not open, sub-missions: each read again only when it changed.
+#[derive(Default)]
+pub(super) struct Disk {
+    known: BTreeMap<PathBuf, (Option<SystemTime>, Vec<u8>)>,
+}
+
+impl Disk {
+    /// What the open files say, with those that they name.
+    pub(super) fn read(&mut self, files: &[OpenFile]) -> Reading {
+        let open: Vec<_> = files.iter().map(OpenFile::snapshot).collect();
+        self.read_snapshot(&open)
+    }
+
+    /// The same of texts.
+    pub(super) fn read_snapshot(&mut self, open: &[(PathBuf, Arc<str>)]) -> Reading {
+        let Some((first, _)) = open.first() else { unreachable!("a file is always open") };
+        armor_missions::read(
+            first,
+            &mut |path| match open.iter().find(|(known, _)| known == path) {
+                Some((_, text)) => Ok(text.as_bytes().to_vec()),
+                None => self.bytes(path),
+            },
+        )
+    }
+
+    fn bytes(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        let changed = std::fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+        if let Some((since, bytes)) = self.known.get(path)
+            && since.is_some()
+            && *since == changed
+        {
+            return Ok(bytes.clone());
+        }
+        let bytes = armor_missions::read_bytes(path)?;
+        self.known.insert(path.to_path_buf(), (changed, bytes.clone()));
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,71 @@
+//! What was done, to be taken back: the whole texts before and after each step. Files that a step
+//! did not touch are shared, so a step costs what it changed, and what it costs is bounded.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Bytes of texts that are kept. A file has at most one MiB.
+const MAX_BYTES: usize = 256 << 20;
+/// Steps that are kept at least, whatever they cost.
+const MIN_STEPS: usize = 20;
+
+/// One step.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    /// What it did, as a menu says it.
+    pub(super) what: String,
+    /// The texts of all files before it.
+    pub(super) before: Vec<Arc<str>>,
+    /// The same after it.
+    pub(super) after: Vec<Arc<str>>,
+}
+
+impl Step {
+    /// What the step holds of its own: the texts after it; those before are the last step's.
+    fn cost(&self) -> usize {
+        let pairs = self.before.iter().zip(&self.after);
+        pairs.filter(|(a, b)| !Arc::ptr_eq(a, b)).map(|(_, after)| after.len()).sum()
+    }
+}
+
+/// The steps, the oldest first.
+#[derive(Default)]
+pub(super) struct History {
+    steps: VecDeque<Step>,
+    /// How many of them are done; those behind were taken back.
+    done: usize,
+    bytes: usize,
+}
+
+impl History {
+    pub(super) fn push(&mut self, step: Step) {
+        for undone in self.steps.drain(self.done..) {
+            self.bytes -= undone.cost();
+        }
+        self.bytes += step.cost();
+        self.steps.push_back(step);
+        while self.bytes > MAX_BYTES && self.steps.len() > MIN_STEPS {
+            self.bytes -= self.steps.pop_front().map_or(0, |step| step.cost());
+        }
+        self.done = self.steps.len();
+    }
+
+    pub(super) fn undo(&mut self) -> Option<&Step> {
+        self.done = self.done.checked_sub(1)?;
+        self.steps.get(self.done)
+    }
+
+    pub(super) fn redo(&mut self) -> Option<&Step> {
+        let step = self.steps.get(self.done)?;
+        self.done += 1;
+        Some(step)
+    }
+
+    pub(super) fn undoable(&self) -> Option<&Step> {
+        self.steps.get(self.done.checked_sub(1)?)
+    }
+
+    pub(super) fn redoable(&self) -> Option<&Step> {
+        self.steps.get(self.done)
+    }
+}

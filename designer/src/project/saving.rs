@@ -1,0 +1,107 @@
+//! Saving: refused, with the reasons, while something is wrong with the file; whole or not at all.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use armor_missions::{Finding, SaveError, Severity};
+
+use crate::project::Project;
+
+/// Why the files were not saved.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveRefused {
+    /// Something is wrong with them.
+    #[error("not saved: {}", reasons(.0))]
+    Wrong(Vec<Finding>),
+    /// The file is nowhere yet.
+    #[error("the file has no name yet: choose where to save it")]
+    Nowhere,
+    /// The disk does not take it.
+    #[error(transparent)]
+    Disk(#[from] SaveError),
+}
+
+fn reasons(errors: &[Finding]) -> String {
+    let first = errors.first().map(|finding| finding.message.as_str()).unwrap_or_default();
+    match errors.len() {
+        0 | 1 => first.to_owned(),
+        n => format!("{first}, and {} more problems", n - 1),
+    }
+}
+
+/// What was saved.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Saved {
+    /// The files that were written.
+    pub files: Vec<PathBuf>,
+}
+
+/// A save that waits until the files have been looked at.
+pub(super) struct Pending {
+    /// Where to, if it is to be another file.
+    to: Option<PathBuf>,
+}
+
+impl Project {
+    /// Asks for the files to be saved as soon as they have been looked at; [`Project::poll`] says
+    /// what came of it. What is edited until then is saved too.
+    ///
+    /// # Errors
+    /// If the file is nowhere yet.
+    pub fn save(&mut self) -> Result<(), SaveRefused> {
+        if self.path().is_none() {
+            return Err(SaveRefused::Nowhere);
+        }
+        self.saving = Some(Pending { to: None });
+        Ok(())
+    }
+
+    /// The same under another name, which the file has from then on.
+    pub fn save_as(&mut self, path: PathBuf) {
+        self.saving = Some(Pending { to: Some(path) });
+    }
+
+    /// Whether a save waits for the files to be looked at.
+    pub fn is_saving(&self) -> bool {
+        self.saving.is_some()
+    }
+
+    pub(super) fn finish_saving(&mut self) -> Option<Result<Saved, SaveRefused>> {
+        let pending = self
+            .saving
+            .take_if(|_| self.checked.revision == self.revision && self.checked.is_complete)?;
+        Some(self.write(pending.to))
+    }
+
+    fn write(&mut self, to: Option<PathBuf>) -> Result<Saved, SaveRefused> {
+        let findings = self.checked.findings.iter();
+        let errors: Vec<_> =
+            findings.filter(|finding| finding.severity() == Severity::Error).cloned().collect();
+        if !errors.is_empty() {
+            return Err(SaveRefused::Wrong(errors));
+        }
+        let is_elsewhere = to.is_some();
+        if let Some(path) = to {
+            armor_missions::save(&path, self.files[0].text().as_bytes())?;
+            let text = Arc::clone(self.files[0].text());
+            self.files[0].set_path(path);
+            self.files[0].set_saved(text);
+        }
+        let mut saved = Saved { files: Vec::new() };
+        for (number, file) in self.files.iter_mut().enumerate() {
+            let Some(path) = file.path().map(ToOwned::to_owned) else { continue };
+            if file.is_dirty() {
+                armor_missions::save(&path, file.text().as_bytes())?;
+                file.set_saved(Arc::clone(file.text()));
+                saved.files.push(path);
+            } else if number == 0 {
+                saved.files.push(path);
+            }
+        }
+        if is_elsewhere {
+            // Relative paths in it lead elsewhere now.
+            self.changed();
+        }
+        Ok(saved)
+    }
+}

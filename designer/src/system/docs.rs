@@ -1,0 +1,60 @@
+//! What a kind's manifest says, for the one who looks for a component.
+
+use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
+use eframe::egui::{self, Grid, RichText};
+
+/// The whole manifest, in a tooltip or a panel.
+pub(super) fn show(ui: &mut egui::Ui, kind: &Manifest, origin: &str) {
+    ui.set_max_width(440.0);
+    ui.strong(&kind.kind);
+    ui.label(shown(ui, &kind.summary));
+    ports(ui, "Inputs", &kind.inputs);
+    ports(ui, "Outputs", &kind.outputs);
+    if !kind.parameters.is_empty() {
+        ui.add_space(4.0);
+        ui.weak("Parameters");
+        Grid::new(("parameters", &kind.kind)).num_columns(3).show(ui, |ui| {
+            for parameter in &kind.parameters {
+                ui.label(&parameter.name);
+                ui.weak(value(parameter));
+                ui.label(RichText::new(shown(ui, &parameter.doc)).small());
+                ui.end_row();
+            }
+        });
+    }
+    ui.add_space(4.0);
+    ui.weak(shown(ui, &format!("from: {origin}")));
+}
+
+fn ports(ui: &mut egui::Ui, heading: &str, ports: &[PortManifest]) {
+    if ports.is_empty() {
+        return;
+    }
+    ui.add_space(4.0);
+    ui.weak(heading);
+    Grid::new((heading, ports[0].id.as_str())).num_columns(3).show(ui, |ui| {
+        for port in ports {
+            ui.label(if port.required {
+                format!("{} (must be fed)", port.id)
+            } else {
+                port.id.clone()
+            });
+            ui.weak(&port.type_name);
+            ui.label(RichText::new(shown(ui, &port.doc)).small());
+            ui.end_row();
+        }
+    });
+}
+
+/// The default, or what is allowed.
+pub(super) fn value(parameter: &ParameterManifest) -> String {
+    match parameter.default_with_unit() {
+        None => "needs a value".into(),
+        Some(default) if default.is_empty() => "empty".into(),
+        Some(default) => default,
+    }
+}
+
+fn shown(ui: &egui::Ui, text: &str) -> String {
+    crate::text::paintable(ui.ctx(), text).into_owned()
+}

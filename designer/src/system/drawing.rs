@@ -1,0 +1,378 @@
+//! The system as a drawing: a block for each component, with the ports that its kind has.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use armor_missions::model::{Component, Link, LinkMode, Transport};
+use armor_missions::{Code, Severity};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
+use eframe::egui::{Pos2, Rect, Vec2, vec2};
+
+use crate::canvas::{
+    Badge, Diagram, Direction, End, Look, Mark, Node, Outline, Port, PortAt, Shape, Side, Wire,
+    arrange,
+};
+use crate::desk::View;
+use crate::item::Item;
+use crate::kinds::Kinds;
+use crate::layout::{self, Layout};
+use crate::project::Project;
+use crate::system::rules::{Joint, Joints};
+
+/// From the upper edge of a block to the middle of its first port.
+const FIRST_PORT: f32 = 60.0;
+/// From port to port.
+const PORT_STEP: f32 = 20.0;
+/// Left free below the last port.
+const BELOW: f32 = 20.0;
+/// About how wide a letter is at the sizes of the drawing.
+const TITLE_LETTER: f32 = 8.2;
+const LETTER: f32 = 6.6;
+const NARROWEST: f32 = 140.0;
+const WIDEST: f32 = 360.0;
+
+/// The drawing of a system.
+#[derive(Debug, Default)]
+pub struct Drawing {
+    /// What is drawn.
+    pub diagram: Diagram,
+    /// What may be joined.
+    pub joints: Joints,
+    /// Components that the file gives no position.
+    pub unplaced: BTreeSet<usize>,
+}
+
+/// Draws the system of a project as it is now.
+pub fn draw(project: &Project) -> Drawing {
+    let Some(configuration) = project.configuration() else { return Drawing::default() };
+    let document = project.document_with(armor_missions::Item::System);
+    let layout = document.map(|document| layout::read(document, View::System)).unwrap_or_default();
+    let system = &configuration.system;
+    let kinds = Arc::clone(project.kinds());
+    let types: BTreeMap<_, _> =
+        kinds.types().into_iter().enumerate().map(|(number, name)| (name, number)).collect();
+    let mut shown: BTreeSet<&str> = BTreeSet::new();
+    let mut nodes = Vec::new();
+    let mut joints = Joints::default();
+    for component in &system.components {
+        // A second one of the same name is a finding.
+        if shown.insert(&component.name.value) {
+            let (mut node, ends) = block(component, &system.links, &kinds);
+            for (port, joint) in node.ports.iter_mut().zip(&ends) {
+                let name = joint.message.as_ref().map(|(name, ..)| name.as_str());
+                port.colour = name.and_then(|name| types.get(name)).copied().unwrap_or_default();
+            }
+            nodes.push(node);
+            joints.ports.push(ends);
+        }
+    }
+    let mut drawing = Drawing { joints, ..Drawing::default() };
+    let names: BTreeMap<&str, usize> =
+        nodes.iter().enumerate().map(|(n, node)| (node.title.as_str(), n)).collect();
+    let wires = wires(&system.links, &names, &mut drawing.joints);
+    for wire in &wires {
+        for end in [wire.from, wire.to] {
+            drawing.joints.ports[end.node][end.port].wires += 1;
+        }
+    }
+    for (node, ends) in nodes.iter_mut().zip(&drawing.joints.ports) {
+        for (port, joint) in node.ports.iter_mut().zip(ends) {
+            port.is_wired = joint.wires > 0;
+        }
+    }
+    place(&mut nodes, &wires, &layout, &mut drawing.unplaced);
+    let mut diagram = Diagram::new(nodes, wires, layout.decorations);
+    mark(&mut diagram, project);
+    drawing.diagram = diagram;
+    drawing
+}
+
+fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (Node, Vec<Joint>) {
+    let name = &component.name.value;
+    let kind = kinds.find(&component.kind.value);
+    let is_known = kinds.manifests().is_none() || kind.is_some();
+    let mut ports = Vec::new();
+    let mut joints = Vec::new();
+    let mut rows = [0_usize; 2];
+    let mut add = |direction: Direction, id: &str, manifest: Option<&PortManifest>| {
+        let row = &mut rows[usize::from(direction == Direction::Out)];
+        let y = FIRST_PORT + PORT_STEP * *row as f32;
+        *row += 1;
+        ports.push(port(name, id, direction, y, manifest, kinds.manifests().is_some()));
+        joints.push(Joint::new(name, id, direction, manifest));
+    };
+    for input in kind.iter().flat_map(|kind| &kind.inputs) {
+        add(Direction::In, &input.id, Some(input));
+    }
+    for output in kind.iter().flat_map(|kind| &kind.outputs) {
+        add(Direction::Out, &output.id, Some(output));
+    }
+    let has = |direction: Direction, id: &str| {
+        let ports = match direction {
+            Direction::Out => kind.map(|kind| &kind.outputs),
+            _ => kind.map(|kind| &kind.inputs),
+        };
+        ports.is_some_and(|ports| ports.iter().any(|port| port.id == id))
+    };
+    // What links name and the kind does not have: it vanished, or the kind is not there.
+    let mut missing: BTreeSet<(bool, &str)> = BTreeSet::new();
+    for link in links {
+        if link.to.component.value == *name && !has(Direction::In, &link.to.port.value) {
+            missing.insert((false, &link.to.port.value));
+        }
+        if link.from.component.value == *name && !has(Direction::Out, &link.from.port.value) {
+            missing.insert((true, &link.from.port.value));
+        }
+    }
+    for (is_output, id) in missing {
+        add(if is_output { Direction::Out } else { Direction::In }, id, None);
+    }
+    let size = size(name, &component.kind.value, &ports, rows[0].max(rows[1]));
+    for port in &mut ports {
+        port.at.x = if port.side == Side::Right { size.x } else { 0.0 };
+    }
+    let unassigned = kind.map_or(0, |kind| unassigned(component, kind).count());
+    let node = Node {
+        item: Item::Component(name.clone()),
+        title: name.clone(),
+        subtitle: subtitle(component, is_known),
+        lines: Vec::new(),
+        rect: Rect::from_min_size(Pos2::ZERO, size),
+        shape: Shape::Block,
+        ports,
+        badge: (unassigned > 0).then(|| Badge {
+            text: unassigned.to_string(),
+            doc: format!("parameters that need a value: {unassigned}"),
+        }),
+        mark: Mark::None,
+        look: Look {
+            outline: if is_known { Outline::Plain } else { Outline::Dashed },
+            is_dim: !is_known,
+            tint: None,
+        },
+        label: format!("component {name}"),
+        doc: doc(component, kind, is_known, unassigned),
+    };
+    (node, joints)
+}
+
+/// The parameters of a kind that need a value and have none.
+pub fn unassigned<'a>(
+    component: &'a Component,
+    kind: &'a Manifest,
+) -> impl Iterator<Item = &'a ParameterManifest> {
+    let wanted = kind.parameters.iter().filter(|parameter| parameter.default.is_none());
+    wanted.filter(|parameter| component.parameter(&parameter.name).is_none())
+}
+
+fn subtitle(component: &Component, is_known: bool) -> String {
+    let kind = &component.kind.value;
+    match &component.rate_hz {
+        _ if !is_known => format!("{kind}: no such kind"),
+        Some(rate) => format!("{kind}, {} Hz", rate.value),
+        None => kind.clone(),
+    }
+}
+
+fn doc(
+    component: &Component,
+    kind: Option<&Manifest>,
+    is_known: bool,
+    unassigned: usize,
+) -> String {
+    let mut doc = match kind {
+        Some(kind) => format!("{}: {}", kind.kind, kind.summary),
+        None if is_known => component.kind.value.clone(),
+        None => format!(
+            "There is no kind called {}: its executable is gone or was renamed. \
+             The properties offer another kind.",
+            component.kind.value
+        ),
+    };
+    if unassigned > 0 {
+        doc += &format!("\n{unassigned} of its parameters need a value.");
+    }
+    doc
+}
+
+fn port(
+    component: &str,
+    id: &str,
+    direction: Direction,
+    y: f32,
+    manifest: Option<&PortManifest>,
+    is_judged: bool,
+) -> Port {
+    let is_output = direction == Direction::Out;
+    let sort = if is_output { "output" } else { "input" };
+    let doc = match manifest {
+        Some(port) => {
+            let nature = match (port.required, port.latched) {
+                (true, _) => ", must be fed",
+                (_, true) => ", keeps its last value for those who come late",
+                _ => "",
+            };
+            let about = if port.doc.is_empty() { "" } else { "\n" };
+            format!("{sort} {id}: {}{nature}{about}{}", port.type_name, port.doc)
+        }
+        None if is_judged => {
+            format!(
+                "{sort} {id} is not there any more: link another one instead, or remove the link"
+            )
+        }
+        None => format!("{sort} {id}"),
+    };
+    Port {
+        name: id.to_owned(),
+        at: vec2(0.0, y),
+        side: if is_output { Side::Right } else { Side::Left },
+        direction,
+        colour: 0,
+        is_wired: false,
+        is_required: manifest.is_some_and(|port| port.required),
+        is_missing: manifest.is_none() && is_judged,
+        label: format!("{sort} {component}.{id}"),
+        doc,
+    }
+}
+
+fn size(name: &str, kind: &str, ports: &[Port], rows: usize) -> Vec2 {
+    let longest = |side: Side| {
+        let names = ports.iter().filter(|port| port.side == side);
+        names.map(|port| port.name.chars().count()).max().unwrap_or(0) as f32
+    };
+    let title = name.chars().count() as f32 * TITLE_LETTER + 30.0;
+    let kind = (kind.chars().count() + 8) as f32 * 6.0 + 24.0;
+    let names = (longest(Side::Left) + longest(Side::Right)) * LETTER + 44.0;
+    let width = title.max(kind).max(names).clamp(NARROWEST, WIDEST);
+    let height = if rows == 0 { 50.0 } else { FIRST_PORT + PORT_STEP * (rows - 1) as f32 + BELOW };
+    // Even steps, so that blocks in a row line up.
+    vec2((width / 10.0).ceil() * 10.0, height)
+}
+
+fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> Vec<Wire> {
+    let mut wires: Vec<Wire> = Vec::new();
+    for link in links {
+        let end = |port: &armor_missions::model::Port, direction: Direction| {
+            let node = *names.get(port.component.value.as_str())?;
+            let ends = &joints.ports[node];
+            let is_it =
+                |joint: &Joint| joint.port == port.port.value && joint.direction == direction;
+            Some(PortAt { node, port: ends.iter().position(is_it)? })
+        };
+        let (from, to) = (end(&link.from, Direction::Out), end(&link.to, Direction::In));
+        // A link to a component that is not there is a finding.
+        let (Some(from), Some(to)) = (from, to) else { continue };
+        let number = wires.len();
+        let fed = &mut joints.ports[to.node][to.port].fed_by;
+        if fed.is_none() {
+            *fed = Some((number, link.from.data()));
+        }
+        wires.push(wire(link, from, to));
+    }
+    wires
+}
+
+fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire {
+    let (output, input) = (link.from.data(), link.to.data());
+    let unusual = unusual(link);
+    let unusual_text = unusual.join(", ");
+    let doc = match unusual.is_empty() {
+        true => format!("{output} feeds {input}"),
+        false => format!("{output} feeds {input}: {unusual_text}"),
+    };
+    Wire {
+        item: Item::Link { from: output.clone(), to: input.clone() },
+        from,
+        to,
+        end: End::Plain,
+        text: unusual_text,
+        is_dashed: link.mode == LinkMode::Pull,
+        is_strong: link.keep == Keep::All,
+        tint: None,
+        mark: Mark::None,
+        label: format!("link {output} to {input}"),
+        doc,
+    }
+}
+
+/// What a link says that others do not.
+fn unusual(link: &Link) -> Vec<String> {
+    let mut said = Vec::new();
+    match link.keep {
+        Keep::Latest => {}
+        keep => said.push(format!("keep {keep}")),
+    }
+    if link.mode == LinkMode::Pull {
+        said.push("pull".into());
+    }
+    if link.history != 1 {
+        said.push(format!("history {}", link.history));
+    }
+    if link.wake == Wake::Spin {
+        said.push("spin".into());
+    }
+    match link.transport {
+        Transport::Auto => {}
+        Transport::Tcp => said.push("tcp".into()),
+        Transport::Shm => said.push("shm".into()),
+        Transport::Udp => said.push("udp".into()),
+    }
+    said
+}
+
+/// Puts blocks where the file says; those of which it says nothing are arranged beside the others.
+fn place(nodes: &mut [Node], wires: &[Wire], layout: &Layout, unplaced: &mut BTreeSet<usize>) {
+    let mut bounds: Option<Rect> = None;
+    for (n, node) in nodes.iter_mut().enumerate() {
+        match layout.blocks.get(&node.title) {
+            Some(at) => {
+                node.rect = Rect::from_min_size(*at, node.rect.size());
+                bounds = Some(bounds.map_or(node.rect, |bounds| bounds.union(node.rect)));
+            }
+            None => {
+                unplaced.insert(n);
+            }
+        }
+    }
+    let links: Vec<_> = wires.iter().map(|wire| (wire.from.node, wire.to.node)).collect();
+    let sizes: Vec<_> = nodes.iter().map(|node| node.rect.size()).collect();
+    let wanted: Vec<_> = unplaced.iter().copied().collect();
+    let positions = arrange::arrange(&sizes, &links, &wanted);
+    let corner =
+        bounds.map_or(Pos2::new(40.0, 40.0), |bounds| Pos2::new(bounds.min.x, bounds.max.y + 60.0));
+    for (n, at) in wanted.into_iter().zip(positions) {
+        nodes[n].rect = Rect::from_min_size(corner + at, nodes[n].rect.size());
+    }
+}
+
+/// Marks what the findings are about.
+fn mark(diagram: &mut Diagram, project: &Project) {
+    let checked = project.checked();
+    if checked.revision != project.revision() {
+        return;
+    }
+    let mut marks: BTreeMap<Item, Mark> = BTreeMap::new();
+    for finding in checked.findings.iter() {
+        // The badge and the underlined port say these.
+        if matches!(finding.code, Code::ParameterUnassigned | Code::InputUnfed) {
+            continue;
+        }
+        let mark = match finding.severity() {
+            Severity::Error => Mark::Error,
+            Severity::Warning => Mark::Warning,
+            Severity::Note => continue,
+        };
+        if let Some(item) = finding.at.as_ref().and_then(|at| project.item_at(at)) {
+            let known = marks.entry(item).or_default();
+            *known = mark.max(*known);
+        }
+    }
+    for node in &mut diagram.nodes {
+        node.mark = marks.get(&node.item).copied().unwrap_or_default();
+    }
+    for wire in &mut diagram.wires {
+        wire.mark = marks.get(&wire.item).copied().unwrap_or_default();
+    }
+}

@@ -1,0 +1,252 @@
+//! The edits of a system, each on the files as a whole: pure, so that any sequence of them can be
+//! tried without a window.
+
+use std::collections::BTreeMap;
+
+use armor_missions::{Document, Item as Named, NewElement, Position};
+use armor_wire::name::{MAX_NAME_LEN, is_name, split_data};
+use eframe::egui::{Pos2, Rect, Vec2};
+
+use crate::canvas::{Diagram, arrange};
+use crate::desk::View;
+use crate::item::Item;
+use crate::layout;
+use crate::project::{Documents, Refused};
+
+/// Names that the programs of the system have themselves.
+const TAKEN: &[&str] = &["registry", "configd", "configuration", "executive", "launcher", "all"];
+
+/// A name that no component has yet, like the one wished for.
+pub fn free_name(document: &Document, wish: &str) -> String {
+    let wish: String =
+        wish.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_')).collect();
+    let wish = if is_name(&wish) { wish } else { "component".to_owned() };
+    let is_free =
+        |name: &str| !TAKEN.contains(&name) && document.find(Named::Component(name)).is_none();
+    if is_free(&wish) {
+        return wish;
+    }
+    // "laser-2" counts on as "laser-3".
+    let stem = match wish.rsplit_once('-') {
+        Some((stem, number)) if number.bytes().all(|b| b.is_ascii_digit()) => stem.to_owned(),
+        _ => wish,
+    };
+    let stem = &stem[..stem.len().min(MAX_NAME_LEN - 5)];
+    (2..).map(|n| format!("{stem}-{n}")).find(|name| is_free(name)).unwrap_or_default()
+}
+
+/// Adds a component of a kind and answers its name.
+///
+/// # Errors
+/// If there is no system in the files.
+pub fn add_component(documents: &mut Documents, kind: &str, at: Pos2) -> Result<String, Refused> {
+    let document = documents.system()?;
+    let name = free_name(document, kind);
+    document.add(Named::Component(&name), &[("kind", kind)])?;
+    document.set_positions(&[(Named::Component(&name), Some(position(at)))])?;
+    Ok(name)
+}
+
+/// Links an output to an input, both as `component.port`.
+///
+/// # Errors
+/// If the input is fed already, or a component is missing.
+pub fn join(documents: &mut Documents, from: &str, to: &str) -> Result<(), Refused> {
+    documents.system()?.add(Named::Link { from, to }, &[])?;
+    Ok(())
+}
+
+/// Leads a link elsewhere: to another input, or from another output. Its attributes stay.
+///
+/// # Errors
+/// If the new input is fed already, or the link is not there.
+pub fn rewire(
+    documents: &mut Documents,
+    (from, to): (&str, &str),
+    (new_from, new_to): (&str, &str),
+) -> Result<(), Refused> {
+    let document = documents.system()?;
+    if new_to != to {
+        document.set_attribute(Named::Link { from, to }, "to", Some(new_to))?;
+    }
+    if new_from != from {
+        document.set_attribute(Named::Link { from, to: new_to }, "from", Some(new_from))?;
+    }
+    Ok(())
+}
+
+/// Renames a component in all open files.
+///
+/// # Errors
+/// If the name is none or another's, or one that a program of the system has.
+pub fn rename(documents: &mut Documents, old: &str, new: &str) -> Result<(), Refused> {
+    if TAKEN.contains(&new) {
+        return Err(Refused::Rule(format!("{new} is the name of a program of every system")));
+    }
+    if documents.system()?.find(Named::Component(new)).is_some() && old != new {
+        return Err(Refused::Rule(format!("there is a component called {new} already")));
+    }
+    for document in documents.all() {
+        let is_here = document.find(Named::Component(old)).is_some();
+        if is_here || !document.mentions(Named::Component(old)).is_empty() {
+            document.rename(Named::Component(old), new)?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes components with their links, links, groups and notes.
+///
+/// # Errors
+/// If the mission cannot do without one of the components.
+pub fn remove<'a>(
+    documents: &mut Documents,
+    items: impl IntoIterator<Item = &'a Item>,
+) -> Result<(), Refused> {
+    let items: Vec<_> = items.into_iter().collect();
+    let components = || {
+        items.iter().filter_map(|item| match item {
+            Item::Component(name) => Some(Named::Component(name)),
+            _ => None,
+        })
+    };
+    for document in documents.all() {
+        let is_known = |item: &Named<'_>| {
+            document.find(*item).is_some() || !document.mentions(*item).is_empty()
+        };
+        let known: Vec<_> = components().filter(is_known).collect();
+        document.remove_all(&known)?;
+    }
+    let document = documents.system()?;
+    let links = items.iter().filter_map(|item| match item {
+        // It may have gone with its component.
+        Item::Link { from, to } => {
+            Some(Named::Link { from, to }).filter(|link| document.find(*link).is_some())
+        }
+        _ => None,
+    });
+    let links: Vec<_> = links.collect();
+    document.remove_all(&links)?;
+    let decorations = items.iter().filter_map(|item| match item {
+        Item::Decoration { view: View::System, number } => Some(*number),
+        _ => None,
+    });
+    let decorations: Vec<_> = decorations.collect();
+    if !decorations.is_empty() {
+        layout::remove_decorations(document, View::System, decorations)?;
+    }
+    Ok(())
+}
+
+/// Puts blocks, groups and notes at these places.
+///
+/// # Errors
+/// If one is not there.
+pub fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), Refused> {
+    let document = documents.system()?;
+    let blocks = places.iter().filter_map(|(item, at)| match item {
+        Item::Component(name) => Some((Named::Component(name), Some(position(*at)))),
+        _ => None,
+    });
+    document.set_positions(&blocks.collect::<Vec<_>>())?;
+    let shown = layout::read(document, View::System).decorations;
+    for (item, at) in places {
+        if let Item::Decoration { number, .. } = item
+            && let Some(decoration) = shown.get(*number)
+        {
+            let rect = Rect::from_min_size(*at, decoration.rect.size());
+            layout::place_decoration(document, View::System, *number, rect)?;
+        }
+    }
+    Ok(())
+}
+
+/// Gives the places of nodes that are arranged anew: all, or those given. The middle of what is
+/// arranged stays where it is.
+pub fn arrange_all(diagram: &Diagram, only: &[usize]) -> Vec<(Item, Pos2)> {
+    let all: Vec<usize> = (0..diagram.nodes.len()).collect();
+    let wanted = if only.len() > 1 { only } else { &all };
+    let sizes: Vec<_> = diagram.nodes.iter().map(|node| node.rect.size()).collect();
+    let links: Vec<_> = diagram.wires.iter().map(|wire| (wire.from.node, wire.to.node)).collect();
+    let positions = arrange::arrange(&sizes, &links, wanted);
+    let old = wanted.iter().map(|n| diagram.nodes[*n].rect).reduce(Rect::union);
+    let corner = old.map_or(Pos2::new(40.0, 40.0), |old| crate::canvas::snapped(old.min));
+    let places = wanted.iter().zip(positions);
+    places.map(|(n, at)| (diagram.nodes[*n].item.clone(), corner + at)).collect()
+}
+
+/// How blocks are brought into line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alignment {
+    /// Their left edges.
+    Left,
+    /// Their right edges.
+    Right,
+    /// Their upper edges.
+    Top,
+    /// Their lower edges.
+    Bottom,
+    /// The gaps from left to right alike.
+    Across,
+    /// The gaps from top to bottom alike.
+    Down,
+}
+
+/// The places of what is brought into line.
+pub fn align(areas: &[(Item, Rect)], how: Alignment) -> Vec<(Item, Pos2)> {
+    let Some(whole) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) else {
+        return Vec::new();
+    };
+    if matches!(how, Alignment::Across | Alignment::Down) {
+        return space(areas, whole, how);
+    }
+    let moved = |area: &Rect| match how {
+        Alignment::Left => Pos2::new(whole.min.x, area.min.y),
+        Alignment::Right => Pos2::new(whole.max.x - area.width(), area.min.y),
+        Alignment::Top => Pos2::new(area.min.x, whole.min.y),
+        _ => Pos2::new(area.min.x, whole.max.y - area.height()),
+    };
+    areas.iter().map(|(item, area)| (item.clone(), moved(area))).collect()
+}
+
+fn space(areas: &[(Item, Rect)], whole: Rect, how: Alignment) -> Vec<(Item, Pos2)> {
+    let along = |v: Vec2| if how == Alignment::Across { v.x } else { v.y };
+    let mut sorted: Vec<_> = areas.iter().collect();
+    sorted.sort_by(|a, b| along(a.1.min.to_vec2()).total_cmp(&along(b.1.min.to_vec2())));
+    let filled: f32 = areas.iter().map(|(_, area)| along(area.size())).sum();
+    let gaps = (areas.len().max(2) - 1) as f32;
+    let gap = ((along(whole.size()) - filled) / gaps).max(10.0);
+    let mut at = along(whole.min.to_vec2());
+    let mut places = Vec::new();
+    for (item, area) in sorted {
+        let corner = match how {
+            Alignment::Across => Pos2::new(at, area.min.y),
+            _ => Pos2::new(area.min.x, at),
+        };
+        places.push((item.clone(), corner));
+        at += along(area.size()) + gap;
+    }
+    places
+}
+
+/// A point of the drawing as the file says it.
+pub(super) fn position(at: Pos2) -> Position {
+    Position { x: f64::from(at.x.round()), y: f64::from(at.y.round()) }
+}
+
+/// A component's element with another name, links of it led to another name: what copying needs.
+pub(super) fn renamed_end(data: &str, names: &BTreeMap<String, String>) -> Option<String> {
+    let (component, port) = split_data(data)?;
+    Some(format!("{}.{port}", names.get(component)?))
+}
+
+/// A new element that says what an element of a file says, comments left out.
+pub(super) fn same_element(element: &armor_missions::tree::Element) -> NewElement {
+    let mut new = NewElement::new(&element.name);
+    for attribute in &element.attributes {
+        new = new.attribute(&attribute.name, &attribute.value);
+    }
+    let new = element.elements().fold(new, |new, child| new.child(same_element(child)));
+    let (text, _) = element.text();
+    if text.is_empty() { new } else { new.text(text) }
+}

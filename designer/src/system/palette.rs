@@ -1,0 +1,109 @@
+//! What there is to build from: all kinds, found by typing, dragged into the drawing.
+
+use armor_wire::manifest::Manifest;
+use eframe::egui::text::{LayoutJob, TextWrapping};
+use eframe::egui::{self, FontId, Key, Label, Rect, RichText, ScrollArea, Sense, TextEdit};
+
+use crate::desk::Desk;
+use crate::panels::pick;
+use crate::system::{DraggedKind, docs};
+
+/// The height of one kind in the list.
+const ENTRY_HEIGHT: f32 = 38.0;
+
+/// The palette.
+#[derive(Debug, Default)]
+pub(super) struct Palette {
+    typed: String,
+}
+
+impl Palette {
+    /// Shows it; answers the kind that is to be added.
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, desk: &Desk) -> Option<String> {
+        ui.add_space(4.0);
+        ui.strong("Components");
+        let field = TextEdit::singleline(&mut self.typed).hint_text("Search");
+        let field = ui.add(field.desired_width(f32::INFINITY)).accessible_name("Search components");
+        let kinds: Vec<_> = desk.project.kinds().iter().collect();
+        let found = pick::sorted(&self.typed, &kinds, |kind| (&kind.kind, &kind.summary));
+        let found: Vec<_> = found.into_iter().map(|(_, kind)| kind).collect();
+        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        let mut wanted = found.first().filter(|_| enter).map(|kind| kind.kind.clone());
+        if kinds.is_empty() {
+            ui.weak("No components are known: the program armor is asked for them.");
+        } else if found.is_empty() {
+            ui.weak("nothing fits");
+        }
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for is_stock in [true, false] {
+                let part: Vec<_> = found
+                    .iter()
+                    .filter(|kind| desk.project.kinds().is_stock(&kind.kind) == is_stock)
+                    .collect();
+                if part.is_empty() {
+                    continue;
+                }
+                ui.add_space(4.0);
+                ui.weak(if is_stock { "part of Armor" } else { "from component directories" });
+                for kind in part {
+                    if self.entry(ui, desk, kind) {
+                        wanted = Some(kind.kind.clone());
+                    }
+                }
+            }
+        });
+        wanted
+    }
+
+    /// One kind; answers whether it is to be added.
+    fn entry(&self, ui: &mut egui::Ui, desk: &Desk, kind: &Manifest) -> bool {
+        let size = egui::vec2(ui.available_width(), ENTRY_HEIGHT);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+        paint(ui, rect, &response, kind);
+        let name = format!("kind {}", kind.kind);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+        response.dnd_set_drag_payload(DraggedKind(kind.kind.clone()));
+        if response.dragged()
+            && let Some(at) = ui.input(|i| i.pointer.latest_pos())
+        {
+            ghost(ui, &kind.kind, at);
+        }
+        let enter = response.has_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        let origin = desk.project.kinds().origin(&kind.kind);
+        let twice = response.double_clicked();
+        response.on_hover_ui(|ui| docs::show(ui, kind, origin));
+        twice || enter
+    }
+}
+
+/// Draws an entry: the kind, and below it what it does.
+fn paint(ui: &egui::Ui, rect: Rect, response: &egui::Response, kind: &Manifest) {
+    if response.hovered() || response.has_focus() {
+        let fill = ui.style().interact(response).weak_bg_fill;
+        ui.painter().rect_filled(rect, 5.0, fill);
+    }
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    let weak = ui.visuals().weak_text_color();
+    let lines = [
+        (kind.kind.as_str(), 14.0, ui.visuals().strong_text_color(), 12.0),
+        (kind.summary.as_str(), 10.5, weak, 28.0),
+    ];
+    for (text, size, colour, y) in lines {
+        let text = crate::text::paintable(ui.ctx(), text).into_owned();
+        let mut job = LayoutJob::simple_singleline(text, FontId::proportional(size), colour);
+        job.wrap = TextWrapping::truncate_at_width(rect.width() - 12.0);
+        let galley = painter.layout_job(job);
+        let at = rect.min + egui::vec2(6.0, y - galley.size().y / 2.0);
+        painter.galley(at, galley, colour);
+    }
+}
+
+/// What is dragged, at the pointer.
+fn ghost(ui: &egui::Ui, kind: &str, at: egui::Pos2) {
+    let area = egui::Area::new(egui::Id::unique("dragged kind")).order(egui::Order::Tooltip);
+    area.fixed_pos(at - egui::vec2(50.0, 14.0)).interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.add(Label::new(RichText::new(kind).strong()).selectable(false).extend());
+        });
+    });
+}

@@ -1,0 +1,215 @@
+//! The panel of what is selected: a component with its parameters and ports, a link, a note, or the
+//! system itself.
+
+mod component;
+mod editors;
+mod link;
+
+use armor_missions::Item as Named;
+use eframe::egui::{self, Button, ComboBox, ScrollArea};
+
+use crate::commands::{Command, about};
+use crate::desk::{Desk, View};
+use crate::item::Item;
+use crate::layout;
+use crate::panels::fields::{Form, anything};
+use crate::project::{Documents, Refused};
+use crate::system::{SystemView, edits};
+
+/// What can be changed in the panel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Field {
+    /// The name of a component.
+    Name(String),
+    /// An attribute of an item; an empty text removes it.
+    Attribute(Item, &'static str),
+    /// A parameter of a component; an empty text is a value, too.
+    Parameter(String, String),
+    /// A parameter that goes back to its default, or that the kind does not have.
+    NoParameter(String, String),
+    /// The title of a group, the text of a note.
+    Text(usize),
+    /// The data that time follows; an empty text is the host's clock.
+    Clock,
+}
+
+impl SystemView {
+    pub(super) fn properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        ui.add_space(4.0);
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 6.0;
+            let only = self.only().cloned();
+            match (only, self.canvas.selection.len()) {
+                (Some(Item::Component(name)), _) => self.component_properties(ui, desk, &name),
+                (Some(Item::Link { from, to }), _) => self.link_properties(ui, desk, &from, &to),
+                (Some(Item::Decoration { number, .. }), _) => self.decoration(ui, number),
+                (_, 0) => self.system_properties(ui, desk),
+                (_, count) => several(ui, desk, count),
+            }
+        });
+        for (field, text) in self.drafts.finish() {
+            self.apply(&field, &text, desk);
+        }
+    }
+
+    fn decoration(&mut self, ui: &mut egui::Ui, number: usize) {
+        let Some(decoration) = self.drawing.diagram.decorations.get(number).cloned() else {
+            return;
+        };
+        ui.strong(if decoration.is_note { "Note" } else { "Group" });
+        let name = if decoration.is_note { "Text" } else { "Title" };
+        let rows = if decoration.is_note { 6 } else { 1 };
+        let form = Form { name, hint: "", width: 0.0, rows };
+        let field = Field::Text(number);
+        let response = self.drafts.text(ui, &field, &decoration.text, form, &anything);
+        self.focus(&response);
+    }
+
+    fn system_properties(&mut self, ui: &mut egui::Ui, desk: &Desk) {
+        let Some(configuration) = desk.project.configuration() else {
+            ui.weak("There is no system in this file.");
+            return;
+        };
+        let system = &configuration.system;
+        ui.strong("System");
+        let name = system.name.as_ref().map_or("", |name| name.value.as_str());
+        ui.label("Name");
+        let form =
+            Form { name: "System name", hint: "what the robot is called", width: 0.0, rows: 1 };
+        let field = Field::Attribute(Item::System, "name");
+        self.drafts.text(ui, &field, name, form, &check_name);
+        ui.label("Time follows");
+        let source = system.clock.as_ref().map(|clock| clock.source.data()).unwrap_or_default();
+        let shown = if source.is_empty() { "the clock of this computer" } else { &source };
+        let clocks = self.clocks();
+        ComboBox::from_id_salt("clock")
+            .selected_text(shown)
+            .width(ui.available_width())
+            .show_ui(ui, |ui| {
+                for clock in std::iter::once(String::new()).chain(clocks) {
+                    let text = if clock.is_empty() { "the clock of this computer" } else { &clock };
+                    if ui.selectable_label(clock == source, text).clicked() {
+                        self.drafts.set(Field::Clock, clock.as_str());
+                    }
+                }
+            })
+            .response
+            .accessible_name("system clock");
+        ui.add_space(6.0);
+        ui.weak(format!("{} components, {} links", system.components.len(), system.links.len()));
+        ui.weak("Select a block or a link to see its properties.");
+    }
+
+    /// The outputs that say what time it is.
+    fn clocks(&self) -> Vec<String> {
+        let joints = self.drawing.joints.ports.iter().flatten();
+        let clocks = joints.filter(|joint| {
+            joint.direction == crate::canvas::Direction::Out
+                && joint.message.as_ref().is_some_and(|(name, ..)| name == "Clock")
+        });
+        clocks.map(super::Joint::data).collect()
+    }
+
+    /// Gives a field the focus, if one was asked for.
+    fn focus(&mut self, response: &egui::Response) {
+        if std::mem::take(&mut self.wants_focus) {
+            response.request_focus();
+            response.scroll_to_me(None);
+        }
+    }
+
+    fn apply(&mut self, field: &Field, text: &str, desk: &mut Desk) {
+        let what = match field {
+            Field::Name(name) => format!("rename {name} to {text}"),
+            Field::Attribute(item, attribute) => format!("set {attribute} of {item}"),
+            Field::Parameter(component, name) => format!("set {component}.{name}"),
+            Field::NoParameter(component, name) => format!("clear {component}.{name}"),
+            Field::Text(_) => "write a text".to_owned(),
+            Field::Clock => "set the clock".to_owned(),
+        };
+        if desk.edit(what, |documents| write(documents, field, text))
+            && let Field::Name(_) = field
+        {
+            self.select_next = vec![Item::Component(text.to_owned())];
+        }
+    }
+}
+
+/// Makes the change of a field in the files.
+fn write(documents: &mut Documents, field: &Field, text: &str) -> Result<(), Refused> {
+    match field {
+        Field::Name(name) => edits::rename(documents, name, text),
+        Field::Attribute(item, attribute) => {
+            let value = Some(text.trim()).filter(|text| !text.is_empty());
+            let absent = || Refused::Rule(format!("{item} is not there any more"));
+            let named = item.named().ok_or_else(absent)?;
+            Ok(documents.system()?.set_attribute(named, attribute, value)?)
+        }
+        Field::Parameter(component, name) => {
+            Ok(documents.system()?.set_parameter(component, name, Some(text))?)
+        }
+        Field::NoParameter(component, name) => {
+            Ok(documents.system()?.set_parameter(component, name, None)?)
+        }
+        Field::Text(number) => {
+            layout::write_decoration(documents.system()?, View::System, *number, text)
+        }
+        Field::Clock => set_clock(documents.system()?, text),
+    }
+}
+
+fn set_clock(document: &mut armor_missions::Document, source: &str) -> Result<(), Refused> {
+    let missing = || Refused::Absent { what: "<system>" };
+    let mut path = document.find(Named::System).ok_or_else(missing)?;
+    let system = document.tree().element(&path).ok_or_else(missing)?;
+    let found = system.elements().position(|element| element.name == "clock");
+    match (found, source.is_empty()) {
+        (Some(number), true) => {
+            path.push(number);
+            document.remove_element(&path)?;
+        }
+        (Some(number), false) => {
+            path.push(number);
+            document.set_attribute_at(&path, "source", Some(source))?;
+        }
+        (None, true) => {}
+        (None, false) => {
+            let new = armor_missions::NewElement::new("clock").attribute("source", source);
+            document.insert_element(&path, 0, &new)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a text is a name of the format; an empty one is none.
+fn check_name(text: &str) -> Result<(), String> {
+    if text.is_empty() || armor_wire::name::is_name(text) {
+        Ok(())
+    } else {
+        Err("a name starts with a letter and has letters, digits, _ and -".into())
+    }
+}
+
+fn several(ui: &mut egui::Ui, desk: &mut Desk, count: usize) {
+    ui.strong(format!("{count} selected"));
+    for command in [
+        Command::AlignLeft,
+        Command::AlignRight,
+        Command::AlignTop,
+        Command::AlignBottom,
+        Command::SpaceAcross,
+        Command::SpaceDown,
+        Command::Arrange,
+        Command::Group,
+        Command::Duplicate,
+        Command::Delete,
+    ] {
+        let entry = about(command);
+        let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+        let button = Button::new(entry.name).shortcut_text(keys);
+        let button = ui.add_sized([ui.available_width(), 0.0], button).on_hover_text(entry.doc);
+        if button.accessible_name(format!("selected: {}", entry.name)).clicked() {
+            desk.order(command);
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! A component: its name, how it is run, its parameters and its ports.
+
+use armor_missions::model::{Component, Restart};
+use armor_wire::manifest::Manifest;
+use eframe::egui::{self, ComboBox, RichText};
+
+use crate::desk::Desk;
+use crate::item::Item;
+use crate::panels::fields::Form;
+use crate::system::properties::{Field, check_name};
+use crate::system::{SystemView, docs, repair};
+
+impl SystemView {
+    pub(super) fn component_properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk, name: &str) {
+        let component =
+            desk.project.configuration().and_then(|c| c.system.component(name)).cloned();
+        let Some(component) = component else { return };
+        let kinds = std::sync::Arc::clone(desk.project.kinds());
+        let kind = kinds.find(&component.kind.value);
+        ui.horizontal(|ui| {
+            ui.strong("Component");
+            let origin = kinds.origin(&component.kind.value);
+            let about = ui.weak(&component.kind.value);
+            if let Some(kind) = kind {
+                about.on_hover_ui(|ui| docs::show(ui, kind, origin));
+            }
+        });
+        if let Some(kind) = kind {
+            let summary = crate::text::paintable(ui.ctx(), &kind.summary).into_owned();
+            ui.label(RichText::new(summary).small().weak());
+        }
+        repair::component(ui, desk, &component, &mut self.drafts);
+        ui.label("Name");
+        let form = Form { name: "Component name", hint: "", width: 0.0, rows: 1 };
+        let field = Field::Name(name.to_owned());
+        let response = self.drafts.text(ui, &field, name, form, &|text| {
+            if text.is_empty() { Err("it needs a name".into()) } else { check_name(text) }
+        });
+        self.focus(&response);
+        if let Some(kind) = kind {
+            self.parameters(ui, desk, &component, kind);
+        }
+        ui.collapsing("How it is run", |ui| self.running(ui, desk, &component));
+        ui.collapsing("Ports and links", |ui| self.ports(ui, name));
+    }
+
+    fn parameters(
+        &mut self,
+        ui: &mut egui::Ui,
+        desk: &mut Desk,
+        component: &Component,
+        kind: &Manifest,
+    ) {
+        if kind.parameters.is_empty() {
+            return;
+        }
+        ui.separator();
+        ui.strong("Parameters");
+        // Those that need a value come first.
+        let (needed, others): (Vec<_>, Vec<_>) =
+            kind.parameters.iter().partition(|parameter| parameter.default.is_none());
+        for parameter in needed.into_iter().chain(others) {
+            self.parameter(ui, desk, component, parameter);
+        }
+    }
+
+    fn running(&mut self, ui: &mut egui::Ui, desk: &Desk, component: &Component) {
+        let item = Item::Component(component.name.value.clone());
+        let document = desk.project.document_with(armor_missions::Item::System);
+        let written = |attribute: &str| {
+            let document = document?;
+            let path = document.find(item.named()?)?;
+            Some(document.tree().element(&path)?.attribute(attribute)?.value.clone())
+        };
+        for (attribute, label, hint, doc) in [
+            ("rate", "Rate", "after each data", "How often its exec is called, such as 10Hz."),
+            (
+                "watchdog",
+                "Watchdog",
+                "none",
+                "How long one call may take, such as 2s; then it is killed.",
+            ),
+        ] {
+            ui.label(label).on_hover_text(doc);
+            let name = format!("component {attribute}");
+            let form = Form { name: &name, hint, width: 0.0, rows: 1 };
+            let value = written(attribute).unwrap_or_default();
+            let is_rate = attribute == "rate";
+            self.drafts.text(
+                ui,
+                &Field::Attribute(item.clone(), attribute),
+                &value,
+                form,
+                &|text| check_quantity(text, is_rate),
+            );
+        }
+        ui.label("Restart").on_hover_text("What happens when its process ends by itself.");
+        let restarts = [
+            (Restart::OnFailure, "", "unless it ended well"),
+            (Restart::Always, "always", "always"),
+            (Restart::Never, "never", "never"),
+        ];
+        let shown = restarts.iter().find(|(restart, ..)| *restart == component.restart);
+        let combo = ComboBox::from_id_salt("restart").selected_text(shown.map_or("", |r| r.2));
+        let drafts = &mut self.drafts;
+        let combo = combo.show_ui(ui, |ui| {
+            for (restart, value, text) in restarts {
+                if ui.selectable_label(component.restart == restart, text).clicked() {
+                    drafts.set(Field::Attribute(item.clone(), "restart"), value);
+                }
+            }
+        });
+        combo.response.accessible_name("component restart");
+        let mut controllable = component.controllable;
+        let check = ui.checkbox(&mut controllable, "the mission may freeze it");
+        if check.changed() {
+            let value = if controllable { "" } else { "false" };
+            self.drafts.set(Field::Attribute(item, "controllable"), value);
+        }
+    }
+
+    /// The ports with what they are linked to; a click selects the link.
+    fn ports(&mut self, ui: &mut egui::Ui, name: &str) {
+        let diagram = &self.drawing.diagram;
+        let Some(node) = diagram.node(&Item::Component(name.to_owned())) else { return };
+        let mut selected = None;
+        for (number, port) in diagram.nodes[node].ports.iter().enumerate() {
+            let sort = if port.direction == crate::canvas::Direction::Out { "out" } else { "in" };
+            let text = format!("{sort}: {}", port.name);
+            let label = if port.is_missing {
+                ui.colored_label(
+                    ui.visuals().error_fg_color,
+                    format!("{text} (not there any more)"),
+                )
+            } else {
+                ui.label(text)
+            };
+            label.on_hover_text(crate::text::paintable(ui.ctx(), &port.doc).into_owned());
+            let here = crate::canvas::PortAt { node, port: number };
+            let wires = diagram.wires.iter().filter(|wire| wire.from == here || wire.to == here);
+            for wire in wires {
+                let Item::Link { from, to } = &wire.item else { continue };
+                let other = if wire.from == here { to } else { from };
+                ui.horizontal(|ui| {
+                    ui.add_space(14.0);
+                    if ui.link(other).on_hover_text("Selects the link").clicked() {
+                        selected = Some(wire.item.clone());
+                    }
+                });
+            }
+        }
+        if let Some(item) = selected {
+            self.canvas.selection = [item].into();
+        }
+    }
+}
+
+fn check_quantity(text: &str, is_rate: bool) -> Result<(), String> {
+    if text.is_empty() {
+        return Ok(());
+    }
+    let read = if is_rate {
+        armor_wire::quantity::hertz(text)
+    } else {
+        armor_wire::quantity::seconds(text)
+    };
+    read.map(|_| ()).map_err(|error| error.to_string())
+}

@@ -1,0 +1,154 @@
+//! A link: who feeds whom, and what a slow consumer gets.
+
+use armor_missions::model::{LinkMode, Transport};
+use armor_wire::keep::{Keep, Wake};
+use eframe::egui::{self, ComboBox};
+
+use crate::commands::Command;
+use crate::desk::Desk;
+use crate::item::Item;
+use crate::panels::fields::Form;
+use crate::system::SystemView;
+use crate::system::properties::Field;
+
+/// An attribute with a few values: its name, what it is called, its values with what they mean. The
+/// first value is the default, which the file does not say.
+type Choice<'a> = (&'static str, &'static str, &'a [(&'a str, &'a str)]);
+
+impl SystemView {
+    pub(super) fn link_properties(
+        &mut self,
+        ui: &mut egui::Ui,
+        desk: &mut Desk,
+        from: &str,
+        to: &str,
+    ) {
+        let found = desk.project.configuration().and_then(|configuration| {
+            let mut links = configuration.system.links.iter();
+            links.find(|link| link.from.data() == from && link.to.data() == to).cloned()
+        });
+        let Some(link) = found else { return };
+        ui.strong("Link");
+        for (name, data) in [("from", from), ("to", to)] {
+            ui.horizontal(|ui| {
+                ui.weak(name);
+                if ui.link(data).on_hover_text("Selects the component").clicked()
+                    && let Some((component, _)) = data.split_once('.')
+                {
+                    self.canvas.selection = [Item::Component(component.to_owned())].into();
+                }
+            });
+        }
+        let item = Item::Link { from: from.to_owned(), to: to.to_owned() };
+        self.keep(ui, &item, link.keep);
+        let mode = if link.mode == LinkMode::Pull { "pull" } else { "push" };
+        let wake = if link.wake == Wake::Spin { "spin" } else { "sleep" };
+        let transport = match link.transport {
+            Transport::Auto => "auto",
+            Transport::Tcp => "tcp",
+            Transport::Shm => "shm",
+            Transport::Udp => "udp",
+        };
+        let choices: [(Choice<'_>, &str); 3] = [
+            (
+                (
+                    "mode",
+                    "Mode",
+                    &[("push", "sent as it is published"), ("pull", "asked for before each exec")],
+                ),
+                mode,
+            ),
+            (
+                (
+                    "wake",
+                    "Wake",
+                    &[("sleep", "the ends sleep"), ("spin", "the ends poll: fast, for a core")],
+                ),
+                wake,
+            ),
+            (
+                (
+                    "transport",
+                    "Transport",
+                    &[
+                        ("auto", "whatever fits"),
+                        ("tcp", "TCP"),
+                        ("shm", "shared memory"),
+                        ("udp", "UDP, for a remote operator"),
+                    ],
+                ),
+                transport,
+            ),
+        ];
+        for (choice, current) in choices {
+            self.choices(ui, &item, choice, current);
+        }
+        ui.label("History").on_hover_text("How many of the last data the input holds.");
+        let history = if link.history == 1 { String::new() } else { link.history.to_string() };
+        let form = Form { name: "link history", hint: "1", width: 80.0, rows: 1 };
+        let field = Field::Attribute(item, "history");
+        let response = self.drafts.text(ui, &field, &history, form, &|text| whole(text, u32::MAX));
+        self.focus(&response);
+        ui.separator();
+        if ui.button("Remove the link").clicked() {
+            desk.order(Command::Delete);
+        }
+    }
+
+    fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep) {
+        ui.label("Keep").on_hover_text("What a slow consumer gets.");
+        let field = Field::Attribute(item.clone(), "keep");
+        let last = |count: u32| format!("the newest {count}");
+        let shown = match keep {
+            Keep::Latest => "the newest".to_owned(),
+            Keep::Last { count } => last(count),
+            Keep::All => "everything; the sender waits".to_owned(),
+        };
+        let combo = ComboBox::from_id_salt("keep").selected_text(shown).width(ui.available_width());
+        let combo = combo.show_ui(ui, |ui| {
+            let counted = if let Keep::Last { count } = keep { count } else { 10 };
+            for (value, text, is_it) in [
+                (String::new(), "the newest".to_owned(), keep == Keep::Latest),
+                (counted.to_string(), last(counted), matches!(keep, Keep::Last { .. })),
+                ("all".into(), "everything; the sender waits".to_owned(), keep == Keep::All),
+            ] {
+                if ui.selectable_label(is_it, text).clicked() {
+                    self.drafts.set(field.clone(), value);
+                }
+            }
+        });
+        combo.response.accessible_name("link keep");
+        if let Keep::Last { count } = keep {
+            let form = Form { name: "link keeps how many", hint: "", width: 80.0, rows: 1 };
+            let limit = armor_wire::keep::MAX_KEEP;
+            let current = count.to_string();
+            self.drafts.text(ui, &field, &current, form, &|text| whole(text, limit));
+        }
+    }
+
+    fn choices(&mut self, ui: &mut egui::Ui, item: &Item, choice: Choice<'_>, current: &str) {
+        let (attribute, label, values) = choice;
+        ui.label(label);
+        let shown = values.iter().find(|(value, _)| *value == current);
+        let text = |(value, about): &(&str, &str)| format!("{value}: {about}");
+        let combo = ComboBox::from_id_salt(attribute).width(ui.available_width());
+        let combo = combo.selected_text(shown.map(text).unwrap_or_default()).show_ui(ui, |ui| {
+            for (n, entry) in values.iter().enumerate() {
+                if ui.selectable_label(entry.0 == current, text(entry)).clicked() {
+                    let written = if n == 0 { "" } else { entry.0 };
+                    self.drafts.set(Field::Attribute(item.clone(), attribute), written);
+                }
+            }
+        });
+        combo.response.accessible_name(format!("link {attribute}"));
+    }
+}
+
+fn whole(text: &str, most: u32) -> Result<(), String> {
+    match text.parse::<u32>() {
+        _ if text.is_empty() => Ok(()),
+        Ok(number) if (1..=most).contains(&number) => Ok(()),
+        _ if most == u32::MAX => Err("a whole number from 1 is expected".into()),
+        _ => Err(format!("a whole number from 1 to {most} is expected")),
+    }
+}

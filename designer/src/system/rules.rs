@@ -1,0 +1,114 @@
+//! ArMoR's rules of links (4.1): an output to an input, of one type, and an input once.
+
+use armor_wire::manifest::PortManifest;
+use armor_wire::schema::difference;
+
+use crate::canvas::{Direction, PortAt, Rules};
+
+/// What is to be known of the ports of a drawing, by node and port.
+#[derive(Clone, Debug, Default)]
+pub struct Joints {
+    /// By node and port.
+    pub ports: Vec<Vec<Joint>>,
+}
+
+/// What is to be known of one port.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// The component's name.
+    pub component: String,
+    /// The port's own.
+    pub port: String,
+    /// Which way its data goes.
+    pub direction: Direction,
+    /// Name, hash and text of its type; none if the kind has no such port.
+    pub message: Option<(String, u64, String)>,
+    /// Of an input: the wire that feeds it, and the output that this is from.
+    pub fed_by: Option<(usize, String)>,
+    /// How many wires end there.
+    pub wires: usize,
+}
+
+impl Joint {
+    pub(super) fn new(
+        component: &str,
+        port: &str,
+        direction: Direction,
+        manifest: Option<&PortManifest>,
+    ) -> Self {
+        let message =
+            manifest.map(|port| (port.type_name.clone(), port.schema_hash, port.schema.clone()));
+        Self {
+            component: component.to_owned(),
+            port: port.to_owned(),
+            direction,
+            message,
+            fed_by: None,
+            wires: 0,
+        }
+    }
+
+    /// `component.port`.
+    pub fn data(&self) -> String {
+        format!("{}.{}", self.component, self.port)
+    }
+}
+
+impl Joints {
+    /// One port.
+    pub fn joint(&self, at: PortAt) -> Option<&Joint> {
+        self.ports.get(at.node)?.get(at.port)
+    }
+
+    /// The output and the input of two ports that may be joined, whichever was first.
+    ///
+    /// # Errors
+    /// Why they may not be.
+    pub fn ends(&self, one: PortAt, other: PortAt) -> Result<(&Joint, &Joint), String> {
+        let (Some(first), Some(second)) = (self.joint(one), self.joint(other)) else {
+            return Err("there is no such port".into());
+        };
+        let (output, input) = match (first.direction, second.direction) {
+            (Direction::Out, Direction::In) => (first, second),
+            (Direction::In, Direction::Out) => (second, first),
+            (Direction::Out, _) => return Err("two outputs cannot be linked".into()),
+            _ => return Err("two inputs cannot be linked".into()),
+        };
+        types_fit(output, input)?;
+        match &input.fed_by {
+            Some((_, from)) if *from == output.data() => {
+                Err(format!("{} feeds {} already", output.data(), input.data()))
+            }
+            Some((_, from)) => Err(format!("{} is fed by {from} already", input.data())),
+            None => Ok((output, input)),
+        }
+    }
+}
+
+/// Whether the data of an output is what an input takes.
+pub fn types_fit(output: &Joint, input: &Joint) -> Result<(), String> {
+    let there = |joint: &Joint| format!("{} is not there any more", joint.data());
+    let (name, hash, schema) = output.message.as_ref().ok_or_else(|| there(output))?;
+    let (wanted, wanted_hash, wanted_schema) =
+        input.message.as_ref().ok_or_else(|| there(input))?;
+    if name != wanted {
+        return Err(format!("{} is {name}, {} takes {wanted}", output.data(), input.data()));
+    }
+    if hash != wanted_hash {
+        let apart = difference((&output.data(), schema), (&input.data(), wanted_schema));
+        return Err(format!("two versions of {name}: {apart}"));
+    }
+    Ok(())
+}
+
+impl Rules for Joints {
+    fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
+        self.ends(from, to).map(|_| ())
+    }
+
+    /// A wire is taken by its end at an input, which has only one.
+    fn taken_by(&self, port: PortAt) -> Option<usize> {
+        let joint = self.joint(port)?;
+        joint.fed_by.as_ref().map(|(wire, _)| *wire).filter(|_| joint.direction == Direction::In)
+    }
+}

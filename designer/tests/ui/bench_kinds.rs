@@ -1,0 +1,82 @@
+//! Kinds for the tests: an eye, an arm, a lamp, and one of everything.
+
+use armor_designer::Kinds;
+use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
+
+const IMAGE: &str = "Image{width:u32,height:u32}";
+const POINT: &str = "Point{x:f64,y:f64}";
+const OTHER_POINT: &str = "Point{x:f64,y:f64,z:f64}";
+
+fn port(id: &str, type_name: &str, schema: &str, required: bool) -> PortManifest {
+    // Any two numbers serve, as long as they are the schemas' own.
+    let schema_hash = schema
+        .bytes()
+        .fold(7_u64, |hash: u64, byte| hash.wrapping_mul(31).wrapping_add(u64::from(byte)));
+    PortManifest {
+        id: id.into(),
+        type_name: type_name.into(),
+        schema: schema.into(),
+        schema_hash,
+        doc: format!("the {id}"),
+        required,
+        latched: false,
+    }
+}
+
+fn parameter(name: &str, kind: ParameterType, default: Option<&str>) -> ParameterManifest {
+    ParameterManifest {
+        name: name.into(),
+        kind,
+        unit: String::new(),
+        default: default.map(Into::into),
+        minimum: None,
+        maximum: None,
+        choices: Vec::new(),
+        doc: format!("what {name} does"),
+        live: false,
+    }
+}
+
+fn kind(
+    kind: &str,
+    inputs: Vec<PortManifest>,
+    outputs: Vec<PortManifest>,
+    parameters: Vec<ParameterManifest>,
+) -> Manifest {
+    let summary = format!("The {kind} of the tests.");
+    Manifest { armor_manifest: 1, kind: kind.into(), summary, inputs, outputs, parameters }
+}
+
+/// The manifests.
+pub fn manifests() -> Vec<Manifest> {
+    let distance = ParameterManifest {
+        unit: "m".into(),
+        minimum: Some(0.1),
+        maximum: Some(20.0),
+        ..parameter("distance", ParameterType::Number, Some("2m"))
+    };
+    let mode = ParameterManifest {
+        choices: vec!["slow".into(), "fast".into()],
+        ..parameter("mode", ParameterType::Choice, Some("slow"))
+    };
+    vec![
+        kind(
+            "eye",
+            vec![],
+            vec![port("image", "Image", IMAGE, false), port("target", "Point", POINT, false)],
+            vec![parameter("device", ParameterType::Text, None), distance],
+        ),
+        kind(
+            "arm",
+            vec![port("target", "Point", POINT, true), port("view", "Image", IMAGE, false)],
+            vec![port("tip", "Point", POINT, false)],
+            vec![mode, parameter("gentle", ParameterType::Flag, Some("false"))],
+        ),
+        kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
+    ]
+}
+
+/// The same as the designer knows them.
+pub fn kinds() -> Kinds {
+    Kinds::of(manifests(), "stock")
+}

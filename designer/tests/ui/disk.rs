@@ -1,0 +1,193 @@
+//! The window and the disk: other programs change the file, a crash leaves work behind, files are
+//! dropped, drawings are saved as pictures.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use armor_designer::files::recovery::{Kept, KeptFile};
+use armor_designer::{Command, system};
+use eframe::egui::{DroppedFile, Key};
+
+use crate::{Window, read};
+
+const ROBOT: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye">
+      <parameter name="device" value="usb"/>
+    </component>
+    <component name="arm" kind="arm"/>
+    <link from="eye.target" to="arm.target"/>
+    <component name="lamp" kind="lamp"/>
+  </system>
+</armor>
+"#;
+
+/// Another program writes the file.
+fn outside(window: &Window, from: &str, to: &str) {
+    let path = window.path("robot.xml");
+    let text = read(&path);
+    assert!(text.contains(from), "{text}");
+    armor_missions::save(&path, text.replace(from, to).as_bytes()).unwrap();
+}
+
+fn rename(window: &mut Window, from: &str, to: &str) {
+    let desk = window.harness.state_mut().desk();
+    assert!(desk.edit("renaming", |documents| system::rename(documents, from, to)));
+    window.settle();
+}
+
+#[test]
+fn a_file_that_changed_on_the_disk_is_read_again() {
+    let mut window = Window::open(Some(ROBOT));
+    outside(&window, "\"usb\"", "\"firewire\"");
+    window.until("it is read again", |window| window.text().contains("firewire"));
+    assert!(window.told().contains("changed by another program"), "{}", window.told());
+    assert!(!window.harness.state_mut().desk().project.is_dirty());
+}
+
+#[test]
+fn changes_in_different_places_are_merged() {
+    let mut window = Window::open(Some(ROBOT));
+    rename(&mut window, "lamp", "light");
+    outside(&window, "\"usb\"", "\"firewire\"");
+    window.until("both are there", |window| {
+        let text = window.text();
+        text.contains("firewire") && text.contains("\"light\"")
+    });
+    assert!(window.harness.state_mut().desk().project.is_dirty(), "the file has only one of them");
+    assert!(!read(&window.path("robot.xml")).contains("light"), "nothing is written unasked");
+}
+
+#[track_caller]
+fn decides(button: &str, expected: &str, other: &str) {
+    let mut window = Window::open(Some(ROBOT));
+    rename(&mut window, "lamp", "mine");
+    outside(&window, "\"lamp\"", "\"theirs\"");
+    window.until("it is asked", |window| window.has("Keep mine"));
+    window.click(button);
+    assert!(window.text().contains(expected), "{}", window.text());
+    assert!(!window.has("Keep mine"));
+    window.harness.state_mut().desk().project.undo();
+    assert!(window.text().contains(other), "undo brings back the other: {}", window.text());
+}
+
+#[test]
+fn a_contradiction_is_for_the_user_to_decide() {
+    decides("Keep mine", "\"mine\"", "\"theirs\"");
+    decides("Take the disk's", "\"theirs\"", "\"mine\"");
+}
+
+#[test]
+fn a_file_that_is_gone_is_told_and_written_again() {
+    let mut window = Window::open(Some(ROBOT));
+    std::fs::remove_file(window.path("robot.xml")).unwrap();
+    window.until("it is missed", |window| window.told().contains("not there any more"));
+    window.harness.state_mut().desk().order(Command::Save);
+    window.until("it is there again", |window| window.path("robot.xml").exists());
+    assert_eq!(read(&window.path("robot.xml")), ROBOT);
+}
+
+/// What a designer that died has left in a folder.
+fn left_behind(folder: &Path, kept: &Kept) {
+    let folder = folder.join("own/recovery");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("1-0.lock"), "").unwrap();
+    std::fs::write(folder.join("1-0.json"), serde_json::to_vec(kept).unwrap()).unwrap();
+}
+
+fn after_a_crash() -> Window {
+    Window::open_as(Some(ROBOT), |folder, start| {
+        let path = Some(folder.join("robot.xml").into_os_string());
+        let text = Some(ROBOT.replace("\"lamp\"", "\"unsaved\""));
+        let file = KeptFile { path, saved: ROBOT.into(), text };
+        left_behind(folder, &Kept::now(vec![file]));
+        start.own_folder = Some(folder.join("own"));
+    })
+}
+
+#[test]
+fn unsaved_work_of_a_crash_is_offered_and_brought_back() {
+    let mut window = after_a_crash();
+    assert!(!window.text().contains("unsaved"), "nothing is taken unasked");
+    window.click("Recover");
+    assert!(window.text().contains("\"unsaved\""));
+    assert_eq!(read(&window.path("robot.xml")), ROBOT, "the file is as it was");
+    window.harness.state_mut().desk().project.undo();
+    assert_eq!(window.text(), ROBOT);
+}
+
+#[test]
+fn unsaved_work_can_be_left_for_later_or_thrown_away() {
+    let mut window = after_a_crash();
+    let kept = window.path("own/recovery/1-0.json");
+    window.click("Later");
+    assert!(kept.exists() && !window.has("Recover"));
+    let mut window = after_a_crash();
+    let kept = window.path("own/recovery/1-0.json");
+    window.click("Discard");
+    assert!(!kept.exists() && !window.has("Recover"));
+}
+
+#[test]
+fn what_is_drawn_is_kept_until_it_is_saved() {
+    let mut window = Window::open_as(Some(ROBOT), |folder, start| {
+        start.own_folder = Some(folder.join("own"));
+    });
+    let kept = |window: &mut Window| {
+        let entries = std::fs::read_dir(window.path("own/recovery")).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let mut texts =
+            paths.filter(|path| path.extension().is_some_and(|e| e == "json")).map(|p| read(&p));
+        texts.next()
+    };
+    assert_eq!(kept(&mut window), None);
+    rename(&mut window, "lamp", "light");
+    window.until("it is kept", |window| kept(window).is_some_and(|text| text.contains("light")));
+    window.harness.state_mut().desk().order(Command::Save);
+    window.until("it is let go", |window| kept(window).is_none());
+    assert!(read(&window.path("robot.xml")).contains("light"));
+}
+
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn a_file_dropped_on_the_window_is_opened() {
+    let mut window = Window::open(None);
+    let path = window.path("dropped.xml");
+    std::fs::write(&path, ROBOT).unwrap();
+    window.harness.input_mut().dropped_files.push(Arc::new(Dropped(path)));
+    window.settle();
+    assert!(window.has("component lamp"));
+}
+
+#[test]
+fn the_drawing_is_saved_as_a_picture() {
+    let mut window = Window::open(Some(ROBOT));
+    for (name, begins) in [("drawing.svg", &b"<svg"[..]), ("drawing.png", b"\x89PNG")] {
+        window.harness.state_mut().desk().order(Command::Export);
+        window.settle();
+        window.fill("File name", name);
+        let bytes = std::fs::read(window.path(name)).unwrap();
+        assert!(bytes.starts_with(begins), "{name}: {}", window.told());
+    }
+    let svg = read(&window.path("drawing.svg"));
+    for word in [">eye</text>", ">arm</text>", ">target</text>"] {
+        assert!(svg.contains(word), "{word} is not in the drawing");
+    }
+    window.harness.state_mut().desk().order(Command::Export);
+    window.settle();
+    window.fill("File name", "drawing.pdf");
+    assert!(window.told().contains(".svg"), "{}", window.told());
+    window.key(Key::Escape);
+}

@@ -1,0 +1,61 @@
+//! Finding one's way: the list of commands, the page of keys, the first page.
+
+use armor_designer::{Command, Menu, about};
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+
+use crate::{Window, read};
+
+#[test]
+fn a_command_is_run_by_a_part_of_its_name() {
+    let mut window = Window::open(None);
+    assert!(window.has("kind lamp"));
+    window.keys(Modifiers::COMMAND, Key::P);
+    window.write("palet");
+    window.key(Key::Enter);
+    assert!(!window.has("kind lamp"), "the palette is hidden");
+    window.keys(Modifiers::COMMAND, Key::P);
+    window.key(Key::Escape);
+    assert!(!window.has("Type what to do"));
+}
+
+#[test]
+fn every_key_is_on_the_page_of_keys() {
+    let mut window = Window::open(None);
+    window.key(Key::F1);
+    for menu in Menu::ALL {
+        assert!(window.harness.query_all_by_label_contains(menu.name()).next().is_some());
+    }
+    let doc = about(Command::SpaceAcross).name;
+    assert!(window.harness.query_all_by_label_contains(doc).next().is_some());
+    assert!(window.has("Close"));
+    window.key(Key::F1);
+    assert!(!window.has("Close"));
+    window.key(Key::F1);
+    window.key(Key::Escape);
+    assert!(!window.has("Close"));
+}
+
+#[test]
+fn the_first_page_leads_to_a_new_robot() {
+    let mut window = Window::open_as(None, |_, start| start.first_page = true);
+    assert!(!window.has("kind lamp"));
+    window.click("Start a new robot");
+    assert!(window.has("kind lamp") && window.has("drawing of the system"));
+}
+
+#[test]
+fn the_first_page_opens_what_was_open_before() {
+    let mut window = Window::open_as(None, |folder, start| {
+        let robot = folder.join("before.xml");
+        std::fs::write(&robot, "<armor version=\"1\"><system name=\"old\"/></armor>").unwrap();
+        std::fs::create_dir_all(folder.join("own")).unwrap();
+        std::fs::write(folder.join("own/recent"), format!("{}\n", robot.display())).unwrap();
+        start.own_folder = Some(folder.join("own"));
+        start.first_page = true;
+    });
+    window.click("before.xml");
+    assert!(window.text().contains("\"old\""));
+    let recent = read(&window.path("own/recent"));
+    assert!(recent.ends_with("before.xml\n"), "{recent}");
+}

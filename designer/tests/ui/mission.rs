@@ -1,0 +1,279 @@
+//! The view of the mission: drawn, edited, simulated, proven, all by accessible names.
+
+use eframe::egui::{Key, Modifiers, vec2};
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use crate::Window;
+
+const SURVEY: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye">
+      <parameter name="device" value="usb"/>
+    </component>
+    <component name="arm" kind="arm"/>
+    <component name="lamp" kind="lamp"/>
+    <link from="eye.target" to="arm.target"/>
+  </system>
+  <mission goal="home" safe="hold">
+    <place name="explore" initial="true" components="arm"/>
+    <place name="home"/>
+    <place name="hold"/>
+    <transition name="seen" from="explore" to="home" on="arm.done"/>
+    <transition name="late" from="explore" to="hold" timeout="90s"/>
+    <layout>
+      <block of="explore" x="0" y="0"/>
+      <block of="home" x="400" y="-100"/>
+      <block of="hold" x="400" y="100"/>
+      <block transition="seen" x="250" y="-100"/>
+      <block transition="late" x="250" y="100"/>
+    </layout>
+  </mission>
+</armor>
+"#;
+
+/// A window on a mission, with its view open.
+fn mission(text: &str) -> Window {
+    let mut window = Window::open(Some(text));
+    window.click("view: Mission");
+    window
+}
+
+fn check(window: &mut Window, expected: &str) {
+    let text = window.text();
+    assert!(text.contains(expected), "{expected} is not in {text}");
+}
+
+#[test]
+fn places_and_transitions_are_drawn_with_names() {
+    let window = mission(SURVEY);
+    for label in ["place explore", "place home", "transition late", "arc: late puts into hold"] {
+        assert!(window.has(label), "{label}");
+    }
+}
+
+#[test]
+fn a_mission_is_begun_with_a_place_from_the_palette() {
+    let empty = "<armor version=\"1\">\n  <system>\n  </system>\n</armor>\n";
+    let mut window = mission(empty);
+    let drawing = window.at("drawing of the mission");
+    let from = window.at("new place");
+    window.drag(from, drawing);
+    check(&mut window, r#"<place name="place" initial="true"/>"#);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), empty);
+}
+
+#[test]
+fn two_places_are_joined_by_a_transition_in_one_step() {
+    let mut window = mission(SURVEY);
+    window.drag_between("arc from place home", "place hold");
+    check(&mut window, r#"<transition name="to-hold" from="home" to="hold"/>"#);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), SURVEY);
+}
+
+#[test]
+fn arcs_of_all_kinds_are_drawn_and_doubles_are_refused() {
+    let mut window = mission(SURVEY);
+    window.drag_between("arc from transition seen", "place hold");
+    check(&mut window, r#"from="explore" to="home hold" on="arm.done""#);
+    window.click("arcs inhibit");
+    window.drag_between("arc from place hold", "transition seen");
+    check(&mut window, r#"<inhibitor place="hold"/>"#);
+    window.click("arcs take");
+    let before = window.text();
+    window.drag_between("arc from place explore", "transition late");
+    assert_eq!(window.text(), before);
+    assert!(window.told().contains("late takes from explore already"), "{}", window.told());
+}
+
+#[test]
+fn an_arc_has_a_weight_and_a_kind() {
+    let mut window = mission(SURVEY);
+    window.click("arc: late puts into hold");
+    window.fill("weight", "3");
+    check(&mut window, r#"<arc to="hold" weight="3"/>"#);
+    window.choose("kind of arc", "needs tokens and leaves them (read)");
+    check(&mut window, r#"<read place="hold" weight="3"/>"#);
+}
+
+#[test]
+fn the_components_of_a_place_are_a_checklist() {
+    let mut window = mission(SURVEY);
+    window.click("place home");
+    window.click("lamp is active in home");
+    check(&mut window, r#"<place name="home" components="lamp"/>"#);
+    window.click("Safe: where it goes when something fails");
+    check(&mut window, r#"<mission goal="home" safe="home">"#);
+    window.click("lamp is active in home");
+    check(&mut window, r#"<place name="home"/>"#);
+}
+
+#[test]
+fn a_place_is_renamed_wherever_it_is_named() {
+    let mut window = mission(SURVEY);
+    window.click("place home");
+    window.fill("name of the place", "dock");
+    check(&mut window, r#"<mission goal="dock" safe="hold">"#);
+    check(&mut window, r#"<transition name="seen" from="explore" to="dock" on="arm.done"/>"#);
+    assert!(window.has("place dock"));
+}
+
+#[test]
+fn what_a_transition_waits_for_is_edited_in_its_panel() {
+    let mut window = mission(SURVEY);
+    window.click("transition late");
+    window.fill("timeout", "2min");
+    check(&mut window, r#"timeout="2min""#);
+    window.choose("when it fires", "between two times");
+    check(&mut window, r#"interval="[2min,inf)""#);
+    window.fill("latest time", "5min");
+    check(&mut window, r#"interval="[2min,5min]""#);
+    window.choose("who decides", "the operator");
+    check(&mut window, r#"operator="true""#);
+    window.choose("report of", "arm");
+    window.fill("report", "packed");
+    check(&mut window, r#"on="arm.packed""#);
+    window.fill("priority", "5");
+    check(&mut window, r#"priority="5""#);
+}
+
+#[test]
+fn a_mistake_in_a_guard_is_told_beneath_it_while_it_is_typed() {
+    let mut window = mission(SURVEY);
+    window.click("transition late");
+    window.click("guard");
+    window.write("eye.target.x < ");
+    assert!(window.has_part("the guard ends here"), "the mistake is told before it is left");
+    window.write("2");
+    assert!(!window.has_part("the guard ends here"));
+    window.key(Key::Enter);
+    check(&mut window, r#"when="eye.target.x &lt; 2""#);
+    window.fill("guard", "eye.image.x < 2");
+    assert!(window.has_part("there is no field of Image called x"));
+}
+
+#[test]
+fn a_field_that_is_left_for_another_thing_takes_effect_all_the_same() {
+    let mut window = mission(SURVEY);
+    window.click("transition late");
+    window.click("guard");
+    window.write("true");
+    window.click("place hold");
+    check(&mut window, r#"when="true""#);
+}
+
+#[test]
+fn what_is_removed_takes_its_arcs_along_and_comes_back() {
+    let mut window = mission(SURVEY);
+    window.click("place hold");
+    window.key(Key::Delete);
+    let text = window.text();
+    assert!(!text.contains("hold"), "{text}");
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), SURVEY);
+}
+
+#[test]
+fn copies_lead_to_copies() {
+    let mut window = mission(SURVEY);
+    window.keys(Modifiers::COMMAND, Key::A);
+    window.keys(Modifiers::COMMAND, Key::D);
+    check(&mut window, r#"<place name="explore-2" components="arm"/>"#);
+    check(&mut window, r#"<transition name="late-2" from="explore-2" to="hold-2" timeout="90s"/>"#);
+}
+
+#[test]
+fn a_net_without_positions_is_placed_and_a_drag_writes_all_of_them() {
+    let bare = SURVEY.split("    <layout>").next().unwrap().to_owned() + "  </mission>\n</armor>\n";
+    let mut window = mission(&bare);
+    let from = window.at("place home");
+    window.drag(from, from + vec2(40.0, 60.0));
+    for name in ["of=\"explore\"", "of=\"home\"", "transition=\"late\""] {
+        check(&mut window, &format!("<block {name}"));
+    }
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), bare);
+}
+
+#[test]
+fn the_mission_is_played_by_hand_and_back() {
+    let mut window = mission(SURVEY);
+    window.key(Key::F5);
+    assert!(window.has("Fire seen") && window.has("Fire late"));
+    window.click("Fire late");
+    assert!(window.has_part("in the safe place"));
+    assert!(window.has("1 min 30 s"));
+    window.click("Back");
+    assert!(window.has("Fire seen"));
+    let seen = window.at("transition seen");
+    window.click_at(seen);
+    assert!(window.has_part("the goal is reached"));
+    assert_eq!(window.text(), SURVEY, "playing changes nothing");
+    window.click("End");
+    assert!(!window.has("Back"));
+}
+
+#[test]
+fn it_plays_itself_to_an_end() {
+    let mut window = mission(SURVEY);
+    window.key(Key::F5);
+    for _ in 0..20 {
+        window.key(Key::F10);
+    }
+    assert!(window.has_part("the mission is over"));
+}
+
+#[test]
+fn a_counterexample_is_played_firing_by_firing() {
+    let file = SURVEY.replace(
+        "    <layout>",
+        "    <transition name=\"stray\" from=\"home\" to=\"lost\" timeout=\"1s\"/>\n    \
+         <place name=\"lost\"/>\n    <check>never hold</check>\n    <layout>",
+    );
+    let mut window = mission(&file);
+    assert!(window.has_part("x does not hold"));
+    window.click_part("Play its 1 firings");
+    assert!(window.has("The way that is shown"));
+    assert!(window.has_part("> 1. late at 1 min 30 s"));
+    window.key(Key::F10);
+    assert!(window.has_part("in the safe place"));
+    let stray = window.harness.get_by_label("transition stray").accesskit_node();
+    let said = stray.description().unwrap_or_default();
+    assert!(said.contains("stray never fires"), "the drawing says it: {said}");
+}
+
+#[test]
+fn checks_variables_and_exclusive_sets_are_edited_in_the_mission_s_panel() {
+    let file =
+        SURVEY.replace(r#"<place name="home"/>"#, r#"<place name="home" components="lamp"/>"#);
+    let mut window = mission(&file);
+    window.click("Add an exclusive set");
+    check(&mut window, r#"<exclusive components="arm lamp"/>"#);
+    window.click("Add a check..");
+    window.click("always reachable(home or hold)");
+    check(&mut window, "<check>always reachable(home or hold)</check>");
+    assert!(window.has_part("= holds"));
+    window.click("Remove exclusive set 1");
+    assert!(!window.text().contains("exclusive"));
+}
+
+impl Window {
+    /// Chooses from a drop-down list.
+    fn choose(&mut self, label: &str, choice: &str) {
+        self.click(label);
+        // The list lies over all else that has the name.
+        let at = self.harness.get_all_by_label(choice).last().unwrap().rect().center();
+        self.click_at(at);
+    }
+
+    /// Whether something has this in its name.
+    fn has_part(&self, part: &str) -> bool {
+        self.harness.query_all_by_label_contains(part).next().is_some()
+    }
+
+    fn click_part(&mut self, part: &str) {
+        let at = self.harness.get_by_label_contains(part).rect().center();
+        self.click_at(at);
+    }
+}

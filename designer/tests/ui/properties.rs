@@ -1,0 +1,112 @@
+//! Parameters and other properties: each change of a field is one step.
+
+use eframe::egui::{Key, Modifiers};
+
+use crate::Window;
+
+const EYE: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye"/>
+    <component name="arm" kind="arm"/>
+    <link from="eye.target" to="arm.target"/>
+    <layout>
+      <block of="eye" x="0" y="0"/>
+      <block of="arm" x="300" y="0"/>
+    </layout>
+  </system>
+</armor>
+"#;
+
+#[test]
+fn a_double_click_opens_the_properties_and_the_number_on_the_block_counts_what_is_missing() {
+    let mut window = Window::open(Some(EYE));
+    let doc = |window: &Window| {
+        use egui_kittest::kittest::{AccessKitNode, NodeT, Queryable};
+        let node = window.harness.get_by_label("component eye");
+        let node: AccessKitNode<'_> = node.accesskit_node();
+        node.data().description().unwrap_or_default().to_owned()
+    };
+    assert!(doc(&window).contains("1 of its parameters need a value"), "{}", doc(&window));
+    window.double_click("component eye");
+    window.fill("parameter device", "usb0");
+    assert!(window.text().contains(r#"<parameter name="device" value="usb0"/>"#));
+    assert!(!doc(&window).contains("need a value"), "{}", doc(&window));
+}
+
+#[test]
+fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component arm");
+    window.fill("Component name", "hand");
+    window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.harness.run_steps(2);
+    let refused = window.harness.state_mut().desk().project.settle();
+    // The window may have taken the answer itself by then.
+    if let Some(refused) = refused {
+        assert!(refused.unwrap_err().to_string().contains("eye has no value for device"));
+    } else {
+        assert!(window.told().contains("eye has no value for device"), "{}", window.told());
+    }
+    assert_eq!(crate::read(&window.path("robot.xml")), EYE);
+}
+
+#[test]
+fn a_value_that_does_not_fit_is_shown_as_a_problem() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component eye");
+    window.fill("parameter distance", "99m");
+    let findings = &window.harness.state_mut().desk().project.checked().findings.clone();
+    let messages: Vec<_> = findings.iter().map(|finding| finding.message.as_str()).collect();
+    assert!(messages.iter().any(|message| message.contains("out of range")), "{messages:?}");
+    window.click("reset distance");
+    assert_eq!(window.text(), EYE, "back at its default the file says nothing");
+}
+
+#[test]
+fn a_component_is_renamed_everywhere() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component eye");
+    window.key(Key::F2);
+    window.keys(Modifiers::COMMAND, Key::A);
+    window.write("camera");
+    window.key(Key::Enter);
+    let text = window.text();
+    assert!(text.contains(r#"from="camera.target""#) && text.contains(r#"of="camera""#), "{text}");
+    assert!(window.has("component camera"));
+    window.fill("Component name", "arm");
+    assert!(window.told().contains("arm"), "{}", window.told());
+    assert_eq!(window.text(), text);
+}
+
+#[test]
+fn what_is_being_written_is_not_lost_when_something_else_is_clicked() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component eye");
+    window.click("parameter device");
+    window.write("usb1");
+    window.click("component arm");
+    assert!(window.text().contains(r#"value="usb1""#), "{}", window.text());
+}
+
+#[test]
+fn a_link_says_what_a_slow_consumer_gets() {
+    let mut window = Window::open(Some(EYE));
+    window.click("link eye.target to arm.target");
+    window.click("link keep");
+    window.click("everything; the sender waits");
+    assert!(window.text().contains(r#"<link from="eye.target" to="arm.target" keep="all"/>"#));
+    window.fill("link history", "5");
+    assert!(window.text().contains(r#"keep="all" history="5""#), "{}", window.text());
+    window.key(Key::Escape);
+}
+
+#[test]
+fn a_flag_and_a_choice_have_editors_that_fit() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component arm");
+    window.click("parameter gentle");
+    assert!(window.text().contains(r#"<parameter name="gentle" value="true"/>"#));
+    window.click("parameter mode");
+    window.click("fast");
+    assert!(window.text().contains(r#"<parameter name="mode" value="fast"/>"#));
+}

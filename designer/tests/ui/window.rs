@@ -1,0 +1,177 @@
+//! Building, selecting, copying, finding: what one does all day.
+
+use eframe::egui::{Event, Key, Modifiers, vec2};
+
+use crate::Window;
+
+const ROBOT: &str = r#"<armor version="1">
+  <!-- a bench -->
+  <system name="bench">
+    <component name="eye" kind="eye">
+      <parameter name="device" value="usb"/>
+    </component>
+    <component name="arm" kind="arm"/>
+    <link from="eye.target" to="arm.target" keep="all"/>
+    <layout>
+      <block of="eye" x="0" y="0"/>
+      <block of="arm" x="300" y="40"/>
+    </layout>
+  </system>
+</armor>
+"#;
+
+#[test]
+fn a_kind_is_dragged_from_the_palette_into_the_drawing() {
+    let mut window = Window::open(None);
+    let (from, to) = (window.at("kind lamp"), window.at("drawing of the system"));
+    window.drag(from, to);
+    assert!(window.text().contains(r#"<component name="lamp" kind="lamp"/>"#));
+    assert!(window.has("component lamp"));
+    let from = window.at("kind lamp");
+    window.drag(from, to + vec2(150.0, 150.0));
+    assert!(window.has("component lamp-2"));
+}
+
+#[test]
+fn what_is_typed_narrows_the_palette_and_enter_adds_the_first() {
+    let mut window = Window::open(None);
+    window.click("Search components");
+    window.write("ar");
+    assert!(window.has("kind arm") && !window.has("kind eye"));
+    window.key(Key::Enter);
+    assert!(window.has("component arm"));
+}
+
+#[test]
+fn something_is_added_by_keyboard_alone() {
+    let mut window = Window::open(None);
+    window.key(Key::A);
+    window.write("lam");
+    window.key(Key::Enter);
+    assert!(window.has("component lamp"));
+    window.key(Key::Delete);
+    assert!(!window.has("component lamp"));
+}
+
+#[test]
+fn a_drag_moves_a_block_and_is_one_line_of_the_file() {
+    let mut window = Window::open(Some(ROBOT));
+    let from = window.at("component arm");
+    window.drag(from, from + vec2(40.0, 20.0));
+    let moved =
+        ROBOT.replace(r#"<block of="arm" x="300" y="40"/>"#, r#"<block of="arm" x="340" y="60"/>"#);
+    assert_eq!(window.text(), moved);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), ROBOT);
+    window.keys(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.text(), moved);
+}
+
+#[test]
+fn a_rubber_band_selects_and_delete_removes_with_links() {
+    let mut window = Window::open(Some(ROBOT));
+    let (eye, arm) = (window.at("component eye"), window.at("component arm"));
+    window.drag(eye - vec2(140.0, 120.0), arm + vec2(140.0, 140.0));
+    assert!(window.has("2 selected"));
+    window.key(Key::Delete);
+    assert!(!window.text().contains("<component") && !window.text().contains("<link"));
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), ROBOT);
+}
+
+#[test]
+fn a_copy_brings_parameters_and_inner_links_under_new_names() {
+    let mut window = Window::open(Some(ROBOT));
+    window.click("component eye");
+    window.keys(Modifiers::COMMAND, Key::A);
+    window.keys(Modifiers::COMMAND, Key::D);
+    let text = window.text();
+    assert!(text.contains(r#"<link from="eye-2.target" to="arm-2.target" keep="all"/>"#), "{text}");
+    assert_eq!(text.matches(r#"value="usb""#).count(), 2);
+    assert!(window.has("component arm-2"));
+}
+
+#[test]
+fn what_is_copied_is_pasted_into_another_file() {
+    let mut window = Window::open(Some(ROBOT));
+    window.click("component eye");
+    window.keys(Modifiers::COMMAND, Key::A);
+    window.harness.event(Event::Copy);
+    window.harness.step();
+    let copied =
+        window.harness.output().platform_output.commands.iter().find_map(|command| match command {
+            eframe::egui::OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        });
+    let mut other = Window::open(None);
+    other.harness.event(Event::Paste(copied.expect("something was copied")));
+    other.settle();
+    let text = other.text();
+    assert!(text.contains(r#"<link from="eye.target" to="arm.target" keep="all"/>"#), "{text}");
+    other.harness.event(Event::Paste("no file at all".into()));
+    other.settle();
+    assert!(other.told().contains("the clipboard holds no part of a system"));
+    assert_eq!(other.text(), text);
+}
+
+#[test]
+fn a_problem_leads_to_its_place() {
+    let mut window = Window::open(Some(&ROBOT.replace("kind=\"arm\"", "kind=\"leg\"")));
+    window.click("there is no kind of component called leg");
+    assert!(window.has("Another kind"), "the properties of the block are shown, with a remedy");
+    window.click("Another kind");
+    window.click("arm");
+    assert_eq!(window.text(), ROBOT);
+}
+
+#[test]
+fn a_port_that_vanished_is_marked_and_its_link_can_be_led_to_another() {
+    let mut window = Window::open(Some(&ROBOT.replace("eye.target", "eye.aim")));
+    window.click("component eye");
+    assert!(window.has("output eye.aim"));
+    window.click("instead of aim");
+    window.click("target: Point");
+    assert_eq!(window.text(), ROBOT);
+}
+
+#[test]
+fn something_is_found_by_a_value() {
+    let mut window = Window::open(Some(ROBOT));
+    window.keys(Modifiers::COMMAND, Key::F);
+    window.write("usb");
+    window.key(Key::Enter);
+    assert!(window.has("Component name"), "the eye is selected");
+}
+
+#[test]
+fn a_group_and_a_note_are_drawn_and_kept_in_the_file() {
+    let mut window = Window::open(Some(ROBOT));
+    window.click("component eye");
+    window.keys(Modifiers::COMMAND, Key::G);
+    window.fill("Title", "Senses");
+    assert!(window.text().contains(r#"<group title="Senses""#), "{}", window.text());
+    assert!(window.has("group Senses"));
+    window.key(Key::Escape);
+    window.key(Key::N);
+    assert!(window.text().contains("<note"), "{}", window.text());
+}
+
+#[test]
+fn everything_is_arranged_in_one_step() {
+    let mut window = Window::open(Some(ROBOT));
+    window.keys(Modifiers::COMMAND, Key::L);
+    assert_ne!(window.text(), ROBOT);
+    let (eye, arm) = (window.at("component eye"), window.at("component arm"));
+    assert!(eye.x < arm.x);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), ROBOT);
+}
+
+#[test]
+fn a_file_with_any_letters_and_faults_is_shown() {
+    let odd = ROBOT.replace("usb", "\u{4f60}\u{1f916} \u{5d0}").replace("bench", "b\u{e4}nk");
+    let mut window = Window::open(Some(&odd));
+    window.click("component eye");
+    let window = Window::open(Some("<armor><system"));
+    assert!(!window.has("component eye"));
+}

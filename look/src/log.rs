@@ -1,0 +1,289 @@
+//! What the processes of a run say: lines as `armor run` prints them for programs and writes them
+//! into files, taken apart again and kept up to a bound.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::Wake;
+use crate::watch::spawn;
+
+/// Bytes of text that are kept; older lines are forgotten, the files of the run have them all.
+const MAX_LEN: usize = 16 << 20;
+/// Longest line of a file that is taken whole.
+const MAX_LINE_LEN: usize = 64 << 10;
+/// How much of a file that is there already is read.
+const TAIL_LEN: u64 = 256 << 10;
+/// How often a file is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+
+/// One line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Seconds since the start of the run, if it says.
+    pub time_s: Option<f64>,
+    /// Who speaks or is spoken of.
+    pub name: String,
+    /// `ERROR`, `WARN`, `INFO`, `DEBUG`, `TRACE`, or empty if the line does not say.
+    pub level: String,
+    /// What is said.
+    pub text: String,
+}
+
+impl Line {
+    /// A line of this program's own.
+    pub fn said(name: &str, level: &str, text: impl Into<String>) -> Self {
+        Self { time_s: None, name: name.into(), level: level.into(), text: text.into() }
+    }
+
+    /// A line as `armor run --format json` prints it: of a log, a finding, or anything else.
+    pub fn of_json(text: &str) -> Self {
+        let Ok(Value::Object(line)) = serde_json::from_str(text) else {
+            return Self::said("armor", "", text);
+        };
+        let word = |key: &str| line.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
+        match word("event").as_str() {
+            "log" => Self {
+                time_s: line.get("time_s").and_then(Value::as_f64),
+                name: word("name"),
+                level: word("level"),
+                text: word("message"),
+            },
+            "end" => Self::said("launcher", "INFO", format!("ended: {}", word("how"))),
+            _ if line.contains_key("code") => {
+                let level = match word("severity").as_str() {
+                    "error" => "ERROR",
+                    "warning" => "WARN",
+                    _ => "INFO",
+                };
+                let place = match (word("file").as_str(), line.get("line")) {
+                    ("", _) | (_, None) => String::new(),
+                    (file, Some(row)) => format!(" ({file}:{row})"),
+                };
+                let text = format!("{}: {}{place}", word("code"), word("message"));
+                Self::said("check", level, text)
+            }
+            _ => Self::said("armor", "", text),
+        }
+    }
+
+    /// A line as it stands in `logs/all.log`: time, name, level in five columns, text.
+    pub fn of_file(text: &str) -> Self {
+        let parts = || -> Option<Self> {
+            let (time, rest) = text.trim_start().split_once(' ')?;
+            let (name, rest) = rest.split_once(' ')?;
+            let (level, said) = (rest.get(..5)?, rest.get(5..)?);
+            let is_level = ["", "ERROR", "WARN", "INFO", "DEBUG", "TRACE"].contains(&level.trim());
+            if !is_level {
+                return None;
+            }
+            Some(Self {
+                time_s: Some(time.parse().ok()?),
+                name: name.into(),
+                level: level.trim().into(),
+                text: said.strip_prefix(' ').unwrap_or(said).into(),
+            })
+        };
+        parts().unwrap_or_else(|| Self::said("armor", "", text))
+    }
+
+    fn len(&self) -> usize {
+        size_of::<Self>() + self.name.len() + self.level.len() + self.text.len()
+    }
+}
+
+/// Lines, the oldest first. Clones are the same log.
+#[derive(Clone, Default)]
+pub struct Log {
+    lines: Arc<Mutex<Lines>>,
+}
+
+#[derive(Default)]
+struct Lines {
+    lines: VecDeque<Arc<Line>>,
+    len: usize,
+    forgotten: u64,
+}
+
+impl Log {
+    /// Adds a line.
+    pub fn push(&self, line: Line) {
+        let mut lines = self.lock();
+        lines.len += line.len();
+        lines.lines.push_back(Arc::new(line));
+        while lines.len > MAX_LEN
+            && let Some(oldest) = lines.lines.pop_front()
+        {
+            lines.len -= oldest.len();
+            lines.forgotten += 1;
+        }
+    }
+
+    /// How many lines there have been, those forgotten too: it changes with every new line.
+    pub fn count(&self) -> u64 {
+        let lines = self.lock();
+        lines.forgotten + lines.lines.len() as u64
+    }
+
+    /// The lines from number `from` on, and the number of the first of them: lines count from 0,
+    /// and those that are forgotten keep their numbers.
+    pub fn since(&self, from: u64) -> (u64, Vec<Arc<Line>>) {
+        let lines = self.lock();
+        let first = from.max(lines.forgotten);
+        let skip = usize::try_from(first - lines.forgotten).unwrap_or(usize::MAX);
+        (first, lines.lines.iter().skip(skip).cloned().collect())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Lines> {
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Follows the log file of a run of this host until it is dropped.
+pub struct Tail {
+    is_closing: Arc<AtomicBool>,
+}
+
+impl Tail {
+    /// Begins to add the lines of `path`, from a little before its end; `wake` is called when there
+    /// are new ones.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn begin(path: &Path, log: Log, wake: Wake) -> std::io::Result<Self> {
+        let is_closing = Arc::new(AtomicBool::new(false));
+        let closing = Arc::clone(&is_closing);
+        let mut file = Followed::new(path);
+        spawn("look-log", move || {
+            while !closing.load(Ordering::Relaxed) {
+                if file.read(&log) {
+                    wake();
+                }
+                std::thread::sleep(LOOK_EVERY);
+            }
+        })?;
+        Ok(Self { is_closing })
+    }
+}
+
+impl Drop for Tail {
+    fn drop(&mut self) {
+        self.is_closing.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A file that grows.
+struct Followed {
+    path: PathBuf,
+    at: u64,
+    is_begun: bool,
+    /// A line whose end has not been written yet.
+    begun: Vec<u8>,
+}
+
+impl Followed {
+    fn new(path: &Path) -> Self {
+        Self { path: path.into(), at: 0, is_begun: false, begun: Vec::new() }
+    }
+
+    /// Takes what is new; whether there was something.
+    fn read(&mut self, log: &Log) -> bool {
+        let Ok(mut file) = File::open(&self.path) else { return false };
+        let len = file.metadata().map_or(0, |about| about.len());
+        if len < self.at {
+            // Another run has begun it anew.
+            (self.at, self.is_begun) = (0, false);
+            self.begun.clear();
+        }
+        let mut is_cut = false;
+        if !std::mem::replace(&mut self.is_begun, true) && len > TAIL_LEN {
+            (self.at, is_cut) = (len - TAIL_LEN, true);
+        }
+        let mut bytes = Vec::new();
+        let from = file.seek(SeekFrom::Start(self.at)).and_then(|_| {
+            // What is written meanwhile is read the next time.
+            file.take(len - self.at).read_to_end(&mut bytes)
+        });
+        let Ok(read) = from else { return false };
+        self.at += read as u64;
+        let mut lines = bytes.split(|byte| *byte == b'\n').peekable();
+        if is_cut {
+            lines.next();
+        }
+        let mut is_new = false;
+        while let Some(line) = lines.next() {
+            let room = MAX_LINE_LEN.saturating_sub(self.begun.len());
+            self.begun.extend_from_slice(&line[..line.len().min(room)]);
+            if lines.peek().is_some() {
+                log.push(Line::of_file(&String::from_utf8_lossy(&self.begun)));
+                self.begun.clear();
+                is_new = true;
+            }
+        }
+        is_new
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(time_s: Option<f64>, name: &str, level: &str, text: &str) -> Line {
+        Line { time_s, name: name.into(), level: level.into(), text: text.into() }
+    }
+
+    #[test]
+    fn lines_are_read_as_armor_prints_them() {
+        let check = |text: &str, expected: Line| assert_eq!(Line::of_json(text), expected);
+        check(
+            r#"{"event":"log","time_s":1.5,"name":"laser","stream":"stderr","level":"WARN","message":"slow"}"#,
+            line(Some(1.5), "laser", "WARN", "slow"),
+        );
+        check(
+            r#"{"event":"log","time_s":1.5,"name":"laser","stream":"stdout","level":null,"message":"hi"}"#,
+            line(Some(1.5), "laser", "", "hi"),
+        );
+        check(
+            r#"{"event":"end","how":"interrupted","code":130}"#,
+            line(None, "launcher", "INFO", "ended: interrupted"),
+        );
+        check(
+            r#"{"severity":"error","code":"E0103","message":"no such kind","file":"a.xml","line":7}"#,
+            line(None, "check", "ERROR", "E0103: no such kind (a.xml:7)"),
+        );
+        check("panicked at", line(None, "armor", "", "panicked at"));
+    }
+
+    #[test]
+    fn lines_are_read_as_armor_writes_them() {
+        let check = |text: &str, expected: Line| assert_eq!(Line::of_file(text), expected);
+        check("  12.346 laser  INFO up port=7", line(Some(12.346), "laser", "INFO", "up port=7"));
+        check("   0.100 laser ERROR no", line(Some(0.1), "laser", "ERROR", "no"));
+        check("   0.100 laser       indented", line(Some(0.1), "laser", "", "indented"));
+        check("7 lines were left out", line(None, "armor", "", "7 lines were left out"));
+        check("", line(None, "armor", "", ""));
+    }
+
+    #[test]
+    fn memory_is_bounded_and_lines_keep_their_numbers() {
+        let log = Log::default();
+        let text = "x".repeat(MAX_LEN / 4);
+        for number in 0..6 {
+            log.push(line(Some(f64::from(number)), "laser", "", &text));
+        }
+        assert_eq!(log.count(), 6);
+        let (first, lines) = log.since(0);
+        assert_eq!((first, lines.len()), (3, 3), "four and their names do not fit");
+        assert_eq!(lines[0].time_s, Some(3.0));
+        let (first, lines) = log.since(5);
+        assert_eq!((first, lines.len()), (5, 1));
+        assert_eq!(log.since(6).1.len(), 0);
+    }
+}

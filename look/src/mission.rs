@@ -1,0 +1,246 @@
+//! Where the mission of a running system stands, and what has fired, from what the executive
+//! publishes at every change.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use armor_executive::{Fired, Marking};
+use armor_sdk::directory::Directory;
+use armor_sdk::tap::Tap;
+use armor_wire::WireType;
+use armor_wire::clock::Clock;
+use armor_wire::codec;
+use armor_wire::keep::Keep;
+
+use crate::Wake;
+use crate::watch::spawn;
+
+/// What the executive publishes, latched, at every change.
+const MARKING: &str = "executive.marking";
+/// Only the newest matters: it says all.
+const KEEP: Keep = Keep::Latest;
+/// How long a provider is waited for at a time.
+const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
+/// How long to wait for data before looking whether somebody still looks.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+/// Most firings remembered; older ones are in the journal.
+const MAX_FIRED: usize = 10_000;
+
+/// All firings seen, the oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct History {
+    /// The firings.
+    pub fired: VecDeque<Fired>,
+    /// How many more there were, before these or between two looks.
+    pub unseen: u64,
+    count: u64,
+}
+
+impl History {
+    /// Takes in what is new in a marking.
+    pub fn take(&mut self, marking: &Marking) {
+        if marking.fired < self.count {
+            // Another mission.
+            *self = Self::default();
+        }
+        let new = marking.fired - self.count;
+        self.count = marking.fired;
+        let told = usize::try_from(new).unwrap_or(usize::MAX).min(marking.history.len());
+        self.unseen += new - told as u64;
+        self.fired.extend(marking.history[marking.history.len() - told..].iter().cloned());
+        while self.fired.len() > MAX_FIRED {
+            self.fired.pop_front();
+            self.unseen += 1;
+        }
+    }
+}
+
+/// The mission as it stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MissionLook {
+    /// What the executive said last; nothing while there is none.
+    pub marking: Option<Arc<Marking>>,
+    /// What has fired.
+    pub history: Arc<History>,
+    /// Why there is nothing to see; empty if there is.
+    pub problem: String,
+    /// What the data that mission time follows said last.
+    clock_s: Option<f64>,
+}
+
+impl MissionLook {
+    /// As this marking has it.
+    pub fn of(marking: Marking) -> Self {
+        let mut look = Self::default();
+        Arc::make_mut(&mut look.history).take(&marking);
+        look.marking = Some(Arc::new(marking));
+        look
+    }
+
+    /// Mission time now, in seconds; `timestamp` is system time by the registry's clock. What the
+    /// executive said, and the time that has passed since.
+    pub fn now_at_s(&self, timestamp: f64) -> f64 {
+        let Some(marking) = &self.marking else { return 0.0 };
+        let now_s = if marking.clock.is_empty() { Some(timestamp) } else { self.clock_s };
+        // The executive has not heard the time itself yet: none of it has passed.
+        let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
+        let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
+        marking.now_at_s + if is_over(&marking.stage) { 0.0 } else { age_s }
+    }
+}
+
+/// Whether the mission has ended, so that its time stands still.
+fn is_over(stage: &str) -> bool {
+    matches!(stage, "goal" | "safe" | "failed")
+}
+
+/// The mission of a system, watched until this is dropped: one link to the executive, and one to
+/// the data that mission time follows, if it follows any.
+pub struct MissionWatch {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    look: Mutex<MissionLook>,
+    is_closing: AtomicBool,
+    wake: Wake,
+}
+
+impl MissionWatch {
+    /// Begins to watch; `wake` is called at every change.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn begin(directory: &Directory, wake: Wake) -> io::Result<Self> {
+        let shared =
+            Arc::new(Shared { look: Mutex::default(), is_closing: AtomicBool::new(false), wake });
+        let follower = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn("look-mission", move || follower.run())?;
+        let clock = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn("look-clock", move || clock.run_clock())?;
+        Ok(Self { shared })
+    }
+
+    /// A mission that stays as it is, with no system behind it: for tests of what shows it.
+    pub fn still(look: MissionLook) -> Self {
+        let (look, wake): (_, Wake) = (Mutex::new(look), Arc::new(|| {}));
+        Self { shared: Arc::new(Shared { look, is_closing: AtomicBool::new(true), wake }) }
+    }
+
+    /// The mission as it stands now.
+    pub fn look(&self) -> MissionLook {
+        self.shared.lock().clone()
+    }
+}
+
+impl Drop for MissionWatch {
+    fn drop(&mut self) {
+        self.shared.is_closing.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, MissionLook> {
+        self.look.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn is_closing(&self) -> bool {
+        self.is_closing.load(Ordering::Relaxed)
+    }
+
+    /// Whether that changed anything.
+    fn say(&self, problem: String) {
+        let mut look = self.lock();
+        if look.problem != problem {
+            look.problem = problem;
+            drop(look);
+            (self.wake)();
+        }
+    }
+}
+
+struct Follower {
+    shared: Arc<Shared>,
+    directory: Directory,
+}
+
+impl Follower {
+    fn run(self) {
+        while !self.shared.is_closing() {
+            let problem = match Tap::open(&self.directory, MARKING, KEEP, PROVIDER_WITHIN) {
+                Ok(tap) if tap.schema().hash() == Marking::schema().hash() => self.follow(tap),
+                Ok(_) => {
+                    thread::sleep(PROVIDER_WITHIN);
+                    "the executive of this system is of another version than this program".into()
+                }
+                Err(error) => error.to_string(),
+            };
+            self.shared.say(problem);
+            thread::sleep(LOOK_EVERY);
+        }
+    }
+
+    /// Reads until the link ends, and says why.
+    fn follow(&self, mut tap: Tap) -> String {
+        while !self.shared.is_closing() {
+            let payload = match tap.next(LOOK_EVERY) {
+                Ok(Some(data)) => data.payload,
+                Ok(None) => continue,
+                Err(error) => return error.to_string(),
+            };
+            match codec::decode::<Marking>(&payload) {
+                Ok(marking) => self.take(marking),
+                Err(error) => return format!("the marking cannot be read: {error}"),
+            }
+        }
+        String::new()
+    }
+
+    fn take(&self, marking: Marking) {
+        let mut look = self.shared.lock();
+        Arc::make_mut(&mut look.history).take(&marking);
+        if look.marking.as_ref().is_none_or(|before| before.clock != marking.clock) {
+            look.clock_s = None;
+        }
+        look.marking = Some(Arc::new(marking));
+        look.problem.clear();
+        drop(look);
+        (self.shared.wake)();
+    }
+
+    fn run_clock(self) {
+        while !self.shared.is_closing() {
+            let clock = self.clock();
+            if !clock.is_empty()
+                && let Ok(tap) = Tap::open(&self.directory, &clock, KEEP, PROVIDER_WITHIN)
+                && tap.schema().hash() == Clock::schema().hash()
+            {
+                self.follow_clock(&clock, tap);
+            }
+            thread::sleep(LOOK_EVERY);
+        }
+    }
+
+    /// The data that mission time follows; empty if it is the host's.
+    fn clock(&self) -> String {
+        let look = self.shared.lock();
+        look.marking.as_ref().map(|marking| marking.clock.clone()).unwrap_or_default()
+    }
+
+    fn follow_clock(&self, clock: &str, mut tap: Tap) {
+        while !self.shared.is_closing() && self.clock() == clock {
+            match tap.next(LOOK_EVERY) {
+                Ok(Some(data)) => {
+                    let said = codec::decode(&data.payload).map(|said: Clock| said.clock);
+                    self.shared.lock().clock_s = said.ok();
+                }
+                Ok(None) => {}
+                Err(_) => return,
+            }
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! An operator's orders, given one after the other on a thread of their own, and what became of
+//! each. Nothing is ordered, and the executive is not connected to, before the first one.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use armor_sdk::control::Order;
+use armor_sdk::directory::Directory;
+use armor_sdk::operator::Operator;
+
+use crate::Wake;
+use crate::watch::spawn;
+
+/// How long an order may wait for its answer.
+const ANSWER_WITHIN: Duration = Duration::from_secs(5);
+/// How often to look whether the link of who holds the command still is.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+/// How long the command is asked for at a time, while there is no executive.
+const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
+/// Answers remembered.
+const MAX_GIVEN: usize = 100;
+
+/// An order that was given, and what became of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// The order, as people write it.
+    pub order: String,
+    /// Who gave it.
+    pub author: String,
+    /// Whether it is carried out; not known while it waits for its answer.
+    pub accepted: Option<bool>,
+    /// What follows from it, or why it is refused or not answered.
+    pub text: String,
+    /// What would be carried out if the command were taken over with it.
+    pub if_taken: Option<Order>,
+}
+
+/// Where orders are given. The command is given back when this is dropped.
+pub struct OrderDesk {
+    wanted: Sender<Wanted>,
+    shared: Arc<Shared>,
+}
+
+struct Wanted {
+    number: u64,
+    author: String,
+    take: bool,
+    order: Order,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    given: VecDeque<(u64, Given)>,
+    count: u64,
+    holds: bool,
+}
+
+impl OrderDesk {
+    /// Opens it; `from` is the program, as the executive names it, and `wake` is called at every
+    /// answer.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
+        let (wanted, orders) = mpsc::channel();
+        let shared = Arc::<Shared>::default();
+        let clerk = Clerk {
+            directory: directory.clone(),
+            from: format!("{from}, process {}", std::process::id()),
+            shared: Arc::clone(&shared),
+            wake,
+            operator: None,
+        };
+        spawn("look-orders", move || clerk.run(&orders))?;
+        Ok(Self { wanted, shared })
+    }
+
+    /// Gives an order in the name of `author`; `take` takes the command over from whoever holds it.
+    pub fn give(&self, author: &str, take: bool, order: Order) {
+        let mut state = self.shared.lock();
+        state.count += 1;
+        let number = state.count;
+        let given = Given {
+            order: in_words(&order),
+            author: author.into(),
+            accepted: None,
+            text: String::new(),
+            if_taken: None,
+        };
+        state.given.push_back((number, given));
+        while state.given.len() > MAX_GIVEN {
+            state.given.pop_front();
+        }
+        drop(state);
+        let wanted = Wanted { number, author: author.into(), take, order };
+        if self.wanted.send(wanted).is_err() {
+            self.shared.answer(number, false, "orders are no longer taken here", None);
+        }
+    }
+
+    /// The orders given here, the newest last.
+    pub fn given(&self) -> Vec<Given> {
+        self.shared.lock().given.iter().map(|(_, given)| given.clone()).collect()
+    }
+
+    /// Whether the command is held from here.
+    pub fn holds(&self) -> bool {
+        self.shared.lock().holds
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn answer(&self, number: u64, accepted: bool, text: &str, if_taken: Option<Order>) {
+        let mut state = self.lock();
+        if let Some((_, given)) = state.given.iter_mut().find(|(other, _)| *other == number) {
+            (given.accepted, given.text, given.if_taken) = (Some(accepted), text.into(), if_taken);
+        }
+    }
+}
+
+/// The thread that gives the orders.
+struct Clerk {
+    directory: Directory,
+    from: String,
+    shared: Arc<Shared>,
+    wake: Wake,
+    operator: Option<(String, Operator)>,
+}
+
+impl Clerk {
+    fn run(mut self, orders: &Receiver<Wanted>) {
+        loop {
+            match orders.recv_timeout(LOOK_EVERY) {
+                Ok(wanted) => self.give(wanted),
+                Err(RecvTimeoutError::Timeout) => self.hold_on(),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        if self.shared.lock().holds
+            && let Some((_, operator)) = &mut self.operator
+        {
+            // Else its end would count as a lost link.
+            let _ = operator.order(false, &Order::Release, COME_BACK_WITHIN);
+        }
+    }
+
+    fn give(&mut self, wanted: Wanted) {
+        let Wanted { number, author, take, order } = wanted;
+        let operator = self.operator(&author);
+        let answer = operator.order(take, &order, ANSWER_WITHIN);
+        match answer {
+            Ok(verdict) => {
+                let accepted = verdict.accepted;
+                if accepted && matches!(order, Order::Lease | Order::Release) {
+                    self.shared.lock().holds = order == Order::Lease;
+                }
+                let could = !accepted && !take && verdict.text.ends_with("take it over");
+                self.shared.answer(number, accepted, &verdict.text, could.then_some(order));
+            }
+            Err(error) => self.shared.answer(number, false, &error.to_string(), None),
+        }
+        (self.wake)();
+    }
+
+    /// One for each author: the command belongs to who gave the order.
+    fn operator(&mut self, author: &str) -> &mut Operator {
+        let is_other = self.operator.as_ref().is_none_or(|(before, _)| before != author);
+        if is_other {
+            self.shared.lock().holds = false;
+            self.operator = None;
+        }
+        let (directory, from) = (&self.directory, &self.from);
+        let fresh = || (author.to_owned(), Operator::new(directory.clone(), from, author));
+        &mut self.operator.get_or_insert_with(fresh).1
+    }
+
+    /// The executive was restarted, or the link broke: the command goes on if one is back in time.
+    /// It may also have been taken over.
+    fn hold_on(&mut self) {
+        if !self.shared.lock().holds {
+            return;
+        }
+        let Some((_, operator)) = &mut self.operator else { return };
+        if !operator.is_connected() && operator.lost().is_none() {
+            // Without an answer it is tried again; whether it is lost stands in `lost`.
+            let _ = operator.order(false, &Order::Rejoin, COME_BACK_WITHIN);
+        }
+        if operator.lost().is_some() {
+            self.shared.lock().holds = false;
+            (self.wake)();
+        }
+    }
+}
+
+/// An order as people write it.
+fn in_words(order: &Order) -> String {
+    match order {
+        Order::Lease => "take the command".into(),
+        Order::Rejoin => "go on with the command".into(),
+        Order::Release => "give the command back".into(),
+        Order::Fire { transition } => format!("fire {transition}"),
+        Order::Pause => "pause".into(),
+        Order::Resume => "resume".into(),
+        Order::Safe => "go to the safe place".into(),
+        Order::Move { moves } => {
+            let moves = moves.iter().map(|it| format!("{} {} to {}", it.tokens, it.from, it.to));
+            format!("move {}", moves.collect::<Vec<_>>().join(", "))
+        }
+        Order::Confirm { transition } => format!("confirm {transition}"),
+        Order::Decline { transition } => format!("decline {transition}"),
+    }
+}
+
+/// `user@host`, as far as it is known: who gives orders unless another name is given.
+pub fn this_user() -> String {
+    let user = ["USER", "LOGNAME"].iter().find_map(|name| std::env::var(name).ok());
+    let user = user.filter(|user| !user.is_empty());
+    let user = user.unwrap_or_else(|| format!("user {}", rustix::process::getuid().as_raw()));
+    format!("{user}@{}", rustix::system::uname().nodename().to_string_lossy())
+}

@@ -1,0 +1,278 @@
+//! A running system watched for as long as a window would: what is seen of it, that the watching
+//! disturbs nothing, and runs that end with who started them.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use armor_look::launch::{Plan, Run, Stage};
+use armor_look::log::{Log, Tail};
+use armor_look::{Condition, Edge, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+use armor_sdk::control::Order;
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::fixture::{Folder, Talker, lives, send, wait_for};
+use crate::resilience::system::{Draft, System};
+
+/// A wake that counts how often it was called.
+fn counted() -> (Wake, Arc<AtomicUsize>) {
+    let count = Arc::new(AtomicUsize::new(0));
+    let counting = Arc::clone(&count);
+    let wake = move || {
+        counting.fetch_add(1, Ordering::Relaxed);
+    };
+    (Arc::new(wake), count)
+}
+
+fn nobody() -> Wake {
+    Arc::new(|| {})
+}
+
+/// North tells the watcher numbers, fast.
+fn probes(name: &str) -> System {
+    let draft = Draft::default().probe("north", "rate='50Hz'", "").probe("watcher", "", "").link(
+        "north",
+        "watcher.a",
+        "1000",
+    );
+    draft.run(Folder::new(name))
+}
+
+fn watch(system: &System, wake: Wake) -> Watch {
+    Watch::begin(&system.registry.to_string(), "designer", wake).expect("threads")
+}
+
+fn is(watch: &Watch, name: &str, condition: Condition) {
+    wait_for(&format!("{name} to be {}", condition.word()), || {
+        let picture = watch.picture();
+        picture.processes.get(name).filter(|process| process.condition == condition).map(|_| ())
+    });
+}
+
+fn link(watch: &Watch, to: &str) -> Option<Edge> {
+    watch.picture().links.iter().find(|link| link.to == to).cloned()
+}
+
+/// The links to tools, as everybody sees them.
+fn tools(system: &System) -> Vec<Value> {
+    let links = system.told(&["graph"]);
+    links
+        .into_iter()
+        .filter(|link| !link["to"].as_str().is_some_and(|to| to.contains('.')))
+        .collect()
+}
+
+#[test]
+fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
+    let system = probes("watched");
+    let (wake, woken) = counted();
+    let watch = watch(&system, wake);
+    is(&watch, "north", Condition::Active);
+    is(&watch, "watcher", Condition::Active);
+    is(&watch, "configd", Condition::Active);
+    wait_for("a rate", || link(&watch, "watcher.a")?.rate_hz.filter(|rate_hz| *rate_hz > 1.0));
+    assert!(woken.load(Ordering::Relaxed) > 0, "a window is told when to look");
+    assert_eq!(tools(&system), Vec::<Value>::new(), "who is not asked for data links to none");
+
+    let values = Values::new(watch.directory().clone(), nobody());
+    let seen = wait_for("data", || {
+        let look = values.look("north.numbers");
+        values.series("north.numbers", "count", |series| series.len() > 10).then_some(look)
+    });
+    assert_eq!((seen.problem.as_str(), values.linked()), ("", vec!["north.numbers".to_owned()]));
+    let glance = seen.glance(10).expect("it fits its schema");
+    assert!(glance.iter().any(|glimpse| glimpse.path == "count"), "{glance:?}");
+    let tools =
+        wait_for("the link for looking", || Some(tools(&system)).filter(|it| !it.is_empty()));
+    assert!(tools.iter().all(|link| link["keep"] == "latest"), "{tools:?}");
+    wait_for("the end of the look", || values.linked().is_empty().then_some(()));
+    wait_for("its link let go", || self::tools(&system).is_empty().then_some(()));
+
+    let edge = link(&watch, "watcher.a").expect("it is linked");
+    assert_eq!((edge.keep.as_str(), edge.dropped, edge.lost), ("1000", 0, 0), "{edge:?}");
+}
+
+#[test]
+fn who_dies_is_seen_gone_and_back() {
+    let system = probes("watched-deaths");
+    let watch = watch(&system, nobody());
+    is(&watch, "north", Condition::Active);
+    let before = system.kill("north");
+    wait_for("the next north", || {
+        let picture = watch.picture();
+        let north = &picture.processes["north"];
+        let is_back = north.starts == 2 && north.condition == Condition::Active;
+        (is_back && i32::try_from(north.entry.pid) != Ok(before)).then_some(())
+    });
+    is(&watch, "watcher", Condition::Active);
+    let log = Log::default();
+    let path = system.run.out().join("logs/all.log");
+    let _tail = Tail::begin(&path, log.clone(), nobody()).expect("a thread");
+    wait_for("the launcher's word of it", || {
+        let (_, lines) = log.since(0);
+        lines
+            .iter()
+            .any(|line| line.name == "north" && line.text.contains("starts again"))
+            .then_some(())
+    });
+    drop(system);
+    wait_for("the end of the system", || watch.picture().has_ended().then_some(()));
+}
+
+/// The office mission in a folder of its own, where its file may be changed.
+fn office(folder: &Folder) -> PathBuf {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("missions");
+    std::fs::create_dir_all(folder.path().join("worlds")).expect("writable");
+    for file in ["office.xml", "worlds/office.svg"] {
+        std::fs::copy(examples.join(file), folder.path().join(file)).expect("an example");
+    }
+    folder.path().join("office.xml")
+}
+
+fn plan(folder: &Folder) -> Plan {
+    Plan {
+        program: env!("CARGO_BIN_EXE_armor").into(),
+        file: office(folder),
+        out: Some(folder.path().join("out")),
+        ..Plan::default()
+    }
+}
+
+fn running(run: &Run, log: &Log) -> armor_look::systems::Record {
+    wait_for("the run", || match run.stage() {
+        Stage::Running(record) => Some(record),
+        Stage::Starting => None,
+        other => panic!("{other:?} {:?}", log.since(0)),
+    })
+}
+
+#[test]
+fn a_mission_is_run_watched_commanded_and_changed() {
+    let folder = Folder::new("office-watched");
+    let plan = plan(&folder);
+    let log = Log::default();
+    let run = Run::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let record = running(&run, &log);
+    assert!(record.runs(&plan.file), "{record:?}");
+    let watch = Watch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
+    let mission = MissionWatch::begin(watch.directory(), nobody()).expect("threads");
+    let marked = |place: &str| {
+        let look = mission.look();
+        let marking = look.marking?;
+        marking.places.iter().find(|marked| marked.place == place && marked.active).map(|_| ())
+    };
+    wait_for("the first place", || marked("explore"));
+    is(&watch, "explorer", Condition::Active);
+    is(&watch, "homing", Condition::Frozen);
+    let first = mission.look().now_at_s(watch.timestamp());
+    wait_for("mission time", || (mission.look().now_at_s(watch.timestamp()) > first).then_some(()));
+
+    let desk = ParameterDesk::open(watch.directory(), "designer", nobody()).expect("a thread");
+    desk.set("driver", "speed", Some("40km/h"));
+    let told = wait_for("the refusal", || desk.told());
+    assert!(!told.is_set && !told.findings.is_empty(), "{told:?}");
+    desk.set("driver", "speed", Some("0.8m/s"));
+    wait_for("the value", || desk.told().filter(|told| told.is_set));
+    let text = std::fs::read_to_string(&plan.file).expect("the file");
+    assert!(text.contains(r#"<parameter name="speed" value="0.8m/s"/>"#), "{text}");
+
+    let orders = OrderDesk::open(watch.directory(), "designer", nobody()).expect("a thread");
+    orders.give("ruth", false, Order::Pause);
+    wait_for("the pause", || mission.look().marking?.pause.as_ref().map(|_| ()));
+    orders.give("ruth", false, Order::Fire { transition: "nowhere".into() });
+    orders.give("ruth", false, Order::Resume);
+    let given = wait_for("three answers", || {
+        let given = orders.given();
+        (given.len() == 3 && given.iter().all(|given| given.accepted.is_some())).then_some(given)
+    });
+    let accepted: Vec<_> = given.iter().map(|given| given.accepted == Some(true)).collect();
+    assert_eq!(accepted, [true, false, true], "{given:?}");
+    orders.give("ruth", false, Order::Safe);
+    let end = wait_for("the end", || match run.stage() {
+        Stage::Ended { how, is_fine } => Some((how, is_fine)),
+        _ => None,
+    });
+    assert_eq!(end, ("the mission ended in its safe place".to_owned(), false));
+    let (_, lines) = log.since(0);
+    assert!(lines.iter().any(|line| line.name == "mapper"), "each says something: {lines:?}");
+}
+
+#[test]
+fn a_run_is_stopped_in_order() {
+    let folder = Folder::new("office-stopped");
+    let log = Log::default();
+    let run = Run::start(&plan(&folder), log.clone(), nobody()).expect("armor starts");
+    running(&run, &log);
+    run.stop();
+    let end = wait_for("the end", || match run.stage() {
+        Stage::Ended { how, is_fine } => Some((how, is_fine)),
+        _ => None,
+    });
+    assert_eq!(end, ("stopped".to_owned(), true));
+}
+
+#[test]
+fn a_file_that_is_wrong_is_not_run_and_the_log_says_why() {
+    let folder = Folder::new("not-run");
+    let file = folder
+        .write("wrong.xml", "<armor version='1'><system name='a'><component/></system></armor>");
+    let log = Log::default();
+    let run =
+        Run::start(&Plan { file, ..plan(&folder) }, log.clone(), nobody()).expect("it starts");
+    let is_fine = wait_for("the end", || match run.stage() {
+        Stage::Ended { is_fine, .. } => Some(is_fine),
+        _ => None,
+    });
+    let (_, lines) = log.since(0);
+    let errors: Vec<_> = lines.iter().filter(|line| line.level == "ERROR").collect();
+    assert!(!is_fine && errors.iter().any(|line| line.name == "check"), "{lines:?}");
+}
+
+/// Set for the process that starts a run and is killed.
+const STARTER: &str = "ARMOR_TEST_STARTER";
+
+#[test]
+fn what_was_started_ends_with_who_started_it_however_that_ends() {
+    let folder = Folder::new("killed-starter");
+    let mut command = Command::new(std::env::current_exe().expect("this test"));
+    command.args(["watching::starts_a_run_and_waits", "--exact", "--nocapture"]);
+    command.env(STARTER, folder.path()).env("XDG_RUNTIME_DIR", folder.path());
+    let starter = Talker::start(command.stderr(Stdio::null()));
+    let pids = wait_for("the processes", || {
+        let line = starter.says();
+        let (_, pids) = line.split_once("pids ")?;
+        pids.split(' ').map(|pid| pid.parse().ok()).collect::<Option<Vec<i32>>>()
+    });
+    assert!(pids.len() > 5 && pids.iter().all(|pid| lives(*pid)), "{pids:?}");
+    starter.kill();
+    for pid in pids {
+        wait_for(&format!("the end of {pid}"), || (!lives(pid)).then_some(()));
+    }
+}
+
+/// What [`what_was_started_ends_with_who_started_it_however_that_ends`] starts and kills; by itself
+/// there is nothing to do.
+#[test]
+fn starts_a_run_and_waits() {
+    let Some(path) = std::env::var_os(STARTER) else { return };
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("missions");
+    let plan = Plan {
+        program: env!("CARGO_BIN_EXE_armor").into(),
+        file: examples.join("office.xml"),
+        out: Some(Path::new(&path).join("out")),
+        ..Plan::default()
+    };
+    let log = Log::default();
+    let run = Run::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let record = running(&run, &log);
+    let watch = Watch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
+    is(&watch, "explorer", Condition::Active);
+    let picture = watch.picture();
+    let pids = picture.processes.values().map(|process| process.entry.pid).chain([record.pid]);
+    println!("\npids {}", pids.map(|pid| pid.to_string()).collect::<Vec<_>>().join(" "));
+    // Until it is killed; not for ever, should nobody do it.
+    std::thread::sleep(crate::fixture::DEADLINE);
+    send(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
+}

@@ -1,0 +1,318 @@
+//! A message in a few lines, and any single value of it by its path, from its schema alone: for
+//! tools that show and plot what they have never heard of.
+
+use super::{Cursor, PayloadError, Scalar, inside};
+use crate::schema::Schema;
+
+/// How many of the values of a list are shown.
+const SHOWN_ITEMS: usize = 3;
+
+/// One value of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glimpse {
+    /// Where it is, such as `pose.position.x` or `ranges[0]`; empty if it is all there is.
+    pub path: String,
+    /// What is there.
+    pub seen: Seen,
+    /// The unit of its number.
+    pub unit: Option<String>,
+}
+
+/// What is at a place in a message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seen {
+    /// A value.
+    Value(Scalar),
+    /// So many values, of which the first follow.
+    Many(usize),
+    /// An optional value that is not there.
+    Nothing,
+}
+
+/// The first `lines` values of a message; of a list only the first few, after their number.
+///
+/// # Errors
+/// [`PayloadError`] if the payload, as far as it was read, is not one of the schema.
+pub fn glance(schema: &Schema, payload: &[u8], lines: usize) -> Result<Vec<Glimpse>, PayloadError> {
+    let mut glance = Glance { cursor: Cursor { payload, at: 0 }, seen: Vec::new(), lines };
+    glance.walk(schema, "", None)?;
+    Ok(glance.seen)
+}
+
+struct Glance<'a> {
+    cursor: Cursor<'a>,
+    seen: Vec<Glimpse>,
+    lines: usize,
+}
+
+impl Glance<'_> {
+    fn is_full(&self) -> bool {
+        self.seen.len() >= self.lines
+    }
+
+    fn see(&mut self, path: &str, seen: Seen, unit: Option<&str>) {
+        if !self.is_full() {
+            self.seen.push(Glimpse { path: path.into(), seen, unit: unit.map(Into::into) });
+        }
+    }
+
+    /// Goes on for as long as there is room: what comes after is of no interest then.
+    fn walk(
+        &mut self,
+        schema: &Schema,
+        path: &str,
+        unit: Option<&str>,
+    ) -> Result<(), PayloadError> {
+        if self.is_full() {
+            return Ok(());
+        }
+        match schema {
+            Schema::Option(item) => {
+                if self.cursor.flag()? {
+                    self.walk(item, path, unit)?;
+                } else {
+                    self.see(path, Seen::Nothing, unit);
+                }
+            }
+            Schema::List(item) => {
+                let count = self.cursor.count()?;
+                self.items(item, count, path, unit)?;
+            }
+            Schema::Fixed(item, count) => self.items(item, *count, path, unit)?,
+            Schema::Struct { fields, .. } => {
+                for field in fields {
+                    self.walk(&field.schema, &join(path, &field.name), field.unit.as_deref())?;
+                }
+            }
+            Schema::Enum { variants, .. } => {
+                let index = u32::from_le_bytes(self.cursor.array()?) as usize;
+                let variant = variants.get(index).ok_or(self.cursor.error("an unknown variant"))?;
+                self.see(path, Seen::Value(Scalar::Text(variant.name.clone())), None);
+                for field in &variant.fields {
+                    self.walk(&field.schema, &join(path, &field.name), field.unit.as_deref())?;
+                }
+            }
+            _ => {
+                let value = self.cursor.scalar(schema)?;
+                self.see(path, Seen::Value(value), unit);
+            }
+        }
+        Ok(())
+    }
+
+    fn items(
+        &mut self,
+        item: &Schema,
+        count: usize,
+        path: &str,
+        unit: Option<&str>,
+    ) -> Result<(), PayloadError> {
+        self.see(path, Seen::Many(count), unit);
+        for index in 0..count {
+            if self.is_full() {
+                return Ok(());
+            }
+            if index < SHOWN_ITEMS {
+                self.walk(item, &format!("{path}[{index}]"), unit)?;
+            } else {
+                return self.cursor.pass(item, count - index);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.into() } else { format!("{path}.{name}") }
+}
+
+/// The way to one value of the messages of a schema.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pick {
+    steps: Vec<usize>,
+}
+
+impl Pick {
+    /// Follows a path as [`Glimpse::path`] has it; none if it leads to no number or `bool`.
+    pub fn find(schema: &Schema, path: &str) -> Option<Self> {
+        let (mut schema, mut steps) = (inside(schema), Vec::new());
+        for part in path.split(['.', '[']).filter(|part| !part.is_empty()) {
+            match (schema, part.strip_suffix(']')) {
+                (Schema::Struct { fields, .. }, None) => {
+                    let step = fields.iter().position(|field| field.name == part)?;
+                    steps.push(step);
+                    schema = inside(&fields[step].schema);
+                }
+                (Schema::List(item), Some(index)) => {
+                    steps.push(index.parse().ok()?);
+                    schema = inside(item);
+                }
+                (Schema::Fixed(item, count), Some(index)) => {
+                    steps.push(index.parse().ok().filter(|index| index < count)?);
+                    schema = inside(item);
+                }
+                _ => return None,
+            }
+        }
+        let is_plain = !matches!(
+            schema,
+            Schema::Text
+                | Schema::List(_)
+                | Schema::Fixed(..)
+                | Schema::Struct { .. }
+                | Schema::Enum { .. }
+        );
+        is_plain.then_some(Self { steps })
+    }
+
+    /// Reads the value from one payload of the schema it was found in, `true` as 1; none if it, or
+    /// what it is in, is not there.
+    ///
+    /// # Errors
+    /// [`PayloadError`] if the payload up to the value is not one of the schema.
+    pub fn read(&self, schema: &Schema, payload: &[u8]) -> Result<Option<f64>, PayloadError> {
+        let mut cursor = Cursor { payload, at: 0 };
+        let (mut schema, mut steps) = (schema, self.steps.iter());
+        loop {
+            while let Schema::Option(item) = schema {
+                if !cursor.flag()? {
+                    return Ok(None);
+                }
+                schema = item;
+            }
+            let Some(step) = steps.next() else { break };
+            schema = match schema {
+                Schema::Struct { fields, .. } => {
+                    for field in fields.iter().take(*step) {
+                        cursor.skip(&field.schema)?;
+                    }
+                    &fields.get(*step).ok_or(cursor.error("another schema"))?.schema
+                }
+                Schema::List(item) => {
+                    if *step >= cursor.count()? {
+                        return Ok(None);
+                    }
+                    cursor.pass(item, *step)?;
+                    item
+                }
+                Schema::Fixed(item, _) => {
+                    cursor.pass(item, *step)?;
+                    item
+                }
+                _ => return Err(cursor.error("another schema")),
+            };
+        }
+        Ok(match cursor.scalar(schema)? {
+            Scalar::Number(number) => Some(number),
+            Scalar::Flag(flag) => Some(f64::from(u8::from(flag))),
+            Scalar::Text(_) => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::WireType;
+    use crate::{Message, codec};
+
+    #[derive(Clone, Debug, PartialEq, Message)]
+    #[message(wire = "armor_wire")]
+    struct Point {
+        #[message(unit = "m")]
+        x: f64,
+        y: f32,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Message)]
+    #[message(wire = "armor_wire")]
+    struct Scan {
+        name: String,
+        hit: Option<Point>,
+        is_good: bool,
+        #[message(unit = "m")]
+        ranges: Vec<f64>,
+        path: Vec<Point>,
+        last: u8,
+    }
+
+    fn scan(hit: Option<Point>) -> Vec<u8> {
+        let scan = Scan {
+            name: "front".into(),
+            hit,
+            is_good: true,
+            ranges: (0..100).map(f64::from).collect(),
+            path: vec![Point { x: 1.0, y: 2.0 }, Point { x: 3.0, y: 4.5 }],
+            last: 9,
+        };
+        codec::encode(&scan).expect("it fits")
+    }
+
+    fn said(payload: &[u8], lines: usize) -> Vec<String> {
+        let seen = glance(&Scan::schema(), payload, lines).expect("it fits its schema");
+        let word = |glimpse: &Glimpse| {
+            let unit = glimpse.unit.as_deref().unwrap_or_default();
+            match &glimpse.seen {
+                Seen::Value(Scalar::Number(number)) => format!("{}={number}{unit}", glimpse.path),
+                Seen::Value(Scalar::Flag(flag)) => format!("{}={flag}", glimpse.path),
+                Seen::Value(Scalar::Text(text)) => format!("{}={text}", glimpse.path),
+                Seen::Many(count) => format!("{}:{count}", glimpse.path),
+                Seen::Nothing => format!("{} -", glimpse.path),
+            }
+        };
+        seen.iter().map(word).collect()
+    }
+
+    #[test]
+    fn a_message_is_told_value_by_value_and_a_list_by_its_first() {
+        let expected = [
+            "name=front",
+            "hit -",
+            "is_good=true",
+            "ranges:100",
+            "ranges[0]=0m",
+            "ranges[1]=1m",
+            "ranges[2]=2m",
+            "path:2",
+            "path[0].x=1m",
+            "path[0].y=2",
+            "path[1].x=3m",
+            "path[1].y=4.5",
+            "last=9",
+        ];
+        let payload = scan(None);
+        assert_eq!(said(&payload, 100), expected);
+        assert_eq!(said(&payload, 5), expected[..5]);
+    }
+
+    #[test]
+    fn any_number_is_found_by_its_path() {
+        let schema = Scan::schema();
+        let read = |path: &str, hit| {
+            let pick = Pick::find(&schema, path)?;
+            pick.read(&schema, &scan(hit)).expect("it fits its schema")
+        };
+        let hit = || Some(Point { x: 7.0, y: 0.1 });
+        assert_eq!(read("hit.x", hit()), Some(7.0));
+        assert_eq!(read("hit.y", hit()), Some(0.1));
+        assert_eq!(read("hit.x", None), None);
+        assert_eq!(read("is_good", None), Some(1.0));
+        assert_eq!(read("ranges[42]", hit()), Some(42.0));
+        assert_eq!(read("ranges[100]", None), None, "there are a hundred");
+        assert_eq!(read("path[1].y", None), Some(4.5));
+        assert_eq!(read("last", hit()), Some(9.0));
+        for none in ["name", "hit", "ranges", "path[0]", "ranges[x]", "hit.z", "", "last[0]"] {
+            assert_eq!(Pick::find(&schema, none), None, "{none:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_cut_off_is_an_error_and_no_panic() {
+        let (schema, payload) = (Scan::schema(), scan(Some(Point { x: 7.0, y: 0.1 })));
+        let pick = Pick::find(&schema, "last").expect("it is there");
+        for len in 0..payload.len() {
+            assert!(glance(&schema, &payload[..len], 100).is_err(), "{len}");
+            assert!(pick.read(&schema, &payload[..len]).is_err(), "{len}");
+        }
+    }
+}
