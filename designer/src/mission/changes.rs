@@ -53,8 +53,8 @@ pub enum Change {
     AddExclusive(Vec<String>),
     /// Whether a component is in an exclusive set.
     Exclusive(usize, String, bool),
-    /// A variable that follows a field of data.
-    AddVariable(String, String),
+    /// A variable that follows a field of data, or one that transitions set.
+    AddVariable(String, Option<String>),
     /// Something to be proven.
     AddCheck(String),
     /// What a check says.
@@ -151,7 +151,7 @@ impl Change {
                 edits::toggle_exclusive(document, *number, component, *is_in)?;
             }
             Self::AddVariable(name, source) => {
-                edits::add_variable(document, name, source)?;
+                edits::add_variable(document, name, source.as_deref())?;
             }
             Self::AddCheck(text) => edits::add_check(document, text)?,
             Self::Check(number, text) => edits::set_check(document, *number, text)?,

@@ -16,6 +16,12 @@ pub enum SaveRefused {
     /// The file is nowhere yet.
     #[error("the file has no name yet: choose where to save it")]
     Nowhere,
+    /// Another program changed a file, and what it says has not been taken yet.
+    #[error(
+        "not saved: another program has just changed {}; what it says is taken in a moment, then \
+         save again", .0.display()
+    )]
+    Changed(PathBuf),
     /// The disk does not take it.
     #[error(transparent)]
     Disk(#[from] SaveError),
@@ -80,6 +86,9 @@ impl Project {
         if !errors.is_empty() {
             return Err(SaveRefused::Wrong(errors));
         }
+        if let Some(path) = self.changed_meanwhile(to.is_some()) {
+            return Err(SaveRefused::Changed(path));
+        }
         let is_elsewhere = to.is_some();
         if let Some(path) = to {
             armor_missions::save(&path, self.files[0].text().as_bytes())?;
@@ -103,5 +112,18 @@ impl Project {
             self.changed();
         }
         Ok(saved)
+    }
+
+    /// A file that would be overwritten and is another one on the disk than it was when it was read,
+    /// taken or saved last. The first file is not overwritten when it is saved `elsewhere`.
+    fn changed_meanwhile(&self, elsewhere: bool) -> Option<PathBuf> {
+        let overwritten = self.files.iter().skip(usize::from(elsewhere));
+        let mut paths = overwritten.filter(|file| file.is_dirty()).filter_map(|file| {
+            let path = file.path()?;
+            // What is no text was told, and that saving replaces it; what is gone is written again.
+            let disk = String::from_utf8(std::fs::read(path).ok()?).ok()?;
+            (disk != **file.saved() && disk != **file.text()).then(|| path.to_path_buf())
+        });
+        paths.next()
     }
 }

@@ -132,3 +132,24 @@ fn a_new_robot_is_saved_once_it_has_a_name() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), &**project.files()[0].text());
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn what_another_program_has_just_written_is_not_overwritten() {
+    let folder = folder("raced");
+    let path = folder.join("robot.xml");
+    std::fs::write(&path, FILE).unwrap();
+    let mut project = Project::open(&path, Arc::default()).unwrap();
+    add(&mut project, "b").unwrap();
+    let theirs = FILE.replace("mine", "theirs");
+    std::fs::write(&path, &theirs).unwrap();
+    project.save().unwrap();
+    let refused = project.settle().expect("it was asked for").unwrap_err();
+    assert!(matches!(&refused, SaveRefused::Changed(at) if *at == path), "{refused}");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), theirs);
+    // Once it is known, it is the user's decision.
+    project.set_saved(0, theirs.into());
+    project.save().unwrap();
+    project.settle().expect("it was asked for").unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), **project.files()[0].text());
+    std::fs::remove_dir_all(folder).unwrap();
+}

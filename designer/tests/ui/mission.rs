@@ -258,6 +258,15 @@ fn checks_variables_and_exclusive_sets_are_edited_in_the_mission_s_panel() {
     assert!(!window.text().contains("exclusive"));
 }
 
+#[test]
+fn a_variable_that_transitions_set_has_a_value_at_the_start() {
+    let mut window = mission(SURVEY);
+    window.click("Add a variable..");
+    window.click("Set by transitions");
+    check(&mut window, r#"<variable name="count" min="0" max="3" initial="0"/>"#);
+    assert!(window.has("count at the start"));
+}
+
 impl Window {
     /// Chooses from a drop-down list.
     fn choose(&mut self, label: &str, choice: &str) {

@@ -137,14 +137,14 @@ impl Scene<'_> {
             text: crate::text::short(text, MAX_CONDITION).into_owned(),
             is_weak: true,
         });
-        let mut lines: Vec<_> = shown.collect();
+        let mut lines: Vec<_> = self.standing_line(name).into_iter().chain(shown).collect();
         if all.len() > MAX_CONDITIONS {
             lines.push(Line {
                 text: format!("and {} more", all.len() - MAX_CONDITIONS),
                 is_weak: true,
             });
         }
-        let badge = self.standing_badge(name).or_else(|| self.marks.badge(&item));
+        let badge = self.marks.badge(&item);
         let into = Port {
             at: vec2(-BESIDE, BAR.y / 2.0),
             side: Side::Left,
@@ -191,21 +191,15 @@ impl Scene<'_> {
     }
 
     /// How it stands while it is played, in words.
-    fn standing_badge(&self, name: &str) -> Option<Badge> {
+    fn standing_line(&self, name: &str) -> Option<Line> {
         let play = self.play?;
-        let id = play.stage().transition(name)?;
-        let (text, doc) = match play.standing(id) {
-            Standing::Ready => ("fires".to_owned(), "It may fire now: click it.".to_owned()),
-            Standing::Waits(at) => {
-                let left = at.saturating_sub(play.time());
-                (format!("in {}", time(left)), format!("It may fire at {}: click it.", time(at)))
-            }
-            Standing::Expects => {
-                ("waits".into(), "Tokens are there; a click brings what it waits for.".into())
-            }
+        let text = match self.standing(name)? {
+            Standing::Ready => "fires now".to_owned(),
+            Standing::Waits(at) => format!("fires in {}", time(at.saturating_sub(play.time()))),
+            Standing::Expects => "a click brings what it waits for".into(),
             Standing::Disabled => return None,
         };
-        Some(Badge { text, doc })
+        Some(Line { text, is_weak: false })
     }
 
     fn submission(&self, number: usize, submission: &Submission) -> Node {

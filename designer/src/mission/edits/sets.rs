@@ -33,14 +33,18 @@ pub fn toggle_exclusive(
     document.set_attribute_at(&path, "components", Some(&names.join(" ")))
 }
 
-/// Adds a variable that follows a field of data.
+/// Adds a variable that follows a field of data; or, without one, a counter that transitions set.
 pub fn add_variable(
     document: &mut Document,
     wish: &str,
-    source: &str,
+    source: Option<&str>,
 ) -> Result<String, EditError> {
     let name = free_name(document, "variable", wish);
-    document.add(Item::Variable(&name), &[("source", source)])?;
+    let counter = [("min", "0"), ("max", "3"), ("initial", "0")];
+    match source {
+        Some(source) => document.add(Item::Variable(&name), &[("source", source)])?,
+        None => document.add(Item::Variable(&name), &counter)?,
+    }
     Ok(name)
 }
 

@@ -163,7 +163,7 @@ fn sets_checks_and_sub_missions_are_found_by_their_number() {
             remove_numbered(document, "check", 1).unwrap();
             add_submission(document, "dock.xml").unwrap();
             set_submission(document, 0, "in", Some("home")).unwrap();
-            add_variable(document, "battery", "power.state.level").unwrap();
+            add_variable(document, "battery", Some("power.state.level")).unwrap();
         },
         &[],
         &[

@@ -53,6 +53,20 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
                 );
             },
         );
+        if variable.source.is_none() {
+            row(ui, "At the start", "A whole number; else its least value.", |ui| {
+                let initial = variable.initial.as_ref().map(|initial| initial.value.to_string());
+                let initial = initial.unwrap_or_default();
+                form.hinted(
+                    ui,
+                    &format!("{name} at the start"),
+                    "least",
+                    &initial,
+                    &is_whole,
+                    |text| Some(set("initial", given(text))),
+                );
+            });
+        }
         if ui.small_button(format!("Remove {item}")).clicked() {
             form.change(Change::Remove(vec![item.clone()]));
         }
@@ -61,10 +75,14 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
     let fields = data_fields(shown.configuration, shown.kinds);
     ui.menu_button("Add a variable..", |ui| {
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+            let counter = ui.button("Set by transitions");
+            if counter.on_hover_text("A whole number, such as of rounds.").clicked() {
+                form.change(Change::AddVariable("count".into(), None));
+            }
             for field in &fields {
                 if ui.button(&field.name).on_hover_text(&field.is).clicked() {
                     let wish = field.name.rsplit('.').next().unwrap_or("value").replace('_', "-");
-                    form.change(Change::AddVariable(wish, field.name.clone()));
+                    form.change(Change::AddVariable(wish, Some(field.name.clone())));
                 }
             }
             if fields.is_empty() {
@@ -78,6 +96,13 @@ fn is_quantity(text: &str) -> Result<(), String> {
     match text.trim() {
         "" => Ok(()),
         text => armor_wire::quantity::parse(text).map(|_| ()).map_err(|error| error.to_string()),
+    }
+}
+
+fn is_whole(text: &str) -> Result<(), String> {
+    match text.trim() {
+        "" => Ok(()),
+        text => text.parse::<i64>().map(|_| ()).map_err(|_| format!("{text} is no whole number")),
     }
 }
 
