@@ -169,6 +169,13 @@ impl Canvas {
         self.fit = Some(Fit::Everything);
     }
 
+    /// The same, unless one has looked elsewhere since.
+    pub fn fit_again(&mut self) {
+        if self.stays_fitted {
+            self.fit = Some(Fit::Everything);
+        }
+    }
+
     /// Shows this part of the drawing in the next frame.
     pub fn fit_area(&mut self, area: Rect) {
         self.fit = Some(Fit::Area(area));

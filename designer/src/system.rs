@@ -78,6 +78,10 @@ impl SystemView {
         }
         self.drawing = draw(&desk.project);
         self.canvas.drawing_changed(&self.drawing.diagram);
+        if desk.project.undoable().is_none() {
+            // Nobody has edited it: its kinds are known by now, and blocks have grown by their ports.
+            self.canvas.fit_again();
+        }
         self.drawn = Some(now);
         let wanted: Vec<_> = std::mem::take(&mut self.select_next);
         let there: Vec<_> =
