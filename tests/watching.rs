@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use armor_look::launch::{Plan, Run, Stage};
-use armor_look::log::{Log, Tail};
+use armor_look::log::{Line, Log, Tail};
 use armor_look::{Condition, Edge, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
 use armor_sdk::control::Order;
 use rustix::process::Signal;
@@ -196,7 +196,14 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     });
     assert_eq!(end, ("the mission ended in its safe place".to_owned(), false));
     let (_, lines) = log.since(0);
-    assert!(lines.iter().any(|line| line.name == "mapper"), "each says something: {lines:?}");
+    for (name, text) in [
+        ("registry", "registered name=mapper"),
+        ("executive", "ruth orders: safe; the mission goes to `hold`"),
+        ("launcher", "ended: the mission ended in its safe place"),
+    ] {
+        let is_said = |line: &Arc<Line>| line.name == name && line.text.contains(text);
+        assert!(lines.iter().any(is_said), "{name}: {text}: {lines:?}");
+    }
 }
 
 #[test]
