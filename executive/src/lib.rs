@@ -70,7 +70,9 @@ pub use operator::Given;
 pub use plan::{
     ComponentId, Limits, OnResume, Plan, PlannedComponent, PlannedPlace, PlannedTransition,
 };
-pub use proof::{Analysed, MAX_BYTES, MAX_CLASSES, MAX_STATES, prove, prove_from_here};
+pub use proof::{
+    Analysed, MAX_BYTES, MAX_CLASSES, MAX_STATES, prove, prove_from_here, time_in_words,
+};
 pub use record::{Cause, DatePhase, Entry, GuardTurned, Outcome, Record, Report, Tokens, ValueSet};
 pub use roster::{Doing, Presence};
 pub use run::{Options, RunError, run};

@@ -30,6 +30,7 @@ use armor_petri::{Net, PlaceId, TransitionId};
 
 use crate::plan::Plan;
 pub use analysed::Analysed;
+pub use wording::time_in_words;
 
 /// Most states of a mission that are looked at.
 pub const MAX_STATES: u64 = 500_000;

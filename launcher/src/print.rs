@@ -43,15 +43,6 @@ fn is_number(cell: &str) -> bool {
     cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// A duration as people say it.
-pub fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 60.0 => format!("{s:.1} s"),
-        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
-        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
-    }
-}
-
 /// A short time, in the unit that suits it.
 pub fn short(seconds: f64) -> String {
     match seconds.abs() {
@@ -74,8 +65,6 @@ mod tests {
 
     #[test]
     fn times_are_said_in_the_unit_that_suits_them() {
-        let said = [3.21, 75.0, 7384.0].map(duration);
-        assert_eq!(said, ["3.2 s", "1 min 15 s", "2 h 03 min"]);
         assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
     }
 }

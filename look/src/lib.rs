@@ -18,6 +18,7 @@ mod series;
 pub mod systems;
 mod values;
 mod watch;
+pub mod words;
 
 use std::sync::Arc;
 

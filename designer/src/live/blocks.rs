@@ -1,5 +1,6 @@
 //! The drawing of the system with what runs in it: blocks by state, links by what they carry.
 
+use armor_look::words::lasting;
 use armor_look::{Edge, Picture, Process};
 use eframe::egui::Color32;
 
@@ -102,14 +103,13 @@ pub fn rate(rate_hz: f64) -> String {
 
 fn of_process(process: &Process, picture: &Picture) -> String {
     let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
-    let mut lines =
-        vec![format!("{} for {}", process.condition.word(), super::words::lasting(for_s))];
+    let mut lines = vec![format!("{} for {}", process.condition.word(), lasting(for_s))];
     lines.push(tone::doc(process.condition).into());
     if !process.problem.is_empty() {
         lines.push(process.problem.clone());
     }
     if let Some(call_s) = process.call_s {
-        lines.push(format!("its code has been busy for {}", super::words::lasting(call_s)));
+        lines.push(format!("its code has been busy for {}", lasting(call_s)));
     }
     if let Some(status) = &process.status {
         lines.push(format!("{} calls of exec, process {}", status.exec_calls, process.entry.pid));

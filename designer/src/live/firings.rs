@@ -1,10 +1,11 @@
 //! What has fired, and what was ordered by whom.
 
 use armor_look::History;
+use armor_look::words::lasting;
 use eframe::egui::{self, RichText, ScrollArea};
 
 use super::session::Watched;
-use super::words::{lasting, said};
+use super::words::said;
 use crate::theme::Colours;
 
 /// The firings, the newest first.

@@ -1,5 +1,6 @@
 //! What is selected, while it runs.
 
+use armor_look::words::lasting;
 use armor_look::{Edge, Picture, Process};
 use armor_sdk::control::Status;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText};
@@ -9,7 +10,7 @@ use super::plots::Plots;
 use super::session::Watched;
 use super::tone::{self, Tone};
 use super::values;
-use super::words::{lasting, said};
+use super::words::said;
 use crate::theme::Colours;
 
 /// A component: what it does, what it publishes and gets, its parameters.

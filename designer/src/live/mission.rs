@@ -1,12 +1,13 @@
 //! Where the mission stands, and the buttons of whoever may command it.
 
 use armor_executive::{Confirmation, Marking};
+use armor_look::words::{clock_s, lasting, when};
 use armor_look::{MissionLook, OrderDesk};
 use armor_sdk::control::Order;
 use eframe::egui::{self, Button, RichText, TextEdit};
 
 use super::session::{Session, Watched};
-use super::words::{clock_s, is_over, lasting, said, when};
+use super::words::{is_over, said};
 use crate::theme::Colours;
 
 /// What of this panel is remembered from frame to frame.

@@ -1,6 +1,7 @@
 //! Values over time.
 
 use armor_look::Values;
+use armor_look::words::lasting;
 use eframe::egui::{self, Vec2b};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
 
@@ -113,7 +114,7 @@ impl Plots {
         ui.horizontal_wrapped(|ui| {
             ui.weak("The last").on_hover_text("The newest value stands at 0 seconds.");
             for span_s in SPANS_S {
-                let name = super::words::lasting(span_s)
+                let name = lasting(span_s)
                     .replace(".0 s", " s")
                     .replace(" 00 s", "")
                     .replace(" 00 min", "");

@@ -1,80 +1,13 @@
-//! Times of a mission in words, and words of others as the fonts can show them.
+//! Whether a mission is over, and words of others as the fonts can show them.
 
-use armor_executive::{EnabledTransition, Marking};
 use eframe::egui;
-
-/// The time by which a clock counts; whose clock is stopped stands where the pause began.
-pub fn clock_s(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
-    let stopped_s = marking.pause.as_ref().map_or(now_s, |pause| pause.since_at_s);
-    move |held| if held { stopped_s } else { now_s }
-}
-
-/// When a transition fires, in words; `now_s` is what its clock shows.
-pub fn when(enabled: &EnabledTransition, now_s: f64) -> String {
-    let in_s = |at_s: f64| match at_s - now_s {
-        left_s if left_s <= 0.0 => "now".to_owned(),
-        left_s => format!("in {}", lasting(left_s)),
-    };
-    let until = match enabled.latest_at_s {
-        Some(last) if last > enabled.earliest_at_s => format!(", at the latest {}", in_s(last)),
-        _ => String::new(),
-    };
-    let who = match enabled.by.as_str() {
-        "operator" => ", by the operator",
-        "confirmation" => ", if the operator confirms it",
-        _ => "",
-    };
-    let held = if enabled.held { ", once the mission goes on" } else { "" };
-    format!("{} {}{until}{who}{held}", enabled.transition, in_s(enabled.earliest_at_s))
-}
 
 /// Whether nothing more can be ordered.
 pub fn is_over(stage: &str) -> bool {
     matches!(stage, "goal" | "safe" | "failed" | "stopping")
 }
 
-/// A time as people say it.
-pub fn lasting(seconds: f64) -> String {
-    match seconds.max(0.0) {
-        s if s < 60.0 => format!("{s:.1} s"),
-        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
-        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
-    }
-}
-
 /// What a process says, as the fonts can show it.
 pub fn said(ui: &egui::Ui, text: &str) -> String {
     crate::text::paintable(ui.ctx(), &text.replace('\u{2192}', "->")).into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn enabled(by: &str, at_s: f64, until_s: Option<f64>, held: bool) -> EnabledTransition {
-        EnabledTransition {
-            transition: "late".into(),
-            enabled_at_s: 0.0,
-            earliest_at_s: at_s,
-            latest_at_s: until_s,
-            by: by.into(),
-            held,
-        }
-    }
-
-    #[test]
-    fn when_something_fires_is_said_by_its_own_clock() {
-        let check = |enabled: EnabledTransition, now_s, expected: &str| {
-            assert_eq!(when(&enabled, now_s), expected);
-        };
-        check(enabled("mission", 150.0, Some(150.0), false), 30.0, "late in 2 min 00 s");
-        check(
-            enabled("mission", 10.0, Some(90.0), false),
-            30.0,
-            "late now, at the latest in 1 min 00 s",
-        );
-        check(enabled("operator", 0.0, None, false), 30.0, "late now, by the operator");
-        let held = "late in 20.0 s, if the operator confirms it, once the mission goes on";
-        check(enabled("confirmation", 50.0, None, true), 30.0, held);
-    }
 }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use armor_executive::time_in_words as time;
 use armor_missions::{Code, Finding, Findings, Location, Severity, Takes};
 
-use super::play::words as time;
 use crate::canvas::{Badge, Mark};
 use crate::item::Item;
 

@@ -296,25 +296,6 @@ impl Play {
     }
 }
 
-/// A time as people say it: `6 min 30 s`.
-pub fn words(time: Duration) -> String {
-    let whole_s = time.as_secs();
-    let (hours, minutes) = (whole_s / 3600, whole_s / 60 % 60);
-    let rest = time - Duration::from_secs(whole_s / 60 * 60);
-    let mut parts = Vec::new();
-    if hours > 0 {
-        parts.push(format!("{hours} h"));
-    }
-    if minutes > 0 {
-        parts.push(format!("{minutes} min"));
-    }
-    if !rest.is_zero() || parts.is_empty() {
-        let seconds = format!("{:.3}", rest.as_secs_f64());
-        parts.push(format!("{} s", seconds.trim_end_matches('0').trim_end_matches('.')));
-    }
-    parts.join(" ")
-}
-
 /// What an act is called in a list: `late`, `late, but a component does not stop`.
 pub fn act_words(stage: &Stage, id: TransitionId) -> String {
     let name = |number: usize| &stage.mission.transitions[number].name.value;

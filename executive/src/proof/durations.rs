@@ -5,7 +5,7 @@ use armor_missions::{Code, Finding, Takes};
 use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
 
 use super::Proof;
-use super::wording::time;
+use super::wording::time_in_words as time;
 
 impl Proof<'_> {
     pub(super) fn durations(&self) -> Option<Finding> {

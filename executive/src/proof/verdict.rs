@@ -11,7 +11,7 @@ use armor_petri::{PlaceId, TransitionId};
 
 use super::formula::Formula;
 use super::sums::exclude;
-use super::wording::time;
+use super::wording::time_in_words as time;
 use super::{Possible, Proof, Seen};
 
 /// What comes of a check.

@@ -86,8 +86,8 @@ impl Proof<'_> {
     }
 }
 
-/// A time as people say it: `6 min 30 s`.
-pub(super) fn time(time: Duration) -> String {
+/// A time of a proof as people say it, to the millisecond: `6 min 30 s`.
+pub fn time_in_words(time: Duration) -> String {
     let whole_s = time.as_secs();
     let (hours, minutes) = (whole_s / 3600, whole_s / 60 % 60);
     let rest = time - Duration::from_secs(whole_s / 60 * 60);
@@ -99,7 +99,8 @@ pub(super) fn time(time: Duration) -> String {
         parts.push(format!("{minutes} min"));
     }
     if !rest.is_zero() || parts.is_empty() {
-        parts.push(format!("{} s", rest.as_secs_f64()));
+        let seconds = format!("{:.3}", rest.as_secs_f64());
+        parts.push(format!("{} s", seconds.trim_end_matches('0').trim_end_matches('.')));
     }
     parts.join(" ")
 }
@@ -110,7 +111,8 @@ mod tests {
 
     #[test]
     fn times_are_told_in_the_units_that_people_use() {
-        let told = [0, 500, 90_000, 3_600_000, 3_660_500].map(|ms| time(Duration::from_millis(ms)));
+        let told = [0, 500, 90_000, 3_600_000, 3_660_500]
+            .map(|ms| time_in_words(Duration::from_millis(ms)));
         assert_eq!(told, ["0 s", "0.5 s", "1 min 30 s", "1 h", "1 h 1 min 0.5 s"]);
     }
 }

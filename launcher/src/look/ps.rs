@@ -7,6 +7,7 @@ use super::{printed, say};
 use crate::arguments::{Format, Running};
 use crate::exit::Ending;
 use crate::print;
+use armor_look::words::lasting;
 use armor_look::{CONFIGD, Sighting};
 
 /// Prints one row per process.
@@ -29,7 +30,7 @@ fn row(sighting: &Sighting) -> Vec<String> {
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
             format!("{:?}", status.state).to_lowercase(),
-            print::duration(status.uptime_s),
+            lasting(status.uptime_s),
             status.exec_calls.to_string(),
             status.clock_error_s.map_or("-".into(), print::short),
             problems(status),

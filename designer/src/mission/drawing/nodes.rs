@@ -1,5 +1,6 @@
 //! The nodes of the drawing.
 
+use armor_executive::time_in_words as time;
 use armor_missions::mission::{Autonomy, Class, Place, Submission, Transition};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
@@ -7,7 +8,7 @@ use super::Scene;
 use crate::canvas::{Badge, Direction, Line, Look, Node, Outline, Port, Shape, Side};
 use crate::item::Item;
 use crate::mission::marks::takes_words;
-use crate::mission::play::{Standing, words as time};
+use crate::mission::play::Standing;
 use crate::mission::words::{component_lines, conditions};
 
 /// The least a place is wide and high.

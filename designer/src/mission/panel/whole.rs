@@ -1,6 +1,7 @@
 //! The mission as a whole: what it is called, what was proven of it, and what has no place in the
 //! drawing.
 
+use armor_executive::time_in_words as time;
 use armor_missions::mission::{Mission, Resume};
 use armor_missions::{Severity, Spanned, Takes};
 use eframe::egui::{self, RichText};
@@ -9,7 +10,6 @@ use super::{Shown, Wish, claims, section, sets, tell};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_name, is_time, row};
-use crate::mission::play::words as time;
 use crate::mission::schedule::Pace;
 use crate::theme::Colours;
 

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use armor_executive::time_in_words as time;
 use armor_petri::{PlaceId, TransitionId};
 
-use super::{Play, words};
+use super::Play;
 
 /// Why a transition was not fired by hand.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,7 +19,7 @@ pub enum NotNow {
         why: String,
     },
     /// Another transition must have fired before its time comes.
-    #[error("{transition} may fire at {at}, but {first} must fire before, by {by}", at = words(*at), by = words(*by))]
+    #[error("{transition} may fire at {at}, but {first} must fire before, by {by}", at = time(*at), by = time(*by))]
     Overtaken {
         /// Which one.
         transition: String,

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use armor_executive::time_in_words as time;
 use armor_missions::Way;
 use armor_petri::TransitionId;
 use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
@@ -10,7 +11,7 @@ use super::MissionView;
 use super::simulator::Simulator;
 use crate::commands::{Command, about};
 use crate::desk::Desk;
-use crate::mission::play::{Happened, Play, Standing, World, act_words, words as time};
+use crate::mission::play::{Happened, Play, Standing, World, act_words};
 use crate::mission::schedule::Pace;
 use crate::theme::Colours;
 

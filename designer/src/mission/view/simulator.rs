@@ -140,7 +140,7 @@ impl Simulator {
             Outcome::Clock(at) => format!(
                 "{} has what it waited for; its time comes at {}",
                 self.play.stage().name(id),
-                crate::mission::play::words(at)
+                armor_executive::time_in_words(at)
             ),
         };
         self.moved(now);
