@@ -4,7 +4,9 @@
 //! large, what is selected, what is being dragged). Neither knows of files: gestures come out as
 //! [`Event`]s, and what may be joined is asked of [`Rules`].
 
+mod align;
 pub mod arrange;
+mod commands;
 mod detour;
 mod diagram;
 mod edges;
@@ -16,12 +18,14 @@ mod minimap;
 mod names;
 mod paint;
 mod pointer;
+mod telling;
 mod view;
 
 use std::collections::BTreeSet;
 
 use eframe::egui::{self, Pos2, Rect, Sense, Vec2};
 
+pub use align::{Alignment, align};
 pub use diagram::{
     Badge, Decoration, Diagram, Direction, End, Line, Look, Mark, Node, Outline, Port, PortAt,
     Shape, Side, Wire,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use eframe::egui;
 use serde::{Deserialize, Serialize};
 
-use crate::commands::Command;
+use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::project::Project;
 use crate::settings::Settings;
@@ -45,6 +45,20 @@ impl Desk {
     /// Runs a command once the frame is drawn.
     pub fn order(&mut self, command: Command) {
         self.commands.push(command);
+    }
+
+    /// A line of a menu at the pointer that runs a command.
+    pub fn offer(&mut self, ui: &mut egui::Ui, command: Command, may: bool) {
+        let entry = about(command);
+        let mut button = egui::Button::new(entry.name);
+        if let Some(keys) = entry.keys {
+            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        }
+        let button = ui.add_enabled(may, button).on_hover_text(entry.doc);
+        if button.accessible_name(format!("here: {}", entry.name)).clicked() {
+            self.order(command);
+            ui.close();
+        }
     }
 
     /// Makes one edit of the files, one step of the history; why it is refused is a message.

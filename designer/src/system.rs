@@ -15,13 +15,11 @@ mod run;
 use eframe::egui::{self, Pos2};
 
 pub use drawing::{Drawing, draw, unassigned};
-pub use edits::{
-    Alignment, add_component, align, arrange_all, free_name, join, place, remove, rename, rewire,
-};
+pub use edits::{add_component, arrange_all, free_name, join, place, remove, rename, rewire};
 pub use fragment::{copied, paste};
 pub use rules::{Joint, Joints, types_fit};
 
-use crate::canvas::{Canvas, Event, Hit};
+use crate::canvas::{Canvas, Event};
 use crate::commands::Command;
 use crate::desk::{Desk, Pane};
 use crate::item::Item;
@@ -91,12 +89,6 @@ impl SystemView {
         }
     }
 
-    /// What is selected, if it is one thing.
-    fn only(&self) -> Option<&Item> {
-        let mut selected = self.canvas.selection.iter();
-        selected.next().filter(|_| selected.next().is_none())
-    }
-
     fn selected_components(&self) -> Vec<String> {
         let names = self.canvas.selection.iter().filter_map(|item| match item {
             Item::Component(name) => Some(name.clone()),
@@ -125,24 +117,6 @@ impl SystemView {
         }
         ui.ctx().request_repaint();
     }
-
-    /// What rests under the pointer is explained.
-    fn explain(&self, response: &egui::Response, hovered: Option<Hit>) {
-        let diagram = &self.drawing.diagram;
-        let doc = match hovered {
-            Some(Hit::Port(at)) => diagram.port(at).map(|port| port.doc.as_str()),
-            Some(Hit::Node(node)) => diagram.nodes.get(node).map(|node| node.doc.as_str()),
-            Some(Hit::Wire(wire)) => diagram.wires.get(wire).map(|wire| wire.doc.as_str()),
-            _ => None,
-        };
-        if let Some(doc) = doc.filter(|doc| !doc.is_empty() && !self.canvas.is_busy()) {
-            let doc = crate::text::paintable(&response.ctx, doc).into_owned();
-            response.clone().on_hover_ui_at_pointer(|ui| {
-                ui.set_max_width(360.0);
-                ui.label(doc);
-            });
-        }
-    }
 }
 
 impl Default for SystemView {
@@ -170,7 +144,7 @@ impl Pane for SystemView {
         self.canvas.minimap = desk.settings.minimap;
         self.canvas.snap = desk.settings.snap;
         let shown = self.canvas.show(ui, &self.drawing.diagram, &self.drawing.joints);
-        self.explain(&shown.response, shown.hovered);
+        self.canvas.explain(&shown, &self.drawing.diagram);
         self.empty_hint(ui, desk);
         if let Some(dragged) = shown.response.dnd_release_payload::<DraggedKind>()
             && let Some(at) = ui.input(|i| i.pointer.latest_pos())

@@ -3,7 +3,6 @@
 use eframe::egui;
 
 use crate::canvas::{Canvas, Diagram, PortAt, Rules, Shown};
-use crate::item::Item;
 
 /// One drawing, looked at.
 pub struct Sheet {
@@ -51,12 +50,6 @@ impl Sheet {
         let shown = self.canvas.show(ui, &self.diagram, &Fixed);
         let is_new = self.canvas.selection != before && !self.canvas.selection.is_empty();
         (shown, is_new)
-    }
-
-    /// What is selected, if it is one thing.
-    pub fn only(&self) -> Option<&Item> {
-        let mut selected = self.canvas.selection.iter();
-        selected.next().filter(|_| selected.next().is_none())
     }
 
     /// Selects nothing.

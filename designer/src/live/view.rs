@@ -169,7 +169,7 @@ impl LiveView {
         if let Some(process) = &self.process {
             return Some(Item::Component(process.clone()));
         }
-        self.system.only().or(self.net.only()).cloned()
+        self.system.canvas.only().or(self.net.canvas.only()).cloned()
     }
 
     fn select_none(&mut self) {
@@ -286,23 +286,10 @@ impl Pane for LiveView {
 
     fn run(&mut self, command: Command, _: &egui::Context, _: &mut Desk) {
         for sheet in [&mut self.system, &mut self.net] {
-            match command {
-                Command::ZoomIn => sheet.canvas.zoom_by(1.25),
-                Command::ZoomOut => sheet.canvas.zoom_by(0.8),
-                Command::ZoomActual => sheet.canvas.viewport.zoom = 1.0,
-                Command::ZoomFit => sheet.canvas.fit_everything(),
-                Command::ZoomSelected => {
-                    let selected = sheet.canvas.selection.iter();
-                    let areas = selected.filter_map(|item| sheet.base.rect(item));
-                    if let Some(area) = areas.reduce(egui::Rect::union) {
-                        sheet.canvas.fit_area(area);
-                    }
-                }
-                _ => {}
-            }
+            sheet.canvas.run(command, &sheet.base);
         }
         if command == Command::SelectNone {
-            self.select_none();
+            self.process = None;
         }
     }
 

@@ -224,14 +224,19 @@ pub fn set_decides(
 }
 
 /// The element of a new arc that the short form cannot say.
-fn arc_element(kind: ArcKind, place: &str, weight: u32) -> NewElement {
-    let (name, attribute) = match kind {
+/// The element of an arc, and its attribute that names the place.
+fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
+    match kind {
         ArcKind::Take => ("arc", "from"),
         ArcKind::Put => ("arc", "to"),
         ArcKind::Read => ("read", "place"),
         ArcKind::Inhibitor => ("inhibitor", "place"),
         ArcKind::Reset => ("reset", "place"),
-    };
+    }
+}
+
+fn arc_element(kind: ArcKind, place: &str, weight: u32) -> NewElement {
+    let (name, attribute) = arc_names(kind);
     let arc = NewElement::new(name).attribute(attribute, place);
     if weight > 1 { arc.attribute("weight", weight.to_string()) } else { arc }
 }

@@ -20,7 +20,7 @@ use super::drawing::{NetRules, Scene};
 use super::form::Form;
 use super::marks::Marks;
 use super::panel::{self, Wish};
-use crate::canvas::{Canvas, Diagram, Hit};
+use crate::canvas::{Canvas, Diagram};
 use crate::commands::Command;
 use crate::desk::{Desk, Pane, View};
 use crate::item::Item;
@@ -142,12 +142,6 @@ impl MissionView {
         self.drawn.as_ref().is_none_or(|drawn| drawn.is_dark)
     }
 
-    /// What is selected, if it is one thing.
-    fn only(&self) -> Option<&Item> {
-        let mut selected = self.canvas.selection.iter();
-        selected.next().filter(|_| selected.next().is_none())
-    }
-
     /// Makes changes, each a step of the history, and keeps what was renamed selected.
     fn make(&mut self, changes: Vec<Change>, desk: &mut Desk) {
         for change in changes {
@@ -174,23 +168,6 @@ impl MissionView {
                 Wish::Show(item) => desk.shown = Some(item),
                 Wish::Play(way, pace) => self.play_way(&way, pace, desk),
             }
-        }
-    }
-
-    /// What rests under the pointer is explained.
-    fn explain(&self, response: &egui::Response, hovered: Option<Hit>) {
-        let doc = match hovered {
-            Some(Hit::Port(at)) => self.diagram.port(at).map(|port| port.doc.as_str()),
-            Some(Hit::Node(node)) => self.diagram.nodes.get(node).map(|node| node.doc.as_str()),
-            Some(Hit::Wire(wire)) => self.diagram.wires.get(wire).map(|wire| wire.doc.as_str()),
-            _ => None,
-        };
-        if let Some(doc) = doc.filter(|doc| !doc.is_empty() && !self.canvas.is_busy()) {
-            let doc = crate::text::paintable(&response.ctx, doc).into_owned();
-            response.clone().on_hover_ui_at_pointer(|ui| {
-                ui.set_max_width(360.0);
-                ui.label(doc);
-            });
         }
     }
 }
@@ -250,7 +227,7 @@ impl Pane for MissionView {
         };
         self.diagram = diagram;
         self.paint_motion(ui);
-        self.explain(&shown.response, shown.hovered);
+        self.canvas.explain(&shown, &self.diagram);
         self.empty_hint(ui, desk);
         if let Some(dragged) = shown.response.dnd_release_payload::<Dragged>()
             && let Some(at) = ui.input(|i| i.pointer.latest_pos())

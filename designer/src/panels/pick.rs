@@ -1,7 +1,9 @@
 //! A list in which one types to find: the words of a question in any order.
 
 use eframe::egui::text::{LayoutJob, TextFormat};
-use eframe::egui::{self, Button, Key, Modifiers, ScrollArea, TextEdit};
+use eframe::egui::{
+    self, Area, Button, Frame, Id, Key, Modifiers, Order, Pos2, ScrollArea, TextEdit,
+};
 
 use crate::panels::fuzzy::{Fit, fit};
 
@@ -54,6 +56,35 @@ pub enum Picked<T> {
 }
 
 impl Picker {
+    /// Shows the list over everything at a point of the window, until one is picked or the pointer
+    /// pressed elsewhere.
+    pub fn show_at<T: Clone>(
+        &mut self,
+        ui: &egui::Ui,
+        name: &str,
+        at: Pos2,
+        entries: &[Entry<T>],
+    ) -> Picked<T> {
+        let area = Area::new(Id::unique("list at the pointer")).order(Order::Foreground);
+        let area = area.fixed_pos(at).constrain_to(ui.ctx().content_rect());
+        let shown = area.show(ui.ctx(), |ui| {
+            let list = Frame::popup(ui.style()).show(ui, |ui| {
+                ui.set_width(280.0);
+                self.show(ui, name, entries)
+            });
+            list.inner
+        });
+        let own = shown.response.rect;
+        let is_elsewhere = ui.input(|i| {
+            let at = i.pointer.interact_pos().filter(|_| i.pointer.any_pressed());
+            at.is_some_and(|at| !own.contains(at))
+        });
+        match shown.inner {
+            Picked::Open if is_elsewhere => Picked::Left,
+            picked => picked,
+        }
+    }
+
     /// Shows the list; `name` is what screen readers and tests call its field.
     pub fn show<T: Clone>(
         &mut self,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use armor_missions::{Document, Item as Named, NewElement, Position};
 use armor_wire::name::{MAX_NAME_LEN, is_name, split_data};
-use eframe::egui::{Pos2, Rect, Vec2};
+use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::{Diagram, arrange};
 use crate::desk::View;
@@ -173,60 +173,6 @@ pub fn arrange_all(diagram: &Diagram, only: &[usize]) -> Vec<(Item, Pos2)> {
     let corner = old.map_or(Pos2::new(40.0, 40.0), |old| crate::canvas::snapped(old.min));
     let places = wanted.iter().zip(positions);
     places.map(|(n, at)| (diagram.nodes[*n].item.clone(), corner + at)).collect()
-}
-
-/// How blocks are brought into line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Alignment {
-    /// Their left edges.
-    Left,
-    /// Their right edges.
-    Right,
-    /// Their upper edges.
-    Top,
-    /// Their lower edges.
-    Bottom,
-    /// The gaps from left to right alike.
-    Across,
-    /// The gaps from top to bottom alike.
-    Down,
-}
-
-/// The places of what is brought into line.
-pub fn align(areas: &[(Item, Rect)], how: Alignment) -> Vec<(Item, Pos2)> {
-    let Some(whole) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) else {
-        return Vec::new();
-    };
-    if matches!(how, Alignment::Across | Alignment::Down) {
-        return space(areas, whole, how);
-    }
-    let moved = |area: &Rect| match how {
-        Alignment::Left => Pos2::new(whole.min.x, area.min.y),
-        Alignment::Right => Pos2::new(whole.max.x - area.width(), area.min.y),
-        Alignment::Top => Pos2::new(area.min.x, whole.min.y),
-        _ => Pos2::new(area.min.x, whole.max.y - area.height()),
-    };
-    areas.iter().map(|(item, area)| (item.clone(), moved(area))).collect()
-}
-
-fn space(areas: &[(Item, Rect)], whole: Rect, how: Alignment) -> Vec<(Item, Pos2)> {
-    let along = |v: Vec2| if how == Alignment::Across { v.x } else { v.y };
-    let mut sorted: Vec<_> = areas.iter().collect();
-    sorted.sort_by(|a, b| along(a.1.min.to_vec2()).total_cmp(&along(b.1.min.to_vec2())));
-    let filled: f32 = areas.iter().map(|(_, area)| along(area.size())).sum();
-    let gaps = (areas.len().max(2) - 1) as f32;
-    let gap = ((along(whole.size()) - filled) / gaps).max(10.0);
-    let mut at = along(whole.min.to_vec2());
-    let mut places = Vec::new();
-    for (item, area) in sorted {
-        let corner = match how {
-            Alignment::Across => Pos2::new(at, area.min.y),
-            _ => Pos2::new(area.min.x, at),
-        };
-        places.push((item.clone(), corner));
-        at += along(area.size()) + gap;
-    }
-    places
 }
 
 /// A point of the drawing as the file says it.

@@ -38,7 +38,7 @@ impl SystemView {
         ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
-            let only = self.only().cloned();
+            let only = self.canvas.only().cloned();
             match (only, self.canvas.selection.len()) {
                 (Some(Item::Component(name)), _) => self.component_properties(ui, desk, &name),
                 (Some(Item::Link { from, to }), _) => self.link_properties(ui, desk, &from, &to),

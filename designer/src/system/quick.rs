@@ -1,7 +1,7 @@
 //! The small list at the pointer: what can be added there, and what a wire that was let go over
 //! nothing can be led to.
 
-use eframe::egui::{self, Area, Frame, Id, Order, Pos2, vec2};
+use eframe::egui::{self, Pos2, vec2};
 
 use crate::canvas::{Direction, PortAt, Rules};
 use crate::desk::Desk;
@@ -123,21 +123,10 @@ impl SystemView {
     pub(super) fn show_quick(&mut self, ui: &egui::Ui, desk: &mut Desk) {
         let Some(mut quick) = self.quick.take() else { return };
         let at = self.canvas.to_window(quick.at);
-        let area = Area::new(Id::unique("quick")).order(Order::Foreground).fixed_pos(at);
-        let shown = area.constrain_to(ui.ctx().content_rect()).show(ui.ctx(), |ui| {
-            Frame::popup(ui.style()).show(ui, |ui| {
-                ui.set_width(280.0);
-                quick.picker.show(ui, quick.name, &quick.entries)
-            })
-        });
-        let pressed_elsewhere = ui.input(|i| i.pointer.any_pressed())
-            && ui
-                .input(|i| i.pointer.interact_pos())
-                .is_some_and(|at| !shown.response.rect.contains(at));
-        match shown.inner.inner {
-            Picked::Open if !pressed_elsewhere => self.quick = Some(quick),
+        match quick.picker.show_at(ui, quick.name, at, &quick.entries) {
+            Picked::Open => self.quick = Some(quick),
             Picked::One(pick) => self.take_pick(pick, &quick, desk),
-            _ => {}
+            Picked::Left => {}
         }
     }
 

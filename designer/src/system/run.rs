@@ -2,12 +2,12 @@
 
 use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
 
-use crate::canvas::{PortAt, snapped};
+use crate::canvas::{Alignment, PortAt, align, snapped};
 use crate::commands::Command;
 use crate::desk::{Desk, View};
 use crate::item::Item;
 use crate::layout;
-use crate::system::edits::{self, Alignment};
+use crate::system::edits;
 use crate::system::quick::Quick;
 use crate::system::{SystemView, fragment};
 
@@ -51,17 +51,6 @@ impl SystemView {
             C::Paste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
             C::Duplicate => self.duplicate(desk),
             C::Delete => self.delete(desk),
-            C::SelectAll => {
-                let nodes = self.drawing.diagram.nodes.iter().map(|node| node.item.clone());
-                let rest = self.drawing.diagram.decorations.iter().map(|d| d.item.clone());
-                self.canvas.selection = nodes.chain(rest).collect();
-            }
-            C::SelectNone => {
-                let was_busy = self.canvas.cancel();
-                if !was_busy {
-                    self.canvas.selection.clear();
-                }
-            }
             C::Rename | C::Properties => {
                 desk.settings.properties = true;
                 self.wants_focus = true;
@@ -70,23 +59,10 @@ impl SystemView {
             C::Link => self.link_by_keyboard(),
             C::Group | C::Note => self.decorate(command == C::Note, desk),
             C::Arrange => self.arrange(desk),
-            C::AlignLeft => self.align(Alignment::Left, desk),
-            C::AlignRight => self.align(Alignment::Right, desk),
-            C::AlignTop => self.align(Alignment::Top, desk),
-            C::AlignBottom => self.align(Alignment::Bottom, desk),
-            C::SpaceAcross => self.align(Alignment::Across, desk),
-            C::SpaceDown => self.align(Alignment::Down, desk),
-            C::ZoomIn => self.canvas.zoom_by(1.25),
-            C::ZoomOut => self.canvas.zoom_by(0.8),
-            C::ZoomActual => self.canvas.viewport.zoom = 1.0,
-            C::ZoomFit => self.canvas.fit_everything(),
-            C::ZoomSelected => {
-                let areas = self.selected_areas();
-                if let Some(area) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) {
-                    self.canvas.fit_area(area);
-                }
-            }
-            _ => {}
+            _ => match Alignment::of(command) {
+                Some(how) => self.align(how, desk),
+                None => self.canvas.run(command, &self.drawing.diagram),
+            },
         }
     }
 
@@ -159,7 +135,7 @@ impl SystemView {
         let count = places.len();
         let rest = self.unplaced().into_iter();
         places.extend(rest.filter(|(item, _)| !self.canvas.selection.contains(item)));
-        let what = match self.only() {
+        let what = match self.canvas.only() {
             Some(item) => format!("move {item}"),
             None => format!("move {count} things"),
         };
@@ -226,7 +202,7 @@ impl SystemView {
 
     fn delete(&mut self, desk: &mut Desk) {
         let items = self.canvas.selection.clone();
-        let what = match self.only() {
+        let what = match self.canvas.only() {
             Some(item) => format!("remove {item}"),
             None => format!("remove {} things", items.len()),
         };
@@ -271,12 +247,12 @@ impl SystemView {
     }
 
     fn align(&mut self, how: Alignment, desk: &mut Desk) {
-        let places = edits::align(&self.selected_areas(), how);
+        let places = align(&self.selected_areas(), how);
         desk.edit("bring into line", |documents| edits::place(documents, &places));
     }
 
     fn link_by_keyboard(&mut self) {
-        if let Some(node) = self.only().and_then(|item| self.drawing.diagram.node(item)) {
+        if let Some(node) = self.canvas.only().and_then(|item| self.drawing.diagram.node(item)) {
             self.quick = Some(Quick::to_link(&self.drawing, node));
         }
     }

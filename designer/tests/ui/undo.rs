@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use armor_designer::canvas::{Alignment, align};
 use armor_designer::project::{Project, Refused};
-use armor_designer::system::{self, Alignment};
+use armor_designer::system;
 use armor_designer::{Item, View, layout};
 use eframe::egui::{Pos2, Rect, Vec2};
 use proptest::prelude::*;
@@ -105,7 +106,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
         Act::Align(how) => {
             use Alignment::{Across, Bottom, Down, Left, Right, Top};
             let areas: Vec<_> = nodes.iter().map(|node| (node.item.clone(), node.rect)).collect();
-            let places = system::align(&areas, [Left, Right, Top, Bottom, Across, Down][*how]);
+            let places = align(&areas, [Left, Right, Top, Bottom, Across, Down][*how]);
             project.edit("align", |d| system::place(d, &places))
         }
         Act::Copy(n) => {

@@ -122,13 +122,7 @@ fn find(document: &Document, transition: &str, place: &str, kind: ArcKind) -> Op
 }
 
 fn is_arc(element: &Element, place: &str, kind: ArcKind) -> bool {
-    let (name, attribute) = match kind {
-        ArcKind::Take => ("arc", "from"),
-        ArcKind::Put => ("arc", "to"),
-        ArcKind::Read => ("read", "place"),
-        ArcKind::Inhibitor => ("inhibitor", "place"),
-        ArcKind::Reset => ("reset", "place"),
-    };
+    let (name, attribute) = super::arc_names(kind);
     element.name == name && element.attribute(attribute).is_some_and(|given| given.value == place)
 }
 

@@ -5,7 +5,7 @@ use eframe::egui::{self, Rect, Vec2, vec2};
 use super::gestures::place;
 use super::quick::Quick;
 use super::{MissionView, mission_of};
-use crate::canvas::snapped;
+use crate::canvas::{Alignment, align, snapped};
 use crate::commands::Command;
 use crate::desk::{Desk, View};
 use crate::item::Item;
@@ -13,7 +13,6 @@ use crate::layout;
 use crate::mission::changes::Change;
 use crate::mission::drawing::arranged;
 use crate::mission::words::conditions;
-use crate::system::{Alignment, align};
 
 /// Copies are put down so far from what they are copies of.
 const BESIDE: Vec2 = vec2(40.0, 40.0);
@@ -33,7 +32,7 @@ impl MissionView {
             C::Arrange => is_there && is_still,
             C::SelectAll | C::ZoomFit => is_there,
             C::Rename | C::Link => {
-                is_still && matches!(self.only(), Some(Item::Place(_) | Item::Transition(_)))
+                is_still && matches!(self.canvas.only(), Some(Item::Place(_) | Item::Transition(_)))
             }
             C::Properties => selected == 1,
             C::AlignLeft | C::AlignRight | C::AlignTop | C::AlignBottom => selected > 1 && is_still,
@@ -65,41 +64,14 @@ impl MissionView {
             C::Paste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
             C::Duplicate => self.duplicate(desk),
             C::Delete => self.delete(desk),
-            C::SelectAll => {
-                let nodes = self.diagram.nodes.iter().map(|node| node.item.clone());
-                let rest = self.diagram.decorations.iter().map(|d| d.item.clone());
-                self.canvas.selection = nodes.chain(rest).collect();
-            }
-            C::SelectNone => {
-                let was_busy = self.canvas.cancel();
-                if !was_busy {
-                    self.canvas.selection.clear();
-                }
-            }
             C::Rename | C::Properties => {
                 desk.settings.properties = true;
                 self.form.take_focus();
             }
-            C::Add => self.quick = Some(Quick::to_add(desk, self.canvas.centre())),
+            C::Add => self.quick = Some(Quick::to_add(desk, self.canvas.spot())),
             C::Link => self.quick = self.quick_to_join(desk),
             C::Group | C::Note => self.decorate(command == C::Note, desk),
             C::Arrange => self.arrange(desk),
-            C::AlignLeft => self.align(Alignment::Left, desk),
-            C::AlignRight => self.align(Alignment::Right, desk),
-            C::AlignTop => self.align(Alignment::Top, desk),
-            C::AlignBottom => self.align(Alignment::Bottom, desk),
-            C::SpaceAcross => self.align(Alignment::Across, desk),
-            C::SpaceDown => self.align(Alignment::Down, desk),
-            C::ZoomIn => self.canvas.zoom_by(1.25),
-            C::ZoomOut => self.canvas.zoom_by(0.8),
-            C::ZoomActual => self.canvas.viewport.zoom = 1.0,
-            C::ZoomFit => self.canvas.fit_everything(),
-            C::ZoomSelected => {
-                let areas = self.selected_areas();
-                if let Some(area) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) {
-                    self.canvas.fit_area(area);
-                }
-            }
             C::Simulate => self.toggle_simulation(desk),
             C::SimulationStep => self.simulate(ctx, super::simulator::Simulator::step),
             C::SimulationBack => self.simulate(ctx, |simulator, _| simulator.back()),
@@ -107,7 +79,10 @@ impl MissionView {
             C::SimulationRun => self.simulate(ctx, |simulator, _| {
                 simulator.is_running = !simulator.is_running;
             }),
-            _ => {}
+            _ => match Alignment::of(command) {
+                Some(how) => self.align(how, desk),
+                None => self.canvas.run(command, &self.diagram),
+            },
         }
     }
 
@@ -125,7 +100,7 @@ impl MissionView {
     }
 
     pub(super) fn paste_text(&mut self, text: &str, desk: &mut Desk) {
-        let middle = self.canvas.centre();
+        let middle = self.canvas.spot();
         self.put(text, "paste", &|whole: Rect| snapped(middle - whole.size() / 2.0), desk);
     }
 
@@ -157,7 +132,7 @@ impl MissionView {
         let areas = self.selected_areas();
         let selected = areas.iter().map(|(_, area)| *area).reduce(Rect::union);
         let (rect, text) = if is_note {
-            let at = selected.map_or(self.canvas.centre(), |area| area.left_bottom() + BESIDE);
+            let at = selected.map_or(self.canvas.spot(), |area| area.left_bottom() + BESIDE);
             (Rect::from_min_size(at, vec2(220.0, 90.0)), "Note")
         } else {
             let Some(area) = selected else { return };

@@ -106,7 +106,7 @@ impl MissionView {
                 places.push((item, area.min));
             }
         }
-        let what = match self.only() {
+        let what = match self.canvas.only() {
             Some(item) => format!("move {item}"),
             None => format!("move {count} things"),
         };

@@ -1,10 +1,10 @@
 //! The menu at the pointer, and what an empty drawing says.
 
-use eframe::egui::{self, Align2, FontId, Pos2};
+use eframe::egui::{self, Pos2};
 
 use super::MissionView;
 use super::quick::Quick;
-use crate::commands::{Command, about};
+use crate::commands::Command;
 use crate::desk::Desk;
 use crate::item::Item;
 use crate::mission::changes::Change;
@@ -50,17 +50,8 @@ impl MissionView {
             }
         }
         for command in commands {
-            let entry = about(*command);
-            let mut button = egui::Button::new(entry.name);
-            if let Some(keys) = entry.keys {
-                button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
-            }
             let may = self.may_run(*command, desk).unwrap_or(false);
-            let button = ui.add_enabled(may, button).on_hover_text(entry.doc);
-            if button.accessible_name(format!("here: {}", entry.name)).clicked() {
-                desk.order(*command);
-                ui.close();
-            }
+            desk.offer(ui, *command, may);
         }
     }
 
@@ -93,8 +84,6 @@ impl MissionView {
              Drag from the handle at its right edge to another place: a transition joins them.\n\
              Say in its properties what the transition waits for."
         };
-        let colour = ui.visuals().weak_text_color();
-        let at = self.canvas.rect().center();
-        ui.painter().text(at, Align2::CENTER_CENTER, text, FontId::proportional(16.0), colour);
+        self.canvas.hint(ui, text);
     }
 }

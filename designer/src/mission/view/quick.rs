@@ -1,7 +1,7 @@
 //! The small list at the pointer: what can be added there, and what an arc that was let go over
 //! nothing can lead to.
 
-use eframe::egui::{self, Area, Frame, Order, Pos2, vec2};
+use eframe::egui::{self, Pos2, vec2};
 
 use super::{MissionView, gestures, mission_of};
 use crate::canvas::PortAt;
@@ -101,7 +101,7 @@ impl MissionView {
 
     /// Everything that what is selected can be joined with.
     pub(super) fn quick_to_join(&self, desk: &Desk) -> Option<Quick> {
-        let node = self.diagram.node(self.only()?)?;
+        let node = self.diagram.node(self.canvas.only()?)?;
         let from = PortAt { node, port: WHOLE };
         let at = self.diagram.nodes[node].rect.right_top() + vec2(20.0, 0.0);
         let mut quick = self.quick_for(from, at, desk)?;
@@ -124,22 +124,10 @@ impl MissionView {
     pub(super) fn show_quick(&mut self, ui: &egui::Ui, desk: &mut Desk) {
         let Some(mut quick) = self.quick.take() else { return };
         let at = self.canvas.to_window(quick.at);
-        let area = Area::new(egui::Id::unique("mission quick")).order(Order::Foreground);
-        let area = area.fixed_pos(at).constrain_to(ui.ctx().content_rect());
-        let shown = area.show(ui.ctx(), |ui| {
-            Frame::popup(ui.style()).show(ui, |ui| {
-                ui.set_width(280.0);
-                quick.picker.show(ui, quick.name, &quick.entries)
-            })
-        });
-        let pressed_elsewhere = ui.input(|i| i.pointer.any_pressed())
-            && ui
-                .input(|i| i.pointer.interact_pos())
-                .is_some_and(|at| !shown.response.rect.contains(at));
-        match shown.inner.inner {
-            Picked::Open if !pressed_elsewhere => self.quick = Some(quick),
+        match quick.picker.show_at(ui, quick.name, at, &quick.entries) {
+            Picked::Open => self.quick = Some(quick),
             Picked::One(pick) => self.take_pick(pick, &quick, desk),
-            _ => {}
+            Picked::Left => {}
         }
     }
 

@@ -1,0 +1,75 @@
+//! Nodes brought into line, or to even distances.
+
+use eframe::egui::{Pos2, Rect, Vec2};
+
+use crate::commands::Command;
+use crate::item::Item;
+
+/// How nodes are brought into line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alignment {
+    /// Their left edges.
+    Left,
+    /// Their right edges.
+    Right,
+    /// Their upper edges.
+    Top,
+    /// Their lower edges.
+    Bottom,
+    /// The gaps from left to right alike.
+    Across,
+    /// The gaps from top to bottom alike.
+    Down,
+}
+
+impl Alignment {
+    /// What a command asks for, if it is about this.
+    pub fn of(command: Command) -> Option<Self> {
+        Some(match command {
+            Command::AlignLeft => Self::Left,
+            Command::AlignRight => Self::Right,
+            Command::AlignTop => Self::Top,
+            Command::AlignBottom => Self::Bottom,
+            Command::SpaceAcross => Self::Across,
+            Command::SpaceDown => Self::Down,
+            _ => return None,
+        })
+    }
+}
+
+/// The places of what is brought into line.
+pub fn align(areas: &[(Item, Rect)], how: Alignment) -> Vec<(Item, Pos2)> {
+    let Some(whole) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) else {
+        return Vec::new();
+    };
+    if matches!(how, Alignment::Across | Alignment::Down) {
+        return space(areas, whole, how);
+    }
+    let moved = |area: &Rect| match how {
+        Alignment::Left => Pos2::new(whole.min.x, area.min.y),
+        Alignment::Right => Pos2::new(whole.max.x - area.width(), area.min.y),
+        Alignment::Top => Pos2::new(area.min.x, whole.min.y),
+        _ => Pos2::new(area.min.x, whole.max.y - area.height()),
+    };
+    areas.iter().map(|(item, area)| (item.clone(), moved(area))).collect()
+}
+
+fn space(areas: &[(Item, Rect)], whole: Rect, how: Alignment) -> Vec<(Item, Pos2)> {
+    let along = |v: Vec2| if how == Alignment::Across { v.x } else { v.y };
+    let mut sorted: Vec<_> = areas.iter().collect();
+    sorted.sort_by(|a, b| along(a.1.min.to_vec2()).total_cmp(&along(b.1.min.to_vec2())));
+    let filled: f32 = areas.iter().map(|(_, area)| along(area.size())).sum();
+    let gaps = (areas.len().max(2) - 1) as f32;
+    let gap = ((along(whole.size()) - filled) / gaps).max(10.0);
+    let mut at = along(whole.min.to_vec2());
+    let mut places = Vec::new();
+    for (item, area) in sorted {
+        let corner = match how {
+            Alignment::Across => Pos2::new(at, area.min.y),
+            _ => Pos2::new(area.min.x, at),
+        };
+        places.push((item.clone(), corner));
+        at += along(area.size()) + gap;
+    }
+    places
+}

@@ -1,0 +1,39 @@
+//! What is told over a drawing: of what the pointer rests on, and where there is nothing yet.
+
+use eframe::egui::{self, Align2, FontId};
+
+use super::{Canvas, Diagram, Hit, Shown};
+use crate::text::paintable;
+
+impl Canvas {
+    /// What rests under the pointer is explained.
+    pub fn explain(&self, shown: &Shown, diagram: &Diagram) {
+        let doc = shown.hovered.and_then(|hit| diagram.doc(hit)).filter(|doc| !doc.is_empty());
+        if let Some(doc) = doc.filter(|_| !self.is_busy()) {
+            let doc = paintable(&shown.response.ctx, doc).into_owned();
+            shown.response.clone().on_hover_ui_at_pointer(|ui| {
+                ui.set_max_width(360.0);
+                ui.label(doc);
+            });
+        }
+    }
+
+    /// Says in the middle of an empty drawing what to do.
+    pub fn hint(&self, ui: &egui::Ui, text: &str) {
+        let colour = ui.visuals().weak_text_color();
+        let at = self.rect.center();
+        ui.painter().text(at, Align2::CENTER_CENTER, text, FontId::proportional(16.0), colour);
+    }
+}
+
+impl Diagram {
+    /// What is to be said of something.
+    pub fn doc(&self, hit: Hit) -> Option<&str> {
+        match hit {
+            Hit::Port(at) => self.port(at).map(|port| port.doc.as_str()),
+            Hit::Node(node) => self.nodes.get(node).map(|node| node.doc.as_str()),
+            Hit::Wire(wire) => self.wires.get(wire).map(|wire| wire.doc.as_str()),
+            Hit::Decoration(_) | Hit::Corner(_) => None,
+        }
+    }
+}
