@@ -51,6 +51,15 @@ pub trait Rules {
     /// Why it is not allowed.
     fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String>;
 
+    /// The same for a wire that is led elsewhere, whose other end stays at a port.
+    ///
+    /// # Errors
+    /// Why it is not allowed.
+    fn may_lead(&self, wire: usize, stays: PortAt, to: PortAt) -> Result<(), String> {
+        let _ = wire;
+        self.may_join(stays, to)
+    }
+
     /// The wire that a drag from this port takes by its end, instead of beginning a new one.
     fn taken_by(&self, port: PortAt) -> Option<usize> {
         let _ = port;
@@ -264,7 +273,7 @@ impl Canvas {
         }
         match self.fit.take() {
             Some(Fit::Everything) => {
-                if let Some(bounds) = diagram.bounds() {
+                if let Some(bounds) = diagram.extent() {
                     self.viewport.fit(self.rect, bounds, 1.0);
                 }
             }

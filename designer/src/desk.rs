@@ -93,6 +93,11 @@ pub trait Pane {
     /// The middle.
     fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk);
 
+    /// Whether a question is open over the drawing, which takes the keys.
+    fn is_asking(&self) -> bool {
+        false
+    }
+
     /// Whether a command can be run now; `None` if it is none of this view's.
     fn may(&self, command: Command, desk: &Desk) -> Option<bool>;
 

@@ -163,6 +163,10 @@ impl Pane for SystemView {
         self.show_quick(ui, desk);
     }
 
+    fn is_asking(&self) -> bool {
+        self.quick.is_some()
+    }
+
     fn may(&self, command: Command, desk: &Desk) -> Option<bool> {
         self.may_run(command, desk)
     }

@@ -17,7 +17,7 @@ impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
     pub(super) fn keys(&mut self, ctx: &egui::Context) {
         let is_asked = self.dialog.is_some() || self.find.is_some() || self.commands.is_some();
-        if is_asked || self.shortcuts || self.keeper.is_asking() {
+        if is_asked || self.pane().0.is_asking() || self.shortcuts || self.keeper.is_asking() {
             return;
         }
         let writes = ctx.text_edit_focused();

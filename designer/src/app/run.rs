@@ -75,9 +75,9 @@ impl Designer {
                 }
             }
             Command::Find => self.find = Some(Find::default()),
-            Command::ShowSystem => self.view = View::System,
-            Command::ShowMission => self.view = View::Mission,
-            Command::ShowLive => self.view = View::Live,
+            Command::ShowSystem => self.turn_to(View::System),
+            Command::ShowMission => self.turn_to(View::Mission),
+            Command::ShowLive => self.turn_to(View::Live),
             Command::TogglePalette => toggle(&mut self.desk.settings.palette),
             Command::ToggleProperties => toggle(&mut self.desk.settings.properties),
             Command::ToggleProblems => toggle(&mut self.desk.settings.problems),
@@ -98,6 +98,11 @@ impl Designer {
                 pane.run(command, ctx, desk);
             }
         }
+    }
+
+    fn turn_to(&mut self, view: View) {
+        self.view = view;
+        self.first_page = false;
     }
 
     fn change_theme(&mut self, ctx: &egui::Context) {

@@ -5,7 +5,15 @@ use std::collections::BTreeMap;
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::detour::{Detour, detour};
+use crate::canvas::edges::path;
 use crate::item::Item;
+
+/// A line of the text beneath a bar is so high.
+pub(super) const BAR_LINE: f32 = 14.0;
+/// That text is at most so wide.
+pub(super) const BAR_TEXT: f32 = 220.0;
+/// A letter of it is about so wide.
+const BAR_LETTER: f32 = 6.5;
 
 /// A whole drawing.
 #[derive(Clone, Debug, Default)]
@@ -210,6 +218,21 @@ pub enum End {
     Double,
 }
 
+impl Node {
+    /// Where it is with what is written beneath it.
+    pub fn area(&self) -> Rect {
+        if self.shape != Shape::Bar {
+            return self.rect;
+        }
+        let texts = self.lines.iter().map(|line| line.text.as_str()).chain([self.title.as_str()]);
+        let longest = texts.map(|text| text.chars().count()).max().unwrap_or(0);
+        let width = (longest as f32 * BAR_LETTER).min(BAR_TEXT);
+        let height = BAR_LINE * (1 + self.lines.len()) as f32;
+        let top = self.rect.center_bottom() + Vec2::new(-width / 2.0, 3.0);
+        self.rect.union(Rect::from_min_size(top, Vec2::new(width, height)))
+    }
+}
+
 /// A line between two ports.
 #[derive(Clone, Debug)]
 pub struct Wire {
@@ -229,6 +252,8 @@ pub struct Wire {
     pub is_strong: bool,
     /// Its colour; none is neutral.
     pub tint: Option<eframe::egui::Color32>,
+    /// Whether it can be taken by its ends and led elsewhere.
+    pub is_led: bool,
     /// Whether something is wrong with it.
     pub mark: Mark,
     /// What screen readers and tests call it, such as "link laser.scan to slam.scan".
@@ -278,6 +303,14 @@ impl Diagram {
         self.nodes.get(at.node)?.ports.get(at.port)
     }
 
+    /// What a port is called; one that is a whole node is called as the node.
+    pub fn name(&self, at: PortAt) -> &str {
+        match self.port(at) {
+            Some(port) if !port.label.is_empty() => &port.label,
+            _ => self.nodes.get(at.node).map_or("", |node| &node.label),
+        }
+    }
+
     /// Where a port is.
     pub fn port_position(&self, at: PortAt) -> Option<Pos2> {
         let node = self.nodes.get(at.node)?;
@@ -303,9 +336,16 @@ impl Diagram {
         Some(Rect::from_two_pos(self.port_position(wire.from)?, self.port_position(wire.to)?))
     }
 
-    /// The smallest area with everything in it; none if there is nothing.
+    /// The smallest area with everything in it but the wires; none if there is nothing.
     pub fn bounds(&self) -> Option<Rect> {
-        let nodes = self.nodes.iter().map(|node| node.rect);
+        let nodes = self.nodes.iter().map(Node::area);
         nodes.chain(self.decorations.iter().map(|d| d.rect)).reduce(Rect::union)
+    }
+
+    /// The same with the wires.
+    pub fn extent(&self) -> Option<Rect> {
+        let points = (0..self.wires.len()).filter_map(|wire| path(self, wire, |_| Vec2::ZERO, 8));
+        let wires = points.map(|points| Rect::from_points(&points));
+        self.bounds().into_iter().chain(wires).reduce(Rect::union)
     }
 }

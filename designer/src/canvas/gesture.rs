@@ -2,6 +2,7 @@
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
+use crate::canvas::Rules;
 use crate::canvas::diagram::PortAt;
 use crate::item::Item;
 
@@ -37,6 +38,25 @@ pub(super) enum Gesture {
     },
     /// A group or note gets another size.
     Resize { number: usize, rect: Rect },
+}
+
+/// A wire that is being dragged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pending {
+    /// The port at which its other end is.
+    pub(super) from: PortAt,
+    /// The wire that was taken by its end, if it is not a new one.
+    pub(super) taken: Option<usize>,
+}
+
+impl Pending {
+    /// Whether it may end at a port, else why not.
+    pub(super) fn may_end(self, rules: &dyn Rules, to: PortAt) -> Result<(), String> {
+        match self.taken {
+            Some(wire) => rules.may_lead(wire, self.from, to),
+            None => rules.may_join(self.from, to),
+        }
+    }
 }
 
 impl Gesture {

@@ -6,8 +6,9 @@ use std::collections::HashMap;
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::Canvas;
-use crate::canvas::diagram::{Diagram, PortAt, Side};
-use crate::canvas::edges::{distance, path};
+use crate::canvas::diagram::{Diagram, PortAt, Shape, Side};
+use crate::canvas::edges::{distance, path, wire_ends};
+use crate::canvas::paint::DETAIL;
 
 /// The side of a cell.
 const CELL: f32 = 256.0;
@@ -21,6 +22,8 @@ const ON_PORT: f32 = 9.0;
 const DROP_REACH: f32 = 28.0;
 /// A wire is hit so far from its line.
 const WIRE_REACH: f32 = 6.0;
+/// The end of a wire that is selected is taken so far from it.
+const GRIP_REACH: f32 = 9.0;
 /// The corner of a decoration by which its size is changed.
 pub(super) const CORNER: f32 = 16.0;
 /// The edge of a group by which it is taken; inside of it the drawing is.
@@ -37,6 +40,13 @@ pub enum Hit {
     Node(usize),
     /// A wire, by number.
     Wire(usize),
+    /// The end of a wire that is selected, by which it is led elsewhere.
+    Grip {
+        /// The wire's number.
+        wire: usize,
+        /// The port at its other end.
+        stays: PortAt,
+    },
     /// A group's title or edge, or a note, by number.
     Decoration(usize),
     /// The corner of one, by which its size is changed.
@@ -63,7 +73,7 @@ impl Grid {
     pub(super) fn of(diagram: &Diagram) -> Self {
         let mut grid = Self::default();
         for (n, node) in diagram.nodes.iter().enumerate() {
-            enter(&mut grid.nodes, node.rect.expand(PORT_REACH), n);
+            enter(&mut grid.nodes, node.area().expand(PORT_REACH), n);
         }
         for n in 0..diagram.wires.len() {
             for piece in path(diagram, n, |_| Vec2::ZERO, 8).unwrap_or_default().windows(2) {
@@ -115,10 +125,26 @@ fn gather(map: &HashMap<(i32, i32), Vec<u32>>, area: Rect, count: usize) -> Vec<
 }
 
 impl Canvas {
-    /// What is under a point of the drawing: ports before nodes before wires before groups.
+    /// What is under a point of the drawing: ports before nodes before wires before groups. What is
+    /// too small to be drawn is not there.
     pub fn hit(&self, diagram: &Diagram, at: Pos2) -> Option<Hit> {
+        let reach = GRIP_REACH / self.viewport.zoom;
+        let mut grips = self.grips(diagram).into_iter();
+        if let Some((wire, stays, _)) = grips.find(|(_, _, end)| end.distance(at) <= reach) {
+            return Some(Hit::Grip { wire, stays });
+        }
+        let has_ports = self.viewport.zoom >= DETAIL;
         let reach = PORT_REACH / self.viewport.zoom.max(0.5);
-        if let Some(port) = self.nearest_port(diagram, at, reach, &|_| true) {
+        // Handles that stand beside a node leave the node itself to be clicked.
+        let is_free = |port: PortAt| {
+            let node = &diagram.nodes[port.node];
+            let is_beside = diagram
+                .port_position(port)
+                .is_some_and(|position| !node.rect.expand(1.0).contains(position));
+            !(is_beside && node.rect.contains(at))
+        };
+        let port = self.nearest_port(diagram, at, reach, &is_free).filter(|_| has_ports);
+        if let Some(port) = port {
             return Some(Hit::Port(port.at));
         }
         let near = Rect::from_center_size(at, Vec2::splat(1.0));
@@ -126,7 +152,10 @@ impl Canvas {
         let border = BORDER_REACH / self.viewport.zoom.max(0.5);
         for n in nodes.into_iter().rev() {
             let node = &diagram.nodes[n];
+            let border = border.min(node.rect.size().min_elem() / 4.0);
             if let Some(port) = node.ports.iter().position(|port| port.side == Side::Around)
+                && has_ports
+                && node.shape != Shape::Bar
                 && node.rect.expand(border).contains(at)
                 && !node.rect.shrink(border).contains(at)
             {
@@ -135,6 +164,10 @@ impl Canvas {
             if node.rect.contains(at) {
                 return Some(Hit::Node(n));
             }
+        }
+        let near = self.grid.nodes_in(near, diagram.nodes.len());
+        if let Some(n) = near.into_iter().rev().find(|n| diagram.nodes[*n].area().contains(at)) {
+            return Some(Hit::Node(n));
         }
         if let Some(note) = self.decoration(diagram, at, true) {
             return Some(note);
@@ -151,6 +184,22 @@ impl Canvas {
             return Some(Hit::Wire(wire));
         }
         self.decoration(diagram, at, false)
+    }
+
+    /// The ends of the wire that is selected, if it is one and can be led elsewhere: its number, the
+    /// port at the other end, and where.
+    pub(super) fn grips(&self, diagram: &Diagram) -> Vec<(usize, PortAt, Pos2)> {
+        let Some(item) = self.only().filter(|_| self.is_editable) else { return Vec::new() };
+        if diagram.node(item).is_some() {
+            return Vec::new();
+        }
+        let mut wires = diagram.wires.iter().enumerate();
+        let Some((n, wire)) = wires.find(|(_, wire)| wire.item == *item && wire.is_led) else {
+            return Vec::new();
+        };
+        let ends = wire_ends(diagram, wire, |_| Vec2::ZERO);
+        let ends = ends.map(|[(from, _), (to, _)]| vec![(n, wire.to, from), (n, wire.from, to)]);
+        ends.unwrap_or_default()
     }
 
     fn decoration(&self, diagram: &Diagram, at: Pos2, notes: bool) -> Option<Hit> {

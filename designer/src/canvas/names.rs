@@ -53,6 +53,14 @@ impl Canvas {
                 });
             }
         }
+        let ends = ["start", "end"].into_iter().zip(self.grips(diagram));
+        for (word, (n, _, at)) in ends {
+            let area = Rect::from_center_size(self.to_window(at), Vec2::splat(PORT_SIZE));
+            let label = format!("{word} of {}", diagram.wires[n].label);
+            tell(ctx, response.id.with(("grip", n, word)), &label, "", area, |told| {
+                told.set_role(Role::Button);
+            });
+        }
         for (n, decoration) in diagram.decorations.iter().enumerate() {
             let area = self.viewport.area_to_window(self.rect, decoration.rect);
             let sort = if decoration.is_note { "note" } else { "group" };

@@ -11,14 +11,14 @@ use eframe::egui::{
 };
 
 use crate::canvas::diagram::{Decoration, Diagram, Mark, PortAt};
-use crate::canvas::gesture::Gesture;
+use crate::canvas::gesture::{Gesture, Pending};
 use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
 use crate::canvas::labels::{Label, draw};
 use crate::canvas::{Canvas, GRID, Rules};
 use crate::theme::Colours;
 
 /// Below this size ports and their names are not drawn.
-const DETAIL: f32 = 0.42;
+pub(super) const DETAIL: f32 = 0.42;
 /// Below this one blocks are plain and wires straight.
 const PLAIN: f32 = 0.2;
 
@@ -31,8 +31,8 @@ struct Frame<'a> {
     shift: Vec2,
     hovered: Option<Hit>,
     zoom: f32,
-    /// Where a wire is being dragged from, and the port it would end at.
-    pending: Option<(PortAt, Option<PortAt>)>,
+    /// The wire that is being dragged, and the port it would end at.
+    pending: Option<(Pending, Option<PortAt>)>,
 }
 
 impl Canvas {
@@ -73,6 +73,7 @@ impl Canvas {
         for (n, decoration) in diagram.decorations.iter().enumerate().filter(|(_, d)| d.is_note) {
             self.paint_decoration(&frame, n, decoration);
         }
+        self.paint_grips(&frame);
         self.paint_gesture(&frame, rules);
         if self.minimap {
             self.paint_map(&painter, diagram, colours);
@@ -80,10 +81,11 @@ impl Canvas {
     }
 
     /// The wire that is being dragged: its port, and the one that it would end at.
-    fn pending(&self, diagram: &Diagram, rules: &dyn Rules) -> Option<(PortAt, Option<PortAt>)> {
-        let Gesture::Wire { from, to, .. } = self.gesture else { return None };
-        let fits = |port| port != from && rules.may_join(from, port).is_ok();
-        Some((from, self.drop_port(diagram, to, &fits).filter(|port| *port != from)))
+    fn pending(&self, diagram: &Diagram, rules: &dyn Rules) -> Option<(Pending, Option<PortAt>)> {
+        let Gesture::Wire { from, to, taken, .. } = self.gesture else { return None };
+        let wire = Pending { from, taken };
+        let fits = |port| port != from && wire.may_end(rules, port).is_ok();
+        Some((wire, self.drop_port(diagram, to, &fits).filter(|port| *port != from)))
     }
 
     fn paint_grid(&self, frame: &Frame<'_>) {
@@ -182,7 +184,7 @@ impl Canvas {
                 let fill = colours.selected.gamma_multiply(0.12);
                 frame.painter.rect(area, 0.0, fill, stroke, StrokeKind::Inside);
             }
-            Gesture::Wire { from, to, .. } => self.paint_pending(frame, from, to, rules),
+            Gesture::Wire { to, .. } => self.paint_pending(frame, to, rules),
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 use eframe::egui::{self, CursorIcon, Key, PointerButton, Pos2, Rect, Vec2};
 
 use crate::canvas::diagram::{Diagram, PortAt};
-use crate::canvas::gesture::Gesture;
+use crate::canvas::gesture::{Gesture, Pending};
 use crate::canvas::hit::Hit;
 use crate::canvas::{Canvas, Event, Rules, snapped};
 use crate::item::Item;
@@ -158,6 +158,10 @@ impl Canvas {
                 let from = stays.unwrap_or(port);
                 self.gesture = Gesture::Wire { from, to: at, taken, is_hanging: false };
             }
+            Some(Hit::Grip { wire, stays }) => {
+                let taken = Some(wire);
+                self.gesture = Gesture::Wire { from: stays, to: at, taken, is_hanging: false };
+            }
             Some(Hit::Corner(number)) if self.is_editable => {
                 let rect = diagram.decorations[number].rect;
                 self.gesture = Gesture::Resize { number, rect };
@@ -274,7 +278,8 @@ impl Canvas {
         (from, at, taken): (PortAt, Pos2, Option<usize>),
         events: &mut Vec<Event>,
     ) {
-        let fits = |port| port != from && rules.may_join(from, port).is_ok();
+        let dragged = Pending { from, taken };
+        let fits = |port| port != from && dragged.may_end(rules, port).is_ok();
         let target = self.drop_port(diagram, at, &fits).filter(|port| *port != from);
         if let Some(wire) = taken {
             // Back where it was, it was not moved.
@@ -282,7 +287,7 @@ impl Canvas {
             if target.is_some() && ends.is_some_and(|ends| ends.contains(&target.unwrap_or(from))) {
                 return;
             }
-            let refusal = target.and_then(|to| rules.may_join(from, to).err());
+            let refusal = target.and_then(|to| dragged.may_end(rules, to).err());
             events.push(match refusal {
                 Some(why) => Event::Refused(why),
                 None => Event::Rewired { wire, stays: from, to: target },
@@ -310,6 +315,7 @@ impl Canvas {
             (Gesture::Wire { .. }, _) => CursorIcon::Crosshair,
             (Gesture::Resize { .. }, _) | (_, Some(Hit::Corner(_))) => CursorIcon::ResizeNwSe,
             (Gesture::Idle, Some(Hit::Port(_))) if self.is_editable => CursorIcon::Crosshair,
+            (Gesture::Idle, Some(Hit::Grip { .. })) => CursorIcon::Grab,
             (Gesture::Idle, Some(Hit::Node(_) | Hit::Wire(_) | Hit::Decoration(_))) => {
                 CursorIcon::PointingHand
             }
@@ -325,7 +331,7 @@ impl Canvas {
 pub(super) fn item_of(diagram: &Diagram, hit: Hit) -> Option<Item> {
     Some(match hit {
         Hit::Port(PortAt { node, .. }) | Hit::Node(node) => diagram.nodes.get(node)?.item.clone(),
-        Hit::Wire(wire) => diagram.wires.get(wire)?.item.clone(),
+        Hit::Wire(wire) | Hit::Grip { wire, .. } => diagram.wires.get(wire)?.item.clone(),
         Hit::Decoration(n) | Hit::Corner(n) => diagram.decorations.get(n)?.item.clone(),
     })
 }

@@ -33,6 +33,7 @@ impl Diagram {
             Hit::Port(at) => self.port(at).map(|port| port.doc.as_str()),
             Hit::Node(node) => self.nodes.get(node).map(|node| node.doc.as_str()),
             Hit::Wire(wire) => self.wires.get(wire).map(|wire| wire.doc.as_str()),
+            Hit::Grip { .. } => Some("Drag it to lead it elsewhere."),
             Hit::Decoration(_) | Hit::Corner(_) => None,
         }
     }

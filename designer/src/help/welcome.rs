@@ -153,7 +153,9 @@ fn card(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
 /// A card that is a button called `name`.
 fn clickable(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) -> bool {
     let response = ui
+        // Words that can be selected would take the click.
         .scope_builder(UiBuilder::new().id_salt(name).sense(Sense::click()), |ui| {
+            ui.style_mut().interaction.selectable_labels = false;
             let is_lit = ui.response().hovered() || ui.response().has_focus();
             if is_lit {
                 let lit = ui.visuals().widgets.hovered;

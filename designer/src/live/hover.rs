@@ -31,7 +31,7 @@ fn about(diagram: &Diagram, hit: Hit) -> Option<(Option<String>, &str)> {
         }
         Hit::Port(at) => (Some(data_at(diagram, at)?), &diagram.port(at)?.doc),
         Hit::Node(number) => (None, &diagram.nodes.get(number)?.doc),
-        Hit::Decoration(_) | Hit::Corner(_) => return None,
+        Hit::Grip { .. } | Hit::Decoration(_) | Hit::Corner(_) => return None,
     })
 }
 

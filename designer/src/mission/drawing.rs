@@ -80,6 +80,19 @@ impl NetRules<'_> {
         rules::join(self.mission, self.end(from)?, self.end(to)?, self.kind)
     }
 
+    /// The transition and the place of an arc once its other end is at `to`.
+    ///
+    /// # Errors
+    /// Why it may not be led there.
+    pub fn led(&self, wire: usize, stays: PortAt, to: PortAt) -> Result<(&str, &str), String> {
+        match self.diagram.wires.get(wire).map(|wire| &wire.item) {
+            Some(Item::Arc { kind, .. }) => {
+                rules::lead(self.mission, self.end(stays)?, self.end(to)?, *kind)
+            }
+            _ => Err("only arcs are led elsewhere by their ends".to_owned()),
+        }
+    }
+
     fn end(&self, at: PortAt) -> Result<rules::End<'_>, String> {
         match self.diagram.nodes.get(at.node).map(|node| &node.item) {
             Some(Item::Place(name)) => Ok(rules::End::Place(name)),
@@ -93,5 +106,9 @@ impl NetRules<'_> {
 impl Rules for NetRules<'_> {
     fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
         self.join(from, to).map(|_| ())
+    }
+
+    fn may_lead(&self, wire: usize, stays: PortAt, to: PortAt) -> Result<(), String> {
+        self.led(wire, stays, to).map(|_| ())
     }
 }

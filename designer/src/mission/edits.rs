@@ -8,7 +8,7 @@ mod words;
 use armor_missions::mission::ArcKind;
 use armor_missions::{Document, EditError, Item, NewElement, Position};
 
-pub use arcs::{add_arc, remove_arc, set_arc_kind, set_weight};
+pub use arcs::{add_arc, lead_arc, remove_arc, set_arc_kind, set_weight};
 pub use sets::{
     add_check, add_exclusive, add_submission, add_variable, remove_numbered, set_check,
     set_submission, toggle_exclusive,

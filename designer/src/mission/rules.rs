@@ -88,6 +88,25 @@ pub fn join(mission: &Mission, from: End<'_>, to: End<'_>, kind: ArcKind) -> Res
     }
 }
 
+/// The transition and the place of an arc of a kind that is led from one end to another.
+///
+/// # Errors
+/// Why it may not be.
+pub fn lead<'a>(
+    mission: &Mission,
+    stays: End<'a>,
+    to: End<'a>,
+    kind: ArcKind,
+) -> Result<(&'a str, &'a str), String> {
+    let (transition, place) = match (stays, to) {
+        (End::Place(place), End::Transition(transition))
+        | (End::Transition(transition), End::Place(place)) => (transition, place),
+        _ => return Err("an arc has a place at one end and a transition at the other".into()),
+    };
+    arc(mission, transition, place, kind)?;
+    Ok((transition, place))
+}
+
 fn enter(mission: &Mission, submission: usize, place: &str) -> Result<Join, String> {
     let known = mission.submissions.get(submission).and_then(|known| known.enter.as_ref());
     match known {
@@ -174,6 +193,12 @@ mod tests {
         check(Place("a"), Submission(0), Take, Err("a enters it already"));
         let enters = Join::Enter { submission: 0, place: "b".into() };
         check(Place("b"), Submission(0), Take, Ok(enters));
+        let led = |stays, to, kind| lead(&mission, stays, to, kind);
+        assert_eq!(led(Place("a"), Transition("u"), Take), Ok(("u", "a")));
+        assert_eq!(led(Place("a"), Transition("t"), Put), Ok(("t", "a")));
+        assert_eq!(led(Transition("t"), Place("a"), Take), Err(already.to_owned()));
+        let why = "an arc has a place at one end and a transition at the other";
+        assert_eq!(led(Place("a"), Place("b"), Take), Err(why.to_owned()));
         let why = "a sub-mission is entered from a place and leaves to a place";
         check(Transition("t"), Submission(0), Take, Err(why));
     }

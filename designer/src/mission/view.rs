@@ -249,6 +249,10 @@ impl Pane for MissionView {
         self.show_quick(ui, desk);
     }
 
+    fn is_asking(&self) -> bool {
+        self.quick.is_some()
+    }
+
     fn may(&self, command: Command, desk: &Desk) -> Option<bool> {
         self.may_run(command, desk)
     }

@@ -7,6 +7,9 @@ use eframe::egui::{
 
 use crate::panels::fuzzy::{Fit, fit};
 
+/// The lines of a list are at most so high, and the window may not make them less.
+const HEIGHT: f32 = 320.0;
+
 /// Entries that fit, the best first; those that fit alike keep their order.
 pub fn sorted<'a, T>(
     typed: &str,
@@ -130,7 +133,8 @@ impl Picker {
             ui.weak("nothing fits");
         }
         let mut picked = Picked::Open;
-        ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]).show(ui, |ui| {
+        let list = ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT);
+        list.auto_shrink([false, true]).show(ui, |ui| {
             for (n, (fit, entry)) in fitting.iter().enumerate() {
                 let button = Button::selectable(n == self.at, lit(ui, &entry.name, fit));
                 let line = match side(&entry.value) {

@@ -55,7 +55,7 @@ pub fn export(
     scale: f32,
 ) -> Result<(), ExportError> {
     let format = Format::of(path).ok_or_else(|| ExportError::Format { path: path.into() })?;
-    let bounds = diagram.bounds().ok_or(ExportError::Empty)?;
+    let bounds = diagram.extent().ok_or(ExportError::Empty)?;
     let size = (bounds.size() + 2.0 * eframe::egui::Vec2::splat(MARGIN)).ceil();
     let pixels = size * scale;
     if format == Format::Png && pixels.max_elem() > MAX_PIXELS {

@@ -290,6 +290,7 @@ fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire {
         text: unusual_text,
         is_dashed: link.mode == LinkMode::Pull,
         is_strong: link.keep == Keep::All,
+        is_led: true,
         tint: None,
         mark: Mark::None,
         label: format!("link {output} to {input}"),

@@ -65,6 +65,19 @@ impl Joints {
     /// # Errors
     /// Why they may not be.
     pub fn ends(&self, one: PortAt, other: PortAt) -> Result<(&Joint, &Joint), String> {
+        self.ends_without(None, one, other)
+    }
+
+    /// The same for a wire that is led elsewhere: what it feeds so far is free for it.
+    ///
+    /// # Errors
+    /// Why they may not be.
+    pub fn ends_without(
+        &self,
+        wire: Option<usize>,
+        one: PortAt,
+        other: PortAt,
+    ) -> Result<(&Joint, &Joint), String> {
         let (Some(first), Some(second)) = (self.joint(one), self.joint(other)) else {
             return Err("there is no such port".into());
         };
@@ -76,6 +89,7 @@ impl Joints {
         };
         types_fit(output, input)?;
         match &input.fed_by {
+            Some((fed_by, _)) if Some(*fed_by) == wire => Ok((output, input)),
             Some((_, from)) if *from == output.data() => {
                 Err(format!("{} feeds {} already", output.data(), input.data()))
             }
@@ -104,6 +118,10 @@ pub fn types_fit(output: &Joint, input: &Joint) -> Result<(), String> {
 impl Rules for Joints {
     fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
         self.ends(from, to).map(|_| ())
+    }
+
+    fn may_lead(&self, wire: usize, stays: PortAt, to: PortAt) -> Result<(), String> {
+        self.ends_without(Some(wire), stays, to).map(|_| ())
     }
 
     /// A wire is taken by its end at an input, which has only one.

@@ -115,10 +115,10 @@ impl SystemView {
             desk.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
             return;
         };
-        match self.drawing.joints.ends(stays, target) {
+        match self.drawing.joints.ends_without(Some(wire), stays, target) {
             Ok((output, new)) => {
                 let (output, new) = (output.data(), new.data());
-                desk.edit(format!("lead {from} to {new}"), |documents| {
+                desk.edit(format!("lead {output} to {new}"), |documents| {
                     edits::rewire(documents, (&from, &input), (&output, &new))
                 });
                 self.select_next = vec![Item::Link { from: output, to: new }];

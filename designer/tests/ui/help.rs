@@ -59,3 +59,22 @@ fn the_first_page_opens_what_was_open_before() {
     let recent = read(&window.path("own/recent"));
     assert!(recent.ends_with("before.xml\n"), "{recent}");
 }
+
+#[test]
+fn an_example_is_opened_wherever_its_card_is_clicked() {
+    let mut window = Window::open_as(None, |folder, start| {
+        start.own_folder = Some(folder.join("own"));
+        start.first_page = true;
+    });
+    let words = window.harness.query_all_by_label_contains("never seen").next();
+    let at = words.expect("the card says what it is").rect().center();
+    window.click_at(at);
+    assert!(window.text().contains("office"), "{}", window.text());
+}
+
+#[test]
+fn a_view_is_turned_to_from_the_first_page() {
+    let mut window = Window::open_as(None, |_, start| start.first_page = true);
+    window.click("view: Mission");
+    assert!(window.has("drawing of the mission"));
+}

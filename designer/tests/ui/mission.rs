@@ -286,3 +286,38 @@ impl Window {
         self.click_at(at);
     }
 }
+
+#[test]
+fn an_arc_is_led_elsewhere_by_its_end_with_its_weight_or_let_go() {
+    let mut window = mission(SURVEY);
+    window.click("arc: late puts into hold");
+    window.fill("weight", "3");
+    window.drag_between("end of arc: late puts into hold", "place home");
+    check(&mut window, r#"<arc to="home" weight="3"/>"#);
+    assert!(!window.text().contains(r#"<arc to="hold""#));
+    window.drag_between("start of arc: late puts into home", "transition seen");
+    assert!(window.told().contains("seen puts into home already"), "{}", window.told());
+    let end = window.at("end of arc: late puts into home");
+    window.drag(end, end + vec2(0.0, 250.0));
+    assert!(!window.text().contains("<arc"), "{}", window.text());
+    window.keys(Modifiers::COMMAND, Key::Z);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    check(&mut window, r#"<arc to="hold" weight="3"/>"#);
+}
+
+#[test]
+fn a_transition_is_selected_and_moved_at_any_size() {
+    for zooms in 0..6 {
+        let mut window = mission(SURVEY);
+        for _ in 0..zooms {
+            window.keys(Modifiers::COMMAND, Key::Minus);
+        }
+        window.click("transition late");
+        assert!(window.has("name of the transition"), "{zooms}");
+        let bar = window.at("transition late");
+        window.drag(bar, bar + vec2(40.0, 40.0));
+        let text = window.text();
+        assert!(!text.contains(r#"<block transition="late" x="250" y="100"/>"#), "{zooms}: {text}");
+        assert_eq!(text.matches("<transition ").count(), 2, "{zooms}: {text}");
+    }
+}

@@ -175,3 +175,38 @@ fn a_file_with_any_letters_and_faults_is_shown() {
     let window = Window::open(Some("<armor><system"));
     assert!(!window.has("component eye"));
 }
+
+#[test]
+fn what_is_too_small_to_be_drawn_is_not_dragged() {
+    let mut window = Window::open(Some(ROBOT));
+    for _ in 0..6 {
+        window.keys(Modifiers::COMMAND, Key::Minus);
+    }
+    let input = window.at("input arm.target");
+    window.drag(input, input + vec2(0.0, 40.0));
+    assert!(window.text().contains(r#"<link from="eye.target" to="arm.target" keep="all"/>"#));
+}
+
+#[test]
+fn a_link_that_is_selected_is_led_from_another_output() {
+    let mut window = Window::open(Some(&ROBOT.replace(
+        r#"<component name="arm" kind="arm"/>"#,
+        r#"<component name="arm" kind="arm"/><component name="eye-2" kind="eye"/>"#,
+    )));
+    window.click("link eye.target to arm.target");
+    window.drag_between("start of link eye.target to arm.target", "output eye-2.target");
+    let text = window.text();
+    assert!(text.contains(r#"<link from="eye-2.target" to="arm.target" keep="all"/>"#), "{text}");
+}
+
+#[test]
+fn a_list_at_the_pointer_is_left_with_escape() {
+    for view in ["view: System", "view: Mission"] {
+        let mut window = Window::open(Some(ROBOT));
+        window.click(view);
+        window.key(Key::A);
+        assert!(window.has("Add a component") || window.has("Add to the mission"));
+        window.key(Key::Escape);
+        assert!(!window.has("Add a component") && !window.has("Add to the mission"));
+    }
+}

@@ -30,12 +30,15 @@ impl Canvas {
         if frame.zoom >= DETAIL {
             self.paint_ports(frame, number, shift, rules);
         }
+        // Both have to stand beside a bar, which is too narrow for two.
+        let beside = if node.shape == Shape::Bar { 14.0 * frame.zoom } else { 0.0 };
+        let marked = area.expand2(vec2(beside, 0.0));
         if let Some(badge) = &node.badge
             && frame.zoom > PLAIN
         {
-            self.paint_badge(frame, area, badge);
+            self.paint_badge(frame, marked, badge);
         }
-        paint_mark(frame, node, area);
+        paint_mark(frame, node, marked);
     }
 
     fn paint_block(

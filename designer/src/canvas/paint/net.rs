@@ -4,7 +4,7 @@ use eframe::egui::{Align2, Rect, Stroke, StrokeKind, Vec2, vec2};
 
 use super::{Frame, PLAIN};
 use crate::canvas::Canvas;
-use crate::canvas::diagram::{Node, Outline, Shape};
+use crate::canvas::diagram::{BAR_LINE, BAR_TEXT, Node, Outline, Shape};
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
 use crate::theme::mix;
@@ -85,15 +85,15 @@ impl Canvas {
 
     fn paint_bar_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
         let (colours, zoom) = (frame.colours, frame.zoom);
-        let top = area.center_bottom() + Vec2::new(0.0, 11.0) * zoom;
+        let top = area.center_bottom() + Vec2::new(0.0, 4.0 + BAR_LINE / 2.0) * zoom;
         let title = (&node.title, 12.5, colours.text);
         let lines = node
             .lines
             .iter()
             .map(|line| (&line.text, 11.0, if line.is_weak { colours.weak } else { colours.text }));
         for (n, (text, size, colour)) in [title].into_iter().chain(lines).enumerate() {
-            let at = top + Vec2::new(0.0, 14.0 * n as f32) * zoom;
-            let width = 220.0 * zoom;
+            let at = top + Vec2::new(0.0, BAR_LINE * n as f32) * zoom;
+            let width = BAR_TEXT * zoom;
             let anchor = Align2::CENTER_CENTER;
             draw(frame.painter, zoom, at, Label { text, size, width, colour, anchor });
         }

@@ -111,8 +111,8 @@ enum State {
 
 fn state(frame: &Frame<'_>, here: PortAt, rules: &dyn Rules) -> State {
     match frame.pending {
-        Some((from, _)) if from == here => State::Hovered,
-        Some((from, target)) => match rules.may_join(from, here) {
+        Some((wire, _)) if wire.from == here => State::Hovered,
+        Some((wire, target)) => match wire.may_end(rules, here) {
             Ok(()) if target == Some(here) => State::Target,
             Ok(()) => State::Fits,
             Err(_) => State::Refused,

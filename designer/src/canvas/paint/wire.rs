@@ -3,7 +3,7 @@
 use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, Vec2};
 
 use super::{DETAIL, Frame, PLAIN};
-use crate::canvas::diagram::{End, PortAt, Side};
+use crate::canvas::diagram::{End, Side};
 use crate::canvas::edges::{curve, path, wire_ends};
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
@@ -78,18 +78,25 @@ impl Canvas {
         (if is_faded { own.gamma_multiply(0.4) } else { own }, (width + strong) * zoom)
     }
 
+    /// The ends by which the wire that is selected can be led elsewhere.
+    pub(super) fn paint_grips(&self, frame: &Frame<'_>) {
+        if self.is_busy() {
+            return;
+        }
+        for (_, _, at) in self.grips(frame.diagram) {
+            let size = 5.0 * frame.zoom.clamp(0.8, 1.5);
+            let line = Stroke::new(2.0, frame.colours.selected);
+            frame.painter.circle(self.to_window(at), size, frame.colours.background, line);
+        }
+    }
+
     /// The wire that is being dragged, and what would come of letting it go.
-    pub(super) fn paint_pending(
-        &mut self,
-        frame: &Frame<'_>,
-        from: PortAt,
-        to: Pos2,
-        rules: &dyn Rules,
-    ) {
+    pub(super) fn paint_pending(&mut self, frame: &Frame<'_>, to: Pos2, rules: &dyn Rules) {
+        let Some((wire, target)) = frame.pending else { return };
+        let from = wire.from;
         let Some(start) = frame.diagram.port_position(from) else { return };
         let Some(port) = frame.diagram.port(from) else { return };
-        let target = frame.pending.and_then(|(_, target)| target);
-        let verdict = target.map(|target| rules.may_join(from, target));
+        let verdict = target.map(|target| wire.may_end(rules, target));
         let end_at = target.filter(|_| verdict == Some(Ok(())));
         let end = end_at.and_then(|at| frame.diagram.port_position(at)).unwrap_or(to);
         let into = end_at
@@ -115,10 +122,9 @@ impl Canvas {
             }
             Some(Ok(())) => {
                 frame.painter.add(Painted::line(points, stroke));
-                let name =
-                    target.and_then(|at| frame.diagram.port(at)).map(|port| port.label.as_str());
+                let name = target.map(|at| frame.diagram.name(at)).unwrap_or_default();
                 let at = self.to_window(to);
-                let text = format!("to {}", name.unwrap_or_default());
+                let text = format!("to {name}");
                 self.paint_hint(frame, at, &text, frame.colours.connect);
             }
             None => {

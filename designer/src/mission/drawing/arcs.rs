@@ -78,6 +78,7 @@ impl Scene<'_> {
             text,
             is_dashed: matches!(arc.kind, ArcKind::Read | ArcKind::Inhibitor),
             is_strong: false,
+            is_led: true,
             tint: None,
             mark: Mark::None,
         }
@@ -109,6 +110,7 @@ fn of_submission(number: usize, own: usize, place: usize, enters: bool) -> Wire 
         text: word.into(),
         is_dashed: false,
         is_strong: true,
+        is_led: false,
         tint: None,
         mark: Mark::None,
         label: format!("{word} of sub-mission {}", number + 1),

@@ -76,17 +76,30 @@ pub fn set_arc_kind(
     from: ArcKind,
     to: ArcKind,
 ) -> Result<(), EditError> {
-    let weight = match find(document, transition, place, from) {
-        Some(Place::Child(path)) => {
-            let element = document.tree().element(&path);
-            let weight = element.and_then(|element| element.attribute("weight"));
-            weight.and_then(|weight| weight.value.trim().parse().ok()).unwrap_or(1)
-        }
-        _ => 1,
-    };
+    let weight = weight(document, transition, place, from);
     remove_arc(document, transition, place, from)?;
     add_arc(document, transition, place, to)?;
     if to == ArcKind::Reset { Ok(()) } else { set_weight(document, transition, place, to, weight) }
+}
+
+/// Leads an arc from one transition and place to others, with the same weight.
+pub fn lead_arc(
+    document: &mut Document,
+    (transition, place): (&str, &str),
+    (new_transition, new_place): (&str, &str),
+    kind: ArcKind,
+) -> Result<(), EditError> {
+    let weight = weight(document, transition, place, kind);
+    remove_arc(document, transition, place, kind)?;
+    add_arc(document, new_transition, new_place, kind)?;
+    set_weight(document, new_transition, new_place, kind, weight)
+}
+
+fn weight(document: &Document, transition: &str, place: &str, kind: ArcKind) -> u32 {
+    let Some(Place::Child(path)) = find(document, transition, place, kind) else { return 1 };
+    let element = document.tree().element(&path);
+    let weight = element.and_then(|element| element.attribute("weight"));
+    weight.and_then(|weight| weight.value.trim().parse().ok()).unwrap_or(1)
 }
 
 /// Removes every arc between a place and any transition.

@@ -22,8 +22,7 @@ impl MissionView {
             Event::Joined(from, to) => self.join(from, to, desk),
             Event::Refused(why) => desk.messages.warn(format!("not joined: {why}")),
             Event::Loose { from, at } => self.quick = self.quick_for(from, at, desk),
-            // Arcs are not taken by their ends: both may be anywhere on a border.
-            Event::Rewired { .. } => {}
+            Event::Rewired { wire, stays, to } => self.lead(wire, stays, to, desk),
             Event::Opened(item) => {
                 self.canvas.selection = [item].into();
                 desk.settings.properties = true;
@@ -52,6 +51,31 @@ impl MissionView {
         match self.rules(mission, &self.diagram).join(from, to) {
             Ok(join) => self.make_join(join, desk),
             Err(why) => desk.messages.warn(format!("not joined: {why}")),
+        }
+    }
+
+    /// An arc was taken by its end and let go elsewhere; nowhere, it is removed.
+    fn lead(&mut self, wire: usize, stays: PortAt, to: Option<PortAt>, desk: &mut Desk) {
+        let item = self.diagram.wires.get(wire).map(|wire| wire.item.clone());
+        let Some(Item::Arc { transition, place, kind }) = item else { return };
+        let Some(to) = to else {
+            desk.edit(format!("remove the arc of {transition} and {place}"), |documents| {
+                Ok(edits::remove_arc(documents.mission()?, &transition, &place, kind)?)
+            });
+            return;
+        };
+        let Some(mission) = mission_of(desk) else { return };
+        let (new, at) = match self.rules(mission, &self.diagram).led(wire, stays, to) {
+            Ok((transition, place)) => (transition.to_owned(), place.to_owned()),
+            Err(why) => return desk.messages.warn(format!("not joined: {why}")),
+        };
+        let what = format!("lead the arc of {transition} and {place} elsewhere");
+        let is_led = desk.edit(what, |documents| {
+            let document = documents.mission()?;
+            Ok(edits::lead_arc(document, (&transition, &place), (&new, &at), kind)?)
+        });
+        if is_led {
+            self.select_next = vec![Item::Arc { transition: new, place: at, kind }];
         }
     }
 
@@ -156,15 +180,14 @@ impl MissionView {
 
 /// A spot near this one where no node is.
 pub(super) fn free_spot(diagram: &crate::canvas::Diagram, at: Pos2) -> Pos2 {
-    let mut spot = at;
-    for _ in 0..20 {
-        let room = Rect::from_center_size(spot, vec2(100.0, 70.0));
-        if !diagram.nodes.iter().any(|node| node.rect.intersects(room)) {
-            break;
-        }
-        spot.y += 80.0;
-    }
-    snapped(spot)
+    let steps = || (-6..=6).map(|step| step as f32 * 50.0);
+    let mut ways: Vec<_> = steps().flat_map(|x| steps().map(move |y| vec2(x, y))).collect();
+    ways.sort_by(|one, other| one.length().total_cmp(&other.length()));
+    let is_free = |way: &Vec2| {
+        let room = Rect::from_center_size(at + *way, vec2(100.0, 70.0));
+        !diagram.nodes.iter().any(|node| node.rect.intersects(room))
+    };
+    snapped(at + ways.into_iter().find(is_free).unwrap_or_default())
 }
 
 fn joined(documents: &mut Documents, join: &Join, at: Pos2) -> Result<Item, Refused> {
