@@ -1,7 +1,7 @@
 //! The command line.
 
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lexopt::{Arg, Parser, ValueExt};
 
@@ -22,7 +22,7 @@ Usage: armor-designer [OPTIONS] [FILE]
   --check                prints what is wrong with the files, as `armor check` does, and ends
   --screenshot OUT.png   saves a picture of the whole window without opening one, and ends
   --export OUT           saves the drawing alone, as .svg or .png, and ends
-  --view VIEW            system, mission or live: what is shown (system)
+  --view VIEW            system, mission or live: what is shown (system; live with --attach)
   --size WxH             points of the window in a screenshot (1280x800)
   --scale N              pixels of a point in a picture (1)
   --theme THEME          light or dark
@@ -98,6 +98,8 @@ pub enum UsageError {
 
 /// Largest picture in points: what the painter can hold.
 const MAX_SIZE: u16 = 8192;
+/// What is painted without a GPU needs some hundred bytes for a pixel.
+const MAX_PIXELS: f64 = 64e6;
 
 impl Arguments {
     /// Reads the arguments behind the program's name.
@@ -115,6 +117,7 @@ impl Arguments {
             scale: 1.0,
             is_dark: None,
         };
+        let mut shown = None;
         let mut parser = Parser::from_args(given);
         while let Some(argument) = parser.next()? {
             match argument {
@@ -127,7 +130,7 @@ impl Arguments {
                 }
                 Arg::Long("attach") => arguments.attach = Some(registry(&mut parser)?),
                 Arg::Long("components") => arguments.components.push(parser.value()?.into()),
-                Arg::Long("view") => arguments.view = view(&parser.value()?.string()?)?,
+                Arg::Long("view") => shown = Some(view(&parser.value()?.string()?)?),
                 Arg::Long("size") => arguments.size = size(&parser.value()?.string()?)?,
                 Arg::Long("scale") => arguments.scale = scale(&parser.value()?.string()?)?,
                 Arg::Long("theme") => arguments.is_dark = Some(theme(&parser.value()?.string()?)?),
@@ -137,12 +140,28 @@ impl Arguments {
                 other => return Err(other.unexpected().into()),
             }
         }
+        // Who attaches wants to see what runs.
+        let first = if arguments.attach.is_some() { View::Live } else { View::System };
+        arguments.view = shown.unwrap_or(first);
         arguments.complete()
+    }
+
+    /// Of a picture of the window.
+    fn pixels(&self) -> f64 {
+        let scale = f64::from(self.scale);
+        f64::from(self.size.0) * scale * f64::from(self.size.1) * scale
     }
 
     fn complete(self) -> Result<Self, UsageError> {
         match (&self.task, self.files.len()) {
             (Task::Check, 0) => Err(UsageError::Files("--check needs a file")),
+            (Task::Picture(Picture::Window(_)), _) if self.pixels() > MAX_PIXELS => {
+                let size = format!("{}x{}", self.size.0, self.size.1);
+                Err(refused("size", &size, "with --scale it makes more than 64 million pixels"))
+            }
+            (Task::Picture(Picture::Window(path)), _) if !is_png(path) => {
+                Err(refused("screenshot", &path.to_string_lossy(), "its name ends in .png"))
+            }
             (Task::Window | Task::Picture(_), 2..) => Err(UsageError::Files(
                 "one file at a time: its mission or system is opened with it",
             )),
@@ -152,6 +171,10 @@ impl Arguments {
             _ => Ok(self),
         }
     }
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
 /// The value of `--attach`, which may be missing; a file is none.
@@ -251,5 +274,7 @@ mod tests {
         refuses("a.xml b.xml", "one file at a time");
         refuses("--unknown", "--unknown");
         refuses("--scale 99 a.xml", "0.25");
+        refuses("--screenshot a.png --size 8192x8192 --scale 4 a.xml", "64 million");
+        refuses("--screenshot a.txt a.xml", ".png");
     }
 }

@@ -130,6 +130,8 @@ pub struct Canvas {
     pub minimap: bool,
     /// Whether the drawing can be changed.
     pub is_editable: bool,
+    /// Whether the dots of the grid are shown.
+    pub has_dots: bool,
     gesture: Gesture,
     grid: Grid,
     /// What is to be fitted into the window once its size is known.
@@ -159,6 +161,7 @@ impl Canvas {
             snap: true,
             minimap: true,
             is_editable: true,
+            has_dots: true,
             gesture: Gesture::default(),
             grid: Grid::default(),
             fit: Some(Fit::Everything),
@@ -256,6 +259,11 @@ impl Canvas {
             pointer.filter(|_| !in_map).and_then(|at| self.hit(diagram, self.to_drawing(at)));
         if !in_map {
             self.point(ui, diagram, rules, &response, hovered, &mut events);
+        }
+        // Whoever has no other use for the keyboard draws.
+        let is_free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
+        if is_free && !ui.ctx().any_popup_open() {
+            response.request_focus();
         }
         if response.has_focus() {
             self.keys(ui, &response, diagram, &mut events);

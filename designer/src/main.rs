@@ -79,10 +79,23 @@ fn is_fine(file: &Path, arguments: &Arguments) -> bool {
 
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "the window cannot be opened: {0}\n\
+    "the window cannot be opened: {why}\n\
      It needs a display (DISPLAY or WAYLAND_DISPLAY) and OpenGL: libGL and libEGL."
 )]
-struct WindowError(#[from] eframe::Error);
+struct WindowError {
+    why: String,
+}
+
+impl From<eframe::Error> for WindowError {
+    fn from(error: eframe::Error) -> Self {
+        let why = match error {
+            // Its words name a line of its source.
+            eframe::Error::WinitEventLoop(_) => "there is no window system".to_owned(),
+            error => error.to_string(),
+        };
+        Self { why }
+    }
+}
 
 fn open_window(arguments: Arguments) -> Result<(), WindowError> {
     let viewport = egui::ViewportBuilder::default()

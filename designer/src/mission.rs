@@ -26,7 +26,6 @@ pub use marks::Marks;
 pub use play::{
     Chance, Course, Happened, Leg, NotNow, Outcome, Play, Sense, Standing, Step, World,
 };
-pub use schedule::Pace;
 pub use stage::{Stage, StageError};
 pub use view::{MissionView, net};
 

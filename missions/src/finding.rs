@@ -192,7 +192,7 @@ impl fmt::Display for Finding {
 /// way, circle and takes where there are some.
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut out = serializer.serialize_struct("Finding", 14)?;
+        let mut out = serializer.serialize_struct("Finding", 15)?;
         out.serialize_field("severity", &self.severity().to_string())?;
         out.serialize_field("code", self.code.as_str())?;
         out.serialize_field("message", &self.message)?;
@@ -205,8 +205,11 @@ impl Serialize for Finding {
         let related: Vec<_> =
             self.related.iter().map(|(at, label)| Related { at, label }).collect();
         out.serialize_field("related", &related)?;
-        if let Some(Way { firings, circle }) = &self.way {
+        if let Some(Way { firings, circle, is_late }) = &self.way {
             out.serialize_field("way", firings)?;
+            if *is_late {
+                out.serialize_field("late", is_late)?;
+            }
             if !circle.is_empty() {
                 out.serialize_field("circle", circle)?;
             }

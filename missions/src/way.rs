@@ -12,6 +12,8 @@ pub struct Way {
     pub firings: Vec<String>,
     /// Repeated without end after that; mostly none.
     pub circle: Vec<String>,
+    /// Whether each fires as late as it may, as what takes too long does; else as early.
+    pub is_late: bool,
 }
 
 /// How soon the goal can come, and how late the mission must be over.

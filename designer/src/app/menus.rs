@@ -13,6 +13,9 @@ const TOOLS: &[&[Command]] = &[
     &[Command::ZoomFit, Command::Find],
 ];
 
+/// The views and one more tool are about so wide.
+const VIEWS_AND_A_TOOL: f32 = 320.0;
+
 impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
     pub(super) fn keys(&mut self, ctx: &egui::Context) {
@@ -39,6 +42,10 @@ impl Designer {
             if ctx.input_mut(|i| take(i, keys)) {
                 self.desk.order(about.command);
             }
+        }
+        let also = egui::KeyboardShortcut::new(egui::Modifiers::COMMAND, Key::Y);
+        if !writes && ctx.input_mut(|i| take(i, also)) {
+            self.desk.order(Command::Redo);
         }
         self.clipboard_keys(ctx, writes);
     }
@@ -82,7 +89,10 @@ impl Designer {
                 ui.separator();
                 for group in TOOLS {
                     for command in *group {
-                        self.tool(ui, *command);
+                        // All of them are in the menus; the views always have room.
+                        if ui.available_width() > VIEWS_AND_A_TOOL {
+                            self.tool(ui, *command);
+                        }
                     }
                     ui.separator();
                 }

@@ -11,6 +11,9 @@ use crate::app::Designer;
 use crate::commands::Command;
 use crate::desk::{Tone, View};
 
+/// A panel at a side gets at most this share of the window.
+const SIDE_SHARE: f32 = 0.35;
+
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
         // While it runs the log has their place.
@@ -19,16 +22,19 @@ impl Designer {
                 Panel::bottom("problems").resizable(true).default_size(130.0).min_size(60.0);
             panel.show(ui, |ui| self.problems(ui));
         }
+        // The drawing is to keep the most, also where the window was wider before.
+        let most = ui.available_width() * SIDE_SHARE;
         if self.desk.settings.palette {
-            let panel = Panel::left("palette").resizable(true).default_size(220.0).min_size(150.0);
+            let panel = Panel::left("palette").resizable(true).default_size(220.0);
+            let panel = panel.size_range(150.0..=most.max(150.0));
             panel.show(ui, |ui| {
                 let (pane, desk) = self.pane();
                 pane.left(ui, desk);
             });
         }
         if self.desk.settings.properties {
-            let panel =
-                Panel::right("properties").resizable(true).default_size(300.0).min_size(220.0);
+            let panel = Panel::right("properties").resizable(true).default_size(300.0);
+            let panel = panel.size_range(220.0..=most.max(220.0));
             panel.show(ui, |ui| {
                 let (pane, desk) = self.pane();
                 pane.right(ui, desk);
@@ -56,8 +62,14 @@ impl Designer {
         // Only the lines that can be seen are laid out: there may be hundreds.
         let height = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
         let list = ScrollArea::vertical().auto_shrink(false);
-        list.show_rows(ui, height, findings.iter().count(), |ui, rows| {
-            for finding in findings.iter().skip(rows.start).take(rows.len()) {
+        let mut sorted: Vec<_> = findings.iter().collect();
+        sorted.sort_by_key(|finding| match finding.severity() {
+            Severity::Error => 0,
+            Severity::Warning => 1,
+            Severity::Note => 2,
+        });
+        list.show_rows(ui, height, sorted.len(), |ui, rows| {
+            for finding in &sorted[rows] {
                 self.problem(ui, finding, height);
             }
         });

@@ -6,6 +6,7 @@ use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::detour::{Detour, detour};
 use crate::canvas::edges::path;
+use crate::canvas::snapped;
 use crate::item::Item;
 
 /// A line of the text beneath a bar is so high.
@@ -334,6 +335,19 @@ impl Diagram {
         }
         let wire = self.wires.iter().find(|wire| wire.item == *item)?;
         Some(Rect::from_two_pos(self.port_position(wire.from)?, self.port_position(wire.to)?))
+    }
+
+    /// The spot nearest to this one, on the grid, around which there is room for a node.
+    pub fn free_spot(&self, at: Pos2, room: Vec2) -> Pos2 {
+        let steps = || (-8..=8).map(|step| step as f32 * 50.0);
+        let mut ways: Vec<_> =
+            steps().flat_map(|x| steps().map(move |y| Vec2::new(x, y))).collect();
+        ways.sort_by(|one, other| one.length().total_cmp(&other.length()));
+        let is_free = |way: &Vec2| {
+            let wanted = Rect::from_center_size(at + *way, room);
+            !self.nodes.iter().any(|node| node.area().intersects(wanted))
+        };
+        snapped(at + ways.into_iter().find(is_free).unwrap_or_default())
     }
 
     /// The smallest area with everything in it but the wires; none if there is nothing.

@@ -22,7 +22,9 @@ pub(super) struct Label<'a> {
 /// Draws a text at a point of the window; answers where it is.
 pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
-    if size < SMALLEST || label.text.is_empty() {
+    // With more pixels for a point smaller text can be read.
+    let smallest = SMALLEST / painter.ctx().pixels_per_point().clamp(1.0, 1.6);
+    if size < smallest || label.text.is_empty() {
         return None;
     }
     let text = paintable(painter.ctx(), label.text).into_owned();

@@ -56,7 +56,9 @@ impl Canvas {
             zoom: self.viewport.zoom,
             pending,
         };
-        self.paint_grid(&frame);
+        if self.has_dots {
+            self.paint_grid(&frame);
+        }
         let margin = if frame.shift == Vec2::ZERO { 0.0 } else { frame.shift.length() };
         let shown = self.viewport.shown(self.rect).expand(margin + 10.0);
         for (n, decoration) in diagram.decorations.iter().enumerate().filter(|(_, d)| !d.is_note) {

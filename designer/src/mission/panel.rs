@@ -16,7 +16,6 @@ use eframe::egui::{self, RichText};
 
 use super::form::Form;
 use super::marks::Marks;
-use super::schedule::Pace;
 use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::theme::Colours;
@@ -41,7 +40,7 @@ pub enum Wish {
     /// Show this.
     Show(Item),
     /// Play these firings, at their earliest or latest moments.
-    Play(armor_missions::Way, Pace),
+    Play(armor_missions::Way),
 }
 
 impl Shown<'_> {
@@ -118,7 +117,7 @@ pub fn tell(ui: &mut egui::Ui, finding: &Finding, wishes: &mut Vec<Wish>) {
     if let Some(way) = &finding.way {
         let text = format!("Play its {} firings", way.firings.len() + way.circle.len());
         if ui.button(text).on_hover_text(way.firings.join(", ")).clicked() {
-            wishes.push(Wish::Play(way.clone(), Pace::Earliest));
+            wishes.push(Wish::Play(way.clone()));
         }
     }
 }

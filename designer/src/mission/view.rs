@@ -166,7 +166,7 @@ impl MissionView {
         for wish in wishes {
             match wish {
                 Wish::Show(item) => desk.shown = Some(item),
-                Wish::Play(way, pace) => self.play_way(&way, pace, desk),
+                Wish::Play(way) => self.play_way(&way, desk),
             }
         }
     }

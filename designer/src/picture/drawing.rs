@@ -67,6 +67,7 @@ pub fn export(
     let mut canvas = Canvas::new("drawing");
     canvas.minimap = false;
     canvas.is_editable = false;
+    canvas.has_dots = false;
     canvas.drawing_changed(diagram);
     let mut stage =
         Stage::new(context, pixels.x.round() as usize, pixels.y.round() as usize, scale);

@@ -13,6 +13,8 @@ use crate::system::{SystemView, fragment};
 
 /// Copies are put down so far from what they are copies of.
 const BESIDE: Vec2 = vec2(30.0, 30.0);
+/// A new block needs about so much.
+const ROOM: Vec2 = vec2(180.0, 110.0);
 /// Left free around what a group is drawn around.
 const AROUND: f32 = 25.0;
 
@@ -55,7 +57,11 @@ impl SystemView {
                 desk.settings.properties = true;
                 self.wants_focus = true;
             }
-            C::Add => self.quick = Some(Quick::to_add(desk, self.canvas.spot())),
+            C::Add => {
+                let middle = self.canvas.spot() + ROOM / 2.0;
+                let at = self.drawing.diagram.free_spot(middle, ROOM) - ROOM / 2.0;
+                self.quick = Some(Quick::to_add(desk, at));
+            }
             C::Link => self.link_by_keyboard(),
             C::Group | C::Note => self.decorate(command == C::Note, desk),
             C::Arrange => self.arrange(desk),

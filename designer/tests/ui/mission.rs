@@ -253,7 +253,7 @@ fn checks_variables_and_exclusive_sets_are_edited_in_the_mission_s_panel() {
     window.click("Add a check..");
     window.click("always reachable(home or hold)");
     check(&mut window, "<check>always reachable(home or hold)</check>");
-    assert!(window.has_part("= holds"));
+    assert!(window.has_part("it holds"));
     window.click("Remove exclusive set 1");
     assert!(!window.text().contains("exclusive"));
 }

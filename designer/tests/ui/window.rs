@@ -1,6 +1,7 @@
 //! Building, selecting, copying, finding: what one does all day.
 
 use eframe::egui::{Event, Key, Modifiers, vec2};
+use egui_kittest::kittest::Queryable;
 
 use crate::Window;
 
@@ -209,4 +210,43 @@ fn a_list_at_the_pointer_is_left_with_escape() {
         window.key(Key::Escape);
         assert!(!window.has("Add a component") && !window.has("Add to the mission"));
     }
+}
+
+#[test]
+fn what_is_added_by_keyboard_lies_on_nothing() {
+    let mut window = Window::open(None);
+    for _ in 0..3 {
+        window.key(Key::A);
+        window.write("lam");
+        window.key(Key::Enter);
+    }
+    let blocks = ["component lamp", "component lamp-2", "component lamp-3"];
+    let areas = blocks.map(|name| window.harness.get_by_label(name).rect());
+    for (n, area) in areas.iter().enumerate() {
+        assert!(areas[..n].iter().all(|other| !other.intersects(*area)), "{areas:?}");
+    }
+}
+
+#[test]
+fn the_drawing_has_the_keyboard_where_nothing_else_has() {
+    let mut window = Window::open(Some(ROBOT));
+    window.key(Key::ArrowRight);
+    assert!(window.has("Component name"), "a block is selected without a click");
+    window.keys(Modifiers::COMMAND, Key::F);
+    window.key(Key::Escape);
+    window.key(Key::Escape);
+    assert!(!window.has("Component name"));
+    window.key(Key::ArrowRight);
+    assert!(window.has("Component name"));
+}
+
+#[test]
+fn redo_has_two_keys() {
+    let mut window = Window::open(Some(ROBOT));
+    window.click("component eye");
+    window.key(Key::Delete);
+    let removed = window.text();
+    window.keys(Modifiers::COMMAND, Key::Z);
+    window.keys(Modifiers::COMMAND, Key::Y);
+    assert_eq!(window.text(), removed);
 }

@@ -221,7 +221,8 @@ impl Proof<'_> {
             }
             Ok(Latest::At(most)) => {
                 let says = format!("{} can take {}", self.names(&most.sequence), time(most.time));
-                self.fails(says, &most.sequence, &[])
+                let way = Way { is_late: true, ..self.data(&most.sequence, &[]) };
+                Verdict::Fails(says, CHANGE_EITHER.into(), Some(way))
             }
             Ok(Latest::WithoutEnd(way)) => self.without_end(&way),
             Ok(Latest::Circle(way, circle)) => self.escaped(&Escape::Circle(way, circle)),

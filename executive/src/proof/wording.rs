@@ -74,7 +74,7 @@ impl Proof<'_> {
 
     /// A firing sequence as data.
     pub(super) fn data(&self, way: &[TransitionId], circle: &[TransitionId]) -> Way {
-        Way { firings: self.all_names(way), circle: self.all_names(circle) }
+        Way { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
     }
 
     /// What a budget that ran out means for what was asked.

@@ -24,7 +24,9 @@ impl Canvas {
     ) {
         let node = &frame.diagram.nodes[number];
         for (p, port) in node.ports.iter().enumerate() {
-            if port.side == Side::Around {
+            // What has no name is there to draw from, and not where nothing is drawn.
+            let is_handle = port.name.is_empty() && !self.is_editable;
+            if port.side == Side::Around || is_handle {
                 continue;
             }
             let here = PortAt { node: number, port: p };

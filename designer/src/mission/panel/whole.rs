@@ -3,14 +3,13 @@
 
 use armor_executive::time_in_words as time;
 use armor_missions::mission::{Mission, Resume};
-use armor_missions::{Severity, Spanned, Takes};
+use armor_missions::{Severity, Spanned, Takes, Way};
 use eframe::egui::{self, RichText};
 
 use super::{Shown, Wish, claims, section, sets, tell};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_name, is_time, row};
-use crate::mission::schedule::Pace;
 use crate::theme::Colours;
 
 pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes: &mut Vec<Wish>) {
@@ -95,16 +94,15 @@ fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
 }
 
 fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<Wish>) {
-    let play = |firings: &[String], circle: &[String], pace| {
-        let way = armor_missions::Way { firings: firings.to_vec(), circle: circle.to_vec() };
-        Wish::Play(way, pace)
+    let play = |firings: &[String], circle: &[String], is_late| {
+        Wish::Play(Way { firings: firings.to_vec(), circle: circle.to_vec(), is_late })
     };
     let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
     ui.horizontal(|ui| {
         ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
         let button = ui.small_button("play").accessible_name("Play the shortest way");
         if button.on_hover_text(takes.shortest_way.join(", ")).clicked() {
-            wishes.push(play(&takes.shortest_way, &[], Pace::Earliest));
+            wishes.push(play(&takes.shortest_way, &[], false));
         }
     });
     ui.horizontal(|ui| {
@@ -114,7 +112,7 @@ fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<Wish>) {
         };
         let button = ui.small_button("play").accessible_name("Play the longest way");
         if button.on_hover_text(takes.longest_way.join(", ")).clicked() {
-            wishes.push(play(&takes.longest_way, &takes.longest_circle, Pace::Latest));
+            wishes.push(play(&takes.longest_way, &takes.longest_circle, true));
         }
     });
     let end = if takes.always_goal {

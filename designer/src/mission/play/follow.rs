@@ -38,13 +38,14 @@ impl Course {
     ///
     /// # Errors
     /// The name of a firing that this mission does not have (it has changed since).
-    pub fn of(stage: &Stage, way: &Way, pace: Pace) -> Result<Self, String> {
+    pub fn of(stage: &Stage, way: &Way) -> Result<Self, String> {
         let names: Vec<_> = way.firings.iter().chain(&way.circle).collect();
         let ids: Result<Vec<_>, _> = names
             .iter()
             .map(|name| stage.transition(name).ok_or_else(|| (*name).clone()))
             .collect();
         let ids = ids?;
+        let pace = if way.is_late { Pace::Latest } else { Pace::Earliest };
         let moments = schedule(&stage.net, &ids, pace);
         let leg = |(n, name): (usize, &&String)| Leg {
             name: (*name).clone(),
@@ -85,8 +86,8 @@ impl Play {
     ///
     /// # Errors
     /// The name of a firing that this mission does not have.
-    pub fn follow(&mut self, way: &Way, pace: Pace) -> Result<(), String> {
-        let course = Course::of(&self.stage, way, pace)?;
+    pub fn follow(&mut self, way: &Way) -> Result<(), String> {
+        let course = Course::of(&self.stage, way)?;
         *self = Self::new(Arc::clone(&self.stage));
         self.course = Some(course);
         Ok(())

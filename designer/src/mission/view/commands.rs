@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Rect, Vec2, vec2};
 
-use super::gestures::place;
+use super::gestures::{ROOM, place};
 use super::quick::Quick;
 use super::{MissionView, mission_of};
 use crate::canvas::{Alignment, align, snapped};
@@ -68,7 +68,10 @@ impl MissionView {
                 desk.settings.properties = true;
                 self.form.take_focus();
             }
-            C::Add => self.quick = Some(Quick::to_add(desk, self.canvas.spot())),
+            C::Add => {
+                let at = self.diagram.free_spot(self.canvas.spot(), ROOM);
+                self.quick = Some(Quick::to_add(desk, at));
+            }
             C::Link => self.quick = self.quick_to_join(desk),
             C::Group | C::Note => self.decorate(command == C::Note, desk),
             C::Arrange => self.arrange(desk),

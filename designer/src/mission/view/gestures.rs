@@ -15,6 +15,9 @@ use crate::mission::edits;
 use crate::mission::rules::Join;
 use crate::project::{Documents, Refused};
 
+/// A place or a transition with its texts needs about so much.
+pub(super) const ROOM: Vec2 = vec2(100.0, 70.0);
+
 impl MissionView {
     pub(super) fn take(&mut self, event: Event, ui: &egui::Ui, desk: &mut Desk) {
         match event {
@@ -108,7 +111,7 @@ impl MissionView {
             }
             _ => None,
         };
-        let at = at.map(|at| free_spot(&self.diagram, at)).unwrap_or_default();
+        let at = at.map(|at| self.diagram.free_spot(at, ROOM)).unwrap_or_default();
         desk.edit(what, |documents| {
             added = Some(joined(documents, &join, at)?);
             Ok(())
@@ -176,18 +179,6 @@ impl MissionView {
         self.select_next = added.into_iter().map(Item::Transition).collect();
         desk.settings.properties = true;
     }
-}
-
-/// A spot near this one where no node is.
-pub(super) fn free_spot(diagram: &crate::canvas::Diagram, at: Pos2) -> Pos2 {
-    let steps = || (-6..=6).map(|step| step as f32 * 50.0);
-    let mut ways: Vec<_> = steps().flat_map(|x| steps().map(move |y| vec2(x, y))).collect();
-    ways.sort_by(|one, other| one.length().total_cmp(&other.length()));
-    let is_free = |way: &Vec2| {
-        let room = Rect::from_center_size(at + *way, vec2(100.0, 70.0));
-        !diagram.nodes.iter().any(|node| node.rect.intersects(room))
-    };
-    snapped(at + ways.into_iter().find(is_free).unwrap_or_default())
 }
 
 fn joined(documents: &mut Documents, join: &Join, at: Pos2) -> Result<Item, Refused> {

@@ -81,7 +81,7 @@ impl MissionView {
             }
         });
         if let Some(dragged) = wanted {
-            let at = super::gestures::free_spot(&self.diagram, self.canvas.centre());
+            let at = self.diagram.free_spot(self.canvas.centre(), super::gestures::ROOM);
             self.dropped(&dragged, at, desk);
         }
     }

@@ -12,7 +12,6 @@ use super::simulator::Simulator;
 use crate::commands::{Command, about};
 use crate::desk::Desk;
 use crate::mission::play::{Happened, Play, Standing, World, act_words};
-use crate::mission::schedule::Pace;
 use crate::theme::Colours;
 
 /// Steps of the story that are shown.
@@ -40,12 +39,12 @@ impl MissionView {
     }
 
     /// Plays the firings of a finding from the start.
-    pub(super) fn play_way(&mut self, way: &Way, pace: Pace, desk: &mut Desk) {
+    pub(super) fn play_way(&mut self, way: &Way, desk: &mut Desk) {
         if self.simulator.is_none() {
             self.toggle_simulation(desk);
         }
         if let Some(simulator) = &mut self.simulator
-            && let Err(why) = simulator.follow(way, pace)
+            && let Err(why) = simulator.follow(way)
         {
             desk.messages.warn(why);
         }

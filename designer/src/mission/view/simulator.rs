@@ -10,7 +10,6 @@ use armor_petri::{PlaceId, TransitionId};
 
 use crate::desk::Desk;
 use crate::mission::play::{Chance, Happened, NotNow, Outcome, Play, Step, scalar};
-use crate::mission::schedule::Pace;
 use crate::mission::stage::Stage;
 
 /// A token is on its way for so long, in seconds, at the usual speed.
@@ -194,8 +193,8 @@ impl Simulator {
     }
 
     /// Follows a firing sequence from the start.
-    pub(super) fn follow(&mut self, way: &Way, pace: Pace) -> Result<(), String> {
-        self.play.follow(way, pace).map_err(|name| {
+    pub(super) fn follow(&mut self, way: &Way) -> Result<(), String> {
+        self.play.follow(way).map_err(|name| {
             format!("the mission has changed since: there is no {name} any more")
         })?;
         self.is_running = false;
