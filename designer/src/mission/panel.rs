@@ -115,7 +115,10 @@ pub fn tell(ui: &mut egui::Ui, finding: &Finding, wishes: &mut Vec<Wish>) {
         ui.label(RichText::new(&finding.remedy).weak().small());
     }
     if let Some(way) = &finding.way {
-        let text = format!("Play its {} firings", way.firings.len() + way.circle.len());
+        let text = match way.firings.len() + way.circle.len() {
+            1 => "Play its firing".to_owned(),
+            count => format!("Play its {count} firings"),
+        };
         if ui.button(text).on_hover_text(way.firings.join(", ")).clicked() {
             wishes.push(Wish::Play(way.clone()));
         }

@@ -233,7 +233,7 @@ fn a_counterexample_is_played_firing_by_firing() {
     );
     let mut window = mission(&file);
     assert!(window.has_part("x does not hold"));
-    window.click_part("Play its 1 firings");
+    window.click_part("Play its firing");
     assert!(window.has("The way that is shown"));
     assert!(window.has_part("> 1. late at 1 min 30 s"));
     window.key(Key::F10);

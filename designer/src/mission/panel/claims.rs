@@ -50,7 +50,7 @@ fn verdict(ui: &mut egui::Ui, shown: &Shown<'_>, found: &[&Finding]) {
         () if shown.marks.all().has_errors() => {
             ("? not proven while there are errors", colours.weak)
         }
-        () => ("holds", colours.good),
+        () => ("it holds", colours.good),
     };
     ui.label(RichText::new(text).color(colour));
 }
