@@ -1,8 +1,21 @@
-//! A round base with differential drive: acceleration limits, a command timeout that always brings
-//! it to rest, and walls that stop it.
+//! How the base drives: differential, or steered like a car; acceleration limits, a command timeout
+//! that always brings it to rest, wheels that slip.
 
-use crate::pose::{Pose2, wrap_angle};
-use crate::world::World;
+use crate::contact::{Base, Side};
+use crate::pose::Pose2;
+use crate::scene::Scene;
+use crate::slip::{Slip, SlipModel};
+use crate::steering::SteeringModel;
+
+/// How the base turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DriveKind {
+    /// Two driven wheels: it turns on the spot.
+    #[default]
+    Differential,
+    /// Steered front wheels.
+    Ackermann,
+}
 
 /// How the base moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +32,12 @@ pub struct DriveModel {
     pub turn_acceleration_radps2: f64,
     /// Age from which a command no longer counts, in seconds.
     pub command_timeout_s: f64,
+    /// How it turns.
+    pub kind: DriveKind,
+    /// How it steers, if it does.
+    pub steering: SteeringModel,
+    /// How its wheels slip.
+    pub slip: SlipModel,
 }
 
 impl Default for DriveModel {
@@ -30,12 +49,12 @@ impl Default for DriveModel {
             acceleration_mps2: 1.5,
             turn_acceleration_radps2: 6.0,
             command_timeout_s: 0.5,
+            kind: DriveKind::default(),
+            steering: SteeringModel::default(),
+            slip: SlipModel::default(),
         }
     }
 }
-
-/// How far the base must be off a wall before touching it again counts as another collision (metres).
-const CONTACT_RELEASE_M: f64 = 0.02;
 
 /// A command counts until its age reaches the timeout.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,46 +68,60 @@ struct Command {
 #[derive(Clone, Debug)]
 pub struct Drive {
     model: DriveModel,
-    pose: Pose2,
+    base: Base,
     speed_mps: f64,
     turn_radps: f64,
+    /// Of the front wheels, to the left.
+    steered_rad: f64,
+    slip: Slip,
+    /// Share of the wheels' turning that moved nothing in the last step.
+    lost: f64,
     command: Option<Command>,
-    is_touching: bool,
-    collisions: u64,
 }
 
 impl Drive {
-    /// Makes a base at rest at the origin of the map.
-    pub fn new(model: DriveModel) -> Self {
+    /// Makes a base at rest at the origin of the map; its wheels slip by a seed.
+    pub fn new(model: DriveModel, seed: u64) -> Self {
         Self {
             model,
-            pose: Pose2::default(),
+            base: Base::new(model.radius_m),
             speed_mps: 0.0,
             turn_radps: 0.0,
+            steered_rad: 0.0,
+            slip: Slip::new(model.slip, seed),
+            lost: 0.0,
             command: None,
-            is_touching: false,
-            collisions: 0,
         }
     }
 
     /// Where the base is: map_from_base.
     pub fn pose(&self) -> Pose2 {
-        self.pose
+        self.base.pose
     }
 
-    /// Speed forward now, in metres per second.
+    /// Speed of the wheels forward now, in metres per second.
     pub fn speed_mps(&self) -> f64 {
         self.speed_mps
     }
 
-    /// Turn rate now, anticlockwise, in radians per second.
+    /// Turn rate of the wheels now, anticlockwise, in radians per second.
     pub fn turn_radps(&self) -> f64 {
         self.turn_radps
     }
 
     /// How often the base has run into something.
     pub fn collisions(&self) -> u64 {
-        self.collisions
+        self.base.collisions
+    }
+
+    /// Share of the wheels' turning that moved nothing in the last step, 0 to 0.95.
+    pub fn lost(&self) -> f64 {
+        self.lost
+    }
+
+    /// The side on which something touches the base.
+    pub fn contact(&self, scene: Scene<'_>) -> Option<Side> {
+        self.base.contact(scene)
     }
 
     /// Takes a command that was given at `given_s`; what is not a number counts as zero.
@@ -111,12 +144,30 @@ impl Drive {
     }
 
     /// Moves on by `step_s` seconds to the time `now_s`.
-    pub fn step(&mut self, world: &World, now_s: f64, step_s: f64) {
+    pub fn step(&mut self, scene: Scene<'_>, now_s: f64, step_s: f64) {
         let (speed_mps, turn_radps) = self.wanted(now_s);
-        let DriveModel { acceleration_mps2, turn_acceleration_radps2, .. } = self.model;
+        let DriveModel { acceleration_mps2, turn_acceleration_radps2, steering, .. } = self.model;
         self.speed_mps = toward(self.speed_mps, speed_mps, acceleration_mps2 * step_s);
-        self.turn_radps = toward(self.turn_radps, turn_radps, turn_acceleration_radps2 * step_s);
-        self.travel(world, self.speed_mps * step_s, self.turn_radps * step_s);
+        self.turn_radps = match self.model.kind {
+            DriveKind::Differential => {
+                toward(self.turn_radps, turn_radps, turn_acceleration_radps2 * step_s)
+            }
+            DriveKind::Ackermann => {
+                let wanted_rad = steering.wanted_rad(speed_mps, turn_radps);
+                self.steered_rad = toward(
+                    self.steered_rad,
+                    wanted_rad.unwrap_or(self.steered_rad),
+                    steering.rate_radps * step_s,
+                );
+                steering.turn_radps(self.speed_mps, self.steered_rad)
+            }
+        };
+        let is_moving = self.speed_mps != 0.0 || self.turn_radps != 0.0;
+        self.lost = if is_moving { self.slip.share(step_s) } else { 0.0 };
+        let moved_s = step_s * (1.0 - self.lost);
+        if !self.base.travel(scene, self.speed_mps * moved_s, self.turn_radps * moved_s) {
+            self.speed_mps = 0.0;
+        }
     }
 
     /// The velocities that count now: the command within the limits, or rest.
@@ -130,66 +181,10 @@ impl Drive {
             )
         })
     }
-
-    /// Drives an arc of a given length and turn, as far as the walls let it. The arc is cut into
-    /// pieces of a quarter radius: a base that is clear of a wall cannot be beyond it one piece later.
-    fn travel(&mut self, world: &World, length_m: f64, turn_rad: f64) {
-        let pieces = libm::ceil(length_m.abs() / (self.model.radius_m / 4.0)).max(1.0);
-        for _ in 0..pieces as u32 {
-            let next = along_arc(self.pose, length_m / pieces, turn_rad / pieces);
-            if length_m == 0.0 || self.may_be(world, next) {
-                self.pose = next;
-            } else {
-                self.run_into(world, length_m / pieces, turn_rad / pieces);
-                break;
-            }
-        }
-        let clearance_m = world.clearance_m(self.pose.x_m, self.pose.y_m);
-        if clearance_m > self.model.radius_m + CONTACT_RELEASE_M {
-            self.is_touching = false;
-        }
-    }
-
-    /// Whether the base may be there: clear of the walls, or leaving one it touches.
-    fn may_be(&self, world: &World, next: Pose2) -> bool {
-        let clearance_m = world.clearance_m(next.x_m, next.y_m);
-        clearance_m >= self.model.radius_m
-            || clearance_m > world.clearance_m(self.pose.x_m, self.pose.y_m)
-    }
-
-    /// Stops at the wall: halves the way until the base touches it, and counts a new contact.
-    fn run_into(&mut self, world: &World, length_m: f64, turn_rad: f64) {
-        let (mut free, mut blocked) = (0.0, 1.0);
-        for _ in 0..10 {
-            let share = f64::midpoint(free, blocked);
-            let there = along_arc(self.pose, length_m * share, turn_rad * share);
-            let is_free = world.clearance_m(there.x_m, there.y_m) >= self.model.radius_m;
-            *(if is_free { &mut free } else { &mut blocked }) = share;
-        }
-        let stop = along_arc(self.pose, length_m * free, turn_rad * free);
-        // Turning on the spot is free: the footprint is round.
-        self.pose = Pose2 { yaw_rad: wrap_angle(self.pose.yaw_rad + turn_rad), ..stop };
-        self.speed_mps = 0.0;
-        self.collisions += u64::from(!self.is_touching);
-        self.is_touching = true;
-    }
 }
 
 fn toward(value: f64, target: f64, most: f64) -> f64 {
     value + (target - value).clamp(-most, most)
-}
-
-/// Where a pose ends up after an arc of a given length and turn.
-fn along_arc(pose: Pose2, length_m: f64, turn_rad: f64) -> Pose2 {
-    let half_rad = turn_rad / 2.0;
-    let chord_m =
-        if half_rad.abs() < 1e-9 { length_m } else { length_m * libm::sin(half_rad) / half_rad };
-    let (sin, cos) = libm::sincos(pose.yaw_rad + half_rad);
-    Pose2 {
-        x_m: pose.x_m + chord_m * cos,
-        y_m: pose.y_m + chord_m * sin,
-        yaw_rad: wrap_angle(pose.yaw_rad + turn_rad),
-    }
 }
 
 #[cfg(test)]
@@ -198,6 +193,7 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, TAU};
 
     use super::*;
+    use crate::world::World;
 
     const STEP_S: f64 = 0.01;
 
@@ -216,14 +212,14 @@ mod tests {
         for step in 0..steps {
             let now_s = f64::from(step) * STEP_S;
             drive.command(speed_mps, turn_radps, now_s);
-            drive.step(world, now_s, STEP_S);
+            drive.step(Scene::from(world), now_s, STEP_S);
         }
     }
 
     #[test]
     fn it_speeds_up_within_its_limits() {
         let model = DriveModel { acceleration_mps2: 1.0, max_speed_mps: 0.5, ..Default::default() };
-        let mut drive = Drive::new(model);
+        let mut drive = Drive::new(model, 1);
         drive_for(&mut drive, &room(), 20, 9.0, 0.0);
         assert!((drive.speed_mps() - 0.2).abs() < 1e-9, "{}", drive.speed_mps());
         drive_for(&mut drive, &room(), 100, 9.0, 0.0);
@@ -232,11 +228,12 @@ mod tests {
 
     #[test]
     fn it_drives_a_circle_back_to_where_it_began() {
-        let mut drive = Drive::new(DriveModel {
+        let model = DriveModel {
             acceleration_mps2: 1e6,
             turn_acceleration_radps2: 1e6,
             ..DriveModel::default()
-        });
+        };
+        let mut drive = Drive::new(model, 1);
         drive_for(&mut drive, &room(), 250, 0.5, FRAC_PI_2 / 2.5);
         // A quarter of a circle of radius 0.5 / (π / 5) after 2.5 s.
         let radius_m = 0.5 * 2.5 / FRAC_PI_2;
@@ -249,11 +246,11 @@ mod tests {
     #[test]
     fn a_stale_command_brings_it_to_rest() {
         let world = room();
-        let mut drive = Drive::new(DriveModel::default());
+        let mut drive = Drive::new(DriveModel::default(), 1);
         drive.command(0.6, 1.0, 0.0);
         let mut speeds = Vec::new();
         for step in 1..=150 {
-            drive.step(&world, f64::from(step) * STEP_S, STEP_S);
+            drive.step(Scene::from(&world), f64::from(step) * STEP_S, STEP_S);
             speeds.push(drive.speed_mps());
         }
         assert_eq!(speeds[48], 0.6, "the command counts for 0.5 s");
@@ -264,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_command_that_is_no_number_is_rest() {
-        let mut drive = Drive::new(DriveModel::default());
+        let mut drive = Drive::new(DriveModel::default(), 1);
         drive_for(&mut drive, &room(), 50, f64::NAN, f64::INFINITY);
         assert_eq!(drive.pose(), Pose2::default());
     }
@@ -272,7 +269,7 @@ mod tests {
     #[test]
     fn it_stops_at_a_wall_and_counts_one_contact() {
         let world = room();
-        let mut drive = Drive::new(DriveModel::default());
+        let mut drive = Drive::new(DriveModel::default(), 1);
         drive_for(&mut drive, &world, 1000, 1.0, 0.0);
         let gap_m = 3.0 - drive.pose().x_m - 0.18;
         assert!((0.0..0.001).contains(&gap_m), "{gap_m}");
@@ -285,10 +282,39 @@ mod tests {
     }
 
     #[test]
+    fn steered_like_a_car_it_turns_only_while_it_rolls_and_no_tighter_than_it_can() {
+        let steering = SteeringModel { wheelbase_m: 0.5, limit_rad: 0.5, rate_radps: 1.0 };
+        let model = DriveModel { kind: DriveKind::Ackermann, steering, ..DriveModel::default() };
+        let mut drive = Drive::new(model, 1);
+        drive_for(&mut drive, &room(), 100, 0.0, 1.0);
+        assert_eq!(drive.pose(), Pose2::default(), "it cannot turn on the spot");
+        drive_for(&mut drive, &room(), 300, 0.5, 2.0);
+        let tightest_radps = 0.5 * 0.5f64.tan() / 0.5;
+        assert!((drive.turn_radps() - tightest_radps).abs() < 1e-9, "{}", drive.turn_radps());
+        // The wheels take a second to come round to the other side.
+        drive_for(&mut drive, &room(), 50, 0.5, -2.0);
+        assert!(drive.turn_radps().abs() < 0.01, "{}", drive.turn_radps());
+    }
+
+    #[test]
+    fn slipping_wheels_get_nowhere_and_say_by_how_much() {
+        let slip = SlipModel { share: 0.25, ..SlipModel::default() };
+        let mut plain = Drive::new(DriveModel::default(), 1);
+        let mut slippery = Drive::new(DriveModel { slip, ..DriveModel::default() }, 1);
+        for drive in [&mut plain, &mut slippery] {
+            drive_for(drive, &room(), 200, 0.8, 0.0);
+        }
+        assert!((slippery.pose().x_m - 0.75 * plain.pose().x_m).abs() < 1e-9);
+        assert_eq!((plain.lost(), slippery.lost()), (0.0, 0.25));
+        drive_for(&mut slippery, &room(), 200, 0.0, 0.0);
+        assert_eq!(slippery.lost(), 0.0, "what stands does not slip");
+    }
+
+    #[test]
     fn it_does_not_slide_along_a_wall() {
         let world = world(r#"<line x1="-9" y1="-1" x2="9" y2="-1"/>"#);
-        let mut drive = Drive::new(DriveModel::default());
-        drive.pose.yaw_rad = 0.8;
+        let mut drive = Drive::new(DriveModel::default(), 1);
+        drive.base.pose.yaw_rad = 0.8;
         drive_for(&mut drive, &world, 300, 1.0, 0.0);
         let touched = drive.pose();
         drive_for(&mut drive, &world, 300, 1.0, 0.0);
@@ -301,7 +327,7 @@ mod tests {
         for max_speed_mps in [1.0, 5.0, 50.0, 500.0] {
             let model =
                 DriveModel { max_speed_mps, acceleration_mps2: 1e9, ..DriveModel::default() };
-            let mut drive = Drive::new(model);
+            let mut drive = Drive::new(model, 1);
             drive_for(&mut drive, &world, 50, max_speed_mps, 0.0);
             assert!(drive.pose().x_m <= 0.82, "{max_speed_mps}: {:?}", drive.pose());
         }
@@ -319,8 +345,8 @@ mod tests {
             );
             let model =
                 DriveModel { max_speed_mps: 5.0, acceleration_mps2: 50.0, ..DriveModel::default() };
-            let mut drive = Drive::new(model);
-            drive.pose.yaw_rad = heading_rad;
+            let mut drive = Drive::new(model, 1);
+            drive.base.pose.yaw_rad = heading_rad;
             for (speed_mps, turn_radps) in commands {
                 drive_for(&mut drive, &world, 30, speed_mps, turn_radps);
                 let pose = drive.pose();

@@ -1,28 +1,40 @@
-//! A scanning laser: one ray per beam, all at the same instant, with range noise and dropouts.
+//! A scanning laser: one ray per beam, all at the same instant. A reading is a mixture as in Thrun,
+//! Burgard & Fox, Probabilistic Robotics, table 6.1: a hit with normal noise, a short one by something
+//! that is not in the world, a random one, or none.
 
 use std::f64::consts::TAU;
 
 use crate::pose::{Portable, Pose2};
-use crate::random::Random;
-use crate::world::World;
+use crate::random::{Random, Stream};
+use crate::scene::Scene;
 
-/// Nearest range that the laser can measure, in metres.
+/// Nearest range that a laser measures if nothing else is said, in metres.
 pub const RANGE_MIN_M: f64 = 0.02;
 
 /// What kind of laser it is and where it sits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserModel {
-    /// Number of beams, at least 2.
+    /// Number of beams, at least 2, if no resolution is given.
     pub beams: u32,
+    /// Angle from beam to beam, in radians; 0: as the number of beams gives it.
+    pub resolution_rad: f64,
     /// Angle from the first beam (right) to the last (left), in radians; with a full turn the last
     /// beam stops one step before the first.
     pub field_of_view_rad: f64,
+    /// Nearest range that is measured, in metres; what is nearer is lost.
+    pub range_min_m: f64,
     /// Farthest range that returns, in metres.
     pub range_max_m: f64,
     /// Standard deviation of a range, in metres.
     pub sigma_m: f64,
     /// Share of beams that return nothing although something is there, 0 to 1.
     pub dropout: f64,
+    /// Share of beams that something between stops, more often near than far, 0 to 1 (z_short).
+    pub short: f64,
+    /// How much more often near: per metre, the λ of the exponential distribution.
+    pub short_per_m: f64,
+    /// Share of beams that return anything, evenly from 0 to the farthest range, 0 to 1 (z_rand).
+    pub random: f64,
     /// Where the laser sits: base_from_laser.
     pub mount: Pose2,
 }
@@ -31,10 +43,15 @@ impl Default for LaserModel {
     fn default() -> Self {
         Self {
             beams: 271,
+            resolution_rad: 0.0,
             field_of_view_rad: 270f64.to_radians(),
+            range_min_m: RANGE_MIN_M,
             range_max_m: 10.0,
             sigma_m: 0.01,
             dropout: 0.002,
+            short: 0.0,
+            short_per_m: 0.5,
+            random: 0.0,
             mount: Pose2::new(0.08, 0.0, 0.0),
         }
     }
@@ -46,37 +63,102 @@ impl LaserModel {
         -self.field_of_view_rad / 2.0
     }
 
+    /// How many beams a scan has.
+    pub fn beam_count(&self) -> u32 {
+        if self.resolution_rad <= 0.0 {
+            return self.beams;
+        }
+        let steps = libm::floor(self.field_of_view_rad / self.resolution_rad + 1e-6);
+        (if self.is_full_turn() { steps } else { steps + 1.0 }).clamp(2.0, f64::from(MOST_BEAMS))
+            as u32
+    }
+
     /// Angle from one beam to the next, in radians.
     pub fn angle_increment_rad(&self) -> f64 {
-        let is_full_turn = self.field_of_view_rad >= TAU - 1e-6;
-        let steps = if is_full_turn { self.beams } else { self.beams.saturating_sub(1) };
+        if self.resolution_rad > 0.0 {
+            return self.resolution_rad;
+        }
+        let steps = if self.is_full_turn() { self.beams } else { self.beams.saturating_sub(1) };
         self.field_of_view_rad / f64::from(steps.max(1))
+    }
+
+    fn is_full_turn(&self) -> bool {
+        self.field_of_view_rad >= TAU - 1e-6
+    }
+}
+
+/// Most beams of a scan: a tenth of a millirad all round.
+pub const MOST_BEAMS: u32 = 10_000;
+
+/// A laser and its noise.
+#[derive(Clone, Debug)]
+pub struct Laser {
+    model: LaserModel,
+    random: Random,
+    /// Of its own, so that noise and dropouts are the same with and without a mixture.
+    mixture: Random,
+}
+
+impl Laser {
+    /// A laser with the noise of a seed.
+    pub fn new(model: LaserModel, seed: u64) -> Self {
+        let stream = |stream| Random::new(seed, stream);
+        Self { model, random: stream(Stream::Laser), mixture: stream(Stream::Mixture) }
     }
 
     /// Takes a scan from where the base is: ranges in metres, from right to left. As REP-117 has
     /// it, +∞ is "nothing within range" and NaN a beam that was lost.
-    pub fn scan(&self, world: &World, map_from_base: Pose2, random: &mut Random) -> Vec<f32> {
-        let map_from_laser = map_from_base.then(self.mount);
-        (0..self.beams)
+    pub fn scan(&mut self, scene: Scene<'_>, map_from_base: Pose2) -> Vec<f32> {
+        let model = self.model;
+        let map_from_laser = map_from_base.then(model.mount);
+        (0..model.beam_count())
             .map(|beam| {
-                let angle_rad = self.angle_min_rad() + f64::from(beam) * self.angle_increment_rad();
+                let angle_rad =
+                    model.angle_min_rad() + f64::from(beam) * model.angle_increment_rad();
                 let ray = Pose2 { yaw_rad: map_from_laser.yaw_rad + angle_rad, ..map_from_laser };
-                self.measure(world.range_m(ray, self.range_max_m), random)
+                self.measure(scene.range_m(ray, model.range_max_m))
             })
             .collect()
     }
 
     /// Makes a measurement of a true range. Draws the same number of times whatever the range is,
     /// so that one beam's wall does not change the next beam's noise.
-    fn measure(&self, true_range_m: Option<f64>, random: &mut Random) -> f32 {
-        let is_lost = random.uniform() < self.dropout;
-        let noise_m = random.normal(self.sigma_m);
-        let Some(range_m) = true_range_m else { return f32::INFINITY };
-        if is_lost {
-            return f32::NAN;
+    fn measure(&mut self, true_range_m: Option<f64>) -> f32 {
+        let model = self.model;
+        let is_lost = self.random.uniform() < model.dropout;
+        let noise_m = self.random.normal(model.sigma_m);
+        let mixed_m = self.mix(true_range_m.unwrap_or(model.range_max_m));
+        let range_m = match (mixed_m, true_range_m) {
+            _ if is_lost && (mixed_m.is_some() || true_range_m.is_some()) => return f32::NAN,
+            (Some(range_m), _) => range_m,
+            (None, Some(range_m)) => range_m + noise_m,
+            (None, None) => return f32::INFINITY,
+        };
+        if range_m < model.range_min_m {
+            f32::NAN
+        } else if range_m > model.range_max_m {
+            f32::INFINITY
+        } else {
+            range_m as f32
         }
-        let range_m = (range_m + noise_m).max(RANGE_MIN_M);
-        if range_m > self.range_max_m { f32::INFINITY } else { range_m as f32 }
+    }
+
+    /// A short or a random reading, in its share of beams.
+    fn mix(&mut self, reach_m: f64) -> Option<f64> {
+        let LaserModel { short, short_per_m, random, range_max_m, .. } = self.model;
+        if short + random <= 0.0 {
+            return None;
+        }
+        let (which, share) = (self.mixture.uniform(), self.mixture.uniform());
+        if which < short {
+            // The exponential distribution, cut off at the true range.
+            let most = 1.0 - libm::exp(-short_per_m * reach_m);
+            Some(-libm::log1p(-share * most) / short_per_m)
+        } else if which < short + random {
+            Some(share * range_max_m)
+        } else {
+            None
+        }
     }
 }
 
@@ -85,7 +167,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::random::Stream;
+    use crate::world::World;
 
     /// A box from −4 to 4 m in x and y around the start.
     fn room() -> World {
@@ -95,15 +177,20 @@ mod tests {
 
     const EXACT: LaserModel = LaserModel {
         beams: 181,
+        resolution_rad: 0.0,
         field_of_view_rad: std::f64::consts::PI,
+        range_min_m: RANGE_MIN_M,
         range_max_m: 20.0,
         sigma_m: 0.0,
         dropout: 0.0,
+        short: 0.0,
+        short_per_m: 0.5,
+        random: 0.0,
         mount: Pose2::new(0.0, 0.0, 0.0),
     };
 
     fn scan(model: LaserModel, pose: Pose2, seed: u64) -> Vec<f32> {
-        model.scan(&room(), pose, &mut Random::new(seed, Stream::Laser))
+        Laser::new(model, seed).scan(Scene::from(&room()), pose)
     }
 
     #[test]
@@ -155,6 +242,51 @@ mod tests {
         assert!((lost - 0.1).abs() < 0.01, "{lost}");
         assert!(mean.abs() < 0.001, "{mean}");
         assert!((variance.sqrt() - 0.03).abs() < 0.001, "{variance}");
+    }
+
+    #[test]
+    fn a_resolution_gives_the_number_of_beams() {
+        let model = LaserModel { resolution_rad: 0.5f64.to_radians(), ..EXACT };
+        assert_eq!(model.beam_count(), 361);
+        let all_round = LaserModel { field_of_view_rad: TAU, ..model };
+        assert_eq!(scan(all_round, Pose2::default(), 1).len(), 720);
+    }
+
+    #[test]
+    fn what_is_too_near_is_lost() {
+        let ranges = scan(LaserModel { range_min_m: 0.5, ..EXACT }, Pose2::new(3.6, 0.0, 0.0), 1);
+        assert!(ranges[90].is_nan() && (ranges[0] - 4.0).abs() < 1e-6, "{}", ranges[90]);
+    }
+
+    #[test]
+    fn the_mixture_has_its_shares_and_distributions() {
+        let model = LaserModel { beams: 40_000, short: 0.2, random: 0.1, ..EXACT };
+        let exact = scan(LaserModel { short: 0.0, random: 0.0, ..model }, Pose2::default(), 3);
+        let mixed = scan(model, Pose2::default(), 3);
+        let differs = |(mixed, exact): &(&f32, &f32)| (**mixed - **exact).abs() > 1e-4;
+        let pairs = mixed.iter().zip(&exact);
+        let beyond = pairs.clone().filter(|(mixed, exact)| **mixed > **exact + 1e-4).count();
+        let nearer: Vec<f64> = pairs
+            .filter(differs)
+            .filter(|(mixed, exact)| mixed < exact)
+            .map(|(mixed, exact)| f64::from(mixed / exact))
+            .collect();
+        let share = |count: usize| count as f64 / 40_000.0;
+        // Random readings reach to 20 m, the walls are 4 to 5.7 m away: three in four lie beyond.
+        assert!((0.07..0.085).contains(&share(beyond)), "{}", share(beyond));
+        assert!((0.21..0.235).contains(&share(nearer.len())), "{}", share(nearer.len()));
+        // Near ones are more frequent than far ones.
+        let half = nearer.iter().filter(|&&part| part < 0.5).count();
+        assert!(half as f64 > 0.65 * nearer.len() as f64, "{half} of {}", nearer.len());
+    }
+
+    #[test]
+    fn a_mixture_leaves_the_noise_of_other_beams_as_it_is() {
+        let noisy = LaserModel { sigma_m: 0.02, ..EXACT };
+        let plain = scan(noisy, Pose2::default(), 3);
+        let mixed = scan(LaserModel { random: 0.1, ..noisy }, Pose2::default(), 3);
+        let same = plain.iter().zip(&mixed).filter(|(plain, mixed)| plain == mixed).count();
+        assert!((150..181).contains(&same), "{same}");
     }
 
     #[test]

@@ -1,20 +1,35 @@
-//! The simulator: a robot with a laser, wheels and a battery in a world drawn as SVG.
+//! The simulator: a robot with its sensors among walls, people and other robots.
 //!
-//! Pure and without a clock: [`drawing`] reads the SVG, [`world`] answers rays and clearances,
-//! [`laser`], [`drive`], [`odometry`] and [`battery`] are the parts of the robot, [`simulation`] joins
-//! them in fixed steps, [`pace`] says how fast time passes, [`truth`] scores maps. `ports.rs` alone knows the SDK.
+//! Pure and without a clock: [`drawing`] and `map_server` read worlds, [`world`] answers rays and
+//! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with [`steering`]
+//! and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins them in fixed
+//! steps, [`pace`] says how fast time passes, [`truth`] scores maps. `ports` alone knows the SDK.
 
 pub mod battery;
+pub mod camera;
+pub mod compass;
+pub mod contact;
 pub mod drawing;
 pub mod drive;
+pub mod gps;
+pub mod imu;
 pub mod laser;
+pub mod map_server;
 pub mod odometry;
 pub mod pace;
+pub mod people;
+mod pgm;
 mod ports;
 pub mod pose;
 pub mod random;
+mod raster;
+pub mod reading;
+pub mod scene;
 pub mod simulation;
+pub mod slip;
+pub mod steering;
 pub mod truth;
+mod walls;
 pub mod world;
 
 pub use ports::Simulator;

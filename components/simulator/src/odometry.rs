@@ -77,7 +77,14 @@ impl Odometry {
 
     /// Adds a true motion from one pose to the next, made in `step_s` seconds.
     pub fn moved(&mut self, from: Pose2, to: Pose2, step_s: f64) {
-        let Leg { first_rad, length_m, second_rad } = Leg::between(from, to);
+        self.slipped(from, to, 0.0, step_s);
+    }
+
+    /// Adds a true motion for which the wheels turned further: a share of it, less than 1, moved
+    /// nothing.
+    pub fn slipped(&mut self, from: Pose2, to: Pose2, lost: f64, step_s: f64) {
+        let Leg { first_rad, length_m, second_rad } =
+            Leg::between(from, to).times(1.0 / (1.0 - lost));
         let OdometryModel { alpha1, alpha2, alpha3, alpha4, scale, bias_rad_per_m } = self.model;
         let legs_per_step = LEG_S / step_s;
         let mut noise = |variance: f64| self.random.normal(libm::sqrt(variance * legs_per_step));
@@ -98,6 +105,17 @@ struct Leg {
     first_rad: f64,
     length_m: f64,
     second_rad: f64,
+}
+
+impl Leg {
+    fn times(self, factor: f64) -> Self {
+        let Self { first_rad, length_m, second_rad } = self;
+        Self {
+            first_rad: first_rad * factor,
+            length_m: length_m * factor,
+            second_rad: second_rad * factor,
+        }
+    }
 }
 
 /// Below this length a motion has no direction, in metres.
@@ -172,6 +190,15 @@ mod tests {
             check(chord_m, (speed_mps * sinc).abs(), 1e-4);
             assert_eq!(pose.x_m < -1e-9, speed_mps < 0.0);
         }
+    }
+
+    #[test]
+    fn the_wheels_count_what_slips() {
+        let mut odometry = Odometry::new(OdometryModel::EXACT, 1);
+        odometry.slipped(Pose2::default(), Pose2::new(0.3, 0.0, 0.0), 0.4, 1.0);
+        check(odometry.pose().x_m, 0.5, 1e-12);
+        odometry.slipped(Pose2::default(), Pose2::new(0.0, 0.0, 0.1), 0.5, 1.0);
+        check(odometry.pose().yaw_rad, 0.2, 1e-12);
     }
 
     #[test]

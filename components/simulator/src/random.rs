@@ -12,6 +12,16 @@ pub enum Stream {
     Laser = 1,
     /// Motion noise in the odometry.
     Odometry = 2,
+    /// Short and random readings of the laser.
+    Mixture = 3,
+    /// Slippery moments.
+    Slip = 4,
+    /// Noise and bias of the gyroscope.
+    Imu = 5,
+    /// Noise of the compass.
+    Compass = 6,
+    /// Errors of satellite positions.
+    Gps = 7,
 }
 
 /// A reproducible stream of random numbers.

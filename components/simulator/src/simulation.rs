@@ -3,12 +3,19 @@
 //! simulation catches up in steps and hands back what its sensors said on the way.
 
 use crate::battery::{Battery, BatteryModel};
+use crate::camera::CameraModel;
+use crate::compass::{Compass, CompassModel};
+use crate::contact::Side;
 use crate::drive::{Drive, DriveModel};
-use crate::laser::LaserModel;
+use crate::gps::{Gps, GpsModel};
+use crate::imu::{Gyroscope, ImuModel};
+use crate::laser::{Laser, LaserModel};
 use crate::odometry::{Odometry, OdometryModel};
-use crate::pose::Pose2;
-use crate::random::{Random, Stream};
-use crate::world::{DrawingError, World};
+use crate::people::{Crowd, Manners};
+use crate::pose::{Portable, Pose2, wrap_angle};
+pub use crate::reading::{Motion, Rates, Reading, Stamped};
+use crate::scene::{Body, Kind, Scene};
+use crate::world::{World, WorldError};
 
 /// Length of a simulation step, in seconds.
 pub const STEP_S: f64 = 0.01;
@@ -16,6 +23,9 @@ pub const STEP_S: f64 = 0.01;
 /// Most time caught up at once, in seconds: after a longer pause (a suspended machine, a stopped
 /// process) simulated time jumps, instead of burning the processor to live through it.
 pub const CATCH_UP_S: f64 = 0.5;
+
+/// How many other robots may share the world.
+pub const OTHERS: usize = 4;
 
 /// Battery reports per second.
 const BATTERY_RATE_HZ: f64 = 1.0;
@@ -29,67 +39,22 @@ pub struct Models {
     pub drive: DriveModel,
     /// The faults of the odometry.
     pub odometry: OdometryModel,
+    /// The gyroscope.
+    pub imu: ImuModel,
+    /// The compass.
+    pub compass: CompassModel,
+    /// The satellite receiver.
+    pub gps: GpsModel,
+    /// The camera.
+    pub camera: CameraModel,
     /// The battery.
     pub battery: BatteryModel,
+    /// What people do.
+    pub people: Manners,
     /// How often the sensors report.
     pub rates: Rates,
     /// Seed of all noise.
     pub seed: u64,
-}
-
-/// How often the sensors report.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rates {
-    /// Scans per second.
-    pub scan_hz: f64,
-    /// Odometry and truth per second.
-    pub odometry_hz: f64,
-}
-
-impl Default for Rates {
-    fn default() -> Self {
-        Self { scan_hz: 10.0, odometry_hz: 20.0 }
-    }
-}
-
-/// Where the base is and how it moves, at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// The pose, in the frame of whoever says it.
-    pub pose: Pose2,
-    /// Speed forward, in metres per second.
-    pub speed_mps: f64,
-    /// Turn rate, in radians per second.
-    pub turn_radps: f64,
-}
-
-/// What a sensor says.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Reading {
-    /// The wheels: odom_from_base.
-    Odometry(Motion),
-    /// The exact motion: map_from_base.
-    Truth(Motion),
-    /// Ranges from right to left, in metres; +∞ and NaN mean nothing seen.
-    Scan(Vec<f32>),
-    /// The battery, and its current in amperes.
-    Battery {
-        /// The battery now.
-        battery: Battery,
-        /// Its current, negative when discharging.
-        current_a: f64,
-    },
-    /// Collisions so far, at the start and after each one.
-    Collisions(u64),
-}
-
-/// A reading and its time, on the clock of whoever runs the simulation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stamped {
-    /// When it was taken, in seconds.
-    pub time_s: f64,
-    /// What it says.
-    pub reading: Reading,
 }
 
 /// A robot in a world.
@@ -97,11 +62,33 @@ pub struct Simulation {
     world: World,
     models: Models,
     drive: Drive,
-    odometry: Odometry,
+    sensors: Sensors,
     battery: Battery,
-    laser_random: Random,
+    crowd: Crowd,
+    /// Where the other robots were said to be last, in the map frame.
+    others: [Option<Body>; OTHERS],
+    /// All that moves, in the step just made.
+    bodies: Vec<Body>,
     clock: Clock,
-    reported_collisions: Option<u64>,
+    /// Whether somebody looks at the pictures.
+    is_watched: bool,
+    reported: Reported,
+}
+
+/// The sensors that have a state of their own.
+struct Sensors {
+    odometry: Odometry,
+    laser: Laser,
+    gyroscope: Gyroscope,
+    compass: Compass,
+    gps: Gps,
+}
+
+/// What has been said and need not be said again.
+#[derive(Default)]
+struct Reported {
+    collisions: Option<u64>,
+    contact: Option<Option<Side>>,
 }
 
 /// Counts steps; only the time stamps depend on where the counting began.
@@ -131,15 +118,26 @@ impl Simulation {
     ///
     /// # Errors
     /// The start is nearer to a wall than the radius of the base.
-    pub fn new(world: World, models: Models, now_s: f64) -> Result<Self, DrawingError> {
+    pub fn new(world: World, models: Models, now_s: f64) -> Result<Self, WorldError> {
         world.check_start(models.drive.radius_m)?;
+        let seed = models.seed;
+        let sensors = Sensors {
+            odometry: Odometry::new(models.odometry, seed),
+            laser: Laser::new(models.laser, seed),
+            gyroscope: Gyroscope::new(models.imu, seed),
+            compass: Compass::new(models.compass, seed),
+            gps: Gps::new(models.gps, seed),
+        };
         Ok(Self {
-            drive: Drive::new(models.drive),
-            odometry: Odometry::new(models.odometry, models.seed),
+            drive: Drive::new(models.drive, seed),
+            sensors,
             battery: Battery::new(models.battery),
-            laser_random: Random::new(models.seed, Stream::Laser),
+            crowd: Crowd::new(world.routes(), models.people),
+            others: [None; OTHERS],
+            bodies: Vec::new(),
             clock: Clock { epoch_s: now_s, steps: 0 },
-            reported_collisions: None,
+            is_watched: false,
+            reported: Reported::default(),
             world,
             models,
         })
@@ -153,6 +151,11 @@ impl Simulation {
     /// Where the base really is: map_from_base.
     pub fn pose(&self) -> Pose2 {
         self.drive.pose()
+    }
+
+    /// The people and other robots, as of the last step.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
     }
 
     /// Simulated time, in seconds on the clock of whoever runs it.
@@ -169,6 +172,22 @@ impl Simulation {
     /// Puts the base to rest at once.
     pub fn halt(&mut self) {
         self.drive.halt();
+    }
+
+    /// Says where another robot is, by its pose on the sheet and its radius in metres; it stays
+    /// there until it is said again. One beyond [`OTHERS`] is not there.
+    pub fn other_seen(&mut self, index: usize, sheet_from_other: Pose2, radius_m: f64) {
+        let map_from_sheet = self.world.sheet_from_map().inverted();
+        let (x_m, y_m) = map_from_sheet.point_from(sheet_from_other.x_m, sheet_from_other.y_m);
+        if let Some(other) = self.others.get_mut(index) {
+            *other = Some(Body { x_m, y_m, radius_m, kind: Kind::Robot });
+        }
+    }
+
+    /// Says whether somebody looks at the pictures: only then they are taken at their rate, else
+    /// one a second.
+    pub fn watch(&mut self, is_watched: bool) {
+        self.is_watched = is_watched;
     }
 
     /// Catches up with the time `now_s` and appends what the sensors said, oldest first. When
@@ -190,163 +209,78 @@ impl Simulation {
             self.drive.release();
         }
         let before = self.drive.pose();
-        self.drive.step(&self.world, self.clock.time_s(), STEP_S);
+        self.crowd.walk(STEP_S, &self.robots(before));
+        self.bodies.clear();
+        self.bodies.extend(self.crowd.bodies().chain(self.others.into_iter().flatten()));
+        let scene = Scene { world: &self.world, bodies: &self.bodies };
+        self.drive.step(scene, self.clock.time_s(), STEP_S);
         let after = self.drive.pose();
-        self.odometry.moved(before, after, STEP_S);
+        self.sensors.odometry.slipped(before, after, self.drive.lost(), STEP_S);
         self.battery.drain(STEP_S, libm::hypot(after.x_m - before.x_m, after.y_m - before.y_m));
-        self.report(readings);
+        let turn_radps = wrap_angle(after.yaw_rad - before.yaw_rad) / STEP_S;
+        self.report_contacts(readings);
+        self.report(turn_radps, readings);
+    }
+
+    /// All robots, this one first.
+    fn robots(&self, here: Pose2) -> Vec<Body> {
+        let radius_m = self.models.drive.radius_m;
+        let own = Body { x_m: here.x_m, y_m: here.y_m, radius_m, kind: Kind::Robot };
+        std::iter::once(own).chain(self.others.into_iter().flatten()).collect()
+    }
+
+    /// Says what the base has run into, if it is news.
+    fn report_contacts(&mut self, readings: &mut Vec<Stamped>) {
+        let time_s = self.clock.time_s();
+        let collisions = self.drive.collisions();
+        if self.reported.collisions.replace(collisions) != Some(collisions) {
+            readings.push(Stamped { time_s, reading: Reading::Collisions(collisions) });
+        }
+        let contact = self.drive.contact(Scene { world: &self.world, bodies: &self.bodies });
+        if self.reported.contact.replace(contact) != Some(contact) {
+            readings.push(Stamped { time_s, reading: Reading::Bumper(contact) });
+        }
     }
 
     /// Reads the sensors that are due: odometry before the scan of the same instant.
-    fn report(&mut self, readings: &mut Vec<Stamped>) {
-        let time_s = self.clock.time_s();
+    fn report(&mut self, turn_radps: f64, readings: &mut Vec<Stamped>) {
+        let (clock, rates, drive) = (&self.clock, self.models.rates, &self.drive);
+        let time_s = clock.time_s();
         let mut say = |reading| readings.push(Stamped { time_s, reading });
-        let collisions = self.drive.collisions();
-        if self.reported_collisions != Some(collisions) {
-            self.reported_collisions = Some(collisions);
-            say(Reading::Collisions(collisions));
+        let scene = Scene { world: &self.world, bodies: &self.bodies };
+        let here = drive.pose();
+        let sheet_from_base = self.world.sheet_from_map().then(here);
+        let sensors = &mut self.sensors;
+        if clock.is_due(rates.imu_hz) {
+            say(Reading::Turn(sensors.gyroscope.read(turn_radps, 1.0 / rates.imu_hz)));
         }
-        if self.clock.is_due(self.models.rates.odometry_hz) {
-            let (speed_mps, turn_radps) = (self.drive.speed_mps(), self.drive.turn_radps());
+        if clock.is_due(rates.odometry_hz) {
+            let (speed_mps, turn_radps) = (drive.speed_mps(), drive.turn_radps());
             let motion = |pose| Motion { pose, speed_mps, turn_radps };
-            say(Reading::Odometry(motion(self.odometry.pose())));
-            say(Reading::Truth(motion(self.drive.pose())));
+            say(Reading::Odometry(motion(sensors.odometry.pose())));
+            say(Reading::Truth(motion(here)));
+            say(Reading::Presence(sheet_from_base));
         }
-        if self.clock.is_due(self.models.rates.scan_hz) {
-            let laser = &self.models.laser;
-            say(Reading::Scan(laser.scan(&self.world, self.drive.pose(), &mut self.laser_random)));
+        if clock.is_due(rates.scan_hz) {
+            say(Reading::Scan(sensors.laser.scan(scene, here)));
         }
-        if self.clock.is_due(BATTERY_RATE_HZ) {
-            let current_a = self.battery.current_a(self.drive.speed_mps());
+        if clock.is_due(rates.compass_hz) {
+            say(Reading::Heading(sensors.compass.read(sheet_from_base.yaw_rad)));
+        }
+        if clock.is_due(rates.gps_hz) {
+            let Pose2 { x_m, y_m, .. } = sheet_from_base;
+            say(Reading::Position(sensors.gps.read(x_m, y_m, 1.0 / rates.gps_hz)));
+        }
+        if clock.is_due(if self.is_watched { rates.camera_hz } else { rates.camera_hz.min(1.0) }) {
+            say(Reading::Picture(self.models.camera.picture(scene, here)));
+        }
+        if clock.is_due(BATTERY_RATE_HZ) {
+            let current_a = self.battery.current_a(drive.speed_mps());
             say(Reading::Battery { battery: self.battery.clone(), current_a });
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ROOM: &[u8] = br#"<svg><rect x="-3" y="-3" width="6" height="6"/>
-        <circle cx="1.5" cy="1.5" r="0.3"/><circle id="start"/></svg>"#;
-
-    fn simulation(models: Models, now_s: f64) -> Simulation {
-        let world = World::parse("room.svg", ROOM).expect("a readable world");
-        Simulation::new(world, models, now_s).expect("a free start")
-    }
-
-    /// Runs 20 s in ticks of a given length, turning and driving, and gives back all readings.
-    fn run(seed: u64, epoch_s: f64, tick_s: f64) -> Vec<Stamped> {
-        let mut simulation = simulation(Models { seed, ..Models::default() }, epoch_s);
-        let mut readings = Vec::new();
-        let ticks = (20.0 / tick_s).round() as u32;
-        for tick in 1..=ticks {
-            let now_s = epoch_s + f64::from(tick) * tick_s;
-            simulation.advance_to(now_s, &mut readings);
-            simulation.command(0.6, 0.3, now_s, now_s);
-        }
-        readings
-    }
-
-    /// The readings as text without their times (NaN equals NaN there).
-    fn said(readings: &[Stamped]) -> Vec<String> {
-        readings.iter().map(|stamped| format!("{:?}", stamped.reading)).collect()
-    }
-
-    #[test]
-    fn a_seed_repeats_the_whole_run_at_any_time_of_day() {
-        let first = said(&run(3, 0.0, 0.05));
-        assert_eq!(first, said(&run(3, 0.0, 0.05)));
-        assert_eq!(first, said(&run(3, 1_795_000_000.0, 0.05)));
-        assert_ne!(first, said(&run(4, 0.0, 0.05)));
-    }
-
-    #[test]
-    fn sensors_report_at_their_rates_with_exact_stamps() {
-        let readings = run(1, 100.0, 0.05);
-        let times = |wanted: fn(&Reading) -> bool| -> Vec<f64> {
-            readings.iter().filter(|s| wanted(&s.reading)).map(|s| s.time_s).collect()
-        };
-        let scans = times(|r| matches!(r, Reading::Scan(_)));
-        let odometry = times(|r| matches!(r, Reading::Odometry(_)));
-        assert_eq!(scans.len(), 200);
-        assert_eq!(odometry.len(), 400);
-        assert_eq!(times(|r| matches!(r, Reading::Truth(_))), odometry);
-        assert_eq!(times(|r| matches!(r, Reading::Battery { .. })).len(), 20);
-        assert!(scans.windows(2).all(|pair| (pair[1] - pair[0] - 0.1).abs() < 1e-9));
-        assert!(scans.iter().all(|scan| odometry.contains(scan)), "each scan has its odometry");
-    }
-
-    #[test]
-    fn odometry_comes_before_the_scan_of_its_instant() {
-        let readings = run(1, 0.0, 0.05);
-        let scan = readings.iter().position(|s| matches!(s.reading, Reading::Scan(_)));
-        let before = &readings[..scan.expect("a scan")];
-        let time_s = readings[before.len()].time_s;
-        assert!(
-            before
-                .iter()
-                .any(|s| { s.time_s == time_s && matches!(s.reading, Reading::Odometry(_)) })
-        );
-    }
-
-    #[test]
-    fn collisions_are_said_at_first_and_when_they_happen() {
-        let mut simulation = simulation(Models::default(), 0.0);
-        let mut readings = Vec::new();
-        for tick in 1..=200 {
-            let now_s = f64::from(tick) * 0.05;
-            simulation.command(1.0, 0.0, now_s, now_s);
-            simulation.advance_to(now_s, &mut readings);
-        }
-        let counts: Vec<u64> = readings
-            .iter()
-            .filter_map(
-                |s| if let Reading::Collisions(count) = s.reading { Some(count) } else { None },
-            )
-            .collect();
-        assert_eq!(counts, [0, 1]);
-    }
-
-    #[test]
-    fn without_commands_the_base_comes_to_rest_whatever_the_clock_does() {
-        let mut simulation = simulation(Models::default(), 0.0);
-        let mut readings = Vec::new();
-        simulation.command(1.0, 0.0, 1e12, 0.0);
-        simulation.advance_to(0.4, &mut readings);
-        assert!(simulation.pose().x_m > 0.1, "it drives: {:?}", simulation.pose());
-        // The process is stopped for a minute; then it runs on.
-        for tick in 0..40 {
-            simulation.advance_to(60.0 + f64::from(tick) * 0.05, &mut readings);
-        }
-        let rest = simulation.pose();
-        assert!(rest.x_m < 0.5, "braked as soon as it ran on: {rest:?}");
-        simulation.advance_to(62.4, &mut readings);
-        assert_eq!(simulation.pose(), rest);
-    }
-
-    #[test]
-    fn a_clock_that_jumps_costs_no_time_to_catch_up_with() {
-        let mut simulation = simulation(Models::default(), 0.0);
-        let mut readings = Vec::new();
-        for now_s in [1e6, 1e9, 5.0, -3600.0] {
-            simulation.advance_to(now_s, &mut readings);
-            assert!((simulation.time_s() - now_s).abs() < 1e-3, "{now_s}");
-        }
-        assert!(readings.len() < 20, "{}", readings.len());
-    }
-
-    #[test]
-    fn an_empty_battery_ends_all_driving() {
-        let battery = BatteryModel { initial_level: 0.001, endurance_s: 1000.0, range_m: 1e9 };
-        let mut simulation = simulation(Models { battery, ..Models::default() }, 0.0);
-        let mut readings = Vec::new();
-        for tick in 1..=100 {
-            let now_s = f64::from(tick) * 0.05;
-            simulation.command(0.3, 0.0, now_s, now_s);
-            simulation.advance_to(now_s, &mut readings);
-        }
-        let x_m = simulation.pose().x_m;
-        assert!((0.2..0.5).contains(&x_m), "a second of driving, then braking: {x_m}");
-    }
-}
+#[path = "simulation_tests.rs"]
+mod tests;

@@ -1,23 +1,16 @@
-//! The world as the robot meets it: straight walls in the map frame, whose origin is the start pose.
-//! Rays and clearances walk parry's tree of boxes and compute each wall in double precision: parry's
-//! own segment test calls a ray parallel to a short wall at up to 2°.
+//! The world as the robot meets it, in the map frame, whose origin is the start pose: walls drawn as
+//! SVG, or the cells of a grid map. Both have the same outlines; rays find drawn walls by a tree and
+//! cells by walking over the grid.
 
 use std::path::Path;
 
-use parry2d::bounding_volume::Aabb;
-use parry2d::math::Vector;
-use parry2d::partitioning::{Bvh, BvhBuildStrategy};
-use parry2d::query::{PointQuery, Ray};
-
 use crate::drawing::Drawing;
 pub use crate::drawing::{DrawingError, DrawingFault, Segment};
+use crate::map_server::{self, MapError};
+use crate::people::Route;
 use crate::pose::{Portable, Pose2};
-
-/// By how much boxes in single precision are widened, so that rounding never hides a wall (metres).
-const BOX_MARGIN_M: f32 = 0.001;
-
-/// How far beyond its ends a wall still stops a ray, so that none slips through a corner (metres).
-const CORNER_SEAL_M: f64 = 1e-6;
+use crate::raster::Raster;
+use crate::walls::Walls;
 
 /// An axis-aligned extent in the map frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,22 +21,82 @@ pub struct Extent {
     pub max_m: (f64, f64),
 }
 
-/// A world of straight walls, in the map frame (REP-103, origin and heading of the start).
+/// Why there is no world to be in.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// The drawing cannot be read.
+    #[error(transparent)]
+    Drawing(#[from] DrawingError),
+    /// The grid map cannot be read.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// A wall is too near to the start.
+    #[error(
+        "{place}: the start is {clearance_m:.2} m from a wall, the base has a radius of \
+         {radius_m:.2} m; move the start into the open"
+    )]
+    StartBlocked {
+        /// The file, with the line of the start if it is drawn.
+        place: String,
+        /// Radius of the base, in metres.
+        radius_m: f64,
+        /// Distance to the nearest wall, in metres; 0 within one.
+        clearance_m: f64,
+    },
+}
+
+/// Where a robot begins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// The id of the circle in the drawing.
+    pub id: String,
+    /// Where it begins if there is no such circle: on the sheet of a drawing as its circle would
+    /// be (x right, y down), in the frame of a grid map (y up); heading anticlockwise from x.
+    pub otherwise: Option<Pose2>,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self { id: "start".to_owned(), otherwise: None }
+    }
+}
+
+/// A world, in the map frame (REP-103, origin and heading of the start).
 #[derive(Clone)]
 pub struct World {
-    file: String,
-    start_line: usize,
-    segments: Vec<Segment>,
-    boxes: Bvh,
+    /// Where it was read, for errors: file and line of the start.
+    place: String,
+    /// The start in the frame of the drawing with y up, or of the grid map.
+    sheet_from_map: Pose2,
+    walls: Walls,
+    raster: Option<Raster>,
+    routes: Vec<Route>,
 }
 
 impl World {
-    /// Reads the world from an SVG drawing file.
+    /// Reads a world from an SVG drawing, or from the YAML file of a grid map.
     ///
     /// # Errors
-    /// The first fault of the drawing, with file and line.
-    pub fn read(path: &Path) -> Result<Self, DrawingError> {
-        Ok(Self::from_drawing(path.display().to_string(), Drawing::read(path)?))
+    /// The first fault of the file, with its line.
+    pub fn read(path: &Path) -> Result<Self, WorldError> {
+        Self::read_from(path, &Start::default())
+    }
+
+    /// Reads a world in which the robot begins somewhere of its own.
+    ///
+    /// # Errors
+    /// The first fault of the file, with its line; no such start in the drawing.
+    pub fn read_from(path: &Path, start: &Start) -> Result<Self, WorldError> {
+        let is_map = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
+        if is_map {
+            let (cells, sheet_from_cells) = map_server::read(path)?;
+            let sheet_from_map = start.otherwise.unwrap_or_default();
+            let map_from_cells = sheet_from_map.inverted().then(sheet_from_cells);
+            let file = path.display().to_string();
+            Ok(Self::from_raster(file, sheet_from_map, Raster::new(cells, map_from_cells)?))
+        } else {
+            Ok(Self::from_drawing(path.display().to_string(), Drawing::read(path, start)?))
+        }
     }
 
     /// Reads the world from the bytes of a drawing; `file` names it in errors.
@@ -51,29 +104,46 @@ impl World {
     /// # Errors
     /// The first fault of the drawing, with file and line.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, DrawingError> {
-        Ok(Self::from_drawing(file.to_owned(), Drawing::parse(file, bytes)?))
+        Ok(Self::from_drawing(file.to_owned(), Drawing::parse(file, bytes, &Start::default())?))
     }
 
     fn from_drawing(file: String, drawing: Drawing) -> Self {
-        let map_from_drawing = drawing.start.inverted();
-        let moved = |(x_m, y_m): (f64, f64)| map_from_drawing.point_from(x_m, y_m);
-        let segments: Vec<Segment> = drawing
+        let map_from_sheet = drawing.start.inverted();
+        let moved = |(x_m, y_m): (f64, f64)| map_from_sheet.point_from(x_m, y_m);
+        let segments = drawing
             .segments
             .iter()
-            .map(|wall| Segment { from_m: moved(wall.from_m), to_m: moved(wall.to_m) })
-            .collect();
-        let boxes: Vec<Aabb> = segments.iter().map(wall_box).collect();
+            .map(|wall| Segment { from_m: moved(wall.from_m), to_m: moved(wall.to_m) });
+        let place = drawing.start_line.map_or(file.clone(), |line| format!("{file}:{line}"));
+        let routes = drawing.routes.into_iter().map(|route| route.moved(moved)).collect();
         Self {
-            file,
-            start_line: drawing.start_line,
-            boxes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-            segments,
+            place,
+            sheet_from_map: drawing.start,
+            walls: Walls::new(segments.collect()),
+            raster: None,
+            routes,
         }
     }
 
-    /// All walls; never empty.
+    fn from_raster(place: String, sheet_from_map: Pose2, raster: Raster) -> Self {
+        let walls = Walls::new(raster.outlines());
+        Self { place, sheet_from_map, walls, raster: Some(raster), routes: Vec::new() }
+    }
+
+    /// All walls as outlines; never empty.
     pub fn segments(&self) -> &[Segment] {
-        &self.segments
+        self.walls.segments()
+    }
+
+    /// The ways of the people in it.
+    pub fn routes(&self) -> &[Route] {
+        &self.routes
+    }
+
+    /// The start in the frame of the drawing with y up, or of the grid map: what several robots
+    /// in one world have in common.
+    pub fn sheet_from_map(&self) -> Pose2 {
+        self.sheet_from_map
     }
 
     /// The extent of all walls.
@@ -82,7 +152,7 @@ impl World {
             min_m: (f64::INFINITY, f64::INFINITY),
             max_m: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         };
-        for (x, y) in self.segments.iter().flat_map(|wall| [wall.from_m, wall.to_m]) {
+        for (x, y) in self.segments().iter().flat_map(|wall| [wall.from_m, wall.to_m]) {
             extent.min_m = (extent.min_m.0.min(x), extent.min_m.1.min(y));
             extent.max_m = (extent.max_m.0.max(x), extent.max_m.1.max(y));
         }
@@ -92,85 +162,38 @@ impl World {
     /// Checks that a round base fits where it starts.
     ///
     /// # Errors
-    /// [`DrawingFault::StartBlocked`] when a wall is nearer than the radius.
-    pub fn check_start(&self, radius_m: f64) -> Result<(), DrawingError> {
-        let clearance_m = self.clearance_m(0.0, 0.0);
+    /// [`WorldError::StartBlocked`] when a wall is nearer than the radius.
+    pub fn check_start(&self, radius_m: f64) -> Result<(), WorldError> {
+        let is_inside = self.raster.as_ref().is_some_and(|raster| raster.is_solid_at(0.0, 0.0));
+        let clearance_m = if is_inside { 0.0 } else { self.clearance_m(0.0, 0.0) };
         if clearance_m > radius_m {
             return Ok(());
         }
-        let fault = DrawingFault::StartBlocked { radius_m, clearance_m };
-        Err(DrawingError { file: self.file.clone(), line: self.start_line, fault })
+        Err(WorldError::StartBlocked { place: self.place.clone(), radius_m, clearance_m })
     }
 
     /// The distance from a pose along its heading to the first wall, if one is nearer than
     /// `max_range_m` (metres).
     pub fn range_m(&self, from: Pose2, max_range_m: f64) -> Option<f64> {
-        let (sin, cos) = libm::sincos(from.yaw_rad);
-        let exact = |wall: u32| ray_to_wall_m(from, (cos, sin), &self.segments[wall as usize]);
-        let ray = Ray::new(single(from.x_m, from.y_m), single(cos, sin));
-        let reach = max_range_m as f32 + BOX_MARGIN_M;
-        let (nearest, _) = self
-            .boxes
-            .cast_ray(&ray, reach, |wall, _| exact(wall).map(|range_m| range_m as f32))?;
-        exact(nearest).filter(|&range_m| range_m < max_range_m)
+        match &self.raster {
+            Some(raster) => raster.range_m(from, max_range_m),
+            None => self.walls.range_m(from, max_range_m),
+        }
     }
 
     /// The distance from a point in the map frame to the nearest wall, in metres.
     pub fn clearance_m(&self, x_m: f64, y_m: f64) -> f64 {
-        let point = single(x_m, y_m);
-        let exact = |wall: u32| point_to_wall_m((x_m, y_m), &self.segments[wall as usize]);
-        self.boxes
-            .find_best(
-                f32::MAX,
-                |node, _| node.aabb().distance_to_local_point(point, true),
-                |wall, _| Some(exact(wall) as f32),
-            )
-            .map_or(f64::INFINITY, |(nearest, _)| exact(nearest))
+        self.walls.nearest(x_m, y_m).map_or(f64::INFINITY, |(away_m, _)| away_m)
     }
-}
 
-fn single(x: f64, y: f64) -> Vector {
-    Vector::new(x as f32, y as f32)
-}
-
-fn wall_box(wall: &Segment) -> Aabb {
-    let (from, to) = (single(wall.from_m.0, wall.from_m.1), single(wall.to_m.0, wall.to_m.1));
-    let margin = Vector::new(BOX_MARGIN_M, BOX_MARGIN_M);
-    Aabb::new(from.min(to) - margin, from.max(to) + margin)
-}
-
-/// Where a ray meets a wall: its distance, or nothing.
-fn ray_to_wall_m(from: Pose2, (cos, sin): (f64, f64), wall: &Segment) -> Option<f64> {
-    let (along_x, along_y) = (wall.to_m.0 - wall.from_m.0, wall.to_m.1 - wall.from_m.1);
-    let (to_x, to_y) = (wall.from_m.0 - from.x_m, wall.from_m.1 - from.y_m);
-    let length_m = libm::sqrt(along_x * along_x + along_y * along_y);
-    let cross = cos * along_y - sin * along_x;
-    // How far the wall's first end is off the ray, to the left.
-    let offset_m = cos * to_y - sin * to_x;
-    if cross.abs() <= 1e-12 * length_m {
-        // Seen from its end, a wall is as near as its nearer end.
-        let ends = [cos * to_x + sin * to_y, cos * (to_x + along_x) + sin * (to_y + along_y)];
-        let is_met = offset_m.abs() <= CORNER_SEAL_M && ends[0].max(ends[1]) >= 0.0;
-        return is_met.then(|| ends[0].min(ends[1]).max(0.0));
+    /// The point of the walls that is nearest to a point in the map frame, and how far away it is.
+    pub(crate) fn nearest(&self, x_m: f64, y_m: f64) -> Option<(f64, (f64, f64))> {
+        self.walls.nearest(x_m, y_m)
     }
-    let on_wall_m = -offset_m / cross * length_m;
-    let range_m = (to_x * along_y - to_y * along_x) / cross;
-    let is_met = range_m >= 0.0 && (-CORNER_SEAL_M..=length_m + CORNER_SEAL_M).contains(&on_wall_m);
-    is_met.then_some(range_m)
-}
-
-fn point_to_wall_m((x, y): (f64, f64), wall: &Segment) -> f64 {
-    let (along_x, along_y) = (wall.to_m.0 - wall.from_m.0, wall.to_m.1 - wall.from_m.1);
-    let (to_x, to_y) = (x - wall.from_m.0, y - wall.from_m.1);
-    let length_squared = along_x * along_x + along_y * along_y;
-    let share = ((to_x * along_x + to_y * along_y) / length_squared).clamp(0.0, 1.0);
-    let (off_x, off_y) = (to_x - share * along_x, to_y - share * along_y);
-    libm::sqrt(off_x * off_x + off_y * off_y)
 }
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
     use super::*;
@@ -248,34 +271,8 @@ mod tests {
         let world = World::parse("world.svg", text.as_bytes()).expect("readable");
         assert_eq!(world.check_start(0.05), Ok(()));
         let error = world.check_start(0.18).expect_err("too near");
-        assert_eq!(error.line, 3);
+        assert!(error.to_string().starts_with("world.svg:3: "), "{error}");
         assert!(error.to_string().contains("0.10 m"), "{error}");
-    }
-
-    proptest! {
-        /// The tree finds the same wall as asking every wall.
-        #[test]
-        fn the_tree_agrees_with_trying_every_wall(
-            ends in proptest::collection::vec((-50.0..50.0f64, -50.0..50.0f64), 2..40),
-            x_m in -50.0..50.0f64,
-            y_m in -50.0..50.0f64,
-            yaw_rad in -PI..PI,
-        ) {
-            let points: String = ends.iter().map(|(x, y)| format!("{x},{y} ")).collect();
-            let world = world(&format!(r#"<polyline points="{points}"/>"#), "");
-            let from = Pose2::new(x_m, y_m, yaw_rad);
-            let direction = (libm::cos(yaw_rad), libm::sin(yaw_rad));
-            let tried = world.segments().iter().filter_map(|w| ray_to_wall_m(from, direction, w));
-            let nearest = tried.min_by(f64::total_cmp).filter(|&range_m| range_m < 60.0);
-            let found = world.range_m(from, 60.0);
-            prop_assert_eq!(found.is_some(), nearest.is_some());
-            if let (Some(found), Some(nearest)) = (found, nearest) {
-                prop_assert!((found - nearest).abs() < 1e-4);
-            }
-            let tried = world.segments().iter().map(|w| point_to_wall_m((x_m, y_m), w));
-            let nearest = tried.min_by(f64::total_cmp).expect("walls");
-            prop_assert!((world.clearance_m(x_m, y_m) - nearest).abs() < 1e-4);
-        }
     }
 
     #[test]

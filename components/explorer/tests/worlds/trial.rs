@@ -231,7 +231,7 @@ impl Trial {
                         println!("{now_s:7.2} COLLISION at {after:?}");
                     }
                 }
-                Reading::Truth(_) | Reading::Battery { .. } => {}
+                _ => {}
             }
         }
     }

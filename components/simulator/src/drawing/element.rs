@@ -57,11 +57,14 @@ impl<'a> Element<'a> {
         DrawingFault::BadNumber { attribute: attribute.to_owned(), value: shortened(text) }
     }
 
+    pub(super) fn has_class(&self, class: &str) -> bool {
+        self.text("class").is_some_and(|c| c.split_whitespace().any(|c| c == class))
+    }
+
     /// Whether the robot shall not see it, nor what is in it: an annotation, hidden, or something
     /// that is never drawn.
     pub(super) fn is_ignored(&self) -> bool {
-        let is_annotation =
-            self.text("class").is_some_and(|c| c.split_whitespace().any(|c| c == "annotation"));
+        let is_annotation = self.has_class("annotation");
         let is_hidden = self.text("display") == Some("none")
             || self.text("style").is_some_and(|style| {
                 style.split(';').any(|rule| {

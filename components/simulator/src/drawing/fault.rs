@@ -111,27 +111,26 @@ pub enum DrawingFault {
     TooFar,
     /// There is no start.
     #[error(
-        "no start; add <circle id=\"start\" cx=\"…\" cy=\"…\" r=\"0.18\" data-heading=\"0\"/> \
-         where the robot begins"
+        "no start; add <circle id=\"{0}\" class=\"start\" cx=\"…\" cy=\"…\" r=\"0.18\" \
+         data-heading=\"0\"/> where the robot begins, or give start_x and start_y"
     )]
-    NoStart,
+    NoStart(String),
     /// There is more than one start.
-    #[error("a second id=\"start\"; keep one")]
-    SecondStart,
+    #[error("a second id=\"{0}\"; keep one")]
+    SecondStart(String),
     /// The start is not a circle.
-    #[error("<{0} id=\"start\"> is not a circle; the start is <circle id=\"start\" …>")]
+    #[error("a start is drawn as <{0}>; it is a circle, <circle id=\"start\" …>")]
     StartNotCircle(String),
-    /// A wall is too near to the start.
+    /// What is marked as a person's way is none.
     #[error(
-        "the start is {clearance_m:.2} m from a wall, the base has a radius of {radius_m:.2} m; \
-         move the start into the open"
+        "<{0} class=\"person\"> is no way to walk; draw one line, polyline, polygon or path of \
+         straight pieces, with data-speed=\"…\" from 0 to {most} m/s",
+        most = limits::SPEED_MPS
     )]
-    StartBlocked {
-        /// Radius of the base, in metres.
-        radius_m: f64,
-        /// Distance to the nearest wall, in metres.
-        clearance_m: f64,
-    },
+    Route(String),
+    /// More people than anybody can watch.
+    #[error("more than {} people; remove some", limits::PEOPLE)]
+    TooManyPeople,
     /// Nothing in the drawing is solid.
     #[error("nothing solid is drawn; add walls with line, polyline, polygon, rect, circle or path")]
     NoWalls,

@@ -17,7 +17,9 @@ use std::path::Path;
 
 use quick_xml::Reader;
 
+use crate::people::Route;
 use crate::pose::Pose2;
+use crate::world::Start;
 pub use fault::{DrawingError, DrawingFault};
 use sheet::Sheet;
 
@@ -33,6 +35,10 @@ pub(crate) mod limits {
     pub const ATTRIBUTES: usize = 64;
     /// Straight walls in all; keeps the search tree in a few tens of megabytes.
     pub const SEGMENTS: usize = 200_000;
+    /// People in a world; each costs a little for every beam.
+    pub const PEOPLE: usize = 100;
+    /// Nobody walks faster, in metres per second.
+    pub const SPEED_MPS: f64 = 10.0;
     /// Distance of any point from the origin, in metres: keeps single-precision boxes within 0.1 mm.
     pub const COORDINATE_M: f64 = 1000.0;
 }
@@ -53,16 +59,18 @@ pub struct Drawing {
     pub segments: Vec<Segment>,
     /// Where the robot begins.
     pub start: Pose2,
-    /// The line of the start in the file.
-    pub start_line: usize,
+    /// The line of the start in the file, if it is drawn.
+    pub start_line: Option<usize>,
+    /// The ways that people walk.
+    pub routes: Vec<Route>,
 }
 
 impl Drawing {
-    /// Reads a drawing file.
+    /// Reads a drawing file in which a robot begins at `start`.
     ///
     /// # Errors
     /// The first fault found, with file and line.
-    pub fn read(path: &Path) -> Result<Self, DrawingError> {
+    pub fn read(path: &Path, start: &Start) -> Result<Self, DrawingError> {
         let file = path.display().to_string();
         let mut bytes = Vec::new();
         // One byte more than allowed tells a full file from one that is too large.
@@ -73,14 +81,14 @@ impl Drawing {
                 line: 0,
                 fault: DrawingFault::Unreadable(e.to_string()),
             })?;
-        Self::parse(&file, &bytes)
+        Self::parse(&file, &bytes, start)
     }
 
     /// Reads a drawing from bytes; `file` is only used to name it in errors.
     ///
     /// # Errors
     /// The first fault found, with file and line.
-    pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, DrawingError> {
+    pub fn parse(file: &str, bytes: &[u8], start: &Start) -> Result<Self, DrawingError> {
         let whole_file = |fault| DrawingError { file: file.to_owned(), line: 0, fault };
         if bytes.len() > limits::BYTES {
             return Err(whole_file(DrawingFault::TooLarge));
@@ -97,7 +105,7 @@ impl Drawing {
             };
             match done {
                 Ok(false) => {}
-                Ok(true) => return sheet.finish().map_err(whole_file),
+                Ok(true) => return sheet.finish(start).map_err(whole_file),
                 Err(fault) => {
                     let line = line_of(text, offset);
                     return Err(DrawingError { file: file.to_owned(), line, fault });

@@ -1,4 +1,4 @@
-//! Collects the walls and the start from the XML events of a drawing.
+//! Collects the walls, the starts and the ways of people from the XML events of a drawing.
 
 use quick_xml::events::{BytesStart, Event};
 
@@ -6,7 +6,9 @@ use super::affine::Affine;
 use super::element::Element;
 use super::fault::{DrawingFault, shortened};
 use super::{Drawing, Segment, limits, shapes};
+use crate::people::Route;
 use crate::pose::Pose2;
+use crate::world::Start;
 
 /// An element that is open: how its content is transformed, and whether the robot sees it.
 #[derive(Clone, Copy)]
@@ -15,13 +17,24 @@ struct Open {
     is_ignored: bool,
 }
 
+/// How fast people walk if the drawing does not say, in metres per second.
+const WALK_MPS: f64 = 1.0;
+
 /// What has been read so far.
 #[derive(Default)]
 pub(super) struct Sheet {
     open: Vec<Open>,
     element_count: usize,
     segments: Vec<Segment>,
-    start: Option<(Pose2, usize)>,
+    starts: Vec<DrawnStart>,
+    routes: Vec<Route>,
+}
+
+/// A circle from which a robot begins.
+struct DrawnStart {
+    id: String,
+    pose: Pose2,
+    line: usize,
 }
 
 impl Sheet {
@@ -74,8 +87,10 @@ impl Sheet {
             open.drawing_from_content =
                 around.drawing_from_content.after(Affine::parse(transform)?);
         }
-        if element.text("id") == Some("start") {
+        if element.text("id") == Some("start") || element.has_class("start") {
             self.place_start(&element, open.drawing_from_content, line())?;
+        } else if element.has_class("person") {
+            self.draw_route(&element, open.drawing_from_content)?;
         } else if element.name != "g" {
             self.draw(&element, open.drawing_from_content)?;
         }
@@ -101,15 +116,46 @@ impl Sheet {
         if element.name != "circle" {
             return Err(DrawingFault::StartNotCircle(shortened(element.name)));
         }
-        if self.start.is_some() {
-            return Err(DrawingFault::SecondStart);
+        let id = element.text("id").unwrap_or("start");
+        if self.starts.iter().any(|start| start.id == id) {
+            return Err(DrawingFault::SecondStart(shortened(id)));
         }
         let coordinate = |name| Ok(element.number(name)?.unwrap_or(0.0));
         let (x_m, y_m) = within(drawing_from_content.point(coordinate("cx")?, coordinate("cy")?))?;
         let (sin, cos) = libm::sincos(coordinate("data-heading")?.to_radians());
         // The heading is given with y up; the transform works with y down, on both sides of it.
         let (ahead, down) = drawing_from_content.direction(cos, -sin);
-        self.start = Some((Pose2::new(x_m, -y_m, libm::atan2(-down, ahead)), line));
+        let pose = Pose2::new(x_m, -y_m, libm::atan2(-down, ahead));
+        self.starts.push(DrawnStart { id: id.to_owned(), pose, line });
+        Ok(())
+    }
+
+    /// The way of a person: one line of at least two points.
+    fn draw_route(
+        &mut self,
+        element: &Element<'_>,
+        drawing_from_content: Affine,
+    ) -> Result<(), DrawingFault> {
+        let outline = match element.name {
+            "line" | "polyline" | "polygon" | "path" => shapes::outline(element, 1.0)?,
+            _ => None,
+        };
+        let speed_mps = element.number("data-speed")?.unwrap_or(WALK_MPS);
+        let mut points = Vec::new();
+        if let Some([polyline]) = outline.as_deref() {
+            for &(x, y) in polyline {
+                let (x_m, y_m) = within(drawing_from_content.point(x, y))?;
+                points.push((x_m, -y_m));
+            }
+        }
+        let route = Route { points, speed_mps };
+        if !(route.length_m() > 0.0 && (0.0..=limits::SPEED_MPS).contains(&speed_mps)) {
+            return Err(DrawingFault::Route(shortened(element.name)));
+        }
+        if self.routes.len() == limits::PEOPLE {
+            return Err(DrawingFault::TooManyPeople);
+        }
+        self.routes.push(route);
         Ok(())
     }
 
@@ -138,15 +184,23 @@ impl Sheet {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Result<Drawing, DrawingFault> {
+    pub(super) fn finish(self, start: &Start) -> Result<Drawing, DrawingFault> {
         if self.element_count == 0 {
             return Err(DrawingFault::Empty);
         }
-        let (start, start_line) = self.start.ok_or(DrawingFault::NoStart)?;
+        let drawn = self.starts.iter().find(|drawn| drawn.id == start.id);
+        // On the sheet y points down.
+        let given = start.otherwise.map(|pose| Pose2 { y_m: -pose.y_m, ..pose });
+        let (pose, start_line) = match (drawn, given) {
+            (Some(drawn), _) => (drawn.pose, Some(drawn.line)),
+            // A name that was asked for and is not there is a mistake, whatever else is given.
+            (None, Some(pose)) if start.id == Start::default().id => (pose, None),
+            (None, _) => return Err(DrawingFault::NoStart(shortened(&start.id))),
+        };
         if self.segments.is_empty() {
             return Err(DrawingFault::NoWalls);
         }
-        Ok(Drawing { segments: self.segments, start, start_line })
+        Ok(Drawing { segments: self.segments, start: pose, start_line, routes: self.routes })
     }
 }
 

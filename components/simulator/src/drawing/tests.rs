@@ -6,7 +6,11 @@ const START: &str = r#"<circle id="start" cx="1" cy="2" r="0.2"/>"#;
 
 /// Reads shapes on lines of their own, from line 2 on, after a start on line 1.
 fn read(shapes: &str) -> Result<Drawing, DrawingError> {
-    Drawing::parse("world.svg", format!("<svg>{START}\n{shapes}\n</svg>").as_bytes())
+    Drawing::parse(
+        "world.svg",
+        format!("<svg>{START}\n{shapes}\n</svg>").as_bytes(),
+        &Start::default(),
+    )
 }
 
 /// The corners that a shape is drawn with: each segment's first end, and the last one's second.
@@ -74,7 +78,7 @@ fn annotations_hidden_and_foreign_elements_are_not_solid() {
 fn the_start_follows_its_transforms() {
     let start = |circle: &str| {
         let text = format!(r#"<svg><line x2="1"/>{circle}</svg>"#);
-        Drawing::parse("w", text.as_bytes()).expect("readable").start
+        Drawing::parse("w", text.as_bytes(), &Start::default()).expect("readable").start
     };
     let plain = start(r#"<circle id="start" cx="1" cy="2" data-heading="90"/>"#);
     assert_eq!((plain.x_m, plain.y_m), (1.0, -2.0));
@@ -86,6 +90,45 @@ fn the_start_follows_its_transforms() {
     );
     assert_eq!((turned.x_m, turned.y_m), (5.0, -5.0));
     assert!((turned.yaw_rad.to_degrees() - 60.0).abs() < 1e-9);
+}
+
+#[test]
+fn one_of_several_starts_is_taken_or_what_is_given_instead() {
+    let text = r#"<svg><line x2="1"/><circle class="start" id="blue" cx="3" cy="4"/></svg>"#;
+    let start = |id: &str, otherwise| {
+        let start = Start { id: id.to_owned(), otherwise };
+        Drawing::parse("w", text.as_bytes(), &start).map(|d| (d.start, d.start_line))
+    };
+    let given = Pose2::new(5.0, 6.0, 0.5);
+    assert_eq!(start("blue", Some(given)), Ok((Pose2::new(3.0, -4.0, 0.0), Some(1))));
+    assert_eq!(start("start", Some(given)), Ok((Pose2::new(5.0, -6.0, 0.5), None)));
+    let no = |id: &str| DrawingFault::NoStart(id.to_owned());
+    assert_eq!(start("start", None).expect_err("none").fault, no("start"));
+    assert_eq!(start("red", Some(given)).expect_err("none").fault, no("red"));
+}
+
+#[test]
+fn the_ways_of_people_are_not_solid() {
+    let drawing = read(
+        r#"<line x2="1"/><path class="person" d="M1 1 H3 V2" data-speed="0.7"/>
+        <g transform="translate(1 1)"><polygon class="person" points="0,0 1,0 1,1"/></g>"#,
+    );
+    let drawing = drawing.expect("readable");
+    assert_eq!(drawing.segments.len(), 1);
+    let corners = vec![(1.0, -1.0), (3.0, -1.0), (3.0, -2.0)];
+    let round = vec![(1.0, -1.0), (2.0, -1.0), (2.0, -2.0), (1.0, -1.0)];
+    let expected =
+        [Route { points: corners, speed_mps: 0.7 }, Route { points: round, speed_mps: 1.0 }];
+    assert_eq!(drawing.routes, expected);
+    for wrong in [
+        r#"<circle class="person" r="1"/>"#,
+        r#"<path class="person" d="M1 1"/>"#,
+        r#"<path class="person" d="M1 1 h1 M3 3 h1"/>"#,
+        r#"<line class="person" x2="1" data-speed="11"/>"#,
+        r#"<line class="person" x2="1" data-speed="-1"/>"#,
+    ] {
+        assert!(matches!(read(wrong).expect_err(wrong).fault, DrawingFault::Route(_)), "{wrong}");
+    }
 }
 
 #[test]
@@ -114,7 +157,7 @@ fn faults_name_their_line_and_what_is_wrong() {
         ("\n<path d=\"M0 0 L1\"/>", 3, F::PathData("L1".to_owned())),
         (r#"<g transform="skewX(4)"/>"#, 2, F::Transform("skewX(4)".to_owned())),
         (r#"<g transform="scale(1e9)"><line x2="1"/></g>"#, 2, F::TooFar),
-        (r#"<circle id="start"/>"#, 2, F::SecondStart),
+        (r#"<circle id="start"/>"#, 2, F::SecondStart("start".to_owned())),
     ];
     for (shapes, line, fault) in cases {
         check_fault(shapes, line, &fault);
@@ -124,20 +167,22 @@ fn faults_name_their_line_and_what_is_wrong() {
 #[test]
 fn files_that_are_no_world_are_refused() {
     use DrawingFault as F;
-    let fault = |text: &[u8]| Drawing::parse("w", text).expect_err("a fault").fault;
+    let fault =
+        |text: &[u8]| Drawing::parse("w", text, &Start::default()).expect_err("a fault").fault;
     let wall = r#"<line x2="1"/>"#;
     assert_eq!(fault(b""), F::Empty);
     assert_eq!(fault(b"\xff<svg/>"), F::NotUtf8);
     assert_eq!(fault(b"<html/>"), F::NotSvg("html".to_owned()));
     assert_eq!(fault(b"<!DOCTYPE svg><svg/>"), F::Doctype);
-    assert_eq!(fault(format!("<svg>{wall}</svg>").as_bytes()), F::NoStart);
+    assert_eq!(fault(format!("<svg>{wall}</svg>").as_bytes()), F::NoStart("start".to_owned()));
     assert_eq!(fault(format!("<svg>{START}</svg>").as_bytes()), F::NoWalls);
     let text = format!(r#"<svg><rect id="start" width="1" height="1"/>{wall}</svg>"#);
     assert_eq!(fault(text.as_bytes()), F::StartNotCircle("rect".to_owned()));
     for broken in ["<svg>", "<svg></g></svg>", "<svg/><svg/>", "<svg a=\"1\" a=\"2\"/>", "<svg"] {
         assert!(matches!(fault(broken.as_bytes()), F::Xml(_)), "{broken}");
     }
-    let missing = Drawing::read(Path::new("no/such/world.svg")).expect_err("no such file");
+    let missing =
+        Drawing::read(Path::new("no/such/world.svg"), &Start::default()).expect_err("no such file");
     assert!(matches!(missing.fault, F::Unreadable(_)) && missing.file == "no/such/world.svg");
 }
 
@@ -157,7 +202,7 @@ fn limits_hold() {
 proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        let _ = Drawing::parse("w", &bytes);
+        let _ = Drawing::parse("w", &bytes, &Start::default());
     }
 
     #[test]
@@ -170,7 +215,7 @@ proptest! {
             text.push_str(if PIECES[piece].is_empty() { &noise } else { PIECES[piece] });
         }
         text.push_str("</svg>");
-        if let Ok(drawing) = Drawing::parse("w", text.as_bytes()) {
+        if let Ok(drawing) = Drawing::parse("w", text.as_bytes(), &Start::default()) {
             for Segment { from_m, to_m } in drawing.segments {
                 for coordinate in [from_m.0, from_m.1, to_m.0, to_m.1] {
                     prop_assert!(coordinate.abs() <= limits::COORDINATE_M);
@@ -183,7 +228,7 @@ proptest! {
     fn any_attribute_value_is_read_or_refused(value in "[-0-9.eEMmLlHhVvZz ,()a-z\u{e9}&;]{0,40}") {
         for shape in ["path d", "polyline points", "rect width", "g transform", "circle r"] {
             let text = format!("<svg>{START}<line x2=\"1\"/><{shape}=\"{value}\"/></svg>");
-            let _ = Drawing::parse("w", text.as_bytes());
+            let _ = Drawing::parse("w", text.as_bytes(), &Start::default());
         }
     }
 }
