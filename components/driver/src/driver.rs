@@ -233,7 +233,8 @@ impl Driving {
         }
     }
 
-    /// Turns on the spot; a base that still rolls is braked first.
+    /// Turns on the spot. A base that still rolls is brought to rest first, on the arc it is on: that
+    /// one was found to be free, others only where nothing is near.
     fn spin(&self, off_rad: f64, window: &Window<'_>) -> Velocity {
         let limits = window.limits;
         // By the time this takes effect, the robot has turned on.
@@ -242,7 +243,10 @@ impl Driving {
             (2.0 * SPIN_BRAKE * limits.turn_acceleration_radps2 * left_rad.abs()).sqrt();
         let turn_radps = braking_radps.min(limits.turn_radps) * left_rad.signum();
         let wanted = Velocity::spin(turn_radps);
-        let mut next = window.limits.approach(window.now, wanted, window.interval_s);
+        if !window.is_room_to_stop() {
+            return limits.braked(window.now, window.interval_s);
+        }
+        let mut next = limits.approach(window.now, wanted, window.interval_s);
         if !window.is_safe(next) {
             next.speed_mps = 0.0;
         }

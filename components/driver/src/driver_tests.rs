@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::*;
 use crate::box_world::{Noise, Walls, World, two_rooms};
+use crate::window::Distances;
 
 const TICK_S: f64 = 0.05;
 const EXACT: Noise = Noise { range_m: 0.0, pose_m: 0.0, odometry: 0.0, seed: 1 };
@@ -177,6 +178,24 @@ fn at_the_goal_it_turns_to_its_heading_and_stands() {
     }
     assert_eq!(trial.driving.command, Velocity::ZERO);
     assert!(wrap_angle(trial.world.robot.yaw_rad + 2.0).abs() < 0.2, "{:?}", trial.world.robot);
+}
+
+#[test]
+fn a_base_that_rolls_beside_a_wall_is_not_turned_into_it() {
+    let wall: Vec<Point2> = (-20..20).map(|i| Point2::new(0.05 * f64::from(i), 0.25)).collect();
+    let now = Velocity { speed_mps: 0.5, turn_radps: 0.1 };
+    let window = Window {
+        limits: &Settings::default().limits,
+        distances: Distances { keep_m: 0.205, comfort_m: 0.355 },
+        obstacles: &wall,
+        now,
+        interval_s: TICK_S,
+    };
+    // The goal has come to lie where the robot is, and looks at the wall.
+    let next = Driving::new(Settings::default()).spin(PI / 2.0, &window);
+    assert!(next.speed_mps < now.speed_mps && next.turn_radps < now.turn_radps, "{next:?}");
+    let at_rest = Window { now: Velocity::ZERO, ..window };
+    assert!(Driving::new(Settings::default()).spin(PI / 2.0, &at_rest).turn_radps > 0.1);
 }
 
 #[test]

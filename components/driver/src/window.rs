@@ -60,6 +60,14 @@ impl Limits {
             turn_radps: wanted.turn_radps.clamp(now.turn_radps - turn, now.turn_radps + turn),
         }
     }
+
+    /// Returns the velocity after braking for `interval_s` on the same arc.
+    pub(crate) fn braked(&self, now: Velocity, interval_s: f64) -> Velocity {
+        let less_mps = (self.acceleration_mps2 * interval_s).min(now.speed_mps.abs());
+        let speed_mps = now.speed_mps - less_mps.copysign(now.speed_mps);
+        let left = if speed_mps == 0.0 { 0.0 } else { speed_mps / now.speed_mps };
+        Velocity { speed_mps, turn_radps: left * now.turn_radps }
+    }
 }
 
 /// How close the robot's centre may and should come to things.
@@ -101,6 +109,15 @@ impl Window<'_> {
     /// Says whether the base can drive on like this and still stop before it hits anything.
     pub(crate) fn is_safe(&self, velocity: Velocity) -> bool {
         self.nearest_on_arc(velocity).is_some()
+    }
+
+    /// Says whether the base comes to rest before it hits anything, wherever it turns on the way.
+    pub(crate) fn is_room_to_stop(&self) -> bool {
+        let speed_mps = self.now.speed_mps.abs();
+        let way_m =
+            speed_mps * REACTION_S + speed_mps * speed_mps / (2.0 * self.limits.acceleration_mps2);
+        // What hardly rolls any more may turn where it is.
+        way_m < 0.01 || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + way_m
     }
 
     fn speeds(&self, fastest_mps: f64) -> impl Iterator<Item = f64> + use<> {
@@ -224,6 +241,15 @@ mod tests {
     fn it_never_exceeds_what_the_base_can_do_next() {
         let chosen = window(&[], Velocity::ZERO).choose(Point2::new(1.0, 1.0), 0.6).unwrap();
         assert!(chosen.speed_mps <= 0.08 + 1e-9 && chosen.turn_radps <= 0.3 + 1e-9, "{chosen:?}");
+    }
+
+    #[test]
+    fn braking_stays_on_the_arc() {
+        let now = Velocity { speed_mps: -0.4, turn_radps: 0.6 };
+        let next = LIMITS.braked(now, 0.1);
+        assert!((next.speed_mps + 0.32).abs() < 1e-9 && (next.turn_radps - 0.48).abs() < 1e-9);
+        assert_eq!(LIMITS.braked(now, 1.0), Velocity::ZERO);
+        assert_eq!(LIMITS.braked(Velocity::spin(1.0), 0.1), Velocity::ZERO);
     }
 
     #[test]

@@ -27,6 +27,8 @@ const VIEW_M: f64 = 2.5;
 const VIEW_RAYS: u32 = 72;
 /// The direction of a trip is that of the place this far on the way, in metres.
 const DEPARTURE_M: f64 = 0.8;
+/// Frontier cells this close to the one that is pursued are part of the pursuit, in metres.
+const PURSUED_M: f64 = 1.0;
 /// A metre aside from the middle of a frontier counts as this many of travel.
 const ASIDE: f64 = 0.5;
 
@@ -67,14 +69,20 @@ impl Reach {
     }
 
     /// Returns one candidate for each reachable frontier that has a place away from `avoid`.
+    ///
+    /// Of what is underfoot only the frontier around `pursued` counts: the robot would leave it
+    /// when it comes near, and turn back to it from afar.
     pub(crate) fn candidates(
         &self,
         map: &Grid<Occupancy>,
         settings: &Settings,
+        pursued: Option<Point2>,
         avoid: impl Fn(Point2) -> bool,
     ) -> Vec<Candidate> {
         let robot = self.robot.point();
-        let counts = |place: Point2| place.distance_m(robot) > settings.underfoot_m;
+        let is_pursued = |place: Point2| pursued.is_some_and(|p| p.distance_m(place) < PURSUED_M);
+        let counts =
+            |place: Point2| place.distance_m(robot) > settings.underfoot_m || is_pursued(place);
         frontiers(map, settings.min_frontier_m, counts)
             .iter()
             .filter_map(|frontier| self.candidate(map, frontier, settings, &avoid))

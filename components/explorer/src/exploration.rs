@@ -168,7 +168,8 @@ impl Exploration {
         let Some(reach) = Reach::new(map, robot, &self.settings) else { return };
         let given_up = &self.given_up;
         let avoid = |place: Point2| given_up.iter().any(|g| g.distance_m(place) < GIVEN_UP_M);
-        let candidates = reach.candidates(map, &self.settings, avoid);
+        let pursued = self.pursuit.as_ref().map(|pursuit| pursuit.target);
+        let candidates = reach.candidates(map, &self.settings, pursued, avoid);
         let known = map.values().iter().filter(|&&o| o != Occupancy::Unknown).count();
         let known_m2 = known as f64 * map.geometry().resolution_m.powi(2);
         match self.best(&candidates) {

@@ -196,6 +196,18 @@ fn it_does_not_flip_between_two_goals_that_are_alike() {
 }
 
 #[test]
+fn a_goal_that_comes_underfoot_stays_until_it_is_seen() {
+    let (mut exploration, drawing) = begin(&TWO_WAYS);
+    exploration.settings.underfoot_m = 0.6;
+    let first = goal(&mut exploration, 0.0);
+    // Close by, the frontier is still unseen: the robot has its back to it.
+    exploration.pose_seen(Pose2::new(first.x_m + 0.3, first.y_m, 0.0));
+    exploration.map_seen(drawing.map);
+    let kept = goal(&mut exploration, 1.0);
+    assert!(kept.point().distance_m(first.point()) < 0.3, "left for {kept:?}");
+}
+
+#[test]
 fn a_goal_without_progress_is_given_up_for_another() {
     let (mut exploration, drawing) = begin(&TWO_WAYS);
     let first = goal(&mut exploration, 0.0);

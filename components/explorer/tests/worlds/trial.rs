@@ -195,8 +195,10 @@ impl Trial {
             }
             if self.verbose && self.ticks.is_multiple_of(20) {
                 let robot = self.simulation.pose();
+                let off_m = robot.point().distance_m(self.believed.point());
+                let turned_rad = armor_grid::wrap_angle(self.believed.yaw_rad - robot.yaw_rad);
                 println!(
-                    "{now_s:7.2} at {:.2} {:.2} {:.2} v {:.2} w {:.2}",
+                    "{now_s:7.2} at {:.2} {:.2} {:.2} v {:.2} w {:.2} off {off_m:.3} {turned_rad:.3}",
                     robot.x_m, robot.y_m, robot.yaw_rad, velocity.speed_mps, velocity.turn_radps
                 );
             }
