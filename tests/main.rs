@@ -19,6 +19,7 @@ mod operators;
 mod parameters;
 mod resilience;
 mod resuming;
+mod robots;
 mod simulated_time;
 mod submissions;
 mod tutorial;
