@@ -78,6 +78,12 @@ fn the_ring_leads_round_a_core_with_two_rooms() {
 fn the_hall_is_open_between_its_pillars() {
     let rooms = [(2.0, 6.0), (10.0, 1.5), (17.0, 5.0), (18.8, 12.5), (6.0, 12.5), (10.0, 7.0)];
     check("hall.svg", (1.6, 12.0), &rooms, 236.0..250.0);
+    // Where people turn round there is room for them.
+    let hall = world("hall.svg");
+    assert_eq!(hall.routes().len(), 3);
+    for &(x_m, y_m) in hall.routes().iter().flat_map(|route| &route.points) {
+        assert!(hall.clearance_m(x_m, y_m) > 0.25, "{x_m} {y_m}");
+    }
 }
 
 #[test]
