@@ -25,6 +25,9 @@ const LARGE_M2: f64 = 4.0;
 const VIEW_M: f64 = 2.5;
 /// Directions in which it is looked for.
 const VIEW_RAYS: u32 = 72;
+/// What is worth a way of this length is worth a longer one, in metres: more lies behind what can
+/// be looked into, and a world of any size is to be seen.
+const FAR_M: f64 = 10.0;
 /// The direction of a trip is that of the place this far on the way, in metres.
 const DEPARTURE_M: f64 = 0.8;
 /// Frontier cells this close to the one that is pursued are part of the pursuit, in metres.
@@ -111,7 +114,7 @@ impl Reach {
         let travel_m = f64::from(self.travel_m[stand]);
         let turn_m = settings.turn_m_per_rad * self.departure_rad(stand).abs();
         let gain_m2 = unseen_m2(map, seen);
-        if gain_m2 < settings.least_yield_m2_per_m * travel_m {
+        if gain_m2 < settings.least_yield_m2_per_m * travel_m.min(FAR_M) {
             return None;
         }
         let worth_m = settings.worth_m_per_m2 * gain_m2.min(LARGE_M2);

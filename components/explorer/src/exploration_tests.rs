@@ -117,6 +117,32 @@ fn the_larger_unseen_space_is_worth_a_detour() {
 }
 
 #[test]
+fn a_shadow_is_worth_no_long_way_but_an_open_end_is_worth_any() {
+    let far = ".".repeat(70);
+    for (end, is_worth_it) in [(["??", "??", "??", "??"], true), (["##", "##", "?#", "##"], false)]
+    {
+        let wall = "#".repeat(75);
+        let row = |first: &str, end: &str| format!("#{first}{far}.{end}");
+        let middle = [row(".", end[0]), row("R", end[1]), row(".", end[2]), row(".", end[3])];
+        let mut rows = vec![wall.as_str()];
+        rows.extend(middle.iter().map(String::as_str));
+        rows.push(&wall);
+        // 35 m of corridor.
+        let drawing = Drawing::read(0.5, &rows);
+        let mut exploration = Exploration::new(Settings {
+            least_yield_m2_per_m: 0.2,
+            min_frontier_m: 0.5,
+            ..SETTINGS
+        });
+        let robot = drawing.robot.expect("the drawing has a robot");
+        exploration.map_seen(drawing.map);
+        exploration.pose_seen(Pose2::new(robot.x_m, robot.y_m, 0.0));
+        let goes = matches!(exploration.step(0.0), Decision::Goto(_));
+        assert_eq!(goes, is_worth_it, "{rows:#?}");
+    }
+}
+
+#[test]
 fn what_lies_ahead_comes_before_what_lies_behind() {
     let (mut exploration, drawing) = begin(&TWO_WAYS);
     exploration.settings.turn_m_per_rad = 0.5;
