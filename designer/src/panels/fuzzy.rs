@@ -2,8 +2,8 @@
 
 /// How well `typed` fits something called `name` and described as `about`; none if it does not.
 /// Every word typed must be found, in any order; its letters in their order in the name, or all of
-/// it in the description. Beginnings of words count more than letters strewn about, the name more
-/// than the description, and short names more than long ones.
+/// it in the description. Whole words count more than beginnings of words, those more than letters
+/// strewn about, the name more than the description, and short names more than long ones.
 pub fn fit(typed: &str, name: &str, about: &str) -> Option<Fit> {
     let letters: Vec<char> = name.chars().map(lower).collect();
     let (starts, about) = (starts(name), about.to_lowercase());
@@ -37,7 +37,11 @@ pub struct Fit {
 /// On top of the next, for the first word of all.
 const AT_FRONT: i32 = 10;
 const AT_START: i32 = 60;
-const IN_A_ROW: i32 = 20;
+/// As much as the start of another word, so that strewn letters never beat those that stand
+/// together.
+const IN_A_ROW: i32 = AT_START / 2;
+/// For all letters of a word and no other: more than a front and a short name can make up for.
+const WHOLE_WORD: i32 = 100;
 const ANYWHERE: i32 = 4;
 const IN_DESCRIPTION: i32 = 1;
 
@@ -91,6 +95,12 @@ fn from(
         score += gain;
         places.push(at);
     }
+    let end = begin + word.len();
+    let is_together = places[places.len() - 1] + 1 == end;
+    let ends = letters.get(end).is_none_or(|next| !next.is_alphanumeric() || starts[end]);
+    if starts[begin] && is_together && ends {
+        score += WHOLE_WORD;
+    }
     Some((score, places))
 }
 
@@ -110,6 +120,14 @@ mod tests {
         is_before("map", "grid-mapper", "bitmap");
         is_before("map", "bitmap", "clear amp");
         is_before("gm", "grid-mapper", "program");
+    }
+
+    #[test]
+    fn a_whole_word_comes_before_letters_strewn_about() {
+        is_before("lost", "transition lost", "link simulator.scan to mapper.scan");
+        is_before("lost", "transition lost", "lamp on stand");
+        is_before("stop", "a transition with a long name that may stop", "s-t-o-p");
+        is_before("go", "place go", "goal");
     }
 
     #[test]
