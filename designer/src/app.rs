@@ -66,6 +66,9 @@ pub struct Designer {
     problem: usize,
     /// The title that the window has.
     title: String,
+    /// Whether a text was being written when the last frame ended: egui takes the focus away on
+    /// Escape before anybody is asked.
+    writes: bool,
     /// Whether the user agreed to lose what is not saved.
     is_leaving: bool,
     /// What is to be done once the files are saved.
@@ -111,6 +114,7 @@ impl Designer {
             kinds,
             problem: 0,
             title: String::new(),
+            writes: false,
             is_leaving: false,
             after_saving: None,
             ctx: ctx.clone(),
@@ -226,6 +230,7 @@ impl Designer {
         self.ask_of_files(ui.ctx());
         self.run_orders(ui.ctx());
         self.watch_closing(ui.ctx());
+        self.writes = ui.ctx().text_edit_focused();
     }
 }
 

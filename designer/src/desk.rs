@@ -104,6 +104,13 @@ pub trait Pane {
     /// Runs a command of this view's.
     fn run(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk);
 
+    /// Ends what is being written into a field, as if the field were left: who saves or leaves the
+    /// files means it too. Answers whether it was taken; if not, a message says why.
+    fn finish(&mut self, desk: &mut Desk) -> bool {
+        let _ = desk;
+        true
+    }
+
     /// The whole drawing as it is now, for a picture.
     fn drawing(&mut self, desk: &Desk) -> &crate::canvas::Diagram;
 

@@ -6,6 +6,7 @@ mod documents;
 mod files;
 mod history;
 mod saving;
+mod unread;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

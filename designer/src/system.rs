@@ -176,6 +176,11 @@ impl Pane for SystemView {
         self.run_command(command, ctx, desk);
     }
 
+    fn finish(&mut self, desk: &mut Desk) -> bool {
+        self.drafts.end();
+        self.take_drafts(desk)
+    }
+
     fn drawing(&mut self, desk: &Desk) -> &crate::canvas::Diagram {
         self.update(desk);
         &self.drawing.diagram

@@ -339,6 +339,19 @@ impl Findings {
         self.list.iter().filter(|finding| finding.severity() == severity).count()
     }
 
+    /// How many of a severity, in words: `1 error`, `2 errors`, `500 or more errors` where some were
+    /// left out; none if there are none.
+    pub fn counted(&self, severity: Severity) -> Option<String> {
+        Some(match self.count(severity) {
+            0 => return None,
+            n if self.left_out > 0 && severity != Severity::Note => {
+                format!("{n} or more {severity}s")
+            }
+            1 => format!("1 {severity}"),
+            n => format!("{n} {severity}s"),
+        })
+    }
+
     /// The findings in the order of the files and their lines.
     pub fn iter(&self) -> std::slice::Iter<'_, Finding> {
         self.list.iter()
@@ -409,6 +422,7 @@ mod tests {
         findings.push(Finding::nowhere(Code::NoSystem, "an error"));
         assert!(findings.has_errors());
         assert_eq!(findings.count(Severity::Warning), MAX_FINDINGS - 1);
+        assert_eq!(findings.counted(Severity::Error).as_deref(), Some("1 or more errors"));
         let last = findings.finish().into_iter().last().map(|finding| finding.message);
         assert_eq!(last.as_deref(), Some("501 more findings were left out"));
     }

@@ -49,15 +49,8 @@ impl Findings {
 
     /// `2 errors, 1 warning`, with a line break; empty if nothing was found.
     fn summary(&self) -> String {
-        let count = |severity| match self.count(severity) {
-            0 => None,
-            1 => Some(format!("1 {severity}")),
-            n => Some(format!("{n} {severity}s")),
-        };
-        let counts: Vec<_> = [Severity::Error, Severity::Warning, Severity::Note]
-            .into_iter()
-            .filter_map(count)
-            .collect();
+        let all = [Severity::Error, Severity::Warning, Severity::Note].into_iter();
+        let counts: Vec<_> = all.filter_map(|severity| self.counted(severity)).collect();
         if counts.is_empty() { String::new() } else { counts.join(", ") + "\n" }
     }
 }

@@ -138,8 +138,15 @@ impl Designer {
     /// Asks before the window closes over what is not saved.
     pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
         let asks = ctx.input(|i| i.viewport().close_requested());
-        if asks && self.desk.project.is_dirty() && !self.is_leaving {
+        if !asks || self.is_leaving {
+            return;
+        }
+        let is_taken = self.finish_writing();
+        let is_dirty = self.desk.project.is_dirty();
+        if is_dirty || !is_taken {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+        }
+        if is_dirty {
             self.dialog = Some(Dialog::Unsaved(Then::Quit));
         }
     }

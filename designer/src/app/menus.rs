@@ -23,7 +23,7 @@ impl Designer {
         if is_asked || self.pane().0.is_asking() || self.shortcuts || self.keeper.is_asking() {
             return;
         }
-        let writes = ctx.text_edit_focused();
+        let writes = self.writes;
         for about in COMMANDS {
             let Some(keys) = about.keys else { continue };
             if keys.logical_key == Key::Enter && ctx.memory(|m| m.focused()).is_some() {
@@ -193,23 +193,14 @@ impl Designer {
     fn verdict(&mut self, ui: &mut egui::Ui) {
         use armor_missions::Severity;
         let checked = self.desk.project.checked();
-        let errors = checked.findings.count(Severity::Error);
-        let warnings = checked.findings.count(Severity::Warning);
-        let said = |count: usize, noun: &str| {
-            format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-        };
-        let text = match (errors, warnings) {
-            (0, 0) => "nothing is wrong".to_owned(),
-            (0, warnings) => said(warnings, "warning"),
-            (errors, 0) => said(errors, "error"),
-            (errors, warnings) => {
-                format!("{}, {}", said(errors, "error"), said(warnings, "warning"))
+        let counted = |severity| checked.findings.counted(severity);
+        let (text, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
+            (None, None) => ("nothing is wrong".to_owned(), ui.visuals().weak_text_color()),
+            (None, Some(warnings)) => (warnings, ui.visuals().warn_fg_color),
+            (Some(errors), None) => (errors, ui.visuals().error_fg_color),
+            (Some(errors), Some(warnings)) => {
+                (format!("{errors}, {warnings}"), ui.visuals().error_fg_color)
             }
-        };
-        let colour = match (errors, warnings) {
-            (0, 0) => ui.visuals().weak_text_color(),
-            (0, _) => ui.visuals().warn_fg_color,
-            _ => ui.visuals().error_fg_color,
         };
         let button = Button::new(egui::RichText::new(text).color(colour)).frame(false);
         let doc = about(Command::ToggleProblems).doc;

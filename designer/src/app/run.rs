@@ -34,10 +34,19 @@ impl Designer {
         self.panes.iter().any(|(known, _)| *known == view)
     }
 
-    /// Runs what was ordered while the frame was drawn.
+    /// Ends what is being written into a field of any view. Answers whether it was taken.
+    pub(super) fn finish_writing(&mut self) -> bool {
+        let desk = &mut self.desk;
+        self.panes.iter_mut().fold(true, |all, (_, pane)| pane.finish(desk) && all)
+    }
+
+    /// Runs what was ordered while the frame was drawn. What was being written belongs to what a
+    /// command is about; where it is refused, nothing is saved or left without it.
     pub(super) fn run_orders(&mut self, ctx: &egui::Context) {
-        for command in std::mem::take(&mut self.desk.commands) {
-            if self.may(command) {
+        let commands = std::mem::take(&mut self.desk.commands);
+        let is_taken = commands.is_empty() || self.finish_writing();
+        for command in commands {
+            if self.may(command) && (is_taken || !concerns_file(command)) {
                 self.run(command, ctx);
             }
         }
@@ -127,6 +136,9 @@ impl Designer {
 
     /// Does what means leaving the open files, once the user agrees to lose what is not saved.
     pub(super) fn leave(&mut self, then: Then, ctx: &egui::Context) {
+        if !self.finish_writing() {
+            return;
+        }
         if self.desk.project.is_dirty() {
             self.dialog = Some(Dialog::Unsaved(then));
         } else {
@@ -170,6 +182,12 @@ impl Designer {
             }
         }
     }
+}
+
+/// Whether a command takes the files as they are now: saves, runs or leaves them.
+fn concerns_file(command: Command) -> bool {
+    use Command as C;
+    matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::Quit | C::Run)
 }
 
 /// Whether a command is the window's own and can always be run.

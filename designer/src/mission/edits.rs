@@ -8,7 +8,7 @@ mod words;
 use armor_missions::mission::ArcKind;
 use armor_missions::{Document, EditError, Item, NewElement, Position};
 
-pub use arcs::{add_arc, lead_arc, remove_arc, set_arc_kind, set_weight};
+pub use arcs::{add_arc, arc_element, lead_arc, remove_arc, set_arc_kind, set_weight};
 pub use sets::{
     add_check, add_exclusive, add_submission, add_variable, remove_numbered, set_check,
     set_submission, toggle_exclusive,
@@ -223,7 +223,6 @@ pub fn set_decides(
     Ok(())
 }
 
-/// The element of a new arc that the short form cannot say.
 /// The element of an arc, and its attribute that names the place.
 fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
     match kind {
@@ -235,7 +234,8 @@ fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
     }
 }
 
-fn arc_element(kind: ArcKind, place: &str, weight: u32) -> NewElement {
+/// The element of a new arc that the short form cannot say.
+fn new_arc(kind: ArcKind, place: &str, weight: u32) -> NewElement {
     let (name, attribute) = arc_names(kind);
     let arc = NewElement::new(name).attribute(attribute, place);
     if weight > 1 { arc.attribute("weight", weight.to_string()) } else { arc }

@@ -2,6 +2,8 @@
 //! Enter or by doing something else; Escape takes it back. What is wrong with it stands beneath it
 //! while it is typed.
 
+use std::collections::BTreeMap;
+
 use eframe::egui::{self, RichText};
 
 use super::changes::Change;
@@ -12,17 +14,22 @@ use crate::theme::Colours;
 #[derive(Default)]
 pub struct Form {
     drafts: Drafts<Field>,
-    /// What the text that is being written will change.
-    pending: Option<(Field, Option<Change>)>,
-    changes: Vec<Change>,
+    /// What the texts that are being written will change, or why one cannot change anything.
+    pending: BTreeMap<Field, Made>,
+    changes: Vec<Made>,
     /// What the fields are of, so that the same field of another thing is another field.
     of: String,
     /// Whether the next field is to get the focus.
     wants_focus: bool,
+    /// What the file says of the next field, if that is not understood.
+    unread: Option<String>,
 }
 
 /// A field: of what, and which.
 type Field = (String, String);
+
+/// A change, or why what was written makes none.
+pub type Made = Result<Change, String>;
 
 /// Whether a text would do, and if not, why.
 pub type Judge<'a> = &'a dyn Fn(&str) -> Result<(), String>;
@@ -39,19 +46,30 @@ impl Form {
         self.wants_focus = true;
     }
 
+    /// What the file says of the next field, if it could not be read: shown as it stands, to be
+    /// mended.
+    pub fn unread(&mut self, text: Option<&str>) -> &mut Self {
+        self.unread = text.map(str::to_owned);
+        self
+    }
+
     /// Something that was chosen rather than typed.
     pub fn change(&mut self, change: Change) {
-        self.changes.push(change);
+        self.changes.push(Ok(change));
     }
 
     /// The changes of this frame, once all fields were shown.
-    pub fn finish(&mut self) -> Vec<Change> {
+    pub fn finish(&mut self) -> Vec<Made> {
         for (field, _) in self.drafts.finish() {
-            if let Some((_, change)) = self.pending.take_if(|(own, _)| *own == field) {
-                self.changes.extend(change);
-            }
+            self.changes.extend(self.pending.remove(&field));
         }
         std::mem::take(&mut self.changes)
+    }
+
+    /// Ends what is being written, as if its field were left.
+    pub fn end(&mut self) -> Vec<Made> {
+        self.drafts.end();
+        self.finish()
     }
 
     /// A line of text. `make` says what the new text changes; nothing if it is to stay as it was.
@@ -77,6 +95,8 @@ impl Form {
         make: impl Fn(&str) -> Option<Change>,
     ) -> egui::Response {
         let field = (self.of.clone(), name.to_owned());
+        let unread = self.unread.take();
+        let value = unread.as_deref().unwrap_or(value);
         let form = fields::Form { name, hint, width: 0.0, rows: 1 };
         let response = self.drafts.text(ui, &field, value, form, judge);
         if std::mem::take(&mut self.wants_focus) {
@@ -84,12 +104,19 @@ impl Form {
         }
         let written = self.drafts.writing(&field).map(str::to_owned);
         let text = written.as_deref().unwrap_or(value);
-        if let Err(why) = judge(text) {
-            wrong(ui, &why);
+        let verdict = judge(text);
+        if let Err(why) = &verdict {
+            wrong(ui, why);
         }
         if let Some(text) = written {
-            let change = (text != value).then(|| make(&text)).flatten();
-            self.pending = Some((field, change));
+            self.pending.remove(&field);
+            let refused = |why| Err(format!("{name} is left as it was: {why}"));
+            let change = match make(&text) {
+                _ if text == value => None,
+                Some(change) => Some(Ok(change)),
+                None => verdict.err().map(refused),
+            };
+            self.pending.extend(change.map(|change| (field, change)));
         }
         response
     }
@@ -103,17 +130,23 @@ impl Form {
         choices: &[(T, String)],
         make: impl Fn(&T) -> Change,
     ) -> egui::Response {
-        let shown = choices.iter().find(|(choice, _)| choice == value);
-        let shown = shown.map_or_else(|| "..".to_owned(), |(_, text)| text.clone());
+        let unread = self.unread.take();
+        let is_it = |choice: &T| choice == value && unread.is_none();
+        let shown = choices.iter().find(|(choice, _)| is_it(choice));
+        let shown = shown.map_or("..", |(_, text)| text.as_str());
+        let shown = unread.as_deref().unwrap_or(shown);
         let combo = egui::ComboBox::from_id_salt(("mission choice", &self.of, name));
         let combo = combo.selected_text(shown).width(ui.available_width().min(240.0));
         let shown = combo.show_ui(ui, |ui| {
             for (choice, text) in choices {
-                if ui.selectable_label(choice == value, text).clicked() && choice != value {
-                    self.changes.push(make(choice));
+                if ui.selectable_label(is_it(choice), text).clicked() && !is_it(choice) {
+                    self.change(make(choice));
                 }
             }
         });
+        if let Some(text) = &unread {
+            not_understood(ui, text);
+        }
         shown.response.accessible_name(name)
     }
 
@@ -128,7 +161,10 @@ impl Form {
         let mut is_set = value;
         let response = ui.checkbox(&mut is_set, name);
         if is_set != value {
-            self.changes.push(make(is_set));
+            self.change(make(is_set));
+        }
+        if let Some(text) = self.unread.take() {
+            not_understood(ui, &text);
         }
         response
     }
@@ -147,8 +183,8 @@ impl Form {
             _ => Err(format!("a whole number from {} to {}", range.start(), range.end())),
         };
         let make = |text: &str| {
-            let number = text.trim().parse::<i64>().ok().filter(|number| range.contains(number));
-            number.filter(|number| *number != value).map(&make)
+            let number = text.trim().parse::<i64>().ok();
+            number.filter(|number| range.contains(number)).map(&make)
         };
         self.line(ui, name, &value.to_string(), &judge, make)
     }
@@ -158,6 +194,10 @@ impl Form {
 pub fn wrong(ui: &mut egui::Ui, why: &str) {
     let colour = Colours::of(ui.visuals()).error;
     ui.label(RichText::new(format!("! {why}")).color(colour).small());
+}
+
+fn not_understood(ui: &mut egui::Ui, text: &str) {
+    wrong(ui, &format!("`{}` is not understood", crate::text::short(text, 60)));
 }
 
 /// A row of a form: a name and what is edited.

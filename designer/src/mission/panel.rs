@@ -18,10 +18,13 @@ use super::form::Form;
 use super::marks::Marks;
 use crate::item::Item;
 use crate::kinds::Kinds;
+use crate::project::Project;
 use crate::theme::Colours;
 
 /// What the panels show.
 pub struct Shown<'a> {
+    /// The open files.
+    pub project: &'a Project,
     /// The files as read.
     pub configuration: &'a Configuration,
     /// Its mission.
@@ -44,6 +47,11 @@ pub enum Wish {
 }
 
 impl Shown<'_> {
+    /// What the file says of an attribute, if that is not understood.
+    fn unread(&self, item: &Item, attribute: &str) -> Option<&str> {
+        self.project.unread(item.named()?, attribute)
+    }
+
     /// The names of the places, behind them those that sub-missions bring are not.
     pub fn places(&self) -> Vec<String> {
         self.mission.places.iter().map(|place| place.name.value.clone()).collect()

@@ -17,7 +17,7 @@ use eframe::egui::{self, Pos2};
 
 use super::changes::Change;
 use super::drawing::{NetRules, Scene};
-use super::form::Form;
+use super::form::{Form, Made};
 use super::marks::Marks;
 use super::panel::{self, Wish};
 use crate::canvas::{Canvas, Diagram};
@@ -142,10 +142,21 @@ impl MissionView {
         self.drawn.as_ref().is_none_or(|drawn| drawn.is_dark)
     }
 
-    /// Makes changes, each a step of the history, and keeps what was renamed selected.
-    fn make(&mut self, changes: Vec<Change>, desk: &mut Desk) {
+    /// Makes changes, each a step of the history, and keeps what was renamed selected. Answers
+    /// whether all were made; why one is not is a message.
+    fn make(&mut self, changes: Vec<Made>, desk: &mut Desk) -> bool {
+        let mut are_made = true;
         for change in changes {
+            let change = match change {
+                Ok(change) => change,
+                Err(why) => {
+                    desk.messages.warn(why);
+                    are_made = false;
+                    continue;
+                }
+            };
             let is_made = desk.edit(change.what(), |documents| change.apply(documents));
+            are_made &= is_made;
             match &change {
                 Change::Rename(Item::Place(_), name) if is_made => {
                     self.select_next = vec![Item::Place(name.clone())];
@@ -160,6 +171,7 @@ impl MissionView {
                 _ => {}
             }
         }
+        are_made
     }
 
     fn fulfil(&mut self, wishes: Vec<Wish>, desk: &mut Desk) {
@@ -194,6 +206,7 @@ impl Pane for MissionView {
             }
             if let Some((configuration, mission)) = configuration_of(desk) {
                 let shown = panel::Shown {
+                    project: &desk.project,
                     configuration,
                     mission,
                     kinds: desk.project.kinds(),
@@ -260,6 +273,11 @@ impl Pane for MissionView {
     fn run(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk) {
         self.update(desk, ctx.theme() == egui::Theme::Dark);
         self.run_command(command, ctx, desk);
+    }
+
+    fn finish(&mut self, desk: &mut Desk) -> bool {
+        let changes = self.form.end();
+        self.make(changes, desk)
     }
 
     fn drawing(&mut self, desk: &Desk) -> &Diagram {

@@ -96,9 +96,13 @@ impl<F: Clone + PartialEq> Drafts<F> {
         self.current = Some((field, text, true));
     }
 
-    /// What is being written into a field.
+    /// What is being written into a field, also if it was ended in this frame and is not taken yet:
+    /// a fast hand writes and leaves at once.
     pub fn writing(&self, field: &F) -> Option<&str> {
-        self.current.as_ref().filter(|(own, ..)| own == field).map(|(_, text, _)| text.as_str())
+        let current = self.current.as_ref().map(|(own, text, _)| (own, text));
+        let ended = self.finished.iter().rev().map(|(own, text)| (own, text));
+        let mut all = current.into_iter().chain(ended);
+        all.find(|(own, _)| *own == field).map(|(_, text)| text.as_str())
     }
 
     /// Ends what is being written, so that it is taken.

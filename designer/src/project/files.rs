@@ -37,8 +37,7 @@ impl OpenFile {
         let text = String::from_utf8(bytes)
             .map_err(|_| io::Error::other("it is not UTF-8 text; an Armor file is XML in UTF-8"))?;
         let mut file = Self::untitled(&text);
-        file.path = Some(path.to_path_buf());
-        file.set_text(Arc::clone(&file.text));
+        file.set_path(path.to_path_buf());
         Ok(file)
     }
 

@@ -47,9 +47,13 @@ impl SystemView {
                 (_, count) => several(ui, desk, count),
             }
         });
-        for (field, text) in self.drafts.finish() {
-            self.apply(&field, &text, desk);
-        }
+        self.take_drafts(desk);
+    }
+
+    /// Makes the changes of the fields that were left; answers whether none was refused.
+    pub(super) fn take_drafts(&mut self, desk: &mut Desk) -> bool {
+        let drafts = self.drafts.finish();
+        drafts.iter().fold(true, |all, (field, text)| self.apply(field, text, desk) && all)
     }
 
     fn decoration(&mut self, ui: &mut egui::Ui, number: usize) {
@@ -118,7 +122,7 @@ impl SystemView {
         }
     }
 
-    fn apply(&mut self, field: &Field, text: &str, desk: &mut Desk) {
+    fn apply(&mut self, field: &Field, text: &str, desk: &mut Desk) -> bool {
         let what = match field {
             Field::Name(name) => format!("rename {name} to {text}"),
             Field::Attribute(item, attribute) => format!("set {attribute} of {item}"),
@@ -127,11 +131,11 @@ impl SystemView {
             Field::Text(_) => "write a text".to_owned(),
             Field::Clock => "set the clock".to_owned(),
         };
-        if desk.edit(what, |documents| write(documents, field, text))
-            && let Field::Name(_) = field
-        {
+        let is_made = desk.edit(what, |documents| write(documents, field, text));
+        if is_made && let Field::Name(_) = field {
             self.select_next = vec![Item::Component(text.to_owned())];
         }
+        is_made
     }
 }
 

@@ -13,7 +13,9 @@ mod live;
 mod mission;
 mod properties;
 mod undo;
+mod unread;
 mod window;
+mod writing;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -4,7 +4,7 @@ use armor_missions::mission::ArcKind;
 use armor_missions::tree::Element;
 use armor_missions::{Document, EditError, Item};
 
-use super::{arc_element, set_list, words};
+use super::{new_arc, set_list, words};
 
 /// Where an arc stands in the file.
 enum Place {
@@ -114,6 +114,19 @@ pub(super) fn remove_arcs_of(document: &mut Document, place: &str) -> Result<(),
     Ok(())
 }
 
+/// The path of the element that an arc has of its own, if it has one.
+pub fn arc_element(
+    document: &Document,
+    transition: &str,
+    place: &str,
+    kind: ArcKind,
+) -> Option<Vec<usize>> {
+    match find(document, transition, place, kind)? {
+        Place::Child(path) => Some(path),
+        Place::Listed(_) => None,
+    }
+}
+
 fn short_form(kind: ArcKind) -> Option<&'static str> {
     match kind {
         ArcKind::Take => Some("from"),
@@ -159,5 +172,5 @@ fn add_child(
 ) -> Result<(), EditError> {
     let path = document.find(Item::Transition(transition)).ok_or(EditError::NoElement)?;
     let count = document.tree().element(&path).map_or(0, |element| element.elements().count());
-    document.insert_element(&path, count, &arc_element(kind, place, weight))
+    document.insert_element(&path, count, &new_arc(kind, place, weight))
 }

@@ -6,6 +6,7 @@ use eframe::egui;
 use super::{Shown, Wish, arc_word, go_to, section};
 use crate::item::Item;
 use crate::mission::changes::Change;
+use crate::mission::edits::arc_element;
 use crate::mission::form::{Form, row, wrong};
 use crate::mission::rules::weight_refused;
 
@@ -76,6 +77,7 @@ pub(super) fn show_one(ui: &mut egui::Ui, shown: &Shown<'_>, item: &Item, form: 
     }
     row(ui, "Weight", "How many tokens it moves or looks for.", |ui| {
         let weight = i64::from(arc.weight);
+        let form = form.unread(unread_weight(shown, item));
         form.number(ui, "weight", weight, 1..=999_999_999, |weight| {
             Change::Weight(item.clone(), u32::try_from(weight).unwrap_or(1))
         });
@@ -83,6 +85,14 @@ pub(super) fn show_one(ui: &mut egui::Ui, shown: &Shown<'_>, item: &Item, form: 
     if let Some(why) = weight_refused(shown.mission, place, *kind, arc.weight) {
         wrong(ui, &why);
     }
+}
+
+/// What the file says of the weight, if that is not understood.
+fn unread_weight<'a>(shown: &'a Shown<'_>, item: &Item) -> Option<&'a str> {
+    let Item::Arc { transition, place, kind } = item else { return None };
+    let document = shown.project.document_with(armor_missions::Item::Mission)?;
+    let path = arc_element(document, transition, place, *kind)?;
+    shown.project.unread_at(document, &path, "weight")
 }
 
 fn item_of(transition: &Transition, arc: &Arc) -> Item {

@@ -35,12 +35,14 @@ fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
     let attribute = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
     if place.components.is_empty() {
         row(ui, "Tokens", "Tokens in it at the start of the mission.", |ui| {
+            let form = form.unread(shown.unread(&item, "initial"));
             form.number(ui, "tokens at the start", place.initial.into(), 0..=999, |tokens| {
                 attribute("initial", tokens_text(tokens))
             });
         });
     } else {
         let is_initial = place.initial > 0;
+        let form = form.unread(shown.unread(&item, "initial"));
         form.flag(ui, "Initial: the mission begins here", is_initial, |is_set| {
             attribute("initial", is_set.then(|| "true".into()))
         });
@@ -57,6 +59,7 @@ fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
         of_mission("safe", is_set)
     });
     let is_safety = place.class == armor_missions::mission::Class::Safety;
+    let form = form.unread(shown.unread(&item, "class"));
     form.flag(ui, "Safety class: goes first, and on in a pause", is_safety, |is_set| {
         attribute("class", is_set.then(|| "safety".into()))
     });

@@ -39,10 +39,12 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
             "Its least and greatest value; what is outside counts as the end.",
             |ui| {
                 let least = variable.minimum.as_ref().map_or("", |end| end.at.text());
+                let form = form.unread(shown.unread(&item, "min"));
                 form.hinted(ui, &format!("least {name}"), "least", least, &is_quantity, |text| {
                     Some(set("min", given(text)))
                 });
                 let most = variable.maximum.as_ref().map_or("", |end| end.at.text());
+                let form = form.unread(shown.unread(&item, "max"));
                 form.hinted(
                     ui,
                     &format!("greatest {name}"),
@@ -57,6 +59,7 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
             row(ui, "At the start", "A whole number; else its least value.", |ui| {
                 let initial = variable.initial.as_ref().map(|initial| initial.value.to_string());
                 let initial = initial.unwrap_or_default();
+                let form = form.unread(shown.unread(&item, "initial"));
                 form.hinted(
                     ui,
                     &format!("{name} at the start"),

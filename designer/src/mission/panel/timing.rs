@@ -3,27 +3,45 @@
 use armor_missions::mission::Transition;
 use eframe::egui;
 
+use super::Shown;
+use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::edits::Timing;
 use crate::mission::form::{Form, given, is_time, row};
 
-fn text_of(transition: &Transition) -> Timing {
-    let Some(interval) = &transition.interval else { return Timing::AtOnce };
+/// As the file says it, also what is not understood of it.
+fn text_of(shown: &Shown<'_>, transition: &Transition) -> Timing {
+    let item = Item::Transition(transition.name.value.clone());
+    let unread = |attribute| shown.unread(&item, attribute).map(str::to_owned);
+    let Some(interval) = &transition.interval else {
+        let timeout = || unread("timeout").map(Timing::Timeout);
+        let after = || unread("after").map(Timing::After);
+        let between = || unread("interval").map(|text| ends_of(&text));
+        return timeout().or_else(after).or_else(between).unwrap_or(Timing::AtOnce);
+    };
     let text = interval.at.text();
-    let given = interval.value;
-    match (text.strip_prefix('[').and_then(|inner| inner.split_once(',')), given.latest) {
-        (Some((from, to)), _) => {
-            let to = to.trim().trim_end_matches([']', ')']);
-            Timing::Interval(from.trim().to_owned(), to.to_owned())
-        }
-        (None, Some(_)) => Timing::Timeout(text.to_owned()),
-        (None, None) => Timing::After(text.to_owned()),
+    match interval.value.latest {
+        _ if text.starts_with('[') => ends_of(text),
+        Some(_) => Timing::Timeout(text.to_owned()),
+        None => Timing::After(text.to_owned()),
     }
 }
 
-pub(super) fn timing(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
+/// The two ends of `[2s,5s]`; of anything else, all is the first.
+fn ends_of(text: &str) -> Timing {
+    let inner = text.trim().trim_start_matches('[').trim_end_matches([']', ')']);
+    let (from, to) = inner.split_once(',').unwrap_or((inner, ""));
+    Timing::Interval(from.trim().to_owned(), to.trim().to_owned())
+}
+
+pub(super) fn timing(
+    ui: &mut egui::Ui,
+    shown: &Shown<'_>,
+    transition: &Transition,
+    form: &mut Form,
+) {
     let name = transition.name.value.clone();
-    let now = text_of(transition);
+    let now = text_of(shown, transition);
     let set = |timing: Timing| Change::Timing(name.clone(), timing);
     let own = match &now {
         Timing::AtOnce => "10s".to_owned(),

@@ -26,25 +26,30 @@ pub(super) fn show(
     });
     arcs::show(ui, shown, transition, form, wishes);
     section(ui, "Fires");
-    timing::timing(ui, transition, form);
+    timing::timing(ui, shown, transition, form);
     waits::report(ui, shown, transition, form);
     waits::guard(ui, shown, transition, form);
-    decides(ui, transition, form);
+    decides(ui, shown, transition, form);
     sets(ui, shown, transition, form);
     section(ui, "Before others");
     let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
     row(ui, "Priority", "The higher fires first.", |ui| {
         let range = -999_999_999..=999_999_999;
+        let form = form.unread(shown.unread(&item, "priority"));
         form.number(ui, "priority", transition.priority.into(), range, |priority| {
             set("priority", (priority != 0).then(|| priority.to_string()))
         });
     });
     let is_safety = transition.class == Class::Safety;
+    let form = form.unread(shown.unread(&item, "class"));
     form.flag(ui, "Safety class: before all priorities, and on in a pause", is_safety, |is_set| {
         set("class", is_set.then(|| "safety".into()))
     });
-    egui::CollapsingHeader::new("Dates").default_open(has_dates(transition)).show(ui, |ui| {
-        dates(ui, transition, form);
+    let dated = egui::CollapsingHeader::new("Dates").default_open(has_dates(transition));
+    let unread = ["not-before", "not-after", "missed"].map(|key| shown.unread(&item, key));
+    let must_be_seen = unread.iter().any(Option::is_some);
+    dated.open(must_be_seen.then_some(true)).show(ui, |ui| {
+        dates(ui, shown, transition, form);
     });
     let has_failures = transition.on_stop_fail.is_some()
         || transition.on_start_fail.is_some()
@@ -75,7 +80,7 @@ fn sets(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mu
     }
 }
 
-fn decides(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
+fn decides(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
     let name = transition.name.value.clone();
     let item = Item::Transition(name.clone());
     let now = match transition.autonomy {
@@ -89,6 +94,8 @@ fn decides(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
         (Decides::Operator, "the operator".to_owned()),
     ];
     row(ui, "Decides", "Who decides that it fires.", |ui| {
+        let unread = ["autonomy", "operator"].into_iter().find_map(|key| shown.unread(&item, key));
+        let form = form.unread(unread);
         form.choice(ui, "who decides", &now, &choices, |decides| {
             Change::Decides(name.clone(), *decides)
         });
@@ -100,11 +107,13 @@ fn decides(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
     if let Autonomy::Confirm { within, fire_unanswered } = transition.autonomy {
         let text = within.map_or_else(String::new, crate::mission::form::time_text);
         row(ui, "Waits", "How long it waits for an answer; empty is for ever.", |ui| {
+            let form = form.unread(shown.unread(&item, "answer-within"));
             form.hinted(ui, "answer within", "for ever", &text, &is_time, |text| {
                 Some(set("answer-within", given(text)))
             });
         });
         if within.is_some() {
+            let form = form.unread(shown.unread(&item, "unanswered"));
             form.flag(ui, "Fires without an answer", fire_unanswered, |is_set| {
                 set("unanswered", is_set.then(|| "fire".into()))
             });
@@ -117,6 +126,7 @@ fn decides(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
         (Some(LostLink::Wait), "it waits".to_owned()),
     ];
     row(ui, "Lost link", "What happens when the link to the operator is lost.", |ui| {
+        let form = form.unread(shown.unread(&item, "lost-link"));
         form.choice(ui, "when the link is lost", &lost, &choices, |lost| {
             let value = lost.map(|lost| if lost == LostLink::Fire { "fire" } else { "wait" });
             set("lost-link", value.map(str::to_owned))
@@ -128,18 +138,20 @@ fn has_dates(transition: &Transition) -> bool {
     transition.not_before.is_some() || transition.not_after.is_some()
 }
 
-fn dates(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
+fn dates(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
     let item = Item::Transition(transition.name.value.clone());
     let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
     let hint = "2026-11-21T14:30Z";
     let first = transition.not_before.as_ref().map_or("", |date| date.at.text());
     row(ui, "Not before", "A date in UTC.", |ui| {
+        let form = form.unread(shown.unread(&item, "not-before"));
         form.hinted(ui, "not before this date", hint, first, &is_date, |text| {
             Some(set("not-before", given(text)))
         });
     });
     let last = transition.not_after.as_ref().map_or("", |date| date.at.text());
     row(ui, "Not after", "A date in UTC.", |ui| {
+        let form = form.unread(shown.unread(&item, "not-after"));
         form.hinted(ui, "not after this date", hint, last, &is_date, |text| {
             Some(set("not-after", given(text)))
         });
@@ -152,6 +164,7 @@ fn dates(ui: &mut egui::Ui, transition: &Transition, form: &mut Form) {
             (Missed::Fail, "the mission goes to its safe place".to_owned()),
         ];
         row(ui, "Missed", "What happens when that date passed before it fired.", |ui| {
+            let form = form.unread(shown.unread(&item, "missed"));
             form.choice(ui, "when the date is missed", &missed, &choices, |missed| {
                 let value = match missed {
                     Missed::Skip => None,

@@ -29,6 +29,7 @@ pub(super) fn report(
         Change::Attribute(item.clone(), "on", Some(format!("{component}.{event}")))
     };
     row(ui, "Report of", "The component whose report it waits for.", |ui| {
+        let form = form.unread(shown.unread(&item, "on"));
         form.choice(ui, "report of", &component, &choices, |choice| match choice {
             Some(component) => set(component, &event),
             None => Change::Attribute(item.clone(), "on", None),

@@ -52,6 +52,7 @@ fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mu
         (Some(Resume::Safe), "goes to the safe place".to_owned()),
     ];
     row(ui, "Restarted", "What it does after a power loss.", |ui| {
+        let form = form.unread(shown.unread(&Item::Mission, "resume"));
         form.choice(ui, "after a restart", &resume, &choices, |resume| {
             let value = resume.map(|resume| match resume {
                 Resume::Continue => "continue",
@@ -63,6 +64,7 @@ fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mu
     });
     let period = mission.period.as_ref().map_or("", |period| period.at.text());
     row(ui, "Period", "Looks at the net so often; without, it acts at once.", |ui| {
+        let form = form.unread(shown.unread(&Item::Mission, "period"));
         form.hinted(ui, "period", "acts at once", period, &is_time, |text| {
             Some(set("period", given(text)))
         });
@@ -73,17 +75,14 @@ fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mu
 fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
     section(ui, "Proof");
     let colours = Colours::of(ui.visuals());
-    let errors = shown.marks.all().iter().filter(|f| f.severity() == Severity::Error).count();
-    let doubts = shown.marks.all().iter().filter(|f| f.severity() == Severity::Warning).count();
-    match (shown.is_checking, errors, doubts) {
-        (true, ..) => ui.weak("being proven.."),
-        (_, 0, 0) => ui.label(RichText::new("proven: nothing is wrong").color(colours.good)),
-        (_, 0, doubts) => ui
-            .label(RichText::new(format!("proven, with {doubts} warnings")).color(colours.warning)),
-        (_, errors, _) => {
-            ui.label(RichText::new(format!("not proven: {errors} errors")).color(colours.error))
-        }
+    let counted = |severity| shown.marks.all().counted(severity);
+    let (verdict, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
+        _ if shown.is_checking => ("being proven..".to_owned(), colours.weak),
+        (Some(errors), _) => (format!("not proven: {errors}"), colours.error),
+        (None, Some(doubts)) => (format!("proven, with {doubts}"), colours.warning),
+        (None, None) => ("proven: nothing is wrong".to_owned(), colours.good),
     };
+    ui.label(RichText::new(verdict).color(colour));
     let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
     for finding in with_ways.filter(|found| found.code != armor_missions::Code::CheckFails) {
         tell(ui, finding, wishes);

@@ -65,7 +65,7 @@ impl MissionView {
         ];
         for (label, change) in roles {
             if ui.button(label).clicked() {
-                self.make(vec![change], desk);
+                self.make(vec![Ok(change)], desk);
                 ui.close();
             }
         }

@@ -100,12 +100,15 @@ impl SystemView {
             (Restart::Always, "always", "always"),
             (Restart::Never, "never", "never"),
         ];
-        let shown = restarts.iter().find(|(restart, ..)| *restart == component.restart);
-        let combo = ComboBox::from_id_salt("restart").selected_text(shown.map_or("", |r| r.2));
+        let unread = item.named().and_then(|named| desk.project.unread(named, "restart"));
+        let is_it = |restart: Restart| restart == component.restart && unread.is_none();
+        let shown = restarts.iter().find(|(restart, ..)| is_it(*restart));
+        let shown = unread.unwrap_or(shown.map_or("", |restart| restart.2));
+        let combo = ComboBox::from_id_salt("restart").selected_text(shown);
         let drafts = &mut self.drafts;
         let combo = combo.show_ui(ui, |ui| {
             for (restart, value, text) in restarts {
-                if ui.selectable_label(component.restart == restart, text).clicked() {
+                if ui.selectable_label(is_it(restart), text).clicked() {
                     drafts.set(Field::Attribute(item.clone(), "restart"), value);
                 }
             }

@@ -40,7 +40,11 @@ impl SystemView {
             });
         }
         let item = Item::Link { from: from.to_owned(), to: to.to_owned() };
-        self.keep(ui, &item, link.keep);
+        let unread = |attribute| {
+            let named = armor_missions::Item::Link { from, to };
+            desk.project.unread(named, attribute).map(str::to_owned)
+        };
+        self.keep(ui, &item, link.keep, unread("keep"));
         let mode = if link.mode == LinkMode::Pull { "pull" } else { "push" };
         let wake = if link.wake == Wake::Spin { "spin" } else { "sleep" };
         let transport = match link.transport {
@@ -81,10 +85,11 @@ impl SystemView {
             ),
         ];
         for (choice, current) in choices {
-            self.choices(ui, &item, choice, current);
+            self.choices(ui, &item, choice, current, unread(choice.0));
         }
         ui.label("History").on_hover_text("How many of the last data the input holds.");
-        let history = if link.history == 1 { String::new() } else { link.history.to_string() };
+        let said = || if link.history == 1 { String::new() } else { link.history.to_string() };
+        let history = unread("history").unwrap_or_else(said);
         let form = Form { name: "link history", hint: "1", width: 80.0, rows: 1 };
         let field = Field::Attribute(item, "history");
         let response = self.drafts.text(ui, &field, &history, form, &|text| whole(text, u32::MAX));
@@ -95,7 +100,7 @@ impl SystemView {
         }
     }
 
-    fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep) {
+    fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep, unread: Option<String>) {
         ui.label("Keep").on_hover_text("What a slow consumer gets.");
         let field = Field::Attribute(item.clone(), "keep");
         let last = |count: u32| format!("the newest {count}");
@@ -104,6 +109,8 @@ impl SystemView {
             Keep::Last { count } => last(count),
             Keep::All => "everything; the sender waits".to_owned(),
         };
+        let is_read = unread.is_none();
+        let shown = unread.unwrap_or(shown);
         let combo = ComboBox::from_id_salt("keep").selected_text(shown).width(ui.available_width());
         let combo = combo.show_ui(ui, |ui| {
             let counted = if let Keep::Last { count } = keep { count } else { 10 };
@@ -112,7 +119,7 @@ impl SystemView {
                 (counted.to_string(), last(counted), matches!(keep, Keep::Last { .. })),
                 ("all".into(), "everything; the sender waits".to_owned(), keep == Keep::All),
             ] {
-                if ui.selectable_label(is_it, text).clicked() {
+                if ui.selectable_label(is_it && is_read, text).clicked() {
                     self.drafts.set(field.clone(), value);
                 }
             }
@@ -126,15 +133,23 @@ impl SystemView {
         }
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, item: &Item, choice: Choice<'_>, current: &str) {
+    fn choices(
+        &mut self,
+        ui: &mut egui::Ui,
+        item: &Item,
+        choice: Choice<'_>,
+        current: &str,
+        unread: Option<String>,
+    ) {
         let (attribute, label, values) = choice;
         ui.label(label);
-        let shown = values.iter().find(|(value, _)| *value == current);
+        let shown = values.iter().find(|(value, _)| *value == current && unread.is_none());
         let text = |(value, about): &(&str, &str)| format!("{value}: {about}");
         let combo = ComboBox::from_id_salt(attribute).width(ui.available_width());
-        let combo = combo.selected_text(shown.map(text).unwrap_or_default()).show_ui(ui, |ui| {
+        let shown_text = unread.or(shown.map(text)).unwrap_or_default();
+        let combo = combo.selected_text(shown_text).show_ui(ui, |ui| {
             for (n, entry) in values.iter().enumerate() {
-                if ui.selectable_label(entry.0 == current, text(entry)).clicked() {
+                if ui.selectable_label(shown == Some(entry), text(entry)).clicked() {
                     let written = if n == 0 { "" } else { entry.0 };
                     self.drafts.set(Field::Attribute(item.clone(), attribute), written);
                 }
