@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use armor_missions::tree::Element;
-use armor_missions::{Document, Item as Named, NewElement};
+use armor_missions::{Document, ElementEdit, Item as Named, NewElement, Position};
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::Decoration;
@@ -111,6 +111,29 @@ fn gone() -> Refused {
     Refused::Rule("that group or note is not there any more".into())
 }
 
+/// Puts blocks, groups and notes at these places, with their upper left corners.
+///
+/// # Errors
+/// If one is not there.
+pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Result<(), Refused> {
+    let rounded = |at: Pos2| Position { x: at.x.round().into(), y: at.y.round().into() };
+    let blocks = places.iter().filter_map(|(item, at)| match item {
+        Item::Component(_) | Item::Place(_) | Item::Transition(_) => {
+            Some((item.named()?, Some(rounded(*at))))
+        }
+        _ => None,
+    });
+    document.set_positions(&blocks.collect::<Vec<_>>())?;
+    let shown = read(document, view).decorations;
+    let rects = places.iter().filter_map(|(item, at)| match item {
+        Item::Decoration { number, .. } => {
+            Some((*number, Rect::from_min_size(*at, shown.get(*number)?.rect.size())))
+        }
+        _ => None,
+    });
+    place_decorations(document, view, &rects.collect::<Vec<_>>())
+}
+
 /// Adds a group or note.
 ///
 /// # Errors
@@ -122,28 +145,54 @@ pub fn add_decoration(
     rect: Rect,
     text: &str,
 ) -> Result<(), Refused> {
+    let item = Item::Decoration { view, number: 0 };
+    add_decorations(document, view, &[Decoration { item, rect, text: text.to_owned(), is_note }])
+}
+
+/// Adds groups and notes, whatever their items are.
+///
+/// # Errors
+/// As for one.
+pub fn add_decorations(
+    document: &mut Document,
+    view: View,
+    new: &[Decoration],
+) -> Result<(), Refused> {
+    if new.is_empty() {
+        return Ok(());
+    }
+    let new: Vec<_> = new.iter().map(element_of).collect();
     let missing = || Refused::Rule("the file has nothing to draw".into());
     let mut path = document.find(owner(view)).ok_or_else(missing)?;
     let parent = document.tree().element(&path).ok_or_else(missing)?;
-    let [x, y, width, height] = [rect.min.x, rect.min.y, rect.width(), rect.height()].map(written);
-    let new = if is_note { NewElement::new("note") } else { NewElement::new("group") };
-    let new = if is_note { new } else { new.attribute("title", text) };
-    let new = new.attribute("x", x).attribute("y", y);
-    let new = new.attribute("width", width).attribute("height", height);
-    let new = if is_note { new.text(text) } else { new };
     let found = parent.elements().position(|element| element.name == "layout");
     let last = parent.elements().count();
     match found {
         Some(layout) => {
             path.push(layout);
             let count = document.tree().element(&path).map_or(0, |e| e.elements().count());
-            document.insert_element(&path, count, &new)?;
+            document.insert_elements(&path, count, &new)?;
         }
         None => {
-            document.insert_element(&path, last, &NewElement::new("layout").child(new))?;
+            let layout = new.into_iter().fold(NewElement::new("layout"), NewElement::child);
+            document.insert_element(&path, last, &layout)?;
         }
     }
     Ok(())
+}
+
+fn element_of(decoration: &Decoration) -> NewElement {
+    let Decoration { rect, text, is_note, .. } = decoration;
+    let new = if *is_note { NewElement::new("note") } else { NewElement::new("group") };
+    let new = if *is_note { new } else { new.attribute("title", text) };
+    let new = bounds(*rect).into_iter().fold(new, |new, (name, value)| new.attribute(name, value));
+    if *is_note { new.text(text) } else { new }
+}
+
+fn bounds(rect: Rect) -> [(&'static str, String); 4] {
+    let values =
+        [("x", rect.min.x), ("y", rect.min.y), ("width", rect.width()), ("height", rect.height())];
+    values.map(|(name, value)| (name, written(value)))
 }
 
 /// Gives a group or note another place and size.
@@ -156,13 +205,22 @@ pub fn place_decoration(
     number: usize,
     rect: Rect,
 ) -> Result<(), Refused> {
-    let path = path_of(document, view, number).ok_or_else(gone)?;
-    let values =
-        [("x", rect.min.x), ("y", rect.min.y), ("width", rect.width()), ("height", rect.height())];
-    for (name, value) in values {
-        document.set_attribute_at(&path, name, Some(&written(value)))?;
+    place_decorations(document, view, &[(number, rect)])
+}
+
+fn place_decorations(
+    document: &mut Document,
+    view: View,
+    places: &[(usize, Rect)],
+) -> Result<(), Refused> {
+    let mut edits = Vec::new();
+    for (number, rect) in places {
+        let path = path_of(document, view, *number).ok_or_else(gone)?;
+        let edit =
+            |(name, value)| ElementEdit::Attribute { path: path.clone(), name, value: Some(value) };
+        edits.extend(bounds(*rect).map(edit));
     }
-    Ok(())
+    Ok(document.edit_elements(&edits)?)
 }
 
 /// Gives a group another title, or a note another text.
@@ -194,14 +252,11 @@ pub fn remove_decorations(
     view: View,
     numbers: impl IntoIterator<Item = usize>,
 ) -> Result<(), Refused> {
-    let mut numbers: Vec<_> = numbers.into_iter().collect();
-    numbers.sort_unstable();
-    // The last first, so that the others keep their numbers.
-    for number in numbers.into_iter().rev() {
-        let path = path_of(document, view, number).ok_or_else(gone)?;
-        document.remove_element(&path)?;
-    }
-    Ok(())
+    let numbers = numbers.into_iter();
+    let edits = numbers
+        .map(|number| path_of(document, view, number).map(ElementEdit::Removal).ok_or_else(gone));
+    let edits = edits.collect::<Result<Vec<_>, _>>()?;
+    Ok(document.edit_elements(&edits)?)
 }
 
 fn written(value: f32) -> String {

@@ -12,6 +12,7 @@ pub mod check;
 mod commands;
 mod desk;
 pub mod files;
+mod fragment;
 mod help;
 mod item;
 pub mod kinds;

@@ -15,6 +15,7 @@ mod patch;
 mod placement;
 mod removal;
 mod removing;
+mod together;
 mod words;
 
 use std::path::Path;
@@ -31,6 +32,7 @@ pub use layout::Position;
 pub use new_element::NewElement;
 use patch::Patches;
 pub(crate) use placement::line_break;
+pub use together::ElementEdit;
 
 /// A file being edited. It is always well-formed XML within the limits; whether it means anything
 /// is for [`crate::check`].
@@ -41,6 +43,8 @@ pub(crate) use placement::line_break;
 #[derive(Clone, Debug)]
 pub struct Document {
     tree: Tree,
+    /// Counts the edits.
+    revision: u64,
 }
 
 impl Document {
@@ -49,7 +53,7 @@ impl Document {
     /// # Errors
     /// The findings, if they are no XML or break a limit.
     pub fn open(path: &Path, bytes: &[u8]) -> Result<Self, Findings> {
-        crate::parse_tree(path, bytes).map(|tree| Self { tree })
+        crate::parse_tree(path, bytes).map(|tree| Self { tree, revision: 0 })
     }
 
     /// The file as it is now: what to save.
@@ -99,9 +103,7 @@ impl Document {
         index: usize,
         new: &NewElement,
     ) -> Result<(), EditError> {
-        let mut patches = Patches::default();
-        self.insert(parent, index, std::slice::from_ref(new), &mut patches)?;
-        self.apply(patches)
+        self.insert_elements(parent, index, std::slice::from_ref(new))
     }
 
     /// Removes an element, with its lines if nothing else stands on them. Comments around it stay.
@@ -173,6 +175,7 @@ impl Document {
         match tree.filter(|_| !findings.has_errors()) {
             Some(tree) => {
                 self.tree = tree;
+                self.revision += 1;
                 Ok(())
             }
             None => Err(EditError::Refused(findings.finish())),

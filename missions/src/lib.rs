@@ -49,7 +49,7 @@ pub use check::{Manifests, NeededPath, check, needed_paths, passed_dates};
 pub use code::Code;
 pub use date::Date;
 pub use difference::{Change, Difference, Subject, differences};
-pub use edit::{Document, EditError, Item, NewElement, Position};
+pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
 pub use features::Feature;
 pub use finding::{Finding, Findings, MAX_FINDINGS, Severity};
 pub use format::format;

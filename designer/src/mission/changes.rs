@@ -1,7 +1,6 @@
 //! Everything the panels change, as data: a field that is being typed in holds the change it will
 //! make, so that nothing is lost when something else is selected meanwhile.
 
-use armor_missions::Document;
 use armor_missions::mission::ArcKind;
 
 use super::edits::{self, Decides, Timing};
@@ -162,7 +161,7 @@ impl Change {
             Self::Decoration(number, text) => {
                 layout::write_decoration(document, View::Mission, *number, text)?;
             }
-            Self::Remove(items) => remove(document, items)?,
+            Self::Remove(items) => edits::remove(document, items)?,
         }
         Ok(())
     }
@@ -170,45 +169,4 @@ impl Change {
 
 fn named(item: &Item) -> Result<armor_missions::Item<'_>, Refused> {
     item.named().ok_or_else(|| Refused::Rule(format!("{item} has no name in the file")))
-}
-
-/// Arcs first, since their ends may go too; those known by their number from the last on.
-fn remove(document: &mut Document, items: &[Item]) -> Result<(), Refused> {
-    for item in items {
-        if let Item::Arc { transition, place, kind } = item {
-            edits::remove_arc(document, transition, place, *kind)?;
-        }
-    }
-    for item in items {
-        match item {
-            Item::Transition(name) => edits::remove_transition(document, name)?,
-            Item::Variable(name) => {
-                document.remove(armor_missions::Item::Variable(name))?;
-            }
-            _ => {}
-        }
-    }
-    for item in items {
-        if let Item::Place(name) = item {
-            edits::remove_place(document, name)?;
-        }
-    }
-    let mut numbered: Vec<_> = items
-        .iter()
-        .filter_map(|item| match item {
-            Item::Submission(number) => Some((*number, "submission")),
-            Item::Exclusive(number) => Some((*number, "exclusive")),
-            Item::Check(number) => Some((*number, "check")),
-            _ => None,
-        })
-        .collect();
-    numbered.sort_unstable();
-    for (number, sort) in numbered.into_iter().rev() {
-        edits::remove_numbered(document, sort, number)?;
-    }
-    let decorations = items.iter().filter_map(|item| match item {
-        Item::Decoration { number, .. } => Some(*number),
-        _ => None,
-    });
-    layout::remove_decorations(document, View::Mission, decorations)
 }

@@ -2,6 +2,7 @@
 //! changes nothing, if the caller works on a copy, as a project's edit does.
 
 mod arcs;
+mod removal;
 mod sets;
 mod words;
 
@@ -9,11 +10,12 @@ use armor_missions::mission::ArcKind;
 use armor_missions::{Document, EditError, Item, NewElement, Position};
 
 pub use arcs::{add_arc, arc_element, lead_arc, remove_arc, set_arc_kind, set_weight};
+pub use removal::remove;
 pub use sets::{
-    add_check, add_exclusive, add_submission, add_variable, remove_numbered, set_check,
-    set_submission, toggle_exclusive,
+    add_check, add_exclusive, add_submission, add_variable, set_check, set_submission,
+    toggle_exclusive,
 };
-pub use words::{free_name, renamed_element, same_element};
+pub use words::{free, free_name, names_of};
 
 /// Adds a place under a name that is free, shown at `at`. The first one is where the mission
 /// begins.
@@ -55,21 +57,6 @@ pub fn add_transition(
         document.set_positions(&[(Item::Transition(&name), at)])?;
     }
     Ok(name)
-}
-
-/// Removes a place with its arcs and whatever else leads to it; what a check or a guard says of it
-/// is for a person to change, and refuses.
-pub fn remove_place(document: &mut Document, name: &str) -> Result<(), EditError> {
-    arcs::remove_arcs_of(document, name)?;
-    for (attribute, owner) in words::naming(document, name) {
-        document.set_attribute_at(&owner, attribute, None)?;
-    }
-    document.remove(Item::Place(name))
-}
-
-/// Removes a transition.
-pub fn remove_transition(document: &mut Document, name: &str) -> Result<(), EditError> {
-    document.remove(Item::Transition(name))
 }
 
 /// Whether a component is active while a place is marked.

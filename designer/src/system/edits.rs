@@ -1,14 +1,14 @@
 //! The edits of a system, each on the files as a whole: pure, so that any sequence of them can be
 //! tried without a window.
 
-use std::collections::BTreeMap;
-
-use armor_missions::{Document, Item as Named, NewElement, Position};
-use armor_wire::name::{MAX_NAME_LEN, is_name, split_data};
+use armor_missions::tree::Element;
+use armor_missions::{Document, Item as Named};
+use armor_wire::name::{MAX_NAME_LEN, is_name};
 use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::{Diagram, arrange};
 use crate::desk::View;
+use crate::fragment::Names;
 use crate::item::Item;
 use crate::layout;
 use crate::project::{Documents, Refused};
@@ -18,21 +18,30 @@ const TAKEN: &[&str] = &["registry", "configd", "configuration", "executive", "l
 
 /// A name that no component has yet, like the one wished for.
 pub fn free_name(document: &Document, wish: &str) -> String {
+    free(&mut names_of(document), wish)
+}
+
+/// The names that no component can be given: those of the others and of the system's programs.
+pub(super) fn names_of(document: &Document) -> Names {
+    let path = document.find(Named::System);
+    let system = path.and_then(|path| document.tree().element(&path));
+    let components = system.into_iter().flat_map(Element::elements);
+    let components = components.filter(|element| element.name == "component");
+    let names = components.filter_map(|component| component.attribute("name"));
+    Names::new(names.map(|name| name.value.as_str()).chain(TAKEN.iter().copied()))
+}
+
+/// A name like the one wished for, taken from then on.
+pub(super) fn free(names: &mut Names, wish: &str) -> String {
     let wish: String =
         wish.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_')).collect();
     let wish = if is_name(&wish) { wish } else { "component".to_owned() };
-    let is_free =
-        |name: &str| !TAKEN.contains(&name) && document.find(Named::Component(name)).is_none();
-    if is_free(&wish) {
-        return wish;
-    }
     // "laser-2" counts on as "laser-3".
     let stem = match wish.rsplit_once('-') {
-        Some((stem, number)) if number.bytes().all(|b| b.is_ascii_digit()) => stem.to_owned(),
-        _ => wish,
+        Some((stem, number)) if number.bytes().all(|b| b.is_ascii_digit()) => stem,
+        _ => &wish,
     };
-    let stem = &stem[..stem.len().min(MAX_NAME_LEN - 5)];
-    (2..).map(|n| format!("{stem}-{n}")).find(|name| is_free(name)).unwrap_or_default()
+    names.free(&wish, &stem[..stem.len().min(MAX_NAME_LEN - 5)])
 }
 
 /// Adds a component of a kind and answers its name.
@@ -43,7 +52,7 @@ pub fn add_component(documents: &mut Documents, kind: &str, at: Pos2) -> Result<
     let document = documents.system()?;
     let name = free_name(document, kind);
     document.add(Named::Component(&name), &[("kind", kind)])?;
-    document.set_positions(&[(Named::Component(&name), Some(position(at)))])?;
+    layout::place(document, View::System, &[(Item::Component(name.clone()), at)])?;
     Ok(name)
 }
 
@@ -143,22 +152,7 @@ pub fn remove<'a>(
 /// # Errors
 /// If one is not there.
 pub fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), Refused> {
-    let document = documents.system()?;
-    let blocks = places.iter().filter_map(|(item, at)| match item {
-        Item::Component(name) => Some((Named::Component(name), Some(position(*at)))),
-        _ => None,
-    });
-    document.set_positions(&blocks.collect::<Vec<_>>())?;
-    let shown = layout::read(document, View::System).decorations;
-    for (item, at) in places {
-        if let Item::Decoration { number, .. } = item
-            && let Some(decoration) = shown.get(*number)
-        {
-            let rect = Rect::from_min_size(*at, decoration.rect.size());
-            layout::place_decoration(document, View::System, *number, rect)?;
-        }
-    }
-    Ok(())
+    layout::place(documents.system()?, View::System, places)
 }
 
 /// Gives the places of nodes that are arranged anew: all, or those given. The middle of what is
@@ -173,26 +167,4 @@ pub fn arrange_all(diagram: &Diagram, only: &[usize]) -> Vec<(Item, Pos2)> {
     let corner = old.map_or(Pos2::new(40.0, 40.0), |old| crate::canvas::snapped(old.min));
     let places = wanted.iter().zip(positions);
     places.map(|(n, at)| (diagram.nodes[*n].item.clone(), corner + at)).collect()
-}
-
-/// A point of the drawing as the file says it.
-pub(super) fn position(at: Pos2) -> Position {
-    Position { x: f64::from(at.x.round()), y: f64::from(at.y.round()) }
-}
-
-/// A component's element with another name, links of it led to another name: what copying needs.
-pub(super) fn renamed_end(data: &str, names: &BTreeMap<String, String>) -> Option<String> {
-    let (component, port) = split_data(data)?;
-    Some(format!("{}.{port}", names.get(component)?))
-}
-
-/// A new element that says what an element of a file says, comments left out.
-pub(super) fn same_element(element: &armor_missions::tree::Element) -> NewElement {
-    let mut new = NewElement::new(&element.name);
-    for attribute in &element.attributes {
-        new = new.attribute(&attribute.name, &attribute.value);
-    }
-    let new = element.elements().fold(new, |new, child| new.child(same_element(child)));
-    let (text, _) = element.text();
-    if text.is_empty() { new } else { new.text(text) }
 }

@@ -1,67 +1,43 @@
-//! Copying and pasting: through the clipboard as a file of its own, so that it works between
-//! windows and files, and a person can read it.
+//! Copying and pasting components with the links between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use armor_missions::tree::Element;
-use armor_missions::{Document, Item as Named};
-use eframe::egui::{Pos2, Rect, Vec2};
+use armor_missions::{Item as Named, NewElement};
+use armor_wire::name::split_data;
+use eframe::egui::{Pos2, Rect};
 
 use crate::desk::View;
+use crate::fragment::{Fragment, copied as element_with, same_element, written};
 use crate::item::Item;
-use crate::layout;
 use crate::project::{Documents, Project, Refused};
 use crate::system::drawing::Drawing;
-use crate::system::edits::{free_name, position, renamed_end, same_element};
+use crate::system::edits::{free, names_of};
 
-/// A file with nothing but a system to copy into.
-const EMPTY: &str = "<armor version=\"1\">\n  <system>\n  </system>\n</armor>\n";
+/// The names that components are copied under.
+type Renamed = BTreeMap<String, String>;
 
 /// What is selected as the text of a file: the components, the links between them, the groups and
 /// notes, and where they are drawn. None if it has neither component nor note.
 pub fn copied(project: &Project, drawing: &Drawing, selection: &BTreeSet<Item>) -> Option<String> {
     let source = project.document_with(Named::System)?;
     let system = source.tree().element(&source.find(Named::System)?)?;
-    let names: BTreeMap<String, String> = selection
-        .iter()
-        .filter_map(|item| match item {
-            Item::Component(name) => Some((name.clone(), name.clone())),
-            _ => None,
-        })
-        .collect();
-    let mut file = Document::open("clipboard".as_ref(), EMPTY.as_bytes()).ok()?;
-    for element in system.elements().filter(|element| is_copied(element, &names)) {
-        let count = file.tree().element(&[0])?.elements().count();
-        file.insert_element(&[0], count, &same_element(element)).ok()?;
-    }
-    for item in selection {
-        let Some(area) = drawing.diagram.rect(item) else { continue };
-        match item {
-            Item::Component(name) => {
-                let place = (Named::Component(name), Some(position(area.min)));
-                file.set_positions(&[place]).ok()?;
-            }
-            Item::Decoration { .. } => {
-                let all = &drawing.diagram.decorations;
-                let decoration = all.iter().find(|decoration| decoration.item == *item)?;
-                let (is_note, text) = (decoration.is_note, &decoration.text);
-                layout::add_decoration(&mut file, View::System, is_note, area, text).ok()?;
-            }
-            _ => {}
-        }
-    }
-    let text = std::str::from_utf8(file.bytes()).ok()?;
-    (text != EMPTY).then(|| text.to_owned())
+    let names = selection.iter().filter_map(|item| match item {
+        Item::Component(name) => Some((name.clone(), name.clone())),
+        _ => None,
+    });
+    let names: Renamed = names.collect();
+    let elements = system.elements().filter(|element| is_copied(element, &names));
+    let elements: Vec<_> = elements.map(same_element).collect();
+    written(View::System, &elements, &drawing.diagram, selection)
 }
 
 /// Copied are the components, and the links of which both ends are.
-fn is_copied(element: &Element, names: &BTreeMap<String, String>) -> bool {
+fn is_copied(element: &Element, names: &Renamed) -> bool {
     let value = |name: &str| element.attribute(name).map_or("", |a| a.value.as_str());
     match element.name.as_str() {
         "component" => names.contains_key(value("name")),
-        "link" => {
-            renamed_end(value("from"), names).is_some() && renamed_end(value("to"), names).is_some()
-        }
+        "link" => led(element, names).is_some(),
         _ => false,
     }
 }
@@ -76,76 +52,90 @@ pub fn paste(
     text: &str,
     at: impl FnOnce(Rect) -> Pos2,
 ) -> Result<Vec<Item>, Refused> {
-    let nothing = || Refused::Rule("the clipboard holds no part of a system".into());
-    let file = Document::open("clipboard".as_ref(), text.as_bytes()).map_err(|_| nothing())?;
-    let system = file.find(Named::System).and_then(|path| file.tree().element(&path).cloned());
-    let system = system.ok_or_else(nothing)?;
-    let shown = layout::read(&file, View::System);
+    let fragment = Fragment::read(text, View::System)?;
     let document = documents.system()?;
-    let names = add_components(document, &system)?;
-    add_links(document, &system, &names)?;
-    let corners = names.keys().filter_map(|name| shown.blocks.get(name));
-    let areas = corners.map(|corner| Rect::from_min_size(*corner, Vec2::splat(1.0)));
-    let areas = areas.chain(shown.decorations.iter().map(|decoration| decoration.rect));
-    let whole = areas.reduce(Rect::union).unwrap_or(Rect::ZERO);
-    let shift = at(whole) - whole.min;
-    let mut added: Vec<Item> = Vec::new();
-    for (number, (old, new)) in names.iter().enumerate() {
-        let beside = whole.min + Vec2::splat(30.0 * number as f32);
-        let corner = shown.blocks.get(old).copied().unwrap_or(beside) + shift;
-        document.set_positions(&[(Named::Component(new), Some(position(corner)))])?;
-        added.push(Item::Component(new.clone()));
+    let mut taken = names_of(document);
+    let mut names = Renamed::new();
+    let mut elements = Vec::new();
+    let mut added = Vec::new();
+    for (element, old) in fragment.named("component") {
+        let new = free(&mut taken, old);
+        elements.push(renamed(element, &new));
+        added.push((Item::Component(new.clone()), Item::Component(old.to_owned())));
+        names.insert(old.to_owned(), new);
     }
-    for decoration in &shown.decorations {
-        let number = layout::read(document, View::System).decorations.len();
-        let (area, text) = (decoration.rect.translate(shift), &decoration.text);
-        layout::add_decoration(document, View::System, decoration.is_note, area, text)?;
-        added.push(Item::Decoration { view: View::System, number });
-    }
-    if added.is_empty() { Err(nothing()) } else { Ok(added) }
+    let links = fragment.element.elements().filter(|element| element.name == "link");
+    elements.extend(links.filter_map(|element| led(element, &names)));
+    document.add_elements(Named::System, &elements)?;
+    fragment.place(document, &added, at)
 }
 
-/// Adds the components under names that are free; answers the new name of each.
-fn add_components(
-    document: &mut Document,
-    system: &Element,
-) -> Result<BTreeMap<String, String>, Refused> {
-    let mut names = BTreeMap::new();
-    for element in system.elements().filter(|element| element.name == "component") {
-        let Some(old) = element.attribute("name").map(|name| name.value.clone()) else { continue };
-        let new = free_name(document, &old);
-        let own = |name: &str| name == "name";
-        let attributes: Vec<_> = element
-            .attributes
-            .iter()
-            .filter(|attribute| !own(&attribute.name) && !attribute.name.contains(':'))
-            .map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
-            .collect();
-        document.add(Named::Component(&new), &attributes)?;
-        let path = document.find(Named::Component(&new)).unwrap_or_default();
-        for (n, child) in element.elements().enumerate() {
-            document.insert_element(&path, n, &same_element(child))?;
-        }
-        names.insert(old, new);
-    }
-    Ok(names)
+/// The element of a component under another name.
+fn renamed(element: &Element, name: &str) -> NewElement {
+    let value = |attribute: &str, value: &str| match attribute {
+        "name" => Some(name.to_owned()),
+        _ => Some(value.to_owned()),
+    };
+    element_with(element, value, |child| Some(same_element(child)))
 }
 
-fn add_links(
-    document: &mut Document,
-    system: &Element,
-    names: &BTreeMap<String, String>,
-) -> Result<(), Refused> {
-    for element in system.elements().filter(|element| element.name == "link") {
-        let end = |name: &str| renamed_end(&element.attribute(name)?.value, names);
-        let (Some(from), Some(to)) = (end("from"), end("to")) else { continue };
-        let attributes: Vec<_> = element
-            .attributes
-            .iter()
-            .filter(|a| !matches!(a.name.as_str(), "from" | "to") && !a.name.contains(':'))
-            .map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
-            .collect();
-        document.add(Named::Link { from: &from, to: &to }, &attributes)?;
+/// A link between components under other names; none if one of them is not copied.
+fn led(element: &Element, names: &Renamed) -> Option<NewElement> {
+    let end = |attribute: &str| {
+        let (component, port) = split_data(&element.attribute(attribute)?.value)?;
+        Some(format!("{}.{port}", names.get(component)?))
+    };
+    let (from, to) = (end("from")?, end("to")?);
+    let value = |attribute: &str, value: &str| {
+        Some(match attribute {
+            "from" => from.clone(),
+            "to" => to.clone(),
+            _ => value.to_owned(),
+        })
+    };
+    Some(element_with(element, value, |child| Some(same_element(child))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::{add_component, draw, join};
+
+    /// A chain of this many components, copied as a whole; how many edits its paste is.
+    fn edits_of_a_paste(count: usize) -> u64 {
+        let mut project = Project::new(std::sync::Arc::default());
+        let at = |n: usize| Pos2::new(200.0 * n as f32, 0.0);
+        let chain = |documents: &mut Documents| {
+            let names = (0..count).map(|n| add_component(documents, "eye", at(n)));
+            let names = names.collect::<Result<Vec<_>, _>>()?;
+            names.windows(2).try_for_each(|pair| {
+                join(documents, &format!("{}.seen", pair[0]), &format!("{}.shown", pair[1]))
+            })
+        };
+        project.edit("a chain", chain).unwrap();
+        let drawing = draw(&project);
+        let all: BTreeSet<_> = drawing.diagram.nodes.iter().map(|node| node.item.clone()).collect();
+        let text = copied(&project, &drawing, &all).unwrap();
+        let mut edits = 0;
+        let beneath = |whole: Rect| whole.min + eframe::egui::vec2(0.0, 100.0);
+        project
+            .edit("paste", |documents| {
+                let before = documents.system()?.revision();
+                assert_eq!(paste(documents, &text, beneath)?.len(), count);
+                edits = documents.system()?.revision() - before;
+                Ok(())
+            })
+            .unwrap();
+        let system = &project.configuration().unwrap().system;
+        assert_eq!((system.components.len(), system.links.len()), (2 * count, 2 * (count - 1)));
+        let last = &system.components[2 * count - 1].name.value;
+        let at_last = project.position(Named::Component(last)).unwrap();
+        assert_eq!((at_last.x, at_last.y), (200.0 * (count - 1) as f64, 100.0));
+        edits
     }
-    Ok(())
+
+    #[test]
+    fn much_is_pasted_in_a_few_edits() {
+        assert_eq!((edits_of_a_paste(2), edits_of_a_paste(60)), (2, 2));
+    }
 }

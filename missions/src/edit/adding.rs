@@ -132,11 +132,15 @@ impl Document {
     }
 }
 
+/// Where a sort comes in the order; none if it is not known there.
+pub(super) fn rank(sort: &str) -> Option<usize> {
+    ORDER.iter().position(|known| *known == sort)
+}
+
 /// The number that a new element of this sort gets in its parent: behind the last of its sort, else
 /// before the first that comes after it in the order.
-fn number_for(parent: &Element, sort: &str) -> usize {
+pub(super) fn number_for(parent: &Element, sort: &str) -> usize {
     let names: Vec<_> = parent.elements().map(|element| element.name.as_str()).collect();
-    let rank = |name: &str| ORDER.iter().position(|known| *known == name);
     match names.iter().rposition(|name| *name == sort) {
         Some(last) => last + 1,
         None => names.iter().position(|name| rank(name) > rank(sort)).unwrap_or(names.len()),

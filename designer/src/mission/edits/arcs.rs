@@ -6,6 +6,9 @@ use armor_missions::{Document, EditError, Item};
 
 use super::{new_arc, set_list, words};
 
+pub(super) const KINDS: [ArcKind; 5] =
+    [ArcKind::Take, ArcKind::Put, ArcKind::Read, ArcKind::Inhibitor, ArcKind::Reset];
+
 /// Where an arc stands in the file.
 enum Place {
     /// In the list `from` or `to`.
@@ -102,18 +105,6 @@ fn weight(document: &Document, transition: &str, place: &str, kind: ArcKind) -> 
     weight.and_then(|weight| weight.value.trim().parse().ok()).unwrap_or(1)
 }
 
-/// Removes every arc between a place and any transition.
-pub(super) fn remove_arcs_of(document: &mut Document, place: &str) -> Result<(), EditError> {
-    let names: Vec<_> = words::names(document, "transition").map(str::to_owned).collect();
-    for transition in names {
-        for kind in [ArcKind::Take, ArcKind::Put, ArcKind::Read, ArcKind::Inhibitor, ArcKind::Reset]
-        {
-            remove_arc(document, &transition, place, kind)?;
-        }
-    }
-    Ok(())
-}
-
 /// The path of the element that an arc has of its own, if it has one.
 pub fn arc_element(
     document: &Document,
@@ -127,7 +118,8 @@ pub fn arc_element(
     }
 }
 
-fn short_form(kind: ArcKind) -> Option<&'static str> {
+/// The list of a transition that may hold an arc.
+pub(super) fn short_form(kind: ArcKind) -> Option<&'static str> {
     match kind {
         ArcKind::Take => Some("from"),
         ArcKind::Put => Some("to"),
@@ -148,8 +140,14 @@ fn find(document: &Document, transition: &str, place: &str, kind: ArcKind) -> Op
 }
 
 fn is_arc(element: &Element, place: &str, kind: ArcKind) -> bool {
+    place_of(element, kind) == Some(place)
+}
+
+/// The place of an element that is an arc of this kind.
+pub(super) fn place_of(element: &Element, kind: ArcKind) -> Option<&str> {
     let (name, attribute) = super::arc_names(kind);
-    element.name == name && element.attribute(attribute).is_some_and(|given| given.value == place)
+    let given = element.attribute(attribute).filter(|_| element.name == name)?;
+    Some(&given.value)
 }
 
 fn unlist(

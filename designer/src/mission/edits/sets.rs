@@ -18,7 +18,7 @@ pub fn toggle_exclusive(
     component: &str,
     is_in: bool,
 ) -> Result<(), EditError> {
-    let path = numbered(document, "exclusive", number)?;
+    let path = words::numbered(document, "exclusive", number)?;
     let element = document.tree().element(&path).ok_or(EditError::NoElement)?;
     let value = element.attribute("components").map(|given| given.value.clone());
     let value = value.unwrap_or_default();
@@ -56,7 +56,7 @@ pub fn add_check(document: &mut Document, text: &str) -> Result<(), EditError> {
 
 /// Changes what a check says.
 pub fn set_check(document: &mut Document, number: usize, text: &str) -> Result<(), EditError> {
-    let path = numbered(document, "check", number)?;
+    let path = words::numbered(document, "check", number)?;
     document.set_text_at(&path, text)
 }
 
@@ -73,23 +73,8 @@ pub fn set_submission(
     attribute: &str,
     value: Option<&str>,
 ) -> Result<(), EditError> {
-    let path = numbered(document, "submission", number)?;
+    let path = words::numbered(document, "submission", number)?;
     document.set_attribute_at(&path, attribute, value)
-}
-
-/// Removes the exclusive set, check or sub-mission of this number.
-pub fn remove_numbered(
-    document: &mut Document,
-    sort: &str,
-    number: usize,
-) -> Result<(), EditError> {
-    let path = numbered(document, sort, number)?;
-    document.remove_element(&path)
-}
-
-fn numbered(document: &Document, sort: &str, number: usize) -> Result<Vec<usize>, EditError> {
-    let mut of_sort = words::elements(document).filter(|(_, element)| element.name == sort);
-    of_sort.nth(number).map(|(path, _)| path).ok_or(EditError::NoElement)
 }
 
 /// Adds an element behind the last of its sort, or else behind the last of those before it.

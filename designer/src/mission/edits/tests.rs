@@ -97,7 +97,7 @@ fn an_arc_is_listed_until_it_has_a_weight() {
 #[test]
 fn a_place_goes_with_all_that_leads_to_it() {
     check(
-        |document| remove_place(document, "hold").unwrap(),
+        |document| remove(document, &[crate::Item::Place("hold".into())]).unwrap(),
         &[
             r#"<mission goal="home" safe="hold">"#,
             r#"<place name="hold"/>"#,
@@ -105,6 +105,37 @@ fn a_place_goes_with_all_that_leads_to_it() {
         ],
         &[r#"<mission goal="home">"#, r#"<transition name="late" from="explore" timeout="90s"/>"#],
     );
+}
+
+#[test]
+fn much_is_removed_in_a_few_edits() {
+    let mission = |count: usize| {
+        let number = |n: usize| {
+            format!(
+                "    <place name=\"p{n}\"/>\n    <transition name=\"t{n}\" from=\"first p{n}\">\n      \
+                 <arc to=\"p{n}\" weight=\"2\"/>\n      <read place=\"first\"/>\n    \
+                 </transition>\n    <check>never first</check>\n"
+            )
+        };
+        let numbers: String = (0..count).map(number).collect();
+        format!(
+            "<armor version=\"1\">\n  <mission>\n    <place name=\"first\"/>\n{numbers}  \
+             </mission>\n</armor>\n"
+        )
+    };
+    let edits_of = |count: usize| {
+        let text = mission(count);
+        let mut document = Document::open("m.xml".as_ref(), text.as_bytes()).unwrap();
+        let place = |n| crate::Item::Place(format!("p{n}"));
+        let items: Vec<_> = (0..count).flat_map(|n| [place(n), crate::Item::Check(n)]).collect();
+        remove(&mut document, &items).unwrap();
+        let text = String::from_utf8_lossy(document.bytes()).into_owned();
+        assert!(!text.contains("check") && !text.contains("\"p"), "{text}");
+        assert_eq!(text.matches("from=\"first\"").count(), count);
+        assert_eq!(text.matches("<read place=\"first\"/>").count(), count);
+        document.revision()
+    };
+    assert_eq!((edits_of(2), edits_of(80)), (3, 3));
 }
 
 #[test]
@@ -160,7 +191,7 @@ fn sets_checks_and_sub_missions_are_found_by_their_number() {
             add_check(document, "always explore").unwrap();
             add_check(document, "never home").unwrap();
             set_check(document, 0, "duration(home) < 20min").unwrap();
-            remove_numbered(document, "check", 1).unwrap();
+            remove(document, &[crate::Item::Check(1)]).unwrap();
             add_submission(document, "dock.xml").unwrap();
             set_submission(document, 0, "in", Some("home")).unwrap();
             add_variable(document, "battery", Some("power.state.level")).unwrap();

@@ -1,51 +1,33 @@
-//! Copying and pasting: through the clipboard as a file of its own, so that it works between
-//! windows and files, and a person can read it.
+//! Copying and pasting places and transitions with the arcs between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use armor_missions::tree::Element;
 use armor_missions::{Document, Item as Named, NewElement};
-use eframe::egui::{Pos2, Rect, Vec2};
+use eframe::egui::{Pos2, Rect};
 
-use super::gestures::position;
 use crate::canvas::Diagram;
 use crate::desk::{Desk, View};
+use crate::fragment::{Fragment, copied as element_with, same_element, written};
 use crate::item::Item;
-use crate::layout;
-use crate::mission::edits::{self, free_name};
+use crate::mission::edits::{free, names_of};
 use crate::project::{Documents, Refused};
-
-/// A file with nothing but a mission to copy into.
-const EMPTY: &str = "<armor version=\"1\">\n  <mission>\n  </mission>\n</armor>\n";
 
 /// What is selected as the text of a file: places, transitions, groups and notes, and where they
 /// are drawn. None if it has none of them.
 pub(super) fn copied(desk: &Desk, diagram: &Diagram, selection: &BTreeSet<Item>) -> Option<String> {
     let source = desk.project.document_with(Named::Mission)?;
-    let mut file = Document::open("clipboard".as_ref(), EMPTY.as_bytes()).ok()?;
-    for item in selection {
-        if let (Item::Place(_) | Item::Transition(_), Some(named)) = (item, item.named()) {
-            let element = source.tree().element(&source.find(named)?)?;
-            let count = file.tree().element(&[0])?.elements().count();
-            file.insert_element(&[0], count, &edits::same_element(element)).ok()?;
-        }
-    }
-    for item in selection {
-        let Some(area) = diagram.rect(item) else { continue };
-        match item {
-            Item::Place(_) | Item::Transition(_) => {
-                file.set_positions(&[(item.named()?, Some(position(area.min)))]).ok()?;
-            }
-            Item::Decoration { .. } => {
-                let decoration = diagram.decorations.iter().find(|d| d.item == *item)?;
-                let (is_note, text) = (decoration.is_note, &decoration.text);
-                layout::add_decoration(&mut file, View::Mission, is_note, area, text).ok()?;
-            }
-            _ => {}
-        }
-    }
-    let text = std::str::from_utf8(file.bytes()).ok()?;
-    (text != EMPTY).then(|| text.to_owned())
+    let mission = source.tree().element(&source.find(Named::Mission)?)?;
+    let is_selected = |element: &&Element| {
+        let name = element.attribute("name").map_or("", |name| name.value.as_str());
+        selection.contains(&match element.name.as_str() {
+            "place" => Item::Place(name.to_owned()),
+            "transition" => Item::Transition(name.to_owned()),
+            _ => return false,
+        })
+    };
+    let elements: Vec<_> = mission.elements().filter(is_selected).map(same_element).collect();
+    written(View::Mission, &elements, diagram, selection)
 }
 
 /// Adds what a text from the clipboard says, its upper left corner at `at`. Places and transitions
@@ -59,131 +41,124 @@ pub(super) fn paste(
     text: &str,
     at: &dyn Fn(Rect) -> Pos2,
 ) -> Result<Vec<Item>, Refused> {
-    let nothing = || Refused::Rule("the clipboard holds no part of a mission".into());
-    let file = Document::open("clipboard".as_ref(), text.as_bytes()).map_err(|_| nothing())?;
-    let mission = file.find(Named::Mission).and_then(|path| file.tree().element(&path).cloned());
-    let mission = mission.ok_or_else(nothing)?;
-    let shown = layout::read(&file, View::Mission);
+    let fragment = Fragment::read(text, View::Mission)?;
     let document = documents.mission()?;
-    let places = add_places(document, &mission)?;
-    let transitions = add_transitions(document, &mission, &places)?;
-    let corners = shown.blocks.values().chain(shown.transitions.values());
-    let areas = corners.map(|corner| Rect::from_min_size(*corner, Vec2::splat(1.0)));
-    let areas = areas.chain(shown.decorations.iter().map(|decoration| decoration.rect));
-    let whole = areas.reduce(Rect::union).unwrap_or(Rect::ZERO);
-    let shift = at(whole) - whole.min;
-    let mut added: Vec<Item> = Vec::new();
-    for (old, new) in &places {
-        let corner = shown.blocks.get(old).copied().unwrap_or(whole.min) + shift;
-        document.set_positions(&[(Named::Place(new), Some(position(corner)))])?;
-        added.push(Item::Place(new.clone()));
+    let (mut elements, mut added) = (Vec::new(), Vec::new());
+    let places = Places::copied(&fragment, document, &mut elements);
+    for (old, new) in &places.renamed {
+        added.push((Item::Place(new.clone()), Item::Place(old.clone())));
     }
-    for (old, new) in &transitions {
-        let corner = shown.transitions.get(old).copied().unwrap_or(whole.min) + shift;
-        document.set_positions(&[(Named::Transition(new), Some(position(corner)))])?;
-        added.push(Item::Transition(new.clone()));
+    let mut taken = names_of(document, "transition");
+    for (element, old) in fragment.named("transition") {
+        let new = free(&mut taken, old);
+        elements.push(places.transition(element, &new));
+        added.push((Item::Transition(new), Item::Transition(old.to_owned())));
     }
-    for decoration in &shown.decorations {
-        let number = layout::read(document, View::Mission).decorations.len();
-        let (area, text) = (decoration.rect.translate(shift), &decoration.text);
-        layout::add_decoration(document, View::Mission, decoration.is_note, area, text)?;
-        added.push(Item::Decoration { view: View::Mission, number });
-    }
-    if added.is_empty() { Err(nothing()) } else { Ok(added) }
+    document.add_elements(Named::Mission, &elements)?;
+    fragment.place(document, &added, at)
 }
 
-fn elements<'a>(
-    mission: &'a Element,
-    sort: &'a str,
-) -> impl Iterator<Item = (&'a Element, &'a str)> {
-    let of_sort = mission.elements().filter(move |element| element.name == sort);
-    of_sort.filter_map(|element| Some((element, element.attribute("name")?.value.as_str())))
+/// The places that arcs may lead to.
+struct Places {
+    /// The new name of each place that is copied.
+    renamed: BTreeMap<String, String>,
+    /// Those of the mission.
+    known: BTreeSet<String>,
 }
 
-/// Adds the places under names that are free; answers the new name of each.
-fn add_places(
-    document: &mut Document,
-    mission: &Element,
-) -> Result<BTreeMap<String, String>, Refused> {
-    let is_first = document
-        .find(Named::Mission)
-        .and_then(|path| document.tree().element(&path))
-        .is_none_or(|mission| !mission.elements().any(|element| element.name == "place"));
-    let mut names = BTreeMap::new();
-    for (element, old) in elements(mission, "place") {
-        let new = free_name(document, "place", old);
-        let attributes: Vec<_> = element
-            .attributes
-            .iter()
-            .filter(|attribute| !attribute.name.contains(':') && attribute.name != "name")
-            // Two beginnings are hardly meant.
-            .filter(|attribute| is_first || attribute.name != "initial")
-            .map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
-            .collect();
-        document.add(Named::Place(&new), &attributes)?;
-        copy_children(document, Named::Place(&new), element, &|child| {
-            Some(edits::same_element(child))
-        })?;
-        names.insert(old.to_owned(), new);
-    }
-    Ok(names)
-}
-
-fn add_transitions(
-    document: &mut Document,
-    mission: &Element,
-    places: &BTreeMap<String, String>,
-) -> Result<BTreeMap<String, String>, Refused> {
-    let mut names = BTreeMap::new();
-    for (element, old) in elements(mission, "transition") {
-        let new = free_name(document, "transition", old);
-        let known = |place: &str| -> Option<String> {
-            let copied = places.get(place).cloned();
-            copied.or_else(|| document.find(Named::Place(place)).map(|_| place.to_owned()))
-        };
-        let attributes: Vec<(String, String)> = element
-            .attributes
-            .iter()
-            .filter(|attribute| !attribute.name.contains(':') && attribute.name != "name")
-            .filter_map(|attribute| {
-                let value = &attribute.value;
-                let value = match attribute.name.as_str() {
-                    "from" | "to" => {
-                        let names = value.split_ascii_whitespace().filter_map(known);
-                        Some(names.collect::<Vec<_>>().join(" ")).filter(|list| !list.is_empty())?
-                    }
-                    "on-stop-fail" | "on-start-fail" | "overrun" => known(value)?,
-                    _ => value.clone(),
-                };
-                Some((attribute.name.clone(), value))
-            })
-            .collect();
-        let children = |child: &Element| -> Option<NewElement> {
-            let place = ["place", "from", "to"].iter().find_map(|name| child.attribute(name))?;
-            Some(edits::renamed_element(child, &place.name, &known(&place.value)?))
-        };
-        let children: Vec<_> = element.elements().filter_map(children).collect();
-        let attributes: Vec<_> =
-            attributes.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
-        document.add(Named::Transition(&new), &attributes)?;
-        let path = document.find(Named::Transition(&new)).unwrap_or_default();
-        for (number, child) in children.iter().enumerate() {
-            document.insert_element(&path, number, child)?;
+impl Places {
+    /// Makes the elements of the places that are copied, under names that are free.
+    fn copied(fragment: &Fragment, document: &Document, elements: &mut Vec<NewElement>) -> Self {
+        let mut taken = names_of(document, "place");
+        let known: BTreeSet<_> = taken.all().map(str::to_owned).collect();
+        let mut renamed = BTreeMap::new();
+        for (element, old) in fragment.named("place") {
+            let new = free(&mut taken, old);
+            let value = |attribute: &str, value: &str| match attribute {
+                "name" => Some(new.clone()),
+                // Two beginnings are hardly meant.
+                "initial" if !known.is_empty() => None,
+                _ => Some(value.to_owned()),
+            };
+            elements.push(element_with(element, value, |child| Some(same_element(child))));
+            renamed.insert(old.to_owned(), new);
         }
-        names.insert(old.to_owned(), new);
+        Self { renamed, known }
     }
-    Ok(names)
+
+    /// What a place is called here, if it is there.
+    fn name<'a>(&'a self, old: &'a str) -> Option<&'a str> {
+        let copied = self.renamed.get(old).map(String::as_str);
+        copied.or_else(|| self.known.contains(old).then_some(old))
+    }
+
+    /// A transition under another name, its arcs led to the places that are there.
+    fn transition(&self, element: &Element, new: &str) -> NewElement {
+        let value = |attribute: &str, value: &str| match attribute {
+            "name" => Some(new.to_owned()),
+            "from" | "to" => {
+                let names = value.split_ascii_whitespace().filter_map(|old| self.name(old));
+                Some(names.collect::<Vec<_>>().join(" ")).filter(|list| !list.is_empty())
+            }
+            "on-stop-fail" | "on-start-fail" | "overrun" => self.name(value).map(str::to_owned),
+            _ => Some(value.to_owned()),
+        };
+        element_with(element, value, |child| self.arc(child))
+    }
+
+    /// An arc; none if it leads to a place that is not there. Whatever else stands in a transition
+    /// names no place.
+    fn arc(&self, child: &Element) -> Option<NewElement> {
+        let is_end = |attribute: &str| matches!(attribute, "place" | "from" | "to");
+        let mut ends = child.attributes.iter().filter(|attribute| is_end(&attribute.name));
+        if !ends.all(|end| self.name(&end.value).is_some()) {
+            return None;
+        }
+        let value = |attribute: &str, value: &str| match is_end(attribute) {
+            true => self.name(value).map(str::to_owned),
+            false => Some(value.to_owned()),
+        };
+        Some(element_with(child, value, |inner| Some(same_element(inner))))
+    }
 }
 
-fn copy_children(
-    document: &mut Document,
-    item: Named<'_>,
-    from: &Element,
-    copy: &dyn Fn(&Element) -> Option<NewElement>,
-) -> Result<(), Refused> {
-    let path = document.find(item).unwrap_or_default();
-    for (number, child) in from.elements().filter_map(copy).enumerate() {
-        document.insert_element(&path, number, &child)?;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Project;
+
+    /// How many edits it is to paste this many places with their transitions.
+    fn edits_of_a_paste(count: usize) -> u64 {
+        let place = |n: usize| {
+            format!(
+                "<place name=\"p{n}\"/><transition name=\"t{n}\" from=\"p{n} nowhere\">\
+                 <arc to=\"p0\" weight=\"2\"/><read place=\"nowhere\"/>\
+                 <set variable=\"round\" value=\"1\"/></transition>"
+            )
+        };
+        let inner: String = (0..count).map(place).collect();
+        let text = format!("<armor version=\"1\"><mission>{inner}</mission></armor>");
+        let mut project = Project::new(std::sync::Arc::default());
+        let mut edits = 0;
+        for _ in 0..2 {
+            project
+                .edit("paste", |documents| {
+                    let before = documents.mission()?.revision();
+                    paste(documents, &text, &|whole| whole.min)?;
+                    edits = documents.mission()?.revision() - before;
+                    Ok(())
+                })
+                .unwrap();
+        }
+        let text = project.files()[0].text();
+        assert!(!text.contains("nowhere"), "arcs to what is not there are left out: {text}");
+        assert_eq!(text.matches("<set variable=\"round\" value=\"1\"/>").count(), 2 * count);
+        assert!(text.contains("<transition name=\"t-2\" from=\"p-2\">"), "{text}");
+        edits
     }
-    Ok(())
+
+    #[test]
+    fn much_is_pasted_in_a_few_edits() {
+        assert_eq!((edits_of_a_paste(2), edits_of_a_paste(60)), (2, 2));
+    }
 }

@@ -214,23 +214,7 @@ fn joined(documents: &mut Documents, join: &Join, at: Pos2) -> Result<Item, Refu
 
 /// Puts places, transitions, groups and notes where they are to be shown.
 pub(super) fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), Refused> {
-    let document = documents.mission()?;
-    let blocks: Vec<_> = places
-        .iter()
-        .filter(|(item, _)| matches!(item, Item::Place(_) | Item::Transition(_)))
-        .filter_map(|(item, at)| Some((item.named()?, Some(position(*at)))))
-        .collect();
-    document.set_positions(&blocks)?;
-    let shown = layout::read(document, View::Mission).decorations;
-    for (item, at) in places {
-        if let Item::Decoration { number, .. } = item
-            && let Some(decoration) = shown.get(*number)
-        {
-            let rect = Rect::from_min_size(*at, decoration.rect.size());
-            layout::place_decoration(document, View::Mission, *number, rect)?;
-        }
-    }
-    Ok(())
+    layout::place(documents.mission()?, View::Mission, places)
 }
 
 fn resized(item: &Item, rect: Rect, desk: &mut Desk) {
