@@ -67,6 +67,9 @@ fn is_fine(file: &Path, arguments: &Arguments) -> bool {
     let mut shown = Findings::default();
     shown.extend(found.findings.iter().filter(|finding| finding.code != Code::Takes).cloned());
     eprint!("{}", shown.render(colours));
+    if let Some(code) = shown.gravest() {
+        eprintln!("armor explain {} says more", code.as_str());
+    }
     let problems = shown.count(Severity::Error) + shown.count(Severity::Warning);
     if problems == 0 {
         told(&format!("{} is fine", file.display()));

@@ -137,6 +137,11 @@ impl Project {
         self.reading.configuration.as_ref()
     }
 
+    /// Whether some file is no XML, so that it can be neither drawn as it is nor edited.
+    pub fn is_broken(&self) -> bool {
+        self.files.iter().any(|file| file.document().is_none())
+    }
+
     /// The kinds of components that there are.
     pub fn kinds(&self) -> &Arc<Kinds> {
         &self.kinds

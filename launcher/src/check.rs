@@ -39,7 +39,8 @@ pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
         let checked = load(file, &arguments.overrides, &arguments.kinds)?;
         let findings = &checked.reading.findings;
         print(&checked.shown(format), format);
-        gravest = gravest.into_iter().chain(self::gravest(findings)).min_by_key(|c| c.severity());
+        gravest =
+            gravest.into_iter().chain(findings.gravest()).min_by_key(|code: &Code| code.severity());
         let warnings = findings.count(Severity::Warning);
         if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
             ending = Ending::Failed;
@@ -155,7 +156,7 @@ impl Checked {
     pub fn print_problems(&self, format: Format) {
         let problems = self.reading.findings.without_notes();
         print(&problems, format);
-        hint(gravest(&problems), format);
+        hint(problems.gravest(), format);
     }
 }
 
@@ -169,12 +170,6 @@ fn print(findings: &Findings, format: Format) {
         let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
         write!(err, "{}", findings.render(colours))
     };
-}
-
-/// The code of the first error, or else of the first warning.
-fn gravest(findings: &Findings) -> Option<Code> {
-    let codes = findings.iter().map(|finding| finding.code);
-    codes.filter(|code| code.severity() != Severity::Note).min_by_key(|code| code.severity())
 }
 
 /// Says once where there is more to read.

@@ -352,6 +352,12 @@ impl Findings {
         })
     }
 
+    /// The code of the first error, or else of the first warning.
+    pub fn gravest(&self) -> Option<Code> {
+        let codes = self.iter().map(|finding| finding.code);
+        codes.filter(|code| code.severity() != Severity::Note).min_by_key(|code| code.severity())
+    }
+
     /// The findings in the order of the files and their lines.
     pub fn iter(&self) -> std::slice::Iter<'_, Finding> {
         self.list.iter()

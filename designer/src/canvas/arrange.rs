@@ -13,8 +13,12 @@ const WAY: Vec2 = vec2(0.0, 6.0);
 const MAX_NODES: usize = 20_000;
 /// How often the layers are sorted, there and back.
 const SWEEPS: usize = 12;
-/// Parts that do not hang together are put into rows about so wide.
-const ROW: f32 = 2200.0;
+/// Parts that do not hang together are put into rows of which the whole gets about the shape of a
+/// window, width to height; rows that are not longer than this are not broken.
+const SHAPE: f32 = 1.6;
+const ROW: f32 = 1200.0;
+/// Between two parts.
+const APART: Vec2 = vec2(ACROSS * 0.7, DOWN * 1.5);
 
 /// Positions of the upper left corners of the nodes `wanted`, in their order, the whole beginning at
 /// the origin. `sizes` and `links` are of all nodes; links to others do not count.
@@ -35,23 +39,41 @@ pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Ve
     }
     let own: Vec<Vec2> = wanted.iter().map(|node| sizes[*node]).collect();
     let mut positions = vec![Vec2::ZERO; wanted.len()];
-    let (mut corner, mut row_height) = (Vec2::ZERO, 0.0_f32);
-    for part in parts(&next) {
-        let placed = arrange_part(&own, &next, &part);
-        let size =
-            placed.iter().zip(&part).fold(Vec2::ZERO, |size, (at, n)| size.max(*at + own[*n]));
-        if corner.x > 0.0 && corner.x + size.x > ROW {
-            corner = vec2(0.0, corner.y + row_height + DOWN * 1.5);
-            row_height = 0.0;
-        }
+    let parts: Vec<_> = parts(&next)
+        .into_iter()
+        .map(|part| {
+            let placed = arrange_part(&own, &next, &part);
+            let inner = placed.iter().zip(&part);
+            let size = inner.fold(Vec2::ZERO, |size, (at, n)| size.max(*at + own[*n]));
+            (part, placed, size)
+        })
+        .collect();
+    let sizes: Vec<_> = parts.iter().map(|(.., size)| *size).collect();
+    for ((part, placed, _), corner) in parts.into_iter().zip(in_rows(&sizes)) {
         for (n, at) in part.iter().zip(placed) {
             let at = corner + at;
             positions[*n] = vec2((at.x / 10.0).round() * 10.0, (at.y / 10.0).round() * 10.0);
         }
-        corner.x += size.x + ACROSS * 0.7;
-        row_height = row_height.max(size.y);
     }
     positions
+}
+
+/// The corners of parts of these sizes, put into rows one below the other.
+fn in_rows(sizes: &[Vec2]) -> Vec<Vec2> {
+    let area: f32 = sizes.iter().map(|size| (size.x + APART.x) * (size.y + APART.y)).sum();
+    let longest = (area * SHAPE).sqrt().max(ROW);
+    let (mut corner, mut row_height) = (Vec2::ZERO, 0.0_f32);
+    let corners = sizes.iter().map(|size| {
+        if corner.x > 0.0 && corner.x + size.x > longest {
+            corner = vec2(0.0, corner.y + row_height + APART.y);
+            row_height = 0.0;
+        }
+        let at = corner;
+        corner.x += size.x + APART.x;
+        row_height = row_height.max(size.y);
+        at
+    });
+    corners.collect()
 }
 
 /// Nodes that hang together, the largest part first.
@@ -321,6 +343,18 @@ mod tests {
         let at = check(6, &[(0, 1), (1, 2), (2, 0), (3, 3)]);
         assert!(at[0].x < at[1].x && at[1].x < at[2].x, "{at:?}");
         check(0, &[]);
+    }
+
+    #[test]
+    fn separate_parts_get_the_shape_of_a_window() {
+        for parts in [40, 250] {
+            let links: Vec<_> =
+                (0..parts).flat_map(|n| (0..3).map(move |m| (4 * n + m, 4 * n + m + 1))).collect();
+            let at = check(4 * parts, &links);
+            let far = at.iter().fold(Vec2::ZERO, |far, at| far.max(*at + vec2(150.0, 120.0)));
+            let shape = far.x / far.y;
+            assert!((1.0..2.5).contains(&shape), "{parts} parts: {far:?}");
+        }
     }
 
     #[test]

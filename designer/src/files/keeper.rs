@@ -3,7 +3,7 @@
 
 mod questions;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use eframe::egui;
 use super::merge::{Answer, answer};
 use super::recent::Recent;
 use super::recovery::{Kept, KeptFile, Orphan, Recovery, orphans};
-use super::watch::{News, Watch};
+use super::watch::{News, OnDisk, Watch};
 use crate::desk::Messages;
 use crate::project::Project;
 use questions::Question;
@@ -32,6 +32,8 @@ pub struct Keeper {
     followed: Vec<(PathBuf, Arc<str>)>,
     /// The revision whose other files are followed.
     followed_revision: Option<u64>,
+    /// What the disk holds of files that count as not saved because it is gone or no text.
+    odd: BTreeMap<PathBuf, OnDisk>,
     /// Trouble that has been told.
     told: BTreeSet<String>,
 }
@@ -158,6 +160,12 @@ impl Keeper {
         let open = || {
             project.files().iter().filter_map(|file| Some((file.path()?, Arc::clone(file.saved()))))
         };
+        let known = |file: &crate::project::OpenFile| {
+            let path = file.path()?.to_path_buf();
+            let odd = self.odd.get(&path).filter(|_| file.saved().is_empty());
+            let known = odd.cloned().unwrap_or_else(|| Some(file.on_disk()));
+            Some((path, known))
+        };
         let is_same = open().count() == self.followed.len()
             && open()
                 .zip(&self.followed)
@@ -167,7 +175,7 @@ impl Keeper {
         }
         self.followed_revision = Some(project.revision());
         self.followed = open().map(|(path, saved)| (path.to_path_buf(), saved)).collect();
-        let of_open = open().map(|(path, saved)| (path.to_path_buf(), Some(saved.into())));
+        let of_open = project.files().iter().filter_map(known);
         // Files that are named but not open: sub-missions, or a system file that is missing.
         let others = project.reading().files.iter();
         let others = others.filter(|path| open().all(|(known, _)| known != path.as_path()));
@@ -185,6 +193,7 @@ impl Keeper {
             return;
         };
         let name = shown(&news.path);
+        self.odd.insert(news.path.clone(), news.now.clone());
         let Some(bytes) = news.now else {
             project.set_saved(n, "".into());
             messages.warn(format!("{name} is not there any more; saving writes it again"));
@@ -210,10 +219,13 @@ impl Keeper {
             (Answer::Ask, Ok(theirs)) => {
                 self.question = Some(Question { file: n, path: news.path, theirs });
             }
-            (_, Err(_)) => messages.warn(format!(
-                "{name} was changed by another program to something that is not UTF-8 text; saving \
-                 replaces it"
-            )),
+            (_, Err(_)) => {
+                project.set_saved(n, "".into());
+                messages.warn(format!(
+                    "{name} was changed by another program to something that is not UTF-8 text; \
+                     saving replaces it"
+                ));
+            }
         }
     }
 }

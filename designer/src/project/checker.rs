@@ -22,8 +22,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// A revision to be looked at.
 pub(super) struct Wanted {
     pub(super) revision: u64,
-    /// The open files' texts, the one that was given first.
-    pub(super) files: Vec<(PathBuf, Arc<str>)>,
+    /// What the open files say, the one that was given first.
+    pub(super) files: Vec<(PathBuf, Arc<[u8]>)>,
     pub(super) kinds: Arc<Kinds>,
 }
 

@@ -21,23 +21,28 @@ pub struct OpenFile {
     /// None while the text is no XML.
     document: Option<Arc<Document>>,
     saved: Arc<str>,
+    /// What the file is while that is no UTF-8; the text is what can be shown of it.
+    odd: Option<Arc<[u8]>>,
 }
 
 impl OpenFile {
     pub(super) fn untitled(text: &str) -> Self {
         let text: Arc<str> = text.into();
+        let saved = Arc::clone(&text);
         let mut file =
-            Self { path: None, saved: Arc::clone(&text), text: Arc::clone(&text), document: None };
+            Self { path: None, saved, text: Arc::clone(&text), document: None, odd: None };
         file.set_text(text);
         file
     }
 
     pub(super) fn read(path: &Path) -> io::Result<Self> {
         let bytes = armor_missions::read_bytes(path)?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| io::Error::other("it is not UTF-8 text; an Armor file is XML in UTF-8"))?;
-        let mut file = Self::untitled(&text);
+        let mut file = Self::untitled(&String::from_utf8_lossy(&bytes));
         file.set_path(path.to_path_buf());
+        if std::str::from_utf8(&bytes).is_err() {
+            file.document = None;
+            file.odd = Some(bytes.into());
+        }
         Ok(file)
     }
 
@@ -81,6 +86,7 @@ impl OpenFile {
         }
         self.document = Document::open(self.shown_path(), text.as_bytes()).ok().map(Arc::new);
         self.text = text;
+        self.odd = None;
     }
 
     pub(super) fn set_document(&mut self, document: Arc<Document>) {
@@ -109,8 +115,14 @@ impl OpenFile {
         Some(self.path()?.parent().unwrap_or(Path::new("")).join(named))
     }
 
-    pub(super) fn snapshot(&self) -> (PathBuf, Arc<str>) {
-        (self.shown_path().to_path_buf(), Arc::clone(&self.text))
+    /// What is known to be on the disk.
+    pub fn on_disk(&self) -> Arc<[u8]> {
+        self.odd.clone().unwrap_or_else(|| Arc::clone(&self.saved).into())
+    }
+
+    pub(super) fn snapshot(&self) -> (PathBuf, Arc<[u8]>) {
+        let bytes = self.odd.clone().unwrap_or_else(|| Arc::clone(&self.text).into());
+        (self.shown_path().to_path_buf(), bytes)
     }
 }
 
@@ -128,12 +140,12 @@ impl Disk {
     }
 
     /// The same of texts.
-    pub(super) fn read_snapshot(&mut self, open: &[(PathBuf, Arc<str>)]) -> Reading {
+    pub(super) fn read_snapshot(&mut self, open: &[(PathBuf, Arc<[u8]>)]) -> Reading {
         let Some((first, _)) = open.first() else { unreachable!("a file is always open") };
         armor_missions::read(
             first,
             &mut |path| match open.iter().find(|(known, _)| known == path) {
-                Some((_, text)) => Ok(text.as_bytes().to_vec()),
+                Some((_, bytes)) => Ok(bytes.to_vec()),
                 None => self.bytes(path),
             },
         )

@@ -48,7 +48,7 @@ impl SystemView {
         if !self.drawing.diagram.nodes.is_empty() {
             return;
         }
-        let text = if desk.project.configuration().is_none() {
+        let text = if desk.project.is_broken() || desk.project.configuration().is_none() {
             "The file cannot be drawn: the problems below say why."
         } else {
             "Drag a component here from the list at the left, or press A.\n\

@@ -87,6 +87,33 @@ fn a_file_that_is_gone_is_told_and_written_again() {
     assert_eq!(read(&window.path("robot.xml")), ROBOT);
 }
 
+#[test]
+fn a_file_that_became_no_text_counts_as_not_saved_and_is_replaced() {
+    let mut window = Window::open(Some(ROBOT));
+    std::fs::write(window.path("robot.xml"), b"\xff\xfe garbage").unwrap();
+    window.until("it is told", |window| window.told().contains("not UTF-8"));
+    assert!(window.harness.state_mut().desk().project.is_dirty());
+    window.harness.state_mut().desk().order(Command::Save);
+    window.until("it is saved", |window| window.told().starts_with("saved"));
+    assert_eq!(read(&window.path("robot.xml")), ROBOT);
+}
+
+#[test]
+fn a_file_that_is_no_text_is_shown_with_its_finding_until_it_is_mended() {
+    let mut window = Window::open(Some(ROBOT));
+    let path = window.path("latin.xml");
+    std::fs::write(&path, b"<armor version=\"1\">\n  <!-- \xe4 -->\n</armor>\n").unwrap();
+    window.harness.state_mut().open(&path);
+    window.settle();
+    let checked = window.harness.state_mut().desk().project.checked().clone();
+    let found = checked.findings.iter().next().unwrap();
+    assert_eq!(found.code.as_str(), "E0002");
+    assert_eq!(found.at.as_ref().unwrap().line_column(), (2, 8));
+    std::fs::write(&path, ROBOT).unwrap();
+    window.until("it is read again", |window| window.has("component lamp"));
+    assert!(!window.harness.state_mut().desk().project.is_dirty());
+}
+
 /// What a designer that died has left in a folder.
 fn left_behind(folder: &Path, kept: &Kept) {
     let folder = folder.join("own/recovery");
