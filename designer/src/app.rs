@@ -168,13 +168,14 @@ impl Designer {
                 self.desk.project.path().into_iter().for_each(|path| self.keeper.remember(path));
                 self.saved();
             }
-            Some(Err(refused)) => {
-                self.desk.settings.problems = true;
-                self.desk.messages.warn(refused.to_string());
-                self.save_refused(&refused);
-            }
+            Some(Err(refused)) => self.not_saved(&refused),
             None => {}
         }
+    }
+
+    /// Whether something is not saved, also what is being written into a field.
+    fn is_unsaved(&self) -> bool {
+        self.desk.project.is_dirty() || self.panes.iter().any(|(_, pane)| pane.draft().is_some())
     }
 
     fn pane(&mut self) -> (&mut dyn Pane, &mut Desk) {
@@ -183,7 +184,7 @@ impl Designer {
     }
 
     fn set_title(&mut self, ctx: &egui::Context) {
-        let star = if self.desk.project.is_dirty() { "*" } else { "" };
+        let star = if self.is_unsaved() { "*" } else { "" };
         let title = format!("{}{star} - Armor designer", self.desk.project.name());
         if title != self.title {
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::commands::{Command, about};
 use crate::item::Item;
-use crate::project::Project;
+use crate::project::{Documents, Project, Refused};
 use crate::settings::Settings;
 
 /// A message is shown for so long.
@@ -66,7 +66,7 @@ impl Desk {
     pub fn edit(
         &mut self,
         what: impl Into<String>,
-        edit: impl FnOnce(&mut crate::project::Documents) -> Result<(), crate::project::Refused>,
+        edit: impl FnOnce(&mut Documents) -> Result<(), Refused>,
     ) -> bool {
         match self.project.edit(what, edit) {
             Ok(()) => true,
@@ -111,6 +111,11 @@ pub trait Pane {
         true
     }
 
+    /// What is being written into a field, to be kept with what is not saved.
+    fn draft(&self) -> Option<Draft> {
+        None
+    }
+
     /// The whole drawing as it is now, for a picture.
     fn drawing(&mut self, desk: &Desk) -> &crate::canvas::Diagram;
 
@@ -123,6 +128,17 @@ pub trait Pane {
     /// Everything that can be found, with the words it is found by.
     fn findable(&self, desk: &Desk) -> Vec<(Item, String)>;
 }
+
+/// What is being written into a field, and has changed nothing yet.
+pub struct Draft {
+    /// Another number with each letter.
+    pub revision: u64,
+    /// Makes the change that leaving the field would make.
+    pub change: Box<Edit>,
+}
+
+/// A change of the files.
+pub type Edit = dyn FnOnce(&mut Documents) -> Result<(), Refused>;
 
 /// How grave a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

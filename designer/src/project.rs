@@ -210,6 +210,16 @@ impl Project {
         Ok(())
     }
 
+    /// The texts of the files as an edit would make them; nothing if it is refused.
+    pub fn texts_with(
+        &self,
+        edit: impl FnOnce(&mut Documents) -> Result<(), Refused>,
+    ) -> Option<Vec<Arc<str>>> {
+        let mut documents = Documents::of(&self.files).ok()?;
+        edit(&mut documents).ok()?;
+        Some(documents.texts())
+    }
+
     /// Takes the last edit back; answers what it did.
     pub fn undo(&mut self) -> Option<String> {
         let step = self.history.undo()?.clone();

@@ -21,9 +21,10 @@ pub use rules::{Joint, Joints, types_fit};
 
 use crate::canvas::{Canvas, Event};
 use crate::commands::Command;
-use crate::desk::{Desk, Pane};
+use crate::desk::{Desk, Draft, Pane};
 use crate::item::Item;
 use crate::panels::path::PathChoice;
+use crate::project::Documents;
 use properties::Field;
 use quick::Quick;
 
@@ -179,6 +180,14 @@ impl Pane for SystemView {
     fn finish(&mut self, desk: &mut Desk) -> bool {
         self.drafts.end();
         self.take_drafts(desk)
+    }
+
+    fn draft(&self) -> Option<Draft> {
+        let (field, text, revision) = self.drafts.current()?;
+        let (field, text) = (field.clone(), text.to_owned());
+        let change =
+            Box::new(move |documents: &mut Documents| properties::write(documents, &field, &text));
+        Some(Draft { revision, change })
     }
 
     fn drawing(&mut self, desk: &Desk) -> &crate::canvas::Diagram {

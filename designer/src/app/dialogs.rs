@@ -159,8 +159,10 @@ impl Designer {
         }
     }
 
-    /// Stays, and leads to what is wrong.
-    pub(super) fn save_refused(&mut self, refused: &SaveRefused) {
+    /// Says why not, stays, and leads to what is wrong.
+    pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
+        self.desk.settings.problems = true;
+        self.desk.messages.warn(refused.to_string());
         self.after_saving = None;
         if let SaveRefused::Wrong(errors) = refused
             && let Some(at) = errors.iter().find_map(|finding| finding.at.as_ref())

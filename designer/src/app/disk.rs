@@ -33,7 +33,8 @@ impl Dialog {
 impl Designer {
     /// Keeps unsaved work, takes what changed on the disk and what is dropped on the window.
     pub(super) fn keep(&mut self, ctx: &egui::Context) {
-        self.keeper.tick(ctx, &mut self.desk.project, &mut self.desk.messages);
+        let draft = self.panes.iter().find_map(|(_, pane)| pane.draft());
+        self.keeper.tick(ctx, &mut self.desk.project, draft, &mut self.desk.messages);
         self.take_dropped(ctx);
     }
 

@@ -172,7 +172,7 @@ impl Designer {
         egui::Panel::bottom("status").show(ui, |ui| {
             ui.horizontal(|ui| {
                 let name = crate::text::paintable(ui.ctx(), &self.desk.project.name()).into_owned();
-                let star = if self.desk.project.is_dirty() { " (not saved)" } else { "" };
+                let star = if self.is_unsaved() { " (not saved)" } else { "" };
                 ui.label(format!("{name}{star}"));
                 ui.separator();
                 self.verdict(ui);

@@ -67,11 +67,13 @@ impl Designer {
             Command::New => self.leave(Then::New, ctx),
             Command::Open => self.leave(Then::Open, ctx),
             Command::Quit => self.leave(Then::Quit, ctx),
-            Command::Save => {
-                if let Err(SaveRefused::Nowhere) = self.desk.project.save() {
+            Command::Save => match self.desk.project.save() {
+                Ok(()) => {}
+                Err(SaveRefused::Nowhere) => {
                     self.dialog = Some(Dialog::save_as(&self.desk.project));
                 }
-            }
+                Err(refused) => self.not_saved(&refused),
+            },
             Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.desk.project)),
             Command::Undo => {
                 if let Some(what) = self.desk.project.undo() {

@@ -14,7 +14,7 @@ use super::merge::{Answer, answer};
 use super::recent::Recent;
 use super::recovery::{Kept, KeptFile, Orphan, Recovery, orphans};
 use super::watch::{News, OnDisk, Watch};
-use crate::desk::Messages;
+use crate::desk::{Draft, Messages};
 use crate::project::Project;
 use questions::Question;
 
@@ -22,6 +22,10 @@ use questions::Question;
 #[derive(Default)]
 pub struct Keeper {
     recovery: Option<Recovery>,
+    /// The revisions of the files and of what is being written, as they were seen last.
+    seen: (u64, u64),
+    /// Counts how often they were others.
+    work: u64,
     watch: Option<Watch>,
     recent: Option<Recent>,
     /// The list as it was read last.
@@ -94,8 +98,14 @@ impl Keeper {
     }
 
     /// Does what is due; to be called with each frame.
-    pub fn tick(&mut self, ctx: &egui::Context, project: &mut Project, messages: &mut Messages) {
-        self.keep(ctx, project, messages);
+    pub fn tick(
+        &mut self,
+        ctx: &egui::Context,
+        project: &mut Project,
+        draft: Option<Draft>,
+        messages: &mut Messages,
+    ) {
+        self.keep(ctx, project, draft, messages);
         self.follow(project);
         let news = self.watch.as_ref().map(Watch::news).unwrap_or_default();
         for news in news {
@@ -137,14 +147,25 @@ impl Keeper {
         }
     }
 
-    fn keep(&mut self, ctx: &egui::Context, project: &Project, messages: &mut Messages) {
+    fn keep(
+        &mut self,
+        ctx: &egui::Context,
+        project: &Project,
+        draft: Option<Draft>,
+        messages: &mut Messages,
+    ) {
         let Some(recovery) = &mut self.recovery else { return };
-        if !project.is_dirty() {
+        if !project.is_dirty() && draft.is_none() {
             recovery.forget();
             return;
         }
-        let unsaved = || Some(unsaved(project));
-        if let Some(wait) = recovery.keep(Instant::now(), project.revision(), unsaved) {
+        let now = (project.revision(), draft.as_ref().map_or(0, |draft| draft.revision));
+        if self.seen != now {
+            self.seen = now;
+            self.work += 1;
+        }
+        let unsaved = || unsaved(project, draft);
+        if let Some(wait) = recovery.keep(Instant::now(), self.work, unsaved) {
             ctx.request_repaint_after(wait);
         }
         if let Some(trouble) = recovery.trouble()
@@ -245,16 +266,21 @@ fn shown(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn unsaved(project: &Project) -> Kept {
-    let file = |file: &crate::project::OpenFile| {
+/// What is not saved, with what is being written; none if that changes nothing.
+fn unsaved(project: &Project, draft: Option<Draft>) -> Option<Kept> {
+    let drafted = draft.and_then(|draft| project.texts_with(draft.change));
+    let own = || project.files().iter().map(|file| Arc::clone(file.text())).collect();
+    let texts: Vec<Arc<str>> = drafted.unwrap_or_else(own);
+    let file = |(file, text): (&crate::project::OpenFile, Arc<str>)| {
         let path = file.path().map(|path| std::path::absolute(path).unwrap_or(path.to_path_buf()));
         KeptFile {
             path: path.map(PathBuf::into_os_string),
             saved: file.saved().to_string(),
-            text: file.is_dirty().then(|| file.text().to_string()),
+            text: (text != *file.saved()).then(|| text.to_string()),
         }
     };
-    Kept::now(project.files().iter().map(file).collect())
+    let files: Vec<_> = project.files().iter().zip(texts).map(file).collect();
+    files.iter().any(|file| file.text.is_some()).then(|| Kept::now(files))
 }
 
 /// Puts kept work over a project that was opened again from the same files, as one change for each

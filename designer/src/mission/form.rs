@@ -72,6 +72,13 @@ impl Form {
         self.finish()
     }
 
+    /// The change that is being written, with a number that is another with each letter.
+    pub fn draft(&self) -> Option<(u64, Change)> {
+        let (field, _, revision) = self.drafts.current()?;
+        let change = self.pending.get(field)?.as_ref().ok()?;
+        Some((revision, change.clone()))
+    }
+
     /// A line of text. `make` says what the new text changes; nothing if it is to stay as it was.
     pub fn line(
         &mut self,

@@ -22,9 +22,10 @@ use super::marks::Marks;
 use super::panel::{self, Wish};
 use crate::canvas::{Canvas, Diagram};
 use crate::commands::Command;
-use crate::desk::{Desk, Pane, View};
+use crate::desk::{Desk, Draft, Pane, View};
 use crate::item::Item;
 use crate::layout::{self, Layout};
+use crate::project::Documents;
 use crate::theme::Colours;
 use palette::Dragged;
 use quick::Quick;
@@ -278,6 +279,12 @@ impl Pane for MissionView {
     fn finish(&mut self, desk: &mut Desk) -> bool {
         let changes = self.form.end();
         self.make(changes, desk)
+    }
+
+    fn draft(&self) -> Option<Draft> {
+        let (revision, change) = self.form.draft()?;
+        let change = Box::new(move |documents: &mut Documents| change.apply(documents));
+        Some(Draft { revision, change })
     }
 
     fn drawing(&mut self, desk: &Desk) -> &Diagram {

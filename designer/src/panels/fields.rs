@@ -10,11 +10,13 @@ pub struct Drafts<F> {
     current: Option<(F, String, bool)>,
     /// Finished, to be taken.
     finished: Vec<(F, String)>,
+    /// Counts what was written.
+    revision: u64,
 }
 
 impl<F> Default for Drafts<F> {
     fn default() -> Self {
-        Self { current: None, finished: Vec::new() }
+        Self { current: None, finished: Vec::new(), revision: 0 }
     }
 }
 
@@ -94,6 +96,12 @@ impl<F: Clone + PartialEq> Drafts<F> {
             self.end();
         }
         self.current = Some((field, text, true));
+        self.revision += 1;
+    }
+
+    /// What is being written, into which field, and a number that is another with each letter.
+    pub fn current(&self) -> Option<(&F, &str, u64)> {
+        self.current.as_ref().map(|(field, text, _)| (field, text.as_str(), self.revision))
     }
 
     /// What is being written into a field, also if it was ended in this frame and is not taken yet:

@@ -49,6 +49,10 @@ impl Documents {
         }
     }
 
+    pub(super) fn texts(&self) -> Vec<Arc<str>> {
+        self.list.iter().map(|document| document.tree().source().text().into()).collect()
+    }
+
     /// The file with the system.
     ///
     /// # Errors

@@ -31,6 +31,7 @@ fn reasons(errors: &[Finding]) -> String {
     let first = errors.first().map(|finding| finding.message.as_str()).unwrap_or_default();
     match errors.len() {
         0 | 1 => first.to_owned(),
+        2 => format!("{first}, and 1 more problem"),
         n => format!("{first}, and {} more problems", n - 1),
     }
 }
@@ -53,10 +54,14 @@ impl Project {
     /// what came of it. What is edited until then is saved too.
     ///
     /// # Errors
-    /// If the file is nowhere yet.
+    /// If the file is nowhere yet; if something is known to be wrong with it, that: it would not be
+    /// saved anywhere.
     pub fn save(&mut self) -> Result<(), SaveRefused> {
         if self.path().is_none() {
-            return Err(SaveRefused::Nowhere);
+            let is_known = self.checked.revision == self.revision;
+            let errors = if is_known { self.errors() } else { Vec::new() };
+            let nowhere = errors.is_empty();
+            return Err(if nowhere { SaveRefused::Nowhere } else { SaveRefused::Wrong(errors) });
         }
         self.saving = Some(Pending { to: None });
         Ok(())
@@ -79,10 +84,13 @@ impl Project {
         Some(self.write(pending.to))
     }
 
-    fn write(&mut self, to: Option<PathBuf>) -> Result<Saved, SaveRefused> {
+    fn errors(&self) -> Vec<Finding> {
         let findings = self.checked.findings.iter();
-        let errors: Vec<_> =
-            findings.filter(|finding| finding.severity() == Severity::Error).cloned().collect();
+        findings.filter(|finding| finding.severity() == Severity::Error).cloned().collect()
+    }
+
+    fn write(&mut self, to: Option<PathBuf>) -> Result<Saved, SaveRefused> {
+        let errors = self.errors();
         if !errors.is_empty() {
             return Err(SaveRefused::Wrong(errors));
         }

@@ -140,7 +140,7 @@ impl SystemView {
 }
 
 /// Makes the change of a field in the files.
-fn write(documents: &mut Documents, field: &Field, text: &str) -> Result<(), Refused> {
+pub(super) fn write(documents: &mut Documents, field: &Field, text: &str) -> Result<(), Refused> {
     match field {
         Field::Name(name) => edits::rename(documents, name, text),
         Field::Attribute(item, attribute) => {

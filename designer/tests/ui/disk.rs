@@ -175,6 +175,30 @@ fn what_is_drawn_is_kept_until_it_is_saved() {
     assert!(read(&window.path("robot.xml")).contains("light"));
 }
 
+#[test]
+fn what_is_being_written_is_kept_too() {
+    let mut window = Window::open_as(Some(ROBOT), |folder, start| {
+        start.own_folder = Some(folder.join("own"));
+    });
+    window.click("component eye");
+    window.click("parameter device");
+    window.write("-serial");
+    assert!(!window.text().contains("serial"), "the field has not been left");
+    window.until("it is kept", |window| {
+        let entries = std::fs::read_dir(window.path("own/recovery")).unwrap();
+        let mut paths = entries.map(|entry| entry.unwrap().path());
+        paths.any(|path| {
+            path.extension().is_some_and(|e| e == "json") && read(&path).contains("serial")
+        })
+    });
+    window.key(Key::Escape);
+    window.until("it is let go", |window| {
+        let mut entries = std::fs::read_dir(window.path("own/recovery")).unwrap();
+        entries.all(|entry| entry.unwrap().path().extension().is_none_or(|e| e != "json"))
+    });
+    assert_eq!(window.text(), ROBOT);
+}
+
 #[derive(Debug)]
 struct Dropped(std::path::PathBuf);
 

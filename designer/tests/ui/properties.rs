@@ -51,6 +51,18 @@ fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
 }
 
 #[test]
+fn what_would_not_be_saved_anywhere_is_not_asked_for_a_name() {
+    let mut window = Window::open(None);
+    let desk = window.harness.state_mut().desk();
+    let at = eframe::egui::Pos2::ZERO;
+    assert!(desk.edit("add", |d| armor_designer::system::add_component(d, "eye", at).map(drop)));
+    window.settle();
+    window.keys(Modifiers::COMMAND, Key::S);
+    assert!(window.told().contains("eye has no value for device"), "{}", window.told());
+    assert!(!window.has("File name"));
+}
+
+#[test]
 fn a_value_that_does_not_fit_is_shown_as_a_problem() {
     let mut window = Window::open(Some(EYE));
     window.click("component eye");

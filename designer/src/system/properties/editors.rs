@@ -203,6 +203,10 @@ impl SystemView {
             }
             ui.spacing_mut().slider_width = (ui.available_width() - 12.0).max(40.0);
             let slider = ui.add(slider).accessible_name(format!("slider of {}", parameter.name));
+            if slider.drag_started() {
+                // Else the field that has it would take the keys, undo among them.
+                slider.request_focus();
+            }
             if slider.changed() {
                 let number = rounded(value, own(high) - own(low), parameter.kind);
                 self.drafts.begin(field.clone(), format!("{number}{}", parameter.unit));
