@@ -43,15 +43,6 @@ fn is_number(cell: &str) -> bool {
     cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// A short time, in the unit that suits it.
-pub fn short(seconds: f64) -> String {
-    match seconds.abs() {
-        s if s < 1e-3 => format!("{:.0} us", seconds * 1e6),
-        s if s < 1.0 => format!("{:.1} ms", seconds * 1e3),
-        _ => format!("{seconds:.2} s"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,10 +52,5 @@ mod tests {
         let rows = [["laser", "7"], ["größe", "1234"]].map(|row| row.map(String::from).to_vec());
         let expected = "NAME   PID\nlaser     7\ngröße  1234\n".replace("PID\n", " PID\n");
         assert_eq!(table(&["NAME", "PID"], &rows), expected);
-    }
-
-    #[test]
-    fn times_are_said_in_the_unit_that_suits_them() {
-        assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
     }
 }

@@ -25,7 +25,7 @@ use std::sync::Arc;
 pub use following::{FollowError, Following};
 pub use links::{Edge, Looks, links, looks};
 pub use mission::{History, MissionLook, MissionWatch};
-pub use observed::{CONFIGD, Observed, Sighting, TAP_KEEP};
+pub use observed::{CONFIGD, CONFIGURATION, Observed, Sighting, TAP_KEEP};
 pub use orders::{Given, OrderDesk, this_user};
 pub use parameters::{ParameterDesk, Told};
 pub use picture::{Action, Condition, DEAD_AFTER, Event, LONG_CALL_S, Picture, Process};

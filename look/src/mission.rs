@@ -135,11 +135,16 @@ impl MissionWatch {
     pub fn look(&self) -> MissionLook {
         self.shared.lock().clone()
     }
+
+    /// Looks no longer: the mission stays as it was seen last.
+    pub fn rest(&self) {
+        self.shared.is_closing.store(true, Ordering::Relaxed);
+    }
 }
 
 impl Drop for MissionWatch {
     fn drop(&mut self) {
-        self.shared.is_closing.store(true, Ordering::Relaxed);
+        self.rest();
     }
 }
 

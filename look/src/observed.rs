@@ -20,6 +20,8 @@ pub const TAP_KEEP: Keep = Keep::Last { count: 1000 };
 
 /// The kind of the one registered process that has no control port.
 pub const CONFIGD: &str = "configd";
+/// Under which name that process publishes what becomes of the file.
+pub const CONFIGURATION: &str = "configuration";
 
 /// A component and what it says of itself, or why it says nothing.
 pub struct Sighting {

@@ -23,6 +23,8 @@ const FOUND_WITHIN: Duration = Duration::from_secs(3);
 pub struct Told {
     /// `component.parameter`.
     pub parameter: String,
+    /// What it was to be; `None` if its default.
+    pub value: Option<String>,
     /// Whether it is in the file, and in force.
     pub is_set: bool,
     /// What changed and when that takes effect, or why nothing was written.
@@ -52,6 +54,8 @@ struct State {
     listed: Option<Arc<Result<Parameters, String>>>,
     told: Option<Told>,
     is_asking: bool,
+    /// Values were written into the file, and nobody has been told yet.
+    has_written: bool,
 }
 
 impl ParameterDesk {
@@ -70,6 +74,15 @@ impl ParameterDesk {
         };
         spawn("look-parameters", move || clerk.run(&asked))?;
         Ok(Self { wishes, shared })
+    }
+
+    /// Parameters that stay as they are, with no system behind them: for tests of what shows them.
+    /// Whatever is wished is heard by nobody.
+    pub fn still(listed: Parameters, told: Option<Told>) -> Self {
+        let has_written = told.as_ref().is_some_and(|told| told.is_set);
+        let listed = Some(Arc::new(Ok(listed)));
+        let state = State { listed, told, is_asking: false, has_written };
+        Self { wishes: mpsc::channel().0, shared: Arc::new(Shared { state: Mutex::new(state) }) }
     }
 
     /// Asks for all parameters; [`ParameterDesk::listed`] has them when they have come.
@@ -92,6 +105,11 @@ impl ParameterDesk {
     /// The parameters as they were when they were listed last, or why they could not be.
     pub fn listed(&self) -> Option<Arc<Result<Parameters, String>>> {
         self.shared.lock().listed.clone()
+    }
+
+    /// Whether a wish has changed the file since this was asked last.
+    pub fn has_written(&self) -> bool {
+        std::mem::take(&mut self.shared.lock().has_written)
     }
 
     /// What became of the last wish to set one.
@@ -135,13 +153,20 @@ impl Clerk {
 
     fn set(&self, component: &str, parameter: &str, value: Option<&str>) -> Told {
         let name = format!("{component}.{parameter}");
-        let told = |is_set, text| Told { parameter: name.clone(), is_set, text, findings: vec![] };
+        let told = |is_set, text| Told {
+            parameter: name.clone(),
+            value: value.map(Into::into),
+            is_set,
+            text,
+            findings: vec![],
+        };
         let done = self.connect().and_then(|mut configd| configd.set(component, parameter, value));
         match done {
             Ok(SetOutcome::Set { changes, .. }) if changes.is_empty() => {
                 told(true, format!("{name} is so already; nothing was written"))
             }
             Ok(SetOutcome::Set { version, changes }) => {
+                self.shared.lock().has_written = true;
                 let words = changes.iter().map(|change| match change.effect.as_str() {
                     "" => change.text.clone(),
                     effect => format!("{}; it {effect}", change.text),

@@ -13,7 +13,7 @@ use armor_sdk::directory::Change;
 use armor_wire::registry::ComponentEntry;
 
 use crate::links::{Edge, Looks, links};
-use crate::observed::CONFIGD;
+use crate::observed::{CONFIGD, CONFIGURATION};
 
 pub use process::{Condition, Process};
 
@@ -43,7 +43,8 @@ pub struct Picture {
     /// The time of this look, after the beginning of the watch.
     pub now: Duration,
     asked: Option<Duration>,
-    is_linked: bool,
+    /// Whether the links fit what is known of their ends, and whether the system had ended then.
+    linked: Option<bool>,
 }
 
 /// What happened.
@@ -96,6 +97,13 @@ impl Picture {
         self.was_found && !self.is_found && self.processes.values().all(is_unheard)
     }
 
+    /// Whether a process of this name is one that is there under another name already: configd, as
+    /// it publishes what becomes of the file.
+    pub fn is_second_name(&self, name: &str) -> bool {
+        let of = |name: &str| self.processes.get(name).map(|it| (&it.entry.host, it.entry.pid));
+        name == CONFIGURATION && of(CONFIGD).is_some_and(|it| of(name) == Some(it))
+    }
+
     /// When the next [`Event::Tick`] has something to do.
     pub fn next_tick(&self) -> Duration {
         let retries = self.processes.values().filter_map(|process| match process.connection {
@@ -109,12 +117,15 @@ impl Picture {
         retries.chain(deaths).fold(ask, Duration::min)
     }
 
-    /// Puts the links together again from what is known of their ends, if that has changed.
+    /// Puts the links together again from what is known of their ends, if that has changed. Those of
+    /// a system that has ended are what all its processes said last.
     pub fn link(&mut self) {
-        if std::mem::replace(&mut self.is_linked, true) {
+        let has_ended = self.has_ended();
+        if self.linked.replace(has_ended) == Some(has_ended) {
             return;
         }
-        let there = self.processes.values().filter(|process| !process.condition.is_gone());
+        let there =
+            self.processes.values().filter(|process| has_ended || !process.condition.is_gone());
         let looks: Vec<_> = there
             .filter_map(|process| {
                 Some(Looks { before: process.before.as_ref(), now: process.status.as_ref()? })
@@ -144,7 +155,7 @@ impl Picture {
                 let Some(process) = self.of(&entry.name, entry.instance) else { return false };
                 process.go(now);
                 actions.push(Action::Drop(entry.name, entry.instance));
-                self.is_linked = false;
+                self.linked = None;
                 true
             }
         }
@@ -176,7 +187,7 @@ impl Picture {
         if serves_control {
             actions.push(Action::Connect(entry));
         }
-        self.is_linked = false;
+        self.linked = None;
         true
     }
 
@@ -201,7 +212,7 @@ impl Picture {
             Answer::Status { status, .. } => {
                 process.is(status.state.into(), now);
                 process.before = process.status.replace(status);
-                self.is_linked = false;
+                self.linked = None;
                 true
             }
             Answer::Beat { call_s } => {

@@ -34,6 +34,12 @@ impl Record {
         folder.map_or_else(|_| path.into(), |folder| folder.join(path))
     }
 
+    /// The same with whole paths: they hold when the launcher has ended, too.
+    pub fn resolved(mut self) -> Self {
+        (self.file, self.out) = (self.resolve(&self.file), self.resolve(&self.out));
+        self
+    }
+
     /// Whether it runs this file.
     pub fn runs(&self, file: &Path) -> bool {
         let whole = |path: &Path| path.canonicalize().ok();

@@ -37,6 +37,8 @@ pub struct Values {
 
 struct Channels {
     all: Mutex<HashMap<String, Channel>>,
+    /// Nothing is forgotten, whether somebody looks or not.
+    is_kept: AtomicBool,
     is_closing: AtomicBool,
     wake: Wake,
 }
@@ -89,7 +91,12 @@ impl ValueLook {
 impl Values {
     /// Looks at nothing yet; `wake` is called when data have arrived.
     pub fn new(directory: Directory, wake: Wake) -> Self {
-        let channels = Channels { all: Mutex::default(), is_closing: AtomicBool::new(false), wake };
+        let channels = Channels {
+            all: Mutex::default(),
+            is_kept: AtomicBool::new(false),
+            is_closing: AtomicBool::new(false),
+            wake,
+        };
         Self { directory, channels: Arc::new(channels) }
     }
 
@@ -118,10 +125,27 @@ impl Values {
         linked
     }
 
+    /// Keeps what is looked at now, though nobody goes on asking: a system that is out of reach says
+    /// nothing new, and its last values are all there is. Or no longer.
+    pub fn keep(&self, is_kept: bool) {
+        let mut all = self.channels.lock();
+        all.values_mut().for_each(|channel| channel.looked = Instant::now());
+        self.channels.is_kept.store(is_kept, Ordering::Relaxed);
+    }
+
+    /// Links to nothing any more: the values stay as they were seen last.
+    pub fn rest(&self) {
+        self.channels.is_closing.store(true, Ordering::Relaxed);
+    }
+
     fn with<R>(&self, data: &str, show: impl FnOnce(&mut Channel) -> R) -> R {
         let mut all = self.channels.lock();
         if !all.contains_key(data) {
             let mut channel = Channel::new();
+            if self.channels.is_closing.load(Ordering::Relaxed) {
+                channel.problem = "it was not looked at while the system ran".into();
+                return show(&mut channel);
+            }
             let link = Link {
                 directory: self.directory.clone(),
                 channels: Arc::clone(&self.channels),
@@ -141,7 +165,7 @@ impl Values {
 
 impl Drop for Values {
     fn drop(&mut self) {
-        self.channels.is_closing.store(true, Ordering::Relaxed);
+        self.rest();
     }
 }
 
@@ -150,12 +174,16 @@ impl Channels {
         self.all.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether nobody looks at `data` any more; it is forgotten then.
+    /// Whether its link is to end. What nobody looks at any more is forgotten then.
     fn is_over(&self, data: &str) -> bool {
         let mut all = self.lock();
-        let is_closing = self.is_closing.load(Ordering::Relaxed);
-        let is_over =
-            is_closing || all.get(data).is_none_or(|channel| channel.looked.elapsed() > LINGER);
+        if self.is_closing.load(Ordering::Relaxed) {
+            return true;
+        }
+        if self.is_kept.load(Ordering::Relaxed) {
+            return false;
+        }
+        let is_over = all.get(data).is_none_or(|channel| channel.looked.elapsed() > LINGER);
         if is_over {
             all.remove(data);
         }
@@ -224,7 +252,11 @@ impl Link {
                 Err(error) => Some(error.to_string()),
             };
             let Some(problem) = problem else { return };
-            self.tell(|channel| channel.problem = problem);
+            self.tell(|channel| {
+                let is_new = channel.problem != problem;
+                channel.problem = problem;
+                is_new
+            });
             thread::sleep(LOOK_EVERY);
         }
     }
@@ -236,10 +268,14 @@ impl Link {
             channel.schema = Some(Arc::clone(&schema));
             channel.type_name = tap.type_name().into();
             channel.problem.clear();
+            true
         });
         while !self.channels.is_over(&self.data) {
             match tap.next(LOOK_EVERY) {
-                Ok(Some(data)) => self.tell(|channel| channel.take(&schema, data)),
+                Ok(Some(data)) => self.tell(|channel| {
+                    channel.take(&schema, data);
+                    true
+                }),
                 Ok(None) => {}
                 Err(error) => return Some(error.to_string()),
             }
@@ -247,10 +283,54 @@ impl Link {
         None
     }
 
-    fn tell(&self, news: impl FnOnce(&mut Channel)) {
-        if let Some(channel) = self.channels.lock().get_mut(&self.data) {
-            news(channel);
+    /// Changes what is seen; `news` says whether it has.
+    fn tell(&self, news: impl FnOnce(&mut Channel) -> bool) {
+        let is_new = self.channels.lock().get_mut(&self.data).is_some_and(news);
+        if is_new {
+            (self.channels.wake)();
         }
-        (self.channels.wake)();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nobody_looks(values: &Values) {
+        let mut all = values.channels.lock();
+        let long_ago = Instant::now().checked_sub(2 * LINGER).expect("the host is up for longer");
+        all.values_mut().for_each(|channel| channel.looked = long_ago);
+    }
+
+    fn values() -> Values {
+        let directory = Directory::observer("127.0.0.1:1", "test");
+        directory.close();
+        let values = Values::new(directory, Arc::new(|| {}));
+        values.channels.lock().insert("eye.target".into(), Channel::new());
+        values
+    }
+
+    #[test]
+    fn what_nobody_looks_at_is_forgotten_unless_it_is_all_there_is() {
+        let values = values();
+        values.keep(true);
+        nobody_looks(&values);
+        assert!(!values.channels.is_over("eye.target"));
+        values.keep(false);
+        assert!(!values.channels.is_over("eye.target"), "somebody may look at it again");
+        nobody_looks(&values);
+        assert!(values.channels.is_over("eye.target"));
+        assert_eq!(values.linked(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn at_rest_nothing_is_linked_to_and_nothing_forgotten() {
+        let values = values();
+        values.rest();
+        nobody_looks(&values);
+        assert!(values.channels.is_over("eye.target"), "its link is to end");
+        assert_eq!(values.linked(), ["eye.target"]);
+        assert!(!values.look("eye.other").problem.is_empty());
+        assert_eq!(values.linked(), ["eye.target"]);
     }
 }

@@ -119,12 +119,17 @@ impl Watch {
     pub fn timestamp(&self) -> f64 {
         self.directory.clock().timestamp()
     }
+
+    /// Looks no longer: the picture stays as it is, also if another system comes to the same place.
+    pub fn rest(&self) {
+        self.shared.is_closing.store(true, Ordering::Relaxed);
+        self.directory.close();
+    }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        self.shared.is_closing.store(true, Ordering::Relaxed);
-        self.directory.close();
+        self.rest();
     }
 }
 

@@ -11,6 +11,15 @@ pub fn lasting(seconds: f64) -> String {
     }
 }
 
+/// A short time, in the unit that suits it.
+pub fn short(seconds: f64) -> String {
+    match seconds.abs() {
+        s if s < 1e-3 => format!("{:.0} us", seconds * 1e6),
+        s if s < 1.0 => format!("{:.1} ms", seconds * 1e3),
+        _ => format!("{seconds:.2} s"),
+    }
+}
+
 /// The time by which a clock counts; one that is held stands where the pause began.
 pub fn clock_s(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
     let stopped_s = marking.pause.as_ref().map_or(now_s, |pause| pause.since_at_s);
@@ -60,6 +69,11 @@ mod tests {
     fn durations_are_said_in_the_unit_that_suits_them() {
         let said = [-1.0, 3.21, 75.0, 7384.0].map(lasting);
         assert_eq!(said, ["0.0 s", "3.2 s", "1 min 15 s", "2 h 03 min"]);
+    }
+
+    #[test]
+    fn short_times_are_said_in_the_unit_that_suits_them() {
+        assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use eframe::egui::{self, Align2, Area, CentralPanel, FontId, Id, Order};
 
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
-use crate::desk::View;
+use crate::desk::{Desk, View};
 use crate::files::examples::{self, Example};
 use crate::files::recovery::Kept;
 use crate::files::{Wish, own, put_back};
@@ -34,7 +34,8 @@ impl Designer {
     /// Keeps unsaved work, takes what changed on the disk and what is dropped on the window.
     pub(super) fn keep(&mut self, ctx: &egui::Context) {
         let draft = self.panes.iter().find_map(|(_, pane)| pane.draft());
-        self.keeper.tick(ctx, &mut self.desk.project, draft, &mut self.desk.messages);
+        let Desk { project, messages, live, .. } = &mut self.desk;
+        self.keeper.tick(ctx, project, draft, messages, || live.has_written());
         self.take_dropped(ctx);
     }
 

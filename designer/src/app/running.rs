@@ -34,6 +34,7 @@ impl Designer {
     /// Watches the system whose registry listens at `registry`, or the only one of this host; the
     /// file that it runs is opened if none is open.
     pub(super) fn attach(&mut self, registry: Option<&str>) {
+        self.view = View::Live;
         let mut records = running().unwrap_or_default();
         if let Some(registry) = registry {
             records.retain(|record| record.registry.to_string() == registry);
@@ -44,7 +45,6 @@ impl Designer {
                 if self.desk.project.path().is_none() {
                     self.open(&record.resolve(&record.file));
                 }
-                self.view = View::Live;
                 attach(&mut self.desk, &record.registry.to_string(), Some(record));
             }
             ([], None) => {

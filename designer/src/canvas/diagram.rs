@@ -118,6 +118,8 @@ pub struct Badge {
     pub text: String,
     /// What it means.
     pub doc: String,
+    /// Its colour; none says that something is wrong.
+    pub tint: Option<eframe::egui::Color32>,
 }
 
 /// Whether something is wrong with it.

@@ -58,7 +58,9 @@ impl Viewport {
 
     /// Shows an area as large as it fits, but not larger than `largest`.
     pub fn fit(&mut self, window: Rect, area: Rect, largest: f32) {
-        let free = (window.size() - Vec2::splat(2.0 * MARGIN)).max(Vec2::splat(20.0));
+        // A small window has no room to give away.
+        let margin = MARGIN.min(0.08 * window.size().min_elem());
+        let free = (window.size() - Vec2::splat(2.0 * margin)).max(Vec2::splat(20.0));
         let size = area.size().max(Vec2::splat(1.0));
         let zoom = (free.x / size.x).min(free.y / size.y);
         self.zoom = zoom.clamp(MIN_ZOOM, largest);

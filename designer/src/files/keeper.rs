@@ -97,19 +97,23 @@ impl Keeper {
         self.recent_paths = self.recent.as_ref().map(Recent::paths).unwrap_or_default();
     }
 
-    /// Does what is due; to be called with each frame.
+    /// Does what is due; to be called with each frame. `draft` is what is being written;
+    /// `has_written` says whether it is the running system that has written a file, as it was asked
+    /// to from here.
     pub fn tick(
         &mut self,
         ctx: &egui::Context,
         project: &mut Project,
         draft: Option<Draft>,
         messages: &mut Messages,
+        has_written: impl Fn() -> bool,
     ) {
         self.keep(ctx, project, draft, messages);
         self.follow(project);
         let news = self.watch.as_ref().map(Watch::news).unwrap_or_default();
+        let is_own = !news.is_empty() && has_written();
         for news in news {
-            self.take(news, project, messages);
+            self.take(news, project, messages, is_own);
         }
     }
 
@@ -204,8 +208,8 @@ impl Keeper {
         watch.follow(of_open.chain(others.map(|path| (path.clone(), read(path)))));
     }
 
-    /// Answers to a file that changed on the disk.
-    fn take(&mut self, news: News, project: &mut Project, messages: &mut Messages) {
+    /// Answers to a file that changed on the disk; `is_own` if that was wished here.
+    fn take(&mut self, news: News, project: &mut Project, messages: &mut Messages, is_own: bool) {
         self.followed_revision = None;
         let is_it = |file: &crate::project::OpenFile| file.path() == Some(&news.path);
         let Some(n) = project.files().iter().position(is_it) else {
@@ -228,13 +232,18 @@ impl Keeper {
             (Answer::Take, Ok(theirs)) => {
                 project.set_saved(n, Arc::clone(&theirs));
                 project.replace_text(n, "taking what is on the disk", theirs);
-                messages.tell(format!("{name} was changed by another program and is read again"));
+                // Who set a parameter is told of it where that was done.
+                if !is_own {
+                    let text = format!("{name} was changed by another program and is read again");
+                    messages.tell(text);
+                }
             }
             (Answer::Merged(both), Ok(theirs)) => {
                 project.set_saved(n, theirs);
                 project.replace_text(n, "merging with what is on the disk", both.into());
+                let who = if is_own { "the running system" } else { "another program" };
                 messages.tell(format!(
-                    "{name} was changed by another program; both changes are in it now, not saved yet"
+                    "{name} was changed by {who}; both changes are in it now, not saved yet"
                 ));
             }
             (Answer::Ask, Ok(theirs)) => {

@@ -4,7 +4,7 @@ use armor_look::History;
 use armor_look::words::lasting;
 use eframe::egui::{self, RichText, ScrollArea};
 
-use super::session::Watched;
+use super::watched::Watched;
 use super::words::said;
 use crate::theme::Colours;
 

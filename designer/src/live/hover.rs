@@ -1,8 +1,8 @@
 //! What is told of what the pointer rests on: the state of a block, the last values on a link.
 
-use super::session::Watched;
 use super::systems::component_of;
 use super::values;
+use super::watched::Watched;
 use super::words::said;
 use crate::canvas::{Diagram, Direction, Hit, PortAt, Shown};
 use crate::item::Item;

@@ -1,15 +1,15 @@
 //! What is selected, while it runs.
 
-use armor_look::words::lasting;
-use armor_look::{Edge, Picture, Process};
+use armor_look::words::{lasting, short};
+use armor_look::{CONFIGD, CONFIGURATION, Edge, Picture, Process};
 use armor_sdk::control::Status;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText};
 
 use super::parameters;
 use super::plots::Plots;
-use super::session::Watched;
 use super::tone::{self, Tone};
 use super::values;
+use super::watched::Watched;
 use super::words::said;
 use crate::theme::Colours;
 
@@ -28,12 +28,15 @@ pub fn component(
         return;
     };
     state(ui, process, &picture);
+    // configd says what it does under its second name.
+    let second = Some(CONFIGURATION).filter(|it| name == CONFIGD && picture.is_second_name(it));
+    let process = second.and_then(|second| picture.processes.get(second)).unwrap_or(process);
     if let Some(status) = &process.status {
         facts(ui, process, status);
         outputs(ui, watched, status, plots);
-        inputs(ui, status);
+        inputs(ui, status, picture.has_ended());
     }
-    let is_component = !matches!(name, "configd" | "executive" | "registry");
+    let is_component = ![CONFIGD, CONFIGURATION, "executive", "registry"].contains(&name);
     if is_component {
         let header = CollapsingHeader::new("Parameters").id_salt(("live parameters of", name));
         header.show(ui, |ui| panel.show(ui, watched, name));
@@ -46,12 +49,12 @@ fn state(ui: &mut egui::Ui, process: &Process, picture: &Picture) {
     ui.horizontal_wrapped(|ui| {
         let word = RichText::new(word).strong();
         ui.colored_label(tone.ink(&colours), word).on_hover_text(tone::doc(process.condition));
-        ui.weak(format!(
-            "for {}",
-            lasting(picture.now.saturating_sub(process.since).as_secs_f64())
-        ));
+        if !picture.has_ended() {
+            let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
+            ui.weak(format!("for {}", lasting(for_s)));
+        }
     });
-    if !process.problem.is_empty() {
+    if !process.problem.is_empty() && !picture.has_ended() {
         ui.colored_label(colours.warning, said(ui, &process.problem));
     }
     if let Some(call_s) = process.call_s {
@@ -68,7 +71,7 @@ fn facts(ui: &mut egui::Ui, process: &Process, status: &Status) {
     let entry = &process.entry;
     let clock = status
         .clock_error_s
-        .map_or("not known".to_owned(), |error_s| format!("within {} s", values::number(error_s)));
+        .map_or("not known".to_owned(), |error_s| format!("within {}", short(error_s)));
     let rows = [
         ("kind", entry.kind.clone()),
         ("process", format!("{} on {}", entry.pid, entry.host)),
@@ -105,7 +108,7 @@ fn outputs(ui: &mut egui::Ui, watched: &Watched, status: &Status, plots: &mut Pl
     }
 }
 
-fn inputs(ui: &mut egui::Ui, status: &Status) {
+fn inputs(ui: &mut egui::Ui, status: &Status, has_ended: bool) {
     let fed: Vec<_> = status.inputs.iter().filter(|input| !input.data.is_empty()).collect();
     if fed.is_empty() {
         return;
@@ -117,7 +120,7 @@ fn inputs(ui: &mut egui::Ui, status: &Status) {
         ui.horizontal_wrapped(|ui| {
             ui.label(&input.id);
             ui.weak(format!("from {}", input.data));
-            if input.connected {
+            if input.connected || has_ended {
                 ui.label(format!("{} received", input.received));
             } else {
                 ui.colored_label(colours.error, said(ui, &format!("down: {}", input.problem)));
@@ -128,7 +131,7 @@ fn inputs(ui: &mut egui::Ui, status: &Status) {
             if input.dropped > 0 {
                 ui.label(format!("{} dropped", input.dropped));
             }
-            if input.connections > 1 {
+            if input.connections > 1 && !has_ended {
                 ui.weak(format!("linked {} times", input.connections));
             }
         });
@@ -141,7 +144,12 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
     ui.heading("Link");
     ui.label(format!("{from} to {to}"));
     match picture.links.iter().find(|edge| edge.from == from && edge.to == to) {
-        Some(edge) => carried(ui, edge),
+        Some(edge) => {
+            if !picture.has_ended() {
+                state_of_link(ui, edge);
+            }
+            carried(ui, edge);
+        }
         None => {
             ui.weak("Neither end has said anything yet.");
         }
@@ -150,12 +158,15 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
     values::show(ui, &watched.values, plots, from);
 }
 
-fn carried(ui: &mut egui::Ui, edge: &Edge) {
+fn state_of_link(ui: &mut egui::Ui, edge: &Edge) {
     let colours = Colours::of(ui.visuals());
     ui.strong(super::blocks::in_words(edge));
     if !edge.problem.is_empty() {
         ui.colored_label(colours.error, said(ui, &edge.problem));
     }
+}
+
+fn carried(ui: &mut egui::Ui, edge: &Edge) {
     let rows = [
         ("type", edge.type_name.clone()),
         ("keep", edge.keep.clone()),

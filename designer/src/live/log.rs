@@ -4,8 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use armor_look::log::{Line, Log};
-use eframe::egui::{self, ComboBox, Label, RichText, ScrollArea, TextEdit};
+use eframe::egui::{
+    self, ComboBox, Label, Rect, RichText, ScrollArea, TextEdit, TextStyle, UiBuilder, vec2,
+};
 
+use super::rows::Rows;
 use crate::theme::Colours;
 
 /// How grave a line must be to be shown.
@@ -66,15 +69,32 @@ fn holds(text: &str, word: &str) -> bool {
 }
 
 /// The log, and which of it is shown.
-#[derive(Default)]
 pub struct Panel {
     filter: Filter,
     /// What the lines below were chosen by.
     chosen_by: Filter,
     chosen: Vec<Arc<Line>>,
+    /// Where they stand.
+    rows: Rows,
+    /// Whether the newest line is kept in sight.
+    follows: bool,
     names: BTreeSet<String>,
     /// The number of the next line of the log.
     next: u64,
+}
+
+impl Default for Panel {
+    fn default() -> Self {
+        Self {
+            filter: Filter::default(),
+            chosen_by: Filter::default(),
+            chosen: Vec::new(),
+            rows: Rows::default(),
+            follows: true,
+            names: BTreeSet::new(),
+            next: 0,
+        }
+    }
 }
 
 impl Panel {
@@ -91,6 +111,7 @@ impl Panel {
                 self.names.clear();
             }
             self.chosen.clear();
+            self.rows = Rows::default();
             (self.chosen_by, self.next) = (self.filter.clone(), 0);
         }
         if log.count() == self.next {
@@ -119,15 +140,52 @@ impl Panel {
                 "No line is like that."
             });
         }
-        let row = ui.text_style_height(&egui::TextStyle::Monospace);
+        self.lines(ui);
+    }
+
+    /// The lines, the newest at the bottom: it stays in sight unless one scrolls away from it.
+    fn lines(&mut self, ui: &mut egui::Ui) {
+        let font = TextStyle::Monospace.resolve(ui.style());
+        let (height, letter) =
+            ui.fonts_mut(|fonts| (fonts.row_height(&font), fonts.glyph_width(&font, 'm')));
+        let width = ui.available_width() - ui.spacing().scroll.allocated_width();
+        self.wrap((width / letter).max(0.0) as usize);
+        let whole = self.rows.len() as f32 * height;
+        let lowest = (whole - ui.available_height()).max(0.0);
+        let mut area = ScrollArea::vertical().auto_shrink(false);
+        if self.follows {
+            area = area.vertical_scroll_offset(lowest);
+        }
+        // Else a place beyond what it held a moment ago is sprung back from.
+        ui.spacing_mut().scroll.kinetic.rubber_band = false;
         let colours = Colours::of(ui.visuals());
-        let count = self.chosen.len();
-        let area = ScrollArea::both().auto_shrink(false).stick_to_bottom(true);
-        area.show_rows(ui, row, count, |ui, rows| {
-            for line in &self.chosen[rows] {
-                show_line(ui, line, &colours);
+        let shown = area.show_viewport(ui, |ui, seen| {
+            ui.set_height(whole);
+            ui.set_width(ui.available_width());
+            let corner = ui.max_rect().min;
+            let rows = (seen.min.y / height) as usize..(seen.max.y / height).ceil() as usize;
+            for number in self.rows.within(rows) {
+                let rows = self.rows.of(number);
+                let size = vec2(ui.available_width(), rows.len() as f32 * height);
+                let at = corner + vec2(0.0, rows.start as f32 * height);
+                let place = UiBuilder::new().max_rect(Rect::from_min_size(at, size));
+                let line = &self.chosen[number];
+                let text = self.rows.wrap(&line.text, beside(line));
+                ui.scope_builder(place, |ui| show_line(ui, line, &text, &colours));
             }
         });
+        // Half a point: what is rounded is not scrolled.
+        self.follows = shown.state.clamped_offset().y >= lowest - 0.5;
+    }
+
+    /// Finds out where the lines stand, in rows of so many characters.
+    fn wrap(&mut self, columns: usize) {
+        if !self.rows.are(columns) || self.rows.lines() > self.chosen.len() {
+            self.rows.begin(columns);
+        }
+        for line in &self.chosen[self.rows.lines()..] {
+            self.rows.push(&line.text, beside(line));
+        }
     }
 
     fn choices(&mut self, ui: &mut egui::Ui) {
@@ -156,25 +214,35 @@ impl Panel {
     }
 }
 
-fn show_line(ui: &mut egui::Ui, line: &Line, colours: &Colours) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 8.0;
-        let time = line.time_s.map_or(String::new(), |time_s| format!("{time_s:.3}"));
-        let time = format!("{time:>9}");
-        ui.label(RichText::new(time).monospace().color(colours.weak));
-        // The same name has the same colour in every run; its low bits are as good as any.
-        let hue = (armor_wire::schema::hash_text(&line.name) & 0xff) as usize;
-        let name = RichText::new(format!("{:12}", line.name)).monospace();
-        ui.label(name.color(colours.of_type(hue)));
-        let ink = match line.level.as_str() {
-            "ERROR" => colours.error,
-            "WARN" => colours.warning,
-            "DEBUG" | "TRACE" => colours.weak,
-            _ => colours.text,
-        };
-        ui.label(RichText::new(format!("{:5}", line.level)).monospace().color(ink));
-        let text = crate::text::paintable(ui.ctx(), &line.text).into_owned();
-        ui.add(Label::new(RichText::new(text).monospace().color(ink)).extend());
+/// What stands before the text of a line: when, who, how grave.
+fn before(line: &Line) -> [String; 3] {
+    let time = line.time_s.map_or(String::new(), |time_s| format!("{time_s:.3}"));
+    [format!("{time:>9} "), format!("{:12} ", line.name), format!("{:5} ", line.level)]
+}
+
+/// How many characters stand before its text.
+fn beside(line: &Line) -> usize {
+    before(line).iter().map(|part| part.chars().count()).sum()
+}
+
+fn show_line(ui: &mut egui::Ui, line: &Line, text: &str, colours: &Colours) {
+    let ink = match line.level.as_str() {
+        "ERROR" => colours.error,
+        "WARN" => colours.warning,
+        "DEBUG" | "TRACE" => colours.weak,
+        _ => colours.text,
+    };
+    // The same name has the same colour in every run; its low bits are as good as any.
+    let hue = (armor_wire::schema::hash_text(&line.name) & 0xff) as usize;
+    let [time, name, level] = before(line);
+    let parts =
+        [(time, colours.weak), (name, colours.of_type(hue)), (level, ink), (text.into(), ink)];
+    ui.horizontal_top(|ui| {
+        ui.spacing_mut().item_spacing.x = 0.0;
+        for (part, ink) in parts {
+            let part = crate::text::paintable(ui.ctx(), &part).into_owned();
+            ui.add(Label::new(RichText::new(part).monospace().color(ink)).extend());
+        }
     });
 }
 

@@ -2,11 +2,12 @@
 
 use armor_executive::{Confirmation, Marking};
 use armor_look::words::{clock_s, lasting, when};
-use armor_look::{MissionLook, OrderDesk};
 use armor_sdk::control::Order;
-use eframe::egui::{self, Button, RichText, TextEdit};
+use eframe::egui::{self, RichText, TextEdit};
 
-use super::session::{Session, Watched};
+use super::moves;
+use super::orders::Giving;
+use super::session::Session;
 use super::words::{is_over, said};
 use crate::theme::Colours;
 
@@ -15,11 +16,12 @@ use crate::theme::Colours;
 pub struct Panel {
     /// The safe place was asked for once: it ends the mission, so it is asked for twice.
     is_leaving: bool,
+    moves: moves::Panel,
 }
 
 impl Panel {
-    /// Shows it.
-    pub fn show(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+    /// Shows it; `places` are those that tokens could be moved to.
+    pub fn show(&mut self, ui: &mut egui::Ui, session: &mut Session, places: &[String]) {
         let Some(watched) = session.watched() else {
             ui.weak("Nothing is watched.");
             return;
@@ -32,13 +34,21 @@ impl Panel {
             }
             return;
         };
-        let now_s = look.now_at_s(watched.watch.timestamp());
-        stage(ui, &look, &marking, now_s);
-        let author = session.author.clone();
-        self.commands(ui, watched, &marking, &author);
-        asked(ui, watched, &marking, now_s, &author);
-        places(ui, &marking);
-        transitions(ui, watched, &marking, now_s, &author);
+        let now_s = watched.mission_s(&look);
+        let giving = Giving::to(watched, &marking, &session.author);
+        // What an order brings about stands below the buttons: they stay under the pointer.
+        self.commands(ui, &giving, &marking);
+        stage(ui, &marking, now_s, watched.silence());
+        in_places(ui, &marking);
+        asked(ui, &giving, &marking, now_s);
+        transitions(ui, &giving, &marking, now_s);
+        self.moves.show(ui, &giving, &marking, places);
+        giving.answer(ui, &marking);
+        circumstances(ui, &marking, now_s);
+        if !look.problem.is_empty() && !is_over(&marking.stage) && watched.silence().is_none() {
+            let colours = Colours::of(ui.visuals());
+            ui.colored_label(colours.warning, said(ui, &look.problem));
+        }
         facts(ui, &marking);
         ui.horizontal(|ui| {
             let label = ui.label("Orders are given by");
@@ -48,88 +58,43 @@ impl Panel {
     }
 
     /// What may be ordered at any time.
-    fn commands(&mut self, ui: &mut egui::Ui, watched: &Watched, marking: &Marking, author: &str) {
-        if is_over(&marking.stage) {
-            return;
-        }
-        let orders = &watched.orders;
-        let give = |order| orders.give(author, false, order);
+    fn commands(&mut self, ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking) {
         ui.horizontal_wrapped(|ui| {
-            if marking.pause.is_some() {
-                if ui.button("Resume").on_hover_text("Goes on where everything stood.").clicked() {
-                    give(Order::Resume);
-                }
-            } else if ui
-                .button("Pause")
-                .on_hover_text("Stops clocks and components, but for those of safety.")
-                .clicked()
-            {
-                give(Order::Pause);
+            let (name, order, doc) = if marking.pause.is_some() {
+                ("Resume", Order::Resume, "Goes on where everything stood.")
+            } else {
+                let doc = "Stops clocks and components, but for those of safety.";
+                ("Pause", Order::Pause, doc)
+            };
+            if giving.button(ui, name, doc).clicked() {
+                giving.give(order);
             }
             if self.is_leaving {
-                let sure = ui.button("Yes, to the safe place");
+                // First, where the button was: a double click gives nothing up.
+                let no = ui.button("No");
+                let sure = giving.button(ui, "Yes, to the safe place", "");
                 if sure.clicked() {
-                    give(Order::Safe);
+                    giving.give(Order::Safe);
                 }
-                if sure.clicked() || ui.button("No").clicked() {
-                    self.is_leaving = false;
-                }
-            } else if ui
-                .button("Safe place")
-                .on_hover_text("Gives the mission up and goes to its safe place. Asks first.")
-                .clicked()
-            {
-                self.is_leaving = true;
+                self.is_leaving = !sure.clicked() && !no.clicked();
+            } else {
+                let doc = "Gives the mission up and goes to its safe place. Asks first.";
+                self.is_leaving = giving.button(ui, "Safe place", doc).clicked();
             }
-            hold(ui, orders, author);
+            giving.hold(ui);
         });
-        answers(ui, orders);
-        if let Some(holder) = marking.holder.as_ref().filter(|_| !orders.holds()) {
-            ui.weak(format!("{} holds the command ({}).", holder.author, holder.from));
-        }
     }
 }
 
-/// Takes the command and gives it back.
-fn hold(ui: &mut egui::Ui, orders: &OrderDesk, author: &str) {
-    let (name, order, doc) = if orders.holds() {
-        ("Give the command back", Order::Release, "Others may order again.")
-    } else {
-        let doc = "Nobody else may order then, but to pause; if this window is lost, the mission \
-                   does what it has for a lost link.";
-        ("Take the command", Order::Lease, doc)
-    };
-    if ui.button(name).on_hover_text(doc).clicked() {
-        orders.give(author, false, order);
-    }
-}
-
-/// What became of the last order.
-fn answers(ui: &mut egui::Ui, orders: &OrderDesk) {
-    let given = orders.given();
-    let Some(last) = given.last() else { return };
-    let colours = Colours::of(ui.visuals());
-    let (text, colour) = match last.accepted {
-        None => (format!("{}: waits for its answer", last.order), colours.weak),
-        Some(true) => (format!("{}: {}", last.order, last.text), colours.text),
-        Some(false) => (format!("{} refused: {}", last.order, last.text), colours.error),
-    };
-    ui.horizontal_wrapped(|ui| {
-        ui.colored_label(colour, said(ui, &text));
-        if let Some(order) = &last.if_taken
-            && ui.button("Take over and do it").clicked()
-        {
-            orders.give(&last.author, true, order.clone());
-        }
-    });
-}
-
-fn stage(ui: &mut egui::Ui, look: &MissionLook, marking: &Marking, now_s: f64) {
+/// Where it stands; `silence` is why nothing is heard of it any more.
+fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>) {
     let colours = Colours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.strong(&marking.mission);
         let colour = match marking.stage.as_str() {
-            "playing" | "goal" => colours.good,
+            "goal" => colours.good,
+            "playing" if silence.is_none() => colours.good,
+            "playing" => colours.weak,
             "failed" => colours.error,
             _ => colours.warning,
         };
@@ -137,6 +102,14 @@ fn stage(ui: &mut egui::Ui, look: &MissionLook, marking: &Marking, now_s: f64) {
         ui.label(lasting(now_s)).on_hover_text("Mission time");
         ui.weak(format!("{} fired", marking.fired));
     });
+    if let Some(silence) = silence {
+        ui.weak(format!("{silence} This is where it stood last."));
+    }
+}
+
+/// What else there is to know of how it goes.
+fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
+    let colours = Colours::of(ui.visuals());
     if !marking.clock.is_empty() {
         ui.weak(format!("Its time follows {}.", marking.clock));
     }
@@ -158,13 +131,10 @@ fn stage(ui: &mut egui::Ui, look: &MissionLook, marking: &Marking, now_s: f64) {
             format!("version {} of the file: {} {}", change.version, change.state, change.why);
         ui.colored_label(colours.warning, said(ui, &text));
     }
-    if !look.problem.is_empty() && !is_over(&marking.stage) {
-        ui.colored_label(colours.warning, said(ui, &look.problem));
-    }
 }
 
 /// What the operator is asked.
-fn asked(ui: &mut egui::Ui, watched: &Watched, marking: &Marking, now_s: f64, author: &str) {
+fn asked(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
     let colours = Colours::of(ui.visuals());
     for asked in &marking.confirmations {
         egui::Frame::group(ui.style()).stroke((1.5, colours.warning)).show(ui, |ui| {
@@ -173,13 +143,12 @@ fn asked(ui: &mut egui::Ui, watched: &Watched, marking: &Marking, now_s: f64, au
             ui.horizontal(|ui| {
                 let transition = asked.transition.clone();
                 let name = format!("Confirm {transition}");
-                if ui.button("Confirm").accessible_name(name).clicked() {
-                    let order = Order::Confirm { transition: transition.clone() };
-                    watched.orders.give(author, false, order);
+                if giving.button(ui, "Confirm", "").accessible_name(name).clicked() {
+                    giving.give(Order::Confirm { transition: transition.clone() });
                 }
                 let name = format!("Decline {transition}");
-                if ui.button("Decline").accessible_name(name).clicked() {
-                    watched.orders.give(author, false, Order::Decline { transition });
+                if giving.button(ui, "Decline", "").accessible_name(name).clicked() {
+                    giving.give(Order::Decline { transition });
                 }
             });
         });
@@ -197,7 +166,7 @@ fn unanswered(asked: &Confirmation, now_s: f64) -> String {
     }
 }
 
-fn places(ui: &mut egui::Ui, marking: &Marking) {
+fn in_places(ui: &mut egui::Ui, marking: &Marking) {
     let marked = marking.places.iter().map(|place| {
         let tokens = if place.tokens == 1 { String::new() } else { format!(" x {}", place.tokens) };
         let waits = if place.active || marking.pause.is_some() { "" } else { " (not all run yet)" };
@@ -219,17 +188,22 @@ fn places(ui: &mut egui::Ui, marking: &Marking) {
 }
 
 /// What can fire, when, and by whom.
-fn transitions(ui: &mut egui::Ui, watched: &Watched, marking: &Marking, now_s: f64, author: &str) {
+fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
     let clock_s = clock_s(marking, now_s);
     for enabled in &marking.enabled {
         ui.horizontal_wrapped(|ui| {
             if enabled.by == "operator" {
                 let name = format!("Fire {}", enabled.transition);
-                let is_ready = enabled.earliest_at_s <= clock_s(enabled.held) && !enabled.held;
-                let fire = ui.add_enabled(is_ready, Button::new("Fire"));
+                let why_not = if enabled.held {
+                    Some("The mission is paused: resume it first.")
+                } else if enabled.earliest_at_s > clock_s(false) {
+                    Some("Its time has not come yet.")
+                } else {
+                    None
+                };
+                let fire = giving.button_unless(ui, "Fire", "", why_not);
                 if fire.accessible_name(name).clicked() {
-                    let order = Order::Fire { transition: enabled.transition.clone() };
-                    watched.orders.give(author, false, order);
+                    giving.give(Order::Fire { transition: enabled.transition.clone() });
                 }
             }
             ui.label(when(enabled, clock_s(enabled.held)));

@@ -91,7 +91,7 @@ fn transition(
         }
         None => (None, None, "not enabled".into()),
     };
-    node.badge = badge.map(|text| Badge { text, doc: word.clone() });
+    node.badge = badge.map(|text| Badge { text, doc: word.clone(), tint });
     node.look.tint = tint;
     node.look.outline = if tint.is_some() { Outline::Strong } else { Outline::Plain };
     node.look.is_dim = tint.is_none();
@@ -111,6 +111,7 @@ fn inside(node: &mut Node, mission: &str, marking: &Marking, colours: &Colours) 
     node.look.tint = Some(colours.good);
     node.look.outline = Outline::Strong;
     let doc = format!("inside in {}", own.join(", "));
-    node.badge = Some(Badge { text: own.len().to_string(), doc: doc.clone() });
+    let (text, tint) = (own.len().to_string(), node.look.tint);
+    node.badge = Some(Badge { text, doc: doc.clone(), tint });
     doc
 }

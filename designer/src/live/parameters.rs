@@ -1,23 +1,32 @@
 //! The parameters of a component that runs, and setting them: configd judges the file as it would
 //! be, writes it and says when the change takes effect.
 
-use armor_look::ParameterDesk;
+use armor_look::{ParameterDesk, Told};
 use armor_wire::config::ListedParameter;
-use eframe::egui::{self, Grid, TextEdit};
+use eframe::egui::{self, Align, Button, Key, Label, Response, TextEdit, vec2};
 
-use super::session::Watched;
+use super::watched::Watched;
 use super::words::said;
 use crate::theme::Colours;
 
 /// How wide a field is, in points: a number with its unit, or the end of a path.
 const FIELD_WIDTH: f32 = 110.0;
 
-/// What is being written into a field.
+/// What is written into the fields.
 #[derive(Debug, Default)]
 pub struct Panel {
-    draft: Option<(String, String)>,
+    draft: Option<Draft>,
     /// The version of the file that the running system had when they were listed.
     asked: Option<u64>,
+}
+
+/// What is being written into the field of a parameter.
+#[derive(Debug)]
+struct Draft {
+    parameter: String,
+    text: String,
+    /// Whether it was asked to be put into the file.
+    is_wished: bool,
 }
 
 impl Panel {
@@ -52,60 +61,120 @@ impl Panel {
         if own.is_empty() {
             ui.weak("It has none.");
         }
-        Grid::new(("live parameters", component)).num_columns(3).striped(true).show(ui, |ui| {
-            for parameter in own {
-                self.row(ui, desk, parameter);
-                ui.end_row();
-            }
-        });
+        for parameter in own {
+            self.row(ui, watched, parameter);
+        }
         answer(ui, desk, component, &colours);
     }
 
     /// Lists them once, and again when the running system has another version of the file.
     fn ask(&mut self, watched: &Watched) {
-        let marking = watched.mission.look().marking;
+        let (desk, marking) = (&watched.parameters, watched.mission.look().marking);
         let version = marking.map_or(0, |marking| marking.version);
-        if self.asked != Some(version) {
+        if self.asked != Some(version) || desk.listed().is_none() {
             self.asked = Some(version);
-            watched.parameters.list();
+            desk.list();
         }
     }
 
-    fn row(&mut self, ui: &mut egui::Ui, desk: &ParameterDesk, parameter: &ListedParameter) {
+    /// A parameter with its field: what is written stays there until it is in the file, and why it
+    /// is refused stands below.
+    fn row(&mut self, ui: &mut egui::Ui, watched: &Watched, parameter: &ListedParameter) {
         let name = format!("{}.{}", parameter.component, parameter.name);
-        ui.label(&parameter.name).on_hover_text(said(ui, &about(parameter)));
-        let mut text = match &self.draft {
-            Some((own, text)) if *own == name => text.clone(),
-            _ => parameter.value.clone(),
-        };
-        // A grid gives a field no width of its own.
-        let size = egui::vec2(FIELD_WIDTH, ui.spacing().interact_size.y);
-        let response = ui
-            .add_sized(size, TextEdit::singleline(&mut text))
-            .accessible_name(format!("parameter {name}"));
-        let is_other = text != parameter.value;
-        if response.changed() {
-            self.draft = Some((name.clone(), text.clone()));
-        }
-        let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
-        let escaped = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Escape));
-        if escaped {
-            self.draft = None;
-        }
-        ui.horizontal(|ui| {
-            if is_other {
-                let set = ui.button("Set").accessible_name(format!("set {name}"));
-                if set.on_hover_text("Writes it into the file").clicked() || entered {
-                    desk.set(&parameter.component, &parameter.name, Some(&text));
-                    self.draft = None;
-                }
-            } else if parameter.live {
-                ui.weak("live").on_hover_text("A change reaches the running component.");
-            } else {
-                ui.weak(&parameter.unit);
-            }
+        let mut draft = self.draft.take_if(|draft| draft.parameter == name);
+        let told = draft.as_ref().and_then(|draft| {
+            let about_it = |told: &Told| told.value.as_ref() == Some(&draft.text);
+            watched.parameters.told().filter(|told| told.parameter == name && about_it(told))
         });
+        let is_set = told.as_ref().is_some_and(|told| told.is_set);
+        draft.take_if(|draft| draft.is_wished && is_set);
+        let refused = told.filter(|told| !told.is_set);
+        let mut text = draft.as_ref().map_or(&parameter.value, |draft| &draft.text).clone();
+        let row = ui.horizontal(|ui| {
+            let size = vec2((ui.available_width() * 0.35).max(60.0), ui.spacing().interact_size.y);
+            let label = Label::new(&parameter.name).truncate().halign(Align::LEFT);
+            ui.add_sized(size, label).on_hover_text(said(ui, &about(parameter)));
+            let field = field(ui, &name, &mut text, refused.is_some());
+            if field.changed() {
+                let (parameter, text) = (name.clone(), text.clone());
+                draft = Some(Draft { parameter, text, is_wished: false });
+            }
+            let left_by = |key| field.lost_focus() && ui.input(|i| i.key_pressed(key));
+            if left_by(Key::Escape) {
+                draft = None;
+            }
+            let entered = left_by(Key::Enter);
+            if text == parameter.value {
+                remark(ui, parameter);
+                return false;
+            }
+            set(ui, &name, watched.silence()) || (entered && watched.silence().is_none())
+        });
+        if row.inner {
+            watched.parameters.set(&parameter.component, &parameter.name, Some(&text));
+            draft = draft.map(|draft| Draft { is_wished: true, ..draft });
+        }
+        if draft.is_some() {
+            self.draft = draft;
+        }
+        if let Some(told) = refused {
+            complain(ui, &told, parameter);
+        }
     }
+}
+
+fn field(ui: &mut egui::Ui, name: &str, text: &mut String, is_wrong: bool) -> Response {
+    let mut field = TextEdit::singleline(text);
+    if is_wrong {
+        field = field.text_color(Colours::of(ui.visuals()).error);
+    }
+    let size = vec2(FIELD_WIDTH, ui.spacing().interact_size.y);
+    ui.add_sized(size, field).accessible_name(format!("parameter {name}"))
+}
+
+/// The button that writes it into the file, which cannot be if `why_not` says so.
+fn set(ui: &mut egui::Ui, name: &str, why_not: Option<&str>) -> bool {
+    let set = ui.add_enabled(why_not.is_none(), Button::new("Set"));
+    let set = set.on_hover_text("Writes it into the file");
+    let set = set.on_disabled_hover_text(why_not.unwrap_or_default());
+    set.accessible_name(format!("set {name}")).clicked()
+}
+
+fn remark(ui: &mut egui::Ui, parameter: &ListedParameter) {
+    if parameter.live {
+        ui.weak("live").on_hover_text("A change reaches the running component.");
+    } else {
+        ui.weak(&parameter.unit);
+    }
+}
+
+/// Why a value was refused, and what it may be.
+fn complain(ui: &mut egui::Ui, told: &Told, parameter: &ListedParameter) {
+    let colours = Colours::of(ui.visuals());
+    let found = told.findings.iter().filter(|finding| finding.severity == "error");
+    let found: Vec<_> = found.collect();
+    if found.is_empty() {
+        ui.colored_label(colours.error, said(ui, &told.text));
+    }
+    for finding in found {
+        ui.colored_label(
+            colours.error,
+            said(ui, &format!("{}: {}", finding.code, finding.message)),
+        );
+        if !finding.remedy.is_empty() {
+            ui.weak(said(ui, &finding.remedy));
+        }
+    }
+    if let Some(range) = range(parameter) {
+        ui.weak(said(ui, &format!("It is {range}.")));
+    }
+}
+
+/// What it may be, if it is not free.
+fn range(parameter: &ListedParameter) -> Option<String> {
+    let ListedParameter { kind, range, unit, .. } = parameter;
+    let text = format!("{kind} {range} {unit}");
+    (!range.is_empty()).then(|| text.trim().to_owned())
 }
 
 fn about(parameter: &ListedParameter) -> String {
@@ -113,24 +182,15 @@ fn about(parameter: &ListedParameter) -> String {
     if !parameter.doc.is_empty() {
         lines.push(parameter.doc.clone());
     }
-    if !parameter.range.is_empty() {
-        lines.push(format!("{} {} {}", parameter.kind, parameter.range, parameter.unit));
-    }
+    lines.extend(range(parameter));
     lines.push(format!("from {}", parameter.origin));
     lines.join("\n")
 }
 
-/// What became of the last wish.
+/// What became of the last wish, if it is in the file; where it is not, its field says so.
 fn answer(ui: &mut egui::Ui, desk: &ParameterDesk, component: &str, colours: &Colours) {
-    let Some(told) = desk.told() else { return };
-    if told.parameter.split('.').next() != Some(component) {
-        return;
-    }
-    ui.colored_label(if told.is_set { colours.good } else { colours.error }, said(ui, &told.text));
-    for finding in &told.findings {
-        ui.label(said(ui, &format!("{}: {}", finding.code, finding.message)));
-        if !finding.remedy.is_empty() {
-            ui.weak(said(ui, &finding.remedy));
-        }
+    let Some(told) = desk.told().filter(|told| told.is_set) else { return };
+    if told.parameter.split('.').next() == Some(component) {
+        ui.colored_label(colours.good, said(ui, &told.text));
     }
 }

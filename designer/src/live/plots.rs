@@ -2,13 +2,15 @@
 
 use armor_look::Values;
 use armor_look::words::lasting;
-use eframe::egui::{self, Vec2b};
-use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
+use eframe::egui::{self, RichText, ScrollArea, Vec2b};
+use egui_plot::{Line, Plot, PlotPoints, PlotUi};
 
 use crate::theme::Colours;
 
 /// Points drawn of a line: two for each column of a wide window.
 const MOST_POINTS: usize = 3000;
+/// A plot that is less high than this says nothing: one scrolls to see it all.
+const LEAST_HEIGHT: f32 = 140.0;
 /// How far back a plot may show, in seconds.
 const SPANS_S: [f64; 5] = [10.0, 30.0, 60.0, 300.0, 3600.0];
 
@@ -79,7 +81,7 @@ impl Plots {
             series.iter().flatten().map(|point| point[0]).fold(f64::NEG_INFINITY, f64::max);
         let span_s = self.span_s;
         let mut plot = Plot::new("plots")
-            .legend(Legend::default().position(Corner::LeftTop))
+            .height(ui.available_height().max(LEAST_HEIGHT))
             .allow_drag(self.by_hand)
             .allow_zoom(self.by_hand)
             .allow_scroll(self.by_hand)
@@ -87,7 +89,7 @@ impl Plots {
         if !self.by_hand {
             plot = plot.auto_bounds(Vec2b::new(false, true)).include_x(-span_s).include_x(0.0);
         }
-        plot.show(ui, |shown| {
+        let draw = |shown: &mut PlotUi<'_>| {
             if !self.by_hand {
                 shown.set_plot_bounds_x(-span_s..=0.0);
             }
@@ -99,7 +101,8 @@ impl Plots {
                     Line::new(line.name(), PlotPoints::from(points)).color(colour).width(1.5),
                 );
             }
-        });
+        };
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| plot.show(ui, draw));
     }
 
     fn points(&self, values: &Values, line: &Plotted) -> Vec<[f64; 2]> {
@@ -111,6 +114,7 @@ impl Plots {
 
     fn choices(&mut self, ui: &mut egui::Ui, values: &Values) {
         let mut gone = None;
+        let colours = Colours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
             ui.weak("The last").on_hover_text("The newest value stands at 0 seconds.");
             for span_s in SPANS_S {
@@ -125,13 +129,13 @@ impl Plots {
             ui.checkbox(&mut self.by_hand, "move and zoom by hand");
             ui.separator();
             for (number, line) in self.lines.iter().enumerate() {
-                let name = format!("no longer plot {}", line.name());
-                let close =
-                    ui.small_button("x").on_hover_text("Plots it no more").accessible_name(name);
-                if close.clicked() {
+                let name = line.name();
+                // One thing, so that it is not broken into two rows; in the colour of its line.
+                let text = RichText::new(format!("x {name}")).color(colours.of_type(number));
+                let close = ui.button(text).on_hover_text("Plots it no more");
+                if close.accessible_name(format!("no longer plot {name}")).clicked() {
                     gone = Some(number);
                 }
-                ui.weak(line.name());
             }
         });
         if let Some(number) = gone {

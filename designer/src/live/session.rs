@@ -6,39 +6,17 @@ use std::time::Duration;
 use armor_look::launch::{LaunchError, Plan, Run, Stage};
 use armor_look::log::{Line, Log, Tail};
 use armor_look::systems::{self, Record};
-use armor_look::{
-    MissionLook, MissionWatch, OrderDesk, ParameterDesk, Picture, Values, Wake, Watch, this_user,
-};
+use armor_look::{MissionLook, MissionWatch, ParameterDesk, Picture, Wake, Watch, this_user};
 use armor_sdk::control::Order;
 use eframe::egui;
 
+use super::watched::{self, Watched};
 use super::words;
 use crate::commands::Command;
 use crate::kinds::find_armor;
 
-/// Under which name the window looks at a system.
-const TOOL: &str = "designer";
 /// News of a running system are shown within this time, all those of it at once.
 const SHOW_WITHIN: Duration = Duration::from_millis(100);
-
-/// A system that is watched.
-pub struct Watched {
-    /// Where its registry listens.
-    pub registry: String,
-    /// What is known of it, if it is one of this user's on this host.
-    pub record: Option<Record>,
-    /// Who is there and what each does.
-    pub watch: Watch,
-    /// Where its mission stands.
-    pub mission: MissionWatch,
-    /// What flows on the outputs that are looked at.
-    pub values: Values,
-    /// Where orders are given.
-    pub orders: OrderDesk,
-    /// Where parameters are asked for and set.
-    pub parameters: ParameterDesk,
-    _tail: Option<Tail>,
-}
 
 /// How things stand, in a word or two.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +31,8 @@ pub enum Standing {
     Lost,
     /// The run was asked to stop.
     Stopping,
+    /// The run has ended; what was seen of it is still there.
+    Over,
 }
 
 /// What the window watches.
@@ -79,7 +59,8 @@ impl Session {
 
     /// Whether a command about what runs can be run now.
     pub fn may(&self, command: Command) -> bool {
-        let marking = || self.watched.as_ref()?.mission.look().marking;
+        let heard = || self.watched.as_ref().filter(|watched| watched.silence().is_none());
+        let marking = || heard()?.mission.look().marking;
         match command {
             Command::Run => self.run.is_none(),
             Command::Stop => self.run.is_some(),
@@ -129,12 +110,24 @@ impl Session {
         self.ended.as_ref().map(|(how, is_fine)| (how.as_str(), *is_fine))
     }
 
+    /// Where the results of what has ended lie, if that is known here.
+    pub fn results(&self) -> Option<&Path> {
+        let watched = self.watched.as_ref().filter(|watched| watched.silence().is_some())?;
+        Some(&watched.record.as_ref()?.out)
+    }
+
+    /// Whether a file that has changed is one that was changed from here, by setting a parameter.
+    pub fn has_written(&self) -> bool {
+        self.watched.as_ref().is_some_and(|watched| watched.parameters.has_written())
+    }
+
     /// How things stand.
     pub fn standing(&self) -> Standing {
         match (self.run.as_ref().map(Run::stage), &self.watched) {
             (Some(Stage::Starting), _) => Standing::Starting,
             (Some(Stage::Stopping), _) => Standing::Stopping,
-            (_, Some(watched)) if watched.watch.picture().has_ended() => Standing::Lost,
+            (None, Some(_)) if self.ended.is_some() => Standing::Over,
+            (_, Some(watched)) if watched.silence().is_some() => Standing::Lost,
             (_, Some(_)) => Standing::Watching,
             (Some(_), None) => Standing::Starting,
             (None, None) => Standing::Idle,
@@ -154,7 +147,6 @@ impl Session {
             ..Plan::default()
         };
         self.log = Log::default();
-        self.ended = None;
         self.run = Some(Run::start(&plan, self.log.clone(), self.wake())?);
         Ok(())
     }
@@ -166,7 +158,6 @@ impl Session {
     /// If no thread can be started.
     pub fn attach(&mut self, registry: &str, record: Option<Record>) -> std::io::Result<()> {
         self.leave();
-        self.ended = None;
         self.log = Log::default();
         let tail = match &record {
             Some(record) => {
@@ -175,11 +166,11 @@ impl Session {
             }
             None => {
                 let text = "the log is kept on the host of the system, in the folder of its run";
-                self.log.push(Line::said(TOOL, "INFO", text));
+                self.log.push(Line::said(watched::TOOL, "INFO", text));
                 None
             }
         };
-        self.watched = Some(self.watched_at(registry, record, tail)?);
+        self.watched = Some(Watched::at(registry, record, tail, &self.wake())?);
         Ok(())
     }
 
@@ -187,14 +178,22 @@ impl Session {
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn show_still(&mut self, picture: Picture, look: MissionLook) -> std::io::Result<()> {
+    pub fn show_still(
+        &mut self,
+        picture: Picture,
+        look: MissionLook,
+        parameters: ParameterDesk,
+    ) -> std::io::Result<()> {
         let (watch, mission) = (Watch::still(picture), MissionWatch::still(look));
-        self.watched = Some(self.watched_by(watch, mission, "nowhere", None, None)?);
+        let mut watched = Watched::by(watch, mission, "nowhere", &self.wake())?;
+        watched.parameters = parameters;
+        self.watched = Some(watched);
         Ok(())
     }
 
     /// Lets go of what is watched, which goes on; a run that this window started is stopped.
     pub fn leave(&mut self) {
+        self.ended = None;
         self.watched = None;
         self.run = None;
     }
@@ -207,56 +206,38 @@ impl Session {
         }
     }
 
-    /// Takes notice of how the run goes: to be called in each frame.
+    /// Takes notice of how things go: to be called in each frame.
     pub fn poll(&mut self) {
+        self.poll_run();
+        let is_over = self.run.is_none() && self.ended.is_some();
+        if let Some(watched) = &mut self.watched {
+            watched.poll(is_over);
+        }
+    }
+
+    fn poll_run(&mut self) {
         let Some(run) = &self.run else { return };
         match run.stage() {
             Stage::Running(record) if self.watched.is_none() => {
                 let registry = record.registry.to_string();
-                match self.watched_at(&registry, Some(record), None) {
+                match Watched::at(&registry, Some(record), None, &self.wake()) {
                     Ok(watched) => self.watched = Some(watched),
-                    Err(error) => self.log.push(Line::said(TOOL, "ERROR", error.to_string())),
+                    Err(error) => {
+                        self.log.push(Line::said(watched::TOOL, "ERROR", error.to_string()));
+                    }
                 }
             }
             Stage::Ended { how, is_fine } => {
-                self.log.push(Line::said(TOOL, if is_fine { "INFO" } else { "ERROR" }, &*how));
+                self.log.push(Line::said(
+                    watched::TOOL,
+                    if is_fine { "INFO" } else { "ERROR" },
+                    &*how,
+                ));
                 self.ended = Some((how, is_fine));
-                self.leave();
+                self.run = None;
             }
             _ => {}
         }
-    }
-
-    fn watched_at(
-        &self,
-        registry: &str,
-        record: Option<Record>,
-        tail: Option<Tail>,
-    ) -> std::io::Result<Watched> {
-        let watch = Watch::begin(registry, TOOL, self.wake())?;
-        let mission = MissionWatch::begin(watch.directory(), self.wake())?;
-        self.watched_by(watch, mission, registry, record, tail)
-    }
-
-    fn watched_by(
-        &self,
-        watch: Watch,
-        mission: MissionWatch,
-        registry: &str,
-        record: Option<Record>,
-        tail: Option<Tail>,
-    ) -> std::io::Result<Watched> {
-        let directory = watch.directory();
-        Ok(Watched {
-            registry: registry.into(),
-            record,
-            mission,
-            values: Values::new(directory.clone(), self.wake()),
-            orders: OrderDesk::open(directory, "armor-designer", self.wake())?,
-            parameters: ParameterDesk::open(directory, TOOL, self.wake())?,
-            watch,
-            _tail: tail,
-        })
     }
 }
 

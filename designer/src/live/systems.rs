@@ -111,10 +111,15 @@ fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
         Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
         Standing::Lost => ("it has ended, or is out of reach", colours.warning),
         Standing::Stopping => ("stopping", colours.warning),
+        Standing::Over => ("over; this is what was seen last", colours.weak),
     };
     ui.colored_label(colour, RichText::new(word).strong());
     if let Some((how, is_fine)) = desk.live.ended() {
         ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
+    }
+    if let Some(results) = desk.live.results() {
+        ui.weak("Its results are in");
+        ui.label(crate::text::path(results));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [Command::Run, Command::Stop, Command::Detach] {
@@ -124,11 +129,21 @@ fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
                 && desk.live.run().is_some_and(|run| run.times_asked() > 0);
             let name = if again { "Kill" } else { about.name };
             let button = ui.add_enabled(may, Button::new(name)).on_hover_text(about.doc);
+            let button = button.on_disabled_hover_text(why_not(command));
             if button.accessible_name(format!("live: {name}")).clicked() {
                 desk.order(command);
             }
         }
     });
+}
+
+/// Why a command about what runs cannot be run.
+fn why_not(command: Command) -> &'static str {
+    match command {
+        Command::Run => "It runs already.",
+        Command::Stop => "Nothing runs that this window has started.",
+        _ => "Nothing is watched that somebody else has started, or that is over.",
+    }
 }
 
 /// Which system it is, and whether it is the one that is open.
@@ -157,7 +172,8 @@ fn processes(ui: &mut egui::Ui, picture: &Picture, selected: Option<&str>) -> Op
     }
     let mut chosen = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        for (name, process) in &picture.processes {
+        let processes = picture.processes.iter();
+        for (name, process) in processes.filter(|(name, _)| !picture.is_second_name(name)) {
             let (tone, word) = Tone::seen(Some(process), picture, &colours);
             let ink = tone.ink(&colours);
             ui.horizontal(|ui| {

@@ -78,6 +78,8 @@ pub struct LiveView {
     log: log::Panel,
     plots: plots::Plots,
     parameters: parameters::Panel,
+    /// The places of the mission, its sub-missions put in.
+    places: Vec<String>,
 }
 
 impl Default for LiveView {
@@ -101,6 +103,7 @@ impl LiveView {
             log: log::Panel::default(),
             plots: plots::Plots::default(),
             parameters: parameters::Panel::default(),
+            places: Vec::new(),
         }
     }
 
@@ -113,6 +116,7 @@ impl LiveView {
             let colours = if is_dark { Colours::DARK } else { Colours::LIGHT };
             self.system.set(crate::system::draw(&desk.project).diagram);
             self.net.set(crate::mission::net(desk, &colours));
+            self.places = places(desk);
         }
     }
 
@@ -130,7 +134,7 @@ impl LiveView {
         let Sheet { diagram, base, .. } = &mut self.net;
         match &look.marking {
             Some(marking) => {
-                let now_s = look.now_at_s(watched.watch.timestamp());
+                let now_s = watched.mission_s(&look);
                 net::show(diagram, base, marking, now_s, &colours);
             }
             None => self.net.clear(),
@@ -154,7 +158,12 @@ impl LiveView {
                 return show(ui);
             }
             let panel = egui::Panel::bottom("live net").resizable(true);
-            panel.default_size(240.0).min_size(90.0).frame(egui::Frame::NONE).show(ui, show);
+            let half = ui.available_height() * 0.5;
+            panel
+                .default_size(half.max(90.0))
+                .min_size(90.0)
+                .frame(egui::Frame::NONE)
+                .show(ui, show);
         }
         let (shown, is_new) = self.system.show(ui, desk.settings.minimap);
         if is_new {
@@ -179,6 +188,8 @@ impl LiveView {
     }
 
     fn beneath(&mut self, ui: &mut egui::Ui, desk: &Desk) {
+        // Else the panel would be as high as what each tab shows.
+        ui.expand_to_include_rect(ui.max_rect());
         ui.horizontal(|ui| {
             for tab in Tab::ALL {
                 let label = ui.selectable_label(self.tab == tab, tab.name());
@@ -207,6 +218,13 @@ impl LiveView {
     }
 }
 
+/// The places of the mission of the open files, its sub-missions put in.
+fn places(desk: &Desk) -> Vec<String> {
+    let flattened = desk.project.configuration().and_then(|it| it.flattened().ok().flatten());
+    let places = flattened.map(|mission| mission.places).unwrap_or_default();
+    places.into_iter().map(|place| place.name.value).collect()
+}
+
 impl Pane for LiveView {
     fn left(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
         let selected = self.selected();
@@ -225,7 +243,7 @@ impl Pane for LiveView {
     fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             // First, so that it is always within reach.
-            self.mission.show(ui, &mut desk.live);
+            self.mission.show(ui, &mut desk.live, &self.places);
             ui.separator();
             let selected = self.selected();
             if let Some(watched) = desk.live.watched() {
@@ -260,7 +278,7 @@ impl Pane for LiveView {
     }
 
     fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(190.0);
+        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(240.0);
         panel.min_size(70.0).show(ui, |ui| self.beneath(ui, desk));
         self.update(desk, ui.visuals().dark_mode);
         self.overlay(ui, desk);
@@ -268,8 +286,9 @@ impl Pane for LiveView {
         if let Some(watched) = desk.live.watched() {
             self.plots.keep(&watched.values);
             let marking = watched.mission.look().marking;
-            // Clocks run though nothing is told.
-            if marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
+            // Clocks run though nothing is told, but for those of what is out of reach.
+            let is_heard = watched.silence().is_none();
+            if is_heard && marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
                 ui.ctx().request_repaint_after(CLOCKS_EVERY);
             }
         }

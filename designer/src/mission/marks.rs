@@ -62,7 +62,7 @@ impl Marks {
     pub fn badge(&self, item: &Item) -> Option<Badge> {
         let (word, finding) =
             self.found(item).find_map(|found| Some((word(found.code)?, found)))?;
-        Some(Badge { text: word.to_owned(), doc: finding.message.clone() })
+        Some(Badge { text: word.to_owned(), doc: finding.message.clone(), tint: None })
     }
 
     /// How long the mission takes, if that is known.

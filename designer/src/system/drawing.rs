@@ -144,6 +144,7 @@ fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (Node, Vec<Joi
         badge: (unassigned > 0).then(|| Badge {
             text: unassigned.to_string(),
             doc: format!("parameters that need a value: {unassigned}"),
+            tint: None,
         }),
         mark: Mark::None,
         look: Look {

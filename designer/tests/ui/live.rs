@@ -3,12 +3,16 @@
 
 use std::time::Duration;
 
-use armor_executive::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking};
+use armor_executive::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
 use armor_look::log::Line;
-use armor_look::{DEAD_AFTER, Event, MissionLook, Picture};
+use armor_look::{DEAD_AFTER, Event, MissionLook, ParameterDesk, Picture, Told};
+use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::Change;
+use armor_wire::config::{Finding, ListedParameter};
 use armor_wire::registry::ComponentEntry;
+use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
+use egui_kittest::kittest::Queryable;
 
 use crate::Window;
 
@@ -96,6 +100,9 @@ fn picture() -> Picture {
     let mut picture = Picture::default();
     let mut tell = |event, now| drop(picture.handle(event, now));
     let start = Duration::ZERO;
+    for name in ["configd", "configuration"] {
+        tell(Event::Registry(Change::Appeared(entry(name))), start);
+    }
     for name in ["eye", "arm", "idle", "silent", "back", "lost"] {
         tell(Event::Registry(Change::Appeared(entry(name))), start);
         tell(Event::Connected(name.into(), 1), start);
@@ -167,12 +174,47 @@ fn marking() -> Marking {
     }
 }
 
+/// The system after everything in it has gone, and the registry last.
+fn ended() -> Picture {
+    let mut picture = picture();
+    for name in ["configd", "configuration", "eye", "arm", "idle", "silent"] {
+        picture.handle(Event::Closed(name.into(), 1, "it is gone".into()), DEAD_AFTER);
+    }
+    picture.handle(Event::Registry(Change::RegistryLost), DEAD_AFTER);
+    picture.link();
+    picture
+}
+
+fn parameters() -> Parameters {
+    let speed = ListedParameter {
+        component: "arm".into(),
+        name: "speed".into(),
+        kind: "number".into(),
+        value: "0.5".into(),
+        unit: "m/s".into(),
+        range: "0 to 1".into(),
+        ..ListedParameter::default()
+    };
+    Parameters { version: 1, refused: false, parameters: vec![speed] }
+}
+
 fn watching() -> Window {
+    watching_a(picture(), marking(), None)
+}
+
+/// A window on these, where something may have become of a wish to set a parameter.
+fn watching_a(picture: Picture, marking: Marking, told: Option<Told>) -> Window {
     let mut window = Window::open(Some(ROBOT));
     let live = &mut window.harness.state_mut().desk().live;
-    live.show_still(picture(), MissionLook::of(marking())).unwrap();
+    let parameters = ParameterDesk::still(parameters(), told);
+    live.show_still(picture, MissionLook::of(marking), parameters).unwrap();
     window.click("view: Live");
     window
+}
+
+/// When the window would be drawn anew though nothing happens.
+fn drawn_again_after(window: &Window) -> Duration {
+    window.harness.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay
 }
 
 /// The orders given in the window.
@@ -253,4 +295,165 @@ fn nothing_is_linked_to_that_is_not_shown() {
     assert_eq!(linked(&mut window), Vec::<String>::new(), "its outputs are closed");
     window.click("output eye.target of type Pose");
     assert_eq!(linked(&mut window), ["eye.target"]);
+}
+
+#[test]
+fn a_process_of_two_names_is_one_row() {
+    let window = watching();
+    assert!(window.has("process configd: unknown"));
+    assert!(!window.has("process configuration: unknown"));
+}
+
+#[test]
+fn what_was_seen_of_a_system_stays_when_it_has_gone() {
+    let running = watching();
+    assert!(drawn_again_after(&running) < Duration::from_secs(1), "its clocks run");
+    let mut window = watching_a(ended(), marking(), None);
+    assert_eq!(drawn_again_after(&window), Duration::MAX, "no clock runs");
+    assert!(window.has("It has ended, or is out of reach. This is where it stood last."));
+    assert!(window.has("process eye: ended"));
+    for label in ["place explore: marked", "transition late: late in 1 min 00 s"] {
+        assert!(window.has(label), "{label}");
+    }
+    window.click("live: Fired");
+    assert!(window.has("began"));
+    for label in ["Fire recall", "Confirm land", "Pause", "Safe place", "Take the command"] {
+        window.click(label);
+    }
+    assert_eq!(ordered(&mut window), Vec::<String>::new(), "nobody is there");
+    let at = window.at("Pause");
+    window.harness.event(egui::Event::PointerMoved(at));
+    window.until("the reason is said", |window| window.has("It has ended, or is out of reach."));
+}
+
+#[test]
+fn tokens_are_moved_in_a_pause() {
+    let mut marking = marking();
+    let window = watching_a(picture(), marking.clone(), None);
+    assert!(!window.has("Move tokens"), "only in a pause");
+    marking.pause = Some(Paused { by: "ruth".into(), since_at_s: 20.0, at_rest: true });
+    let mut window = watching_a(picture(), marking, None);
+    window.click("Move tokens");
+    window.click("a token more in hold");
+    window.click("Move");
+    assert_eq!(ordered(&mut window), Vec::<String>::new(), "a token cannot be made");
+    window.click("a token less in explore");
+    window.click("Move");
+    let given = ordered(&mut window);
+    assert!(given[0].ends_with(": move 1 explore to hold"), "{given:?}");
+}
+
+#[test]
+fn buttons_of_an_operator_stay_under_the_pointer() {
+    let mut window = watching();
+    let places = |window: &Window| ["Pause", "Fire recall", "Confirm land"].map(|it| window.at(it));
+    let before = places(&window);
+    window.click("Pause");
+    assert_eq!(ordered(&mut window).len(), 1);
+    assert_eq!(places(&window), before, "though something is said of the order");
+}
+
+#[test]
+fn the_log_follows_its_newest_line_until_one_scrolls_away() {
+    let mut window = watching();
+    let log = window.harness.state_mut().desk().live.log.clone();
+    let say = |first: u32, last: u32| {
+        (first..=last).for_each(|n| log.push(Line::said("eye", "INFO", format!("line {n}"))));
+    };
+    window.click("live: Plots");
+    say(1, 200);
+    window.click("live: Log");
+    assert!(window.has("line 200") && !window.has("line 1"));
+    window.click("live: Fired");
+    say(201, 400);
+    window.click("live: Log");
+    assert!(window.has("line 400"), "also after another tab");
+    say(401, 402);
+    window.settle();
+    assert!(window.has("line 402"));
+
+    let at = window.at("line 402");
+    window.harness.event(egui::Event::PointerMoved(at));
+    window.harness.event(egui::Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        delta: egui::vec2(0.0, 600.0),
+        phase: TouchPhase::Move,
+        source: MouseWheelSource::Wheel,
+        modifiers: egui::Modifiers::NONE,
+    });
+    window.until("it is scrolled", |window| !window.has("line 402"));
+    say(403, 500);
+    window.settle();
+    assert!(!window.has("line 500"), "who reads older lines is left there");
+}
+
+#[test]
+fn a_long_line_of_the_log_is_seen_whole() {
+    let mut window = watching();
+    let log = window.harness.state_mut().desk().live.log.clone();
+    log.push(Line::said("eye", "INFO", format!("{}the end", "word ".repeat(100))));
+    log.push(Line::said("eye", "INFO", "the next"));
+    window.settle();
+    let log_of = |text: &str| window.harness.get_by_label_contains(text).rect();
+    let (long, next) = (log_of("the end"), log_of("the next"));
+    assert!(long.right() <= super::SIZE.x && long.height() > 1.5 * next.height());
+    assert!(long.bottom() <= next.top() + 0.5);
+}
+
+#[test]
+fn the_panel_beneath_is_as_high_whatever_it_shows() {
+    let mut window = watching();
+    let before = window.at("live: Log");
+    for tab in ["live: Fired", "live: Plots", "live: Orders"] {
+        window.click(tab);
+        assert_eq!(window.at("live: Log"), before, "{tab}");
+    }
+}
+
+#[test]
+fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
+    let finding = Finding {
+        severity: "error".into(),
+        code: "E0113".into(),
+        message: "900 m/s is too fast".into(),
+        ..Finding::default()
+    };
+    let told = Told {
+        parameter: "arm.speed".into(),
+        value: Some("900m/s".into()),
+        is_set: false,
+        text: "nothing was written".into(),
+        findings: vec![finding],
+    };
+    let mut window = watching_a(picture(), marking(), Some(told));
+    window.click("process arm: active");
+    window.click("Parameters");
+    assert!(!window.has("E0113: 900 m/s is too fast"));
+    window.fill("parameter arm.speed", "900m/s");
+    assert!(window.has("E0113: 900 m/s is too fast") && window.has("It is number 0 to 1 m/s."));
+    let field = window.harness.get_by_label("parameter arm.speed");
+    assert_eq!(field.value().as_deref(), Some("900m/s"));
+    window.fill("parameter arm.speed", "0.7");
+    assert!(!window.has("E0113: 900 m/s is too fast"), "it is about another value");
+}
+
+#[test]
+fn a_parameter_set_here_is_no_change_by_another_program() {
+    let told = Told {
+        parameter: "eye.device".into(),
+        value: Some("csi".into()),
+        is_set: true,
+        text: "version 2".into(),
+        findings: Vec::new(),
+    };
+    let mut window = watching_a(picture(), marking(), Some(told));
+    let change = |window: &mut Window, value: &str| {
+        let text = ROBOT.replace("\"usb\"", &format!("\"{value}\""));
+        std::fs::write(window.path("robot.xml"), &text).unwrap();
+        window.until("it is read again", |window| window.text() == text);
+    };
+    change(&mut window, "csi");
+    assert!(!window.told().contains("another program"), "{}", window.told());
+    change(&mut window, "gmsl");
+    assert!(window.told().contains("another program"), "{}", window.told());
 }

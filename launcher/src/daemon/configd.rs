@@ -10,6 +10,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use armor_configd::{Kinds, Notice, Options};
 use armor_executive::PLAYED;
+use armor_look::CONFIGURATION;
 use armor_missions::{Colours, Finding, Severity};
 use armor_net::Registration;
 use armor_sdk::messages::ConfigurationState;
@@ -24,8 +25,6 @@ use crate::check;
 use crate::exit::Ending;
 use crate::kinds::{Catalogue, Identity};
 
-/// The name and kind under which the state is published.
-const CONFIGURATION: &str = "configuration";
 /// How long one try to register may take before the reason is told; then it is tried on.
 const REGISTER_WITHIN: Duration = Duration::from_secs(20);
 /// What the executive plays, or does not.

@@ -7,7 +7,7 @@ use super::{printed, say};
 use crate::arguments::{Format, Running};
 use crate::exit::Ending;
 use crate::print;
-use armor_look::words::lasting;
+use armor_look::words::{lasting, short};
 use armor_look::{CONFIGD, Sighting};
 
 /// Prints one row per process.
@@ -32,7 +32,7 @@ fn row(sighting: &Sighting) -> Vec<String> {
             format!("{:?}", status.state).to_lowercase(),
             lasting(status.uptime_s),
             status.exec_calls.to_string(),
-            status.clock_error_s.map_or("-".into(), print::short),
+            status.clock_error_s.map_or("-".into(), short),
             problems(status),
         ),
         Err(_) if entry.kind == CONFIGD => {

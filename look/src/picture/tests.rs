@@ -1,4 +1,4 @@
-use armor_sdk::control::{RunState, Status};
+use armor_sdk::control::{LinkStatus, OutputStatus, RunState, Status};
 
 use super::*;
 
@@ -211,4 +211,48 @@ fn the_links_of_who_has_gone_are_not_shown() {
     scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
     scene.picture.link();
     assert_eq!(scene.picture.links, []);
+}
+
+#[test]
+fn the_links_of_a_system_that_has_ended_are_those_that_it_had() {
+    let mut scene = Scene::default();
+    let link = LinkStatus {
+        to: "map".into(),
+        keep: "10".into(),
+        sent: 7,
+        dropped: 0,
+        queued: 0,
+        paused: false,
+    };
+    let output = OutputStatus {
+        id: "scan".into(),
+        data: "laser.scan".into(),
+        type_name: "LaserScan".into(),
+        published: 7,
+        links: vec![link],
+    };
+    scene.appears("laser", 1);
+    scene.tell(Event::Connected("laser".into(), 1));
+    let status = Status { outputs: vec![output], ..status("laser", RunState::Active, 1.0) };
+    scene.said("laser", 1, Answer::Status { request: 1, status });
+    scene.picture.link();
+    assert_eq!(scene.picture.links.len(), 1);
+    scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
+    scene.picture.link();
+    assert_eq!(scene.picture.links.len(), 0, "it may come back and link again");
+    scene.tell(Event::Registry(Change::RegistryLost));
+    scene.picture.link();
+    assert!(scene.picture.has_ended());
+    assert_eq!(scene.picture.links[0].sent, 7);
+}
+
+#[test]
+fn configd_is_one_process_under_two_names() {
+    let mut scene = Scene::default();
+    scene.appears(CONFIGURATION, 1);
+    assert!(!scene.picture.is_second_name(CONFIGURATION), "configd is not there yet");
+    scene.appears(CONFIGD, 2);
+    scene.appears("laser", 3);
+    assert!(scene.picture.is_second_name(CONFIGURATION));
+    assert!(!scene.picture.is_second_name(CONFIGD) && !scene.picture.is_second_name("laser"));
 }

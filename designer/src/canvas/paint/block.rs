@@ -112,11 +112,13 @@ impl Canvas {
 
     /// The number of what is missing: ArMoR's, at the upper right.
     pub(super) fn paint_badge(&mut self, frame: &Frame<'_>, area: Rect, badge: &Badge) {
-        let size = 18.0 * frame.zoom.clamp(0.55, 1.3);
+        // Less than this cannot be read.
+        let size = 18.0 * frame.zoom.clamp(0.7, 1.3);
         let width = size.max(badge.text.chars().count() as f32 * size * 0.55 + size * 0.4);
         let at = area.right_top() + vec2(-width * 0.35, -size * 0.1);
         let pill = Rect::from_center_size(at, vec2(width, size));
-        frame.painter.rect_filled(pill, size / 2.0, frame.colours.error);
+        let tint = badge.tint.unwrap_or(frame.colours.error);
+        frame.painter.rect_filled(pill, size / 2.0, tint);
         frame.painter.text(
             pill.center(),
             Align2::CENTER_CENTER,

@@ -218,6 +218,7 @@ impl Scene<'_> {
         let badge = (inner > 0).then(|| Badge {
             text: inner.to_string(),
             doc: "Tokens in places of the sub-mission.".into(),
+            tint: Some(self.colours.good),
         });
         let tint = (inner > 0).then_some(self.colours.good);
         Node {

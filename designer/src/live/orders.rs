@@ -1,0 +1,90 @@
+//! The buttons by which orders are given, and what became of the last order.
+
+use armor_executive::Marking;
+use armor_look::OrderDesk;
+use armor_sdk::control::Order;
+use eframe::egui::{self, Button, Response};
+
+use super::watched::Watched;
+use super::words::{is_over, said};
+use crate::theme::Colours;
+
+/// Where orders are given, by whom, and whether that can be.
+pub struct Giving<'a> {
+    desk: &'a OrderDesk,
+    author: &'a str,
+    /// Why nothing can be ordered now.
+    closed: Option<&'static str>,
+}
+
+impl<'a> Giving<'a> {
+    /// For the mission that stands so.
+    pub fn to(watched: &'a Watched, marking: &Marking, author: &'a str) -> Self {
+        let over = is_over(&marking.stage).then_some("The mission is over.");
+        Self { desk: &watched.orders, author, closed: watched.silence().or(over) }
+    }
+
+    /// Gives an order.
+    pub fn give(&self, order: Order) {
+        self.desk.give(self.author, false, order);
+    }
+
+    /// A button for an order.
+    pub fn button(&self, ui: &mut egui::Ui, name: &str, doc: &str) -> Response {
+        self.button_unless(ui, name, doc, None)
+    }
+
+    /// A button for an order that cannot be given now, if `why_not` says so.
+    pub fn button_unless(
+        &self,
+        ui: &mut egui::Ui,
+        name: &str,
+        doc: &str,
+        why_not: Option<&str>,
+    ) -> Response {
+        let why_not = self.closed.or(why_not);
+        let button = ui.add_enabled(why_not.is_none(), Button::new(name));
+        let button = if doc.is_empty() { button } else { button.on_hover_text(doc) };
+        match why_not {
+            Some(why_not) => button.on_disabled_hover_text(why_not),
+            None => button,
+        }
+    }
+
+    /// Takes the command and gives it back.
+    pub fn hold(&self, ui: &mut egui::Ui) {
+        let (name, order, doc) = if self.desk.holds() {
+            ("Give the command back", Order::Release, "Others may order again.")
+        } else {
+            let doc = "Nobody else may order then, but to pause; if this window is lost, the \
+                       mission does what it has for a lost link.";
+            ("Take the command", Order::Lease, doc)
+        };
+        if self.button(ui, name, doc).clicked() {
+            self.give(order);
+        }
+    }
+
+    /// What became of the last order, and who else holds the command.
+    pub fn answer(&self, ui: &mut egui::Ui, marking: &Marking) {
+        if let Some(holder) = marking.holder.as_ref().filter(|_| !self.desk.holds()) {
+            ui.weak(format!("{} holds the command ({}).", holder.author, holder.from));
+        }
+        let given = self.desk.given();
+        let Some(last) = given.last() else { return };
+        let colours = Colours::of(ui.visuals());
+        let (text, colour) = match last.accepted {
+            None => (format!("{}: waits for its answer", last.order), colours.weak),
+            Some(true) => (format!("{}: {}", last.order, last.text), colours.text),
+            Some(false) => (format!("{} refused: {}", last.order, last.text), colours.error),
+        };
+        ui.horizontal_wrapped(|ui| {
+            ui.colored_label(colour, said(ui, &text));
+            if let Some(order) = &last.if_taken
+                && self.button(ui, "Take over and do it", "").clicked()
+            {
+                self.desk.give(&last.author, true, order.clone());
+            }
+        });
+    }
+}

@@ -1,0 +1,147 @@
+//! A system that is watched, for as long as it is there, and as it was seen last.
+
+use std::io;
+use std::sync::Arc;
+
+use armor_look::log::Tail;
+use armor_look::systems::Record;
+use armor_look::{MissionLook, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+
+/// Under which name the window looks at a system.
+pub const TOOL: &str = "designer";
+
+/// A system that is watched.
+pub struct Watched {
+    /// Where its registry listens.
+    pub registry: String,
+    /// What is known of it, if it is one of this user's on this host.
+    pub record: Option<Record>,
+    /// Who is there and what each does.
+    pub watch: Watch,
+    /// Where its mission stands.
+    pub mission: MissionWatch,
+    /// What flows on the outputs that are looked at.
+    pub values: Values,
+    /// Where orders are given.
+    pub orders: OrderDesk,
+    /// Where parameters are asked for and set.
+    pub parameters: ParameterDesk,
+    /// Since when nothing is heard of it, in system time: its clocks stand there.
+    silent_since_s: Option<f64>,
+    /// It was this window's run, and has ended for good.
+    is_over: bool,
+    /// Nothing is looked at any more.
+    is_at_rest: bool,
+    _tail: Option<Tail>,
+}
+
+impl Watched {
+    /// Begins to watch the system whose registry listens at `registry`; `wake` is called when there
+    /// is something new.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn at(
+        registry: &str,
+        record: Option<Record>,
+        tail: Option<Tail>,
+        wake: &Wake,
+    ) -> io::Result<Self> {
+        let watch = Watch::begin(registry, TOOL, Arc::clone(wake))?;
+        let mission = MissionWatch::begin(watch.directory(), Arc::clone(wake))?;
+        let record = record.map(Record::resolved);
+        Ok(Self { record, _tail: tail, ..Self::by(watch, mission, registry, wake)? })
+    }
+
+    /// The system that others watch already.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn by(
+        watch: Watch,
+        mission: MissionWatch,
+        registry: &str,
+        wake: &Wake,
+    ) -> io::Result<Self> {
+        let directory = watch.directory();
+        Ok(Self {
+            registry: registry.into(),
+            record: None,
+            mission,
+            values: Values::new(directory.clone(), Arc::clone(wake)),
+            orders: OrderDesk::open(directory, "armor-designer", Arc::clone(wake))?,
+            parameters: ParameterDesk::open(directory, TOOL, Arc::clone(wake))?,
+            watch,
+            silent_since_s: None,
+            is_over: false,
+            is_at_rest: false,
+            _tail: None,
+        })
+    }
+
+    /// Mission time now, or when something was heard last, in seconds.
+    pub fn mission_s(&self, look: &MissionLook) -> f64 {
+        look.now_at_s(self.time_s())
+    }
+
+    /// System time now, or when something was heard last, in seconds.
+    fn time_s(&self) -> f64 {
+        self.silent_since_s.unwrap_or_else(|| self.watch.timestamp())
+    }
+
+    /// Why nothing can be asked of it; nothing if it can.
+    pub fn silence(&self) -> Option<&'static str> {
+        match (self.silent_since_s, self.is_over) {
+            (None, _) => None,
+            (Some(_), true) => Some("It has ended."),
+            (Some(_), false) => Some("It has ended, or is out of reach."),
+        }
+    }
+
+    /// Takes notice of its end: to be called in each frame. `is_over`: it was this window's run,
+    /// and nothing comes back.
+    pub fn poll(&mut self, is_over: bool) {
+        if self.is_at_rest {
+            return;
+        }
+        let has_ended = self.watch.picture().has_ended();
+        let is_silent = is_over || has_ended;
+        self.is_over = is_over;
+        if is_silent != self.silent_since_s.is_some() {
+            self.silent_since_s = is_silent.then(|| self.watch.timestamp());
+            self.values.keep(is_silent);
+        }
+        // Not before: the last words may be on their way.
+        if is_over && has_ended {
+            self.is_at_rest = true;
+            self.watch.rest();
+            self.mission.rest();
+            self.values.rest();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use armor_look::Picture;
+
+    use super::*;
+
+    #[test]
+    fn clocks_stand_where_the_run_ended() {
+        let mission = MissionWatch::still(MissionLook::default());
+        let wake: Wake = Arc::new(|| {});
+        let watch = Watch::still(Picture::default());
+        let mut watched = Watched::by(watch, mission, "nowhere", &wake).expect("threads start");
+        watched.poll(false);
+        assert_eq!(watched.silence(), None);
+        watched.poll(true);
+        assert_eq!(watched.silence(), Some("It has ended."));
+        let stood_s = watched.time_s();
+        while watched.watch.timestamp() <= stood_s {}
+        watched.poll(true);
+        assert_eq!(watched.time_s(), stood_s);
+        watched.poll(false);
+        assert!(watched.time_s() > stood_s, "it has come back");
+    }
+}
