@@ -37,13 +37,12 @@ impl Panel {
         let now_s = watched.mission_s(&look);
         let giving = Giving::to(watched, &marking, &session.author);
         // What an order brings about stands below the buttons: they stay under the pointer.
-        self.commands(ui, &giving, &marking);
         stage(ui, &marking, now_s, watched.silence());
         in_places(ui, &marking);
         asked(ui, &giving, &marking, now_s);
         transitions(ui, &giving, &marking, now_s);
         self.moves.show(ui, &giving, &marking, places);
-        giving.answer(ui, &marking);
+        giving.refusal(ui, &marking);
         circumstances(ui, &marking, now_s);
         if !look.problem.is_empty() && !is_over(&marking.stage) && watched.silence().is_none() {
             let colours = Colours::of(ui.visuals());
@@ -58,7 +57,10 @@ impl Panel {
     }
 
     /// What may be ordered at any time.
-    fn commands(&mut self, ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking) {
+    pub fn commands(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let Some(watched) = session.watched() else { return };
+        let Some(marking) = watched.mission.look().marking else { return };
+        let giving = Giving::to(watched, &marking, &session.author);
         ui.horizontal_wrapped(|ui| {
             let (name, order, doc) = if marking.pause.is_some() {
                 ("Resume", Order::Resume, "Goes on where everything stood.")
@@ -83,6 +85,7 @@ impl Panel {
             }
             giving.hold(ui);
         });
+        giving.answer(ui);
     }
 }
 

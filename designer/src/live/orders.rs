@@ -1,9 +1,9 @@
 //! The buttons by which orders are given, and what became of the last order.
 
 use armor_executive::Marking;
-use armor_look::OrderDesk;
+use armor_look::{Given, OrderDesk};
 use armor_sdk::control::Order;
-use eframe::egui::{self, Button, Response};
+use eframe::egui::{self, Button, Color32, Label, Response, RichText};
 
 use super::watched::Watched;
 use super::words::{is_over, said};
@@ -65,26 +65,39 @@ impl<'a> Giving<'a> {
         }
     }
 
-    /// What became of the last order, and who else holds the command.
-    pub fn answer(&self, ui: &mut egui::Ui, marking: &Marking) {
-        if let Some(holder) = marking.holder.as_ref().filter(|_| !self.desk.holds()) {
-            ui.weak(format!("{} holds the command ({}).", holder.author, holder.from));
-        }
-        let given = self.desk.given();
-        let Some(last) = given.last() else { return };
-        let colours = Colours::of(ui.visuals());
-        let (text, colour) = match last.accepted {
-            None => (format!("{}: waits for its answer", last.order), colours.weak),
-            Some(true) => (format!("{}: {}", last.order, last.text), colours.text),
-            Some(false) => (format!("{} refused: {}", last.order, last.text), colours.error),
-        };
-        ui.horizontal_wrapped(|ui| {
-            ui.colored_label(colour, said(ui, &text));
+    /// What became of the last order, in one line that is there also while it is empty: what stands
+    /// below stays under the pointer.
+    pub fn answer(&self, ui: &mut egui::Ui) {
+        let last = self.desk.given().pop();
+        ui.horizontal(|ui| {
+            ui.set_height(ui.spacing().interact_size.y);
+            let Some(last) = last else { return };
             if let Some(order) = &last.if_taken
                 && self.button(ui, "Take over and do it", "").clicked()
             {
                 self.desk.give(&last.author, true, order.clone());
             }
+            let (text, colour) = in_words(&last, &Colours::of(ui.visuals()));
+            let text = RichText::new(said(ui, &text)).color(colour);
+            ui.add(Label::new(text).truncate());
         });
+    }
+
+    /// Why the last order was refused, whole, and who else holds the command.
+    pub fn refusal(&self, ui: &mut egui::Ui, marking: &Marking) {
+        if let Some(holder) = marking.holder.as_ref().filter(|_| !self.desk.holds()) {
+            ui.weak(format!("{} holds the command ({}).", holder.author, holder.from));
+        }
+        if let Some(last) = self.desk.given().pop().filter(|last| last.accepted == Some(false)) {
+            ui.colored_label(Colours::of(ui.visuals()).error, said(ui, &last.text));
+        }
+    }
+}
+
+fn in_words(given: &Given, colours: &Colours) -> (String, Color32) {
+    match given.accepted {
+        None => (format!("{}: waits for its answer", given.order), colours.weak),
+        Some(true) => (format!("{}: {}", given.order, given.text), colours.text),
+        Some(false) => (format!("{} refused: {}", given.order, given.text), colours.error),
     }
 }

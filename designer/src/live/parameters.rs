@@ -3,7 +3,7 @@
 
 use armor_look::{ParameterDesk, Told};
 use armor_wire::config::ListedParameter;
-use eframe::egui::{self, Align, Button, Key, Label, Response, TextEdit, vec2};
+use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, vec2};
 
 use super::watched::Watched;
 use super::words::said;
@@ -35,7 +35,7 @@ impl Panel {
         let desk = &watched.parameters;
         self.ask(watched);
         let Some(listed) = desk.listed() else {
-            ui.weak("asking for them");
+            ui.weak(watched.silence().unwrap_or("asking for them"));
             return;
         };
         let colours = Colours::of(ui.visuals());
@@ -43,7 +43,7 @@ impl Panel {
             Ok(listed) => listed,
             Err(problem) => {
                 ui.colored_label(colours.warning, said(ui, problem));
-                if ui.button("Ask again").clicked() {
+                if watched.silence().is_none() && ui.button("Ask again").clicked() {
                     desk.list();
                 }
                 return;
@@ -71,7 +71,9 @@ impl Panel {
     fn ask(&mut self, watched: &Watched) {
         let (desk, marking) = (&watched.parameters, watched.mission.look().marking);
         let version = marking.map_or(0, |marking| marking.version);
-        if self.asked != Some(version) || desk.listed().is_none() {
+        let is_new = self.asked != Some(version) || desk.listed().is_none();
+        // Of what has gone, those that were listed last stay.
+        if is_new && watched.silence().is_none() {
             self.asked = Some(version);
             desk.list();
         }
@@ -92,8 +94,12 @@ impl Panel {
         let mut text = draft.as_ref().map_or(&parameter.value, |draft| &draft.text).clone();
         let row = ui.horizontal(|ui| {
             let size = vec2((ui.available_width() * 0.35).max(60.0), ui.spacing().interact_size.y);
-            let label = Label::new(&parameter.name).truncate().halign(Align::LEFT);
-            ui.add_sized(size, label).on_hover_text(said(ui, &about(parameter)));
+            let layout = Layout::left_to_right(Align::Center);
+            ui.allocate_ui_with_layout(size, layout, |ui| {
+                ui.set_min_width(size.x);
+                let label = ui.add(Label::new(&parameter.name).truncate());
+                label.on_hover_text(said(ui, &about(parameter)));
+            });
             let field = field(ui, &name, &mut text, refused.is_some());
             if field.changed() {
                 let (parameter, text) = (name.clone(), text.clone());
@@ -165,8 +171,9 @@ fn complain(ui: &mut egui::Ui, told: &Told, parameter: &ListedParameter) {
             ui.weak(said(ui, &finding.remedy));
         }
     }
-    if let Some(range) = range(parameter) {
-        ui.weak(said(ui, &format!("It is {range}.")));
+    let is_said = told.findings.iter().any(|finding| !finding.remedy.is_empty());
+    if let Some(range) = range(parameter).filter(|_| !is_said) {
+        ui.weak(said(ui, &format!("It may be: {range}.")));
     }
 }
 

@@ -241,8 +241,9 @@ impl Pane for LiveView {
     }
 
     fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+        // Not scrolled away, so that it is always within reach.
+        self.mission.commands(ui, &desk.live);
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            // First, so that it is always within reach.
             self.mission.show(ui, &mut desk.live, &self.places);
             ui.separator();
             let selected = self.selected();
