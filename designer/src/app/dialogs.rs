@@ -22,6 +22,8 @@ pub(super) enum Dialog {
     OverwritePicture(PathBuf),
     /// What to do with what is not saved.
     Unsaved(Then),
+    /// Whether to stop what runs and leave.
+    Running,
 }
 
 /// What comes after leaving the open files.
@@ -63,6 +65,7 @@ impl Designer {
                 Dialog::Export(choice) => self.ask_export(ui, choice),
                 Dialog::OverwritePicture(path) => self.ask_overwrite_picture(ui, path),
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
+                Dialog::Running => self.ask_running(ui),
             }
         });
         if left.backdrop_response.clicked() {
@@ -135,7 +138,19 @@ impl Designer {
         });
     }
 
-    /// Asks before the window closes over what is not saved.
+    fn ask_running(&mut self, ui: &mut egui::Ui) {
+        ui.heading("The robot is running");
+        ui.label("It was started from this window and stops with it.");
+        ui.horizontal(|ui| {
+            if ui.button("Stop it and leave").clicked() {
+                self.close(&ui.ctx().clone());
+            } else if !ui.button("Stay").clicked() && !pressed_escape(ui) {
+                self.dialog = Some(Dialog::Running);
+            }
+        });
+    }
+
+    /// Asks before the window closes over what is not saved, or over a robot that runs.
     pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
         let asks = ctx.input(|i| i.viewport().close_requested());
         if !asks || self.is_leaving {
@@ -148,6 +163,9 @@ impl Designer {
         }
         if is_dirty {
             self.dialog = Some(Dialog::Unsaved(Then::Quit));
+        } else if self.desk.live.run().is_some() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.dialog = Some(Dialog::Running);
         }
     }
 

@@ -158,11 +158,15 @@ impl Designer {
             Then::Open => self.dialog = Some(Dialog::open(&self.desk.project)),
             Then::OpenThis(path) => self.open(&path),
             Then::Run => self.start_run(),
-            Then::Quit => {
-                self.is_leaving = true;
-                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
-            }
+            Then::Quit if self.desk.live.run().is_some() => self.dialog = Some(Dialog::Running),
+            Then::Quit => self.close(ctx),
         }
+    }
+
+    /// Closes the window without another question.
+    pub(super) fn close(&mut self, ctx: &egui::Context) {
+        self.is_leaving = true;
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
     /// Opens a file once the user agrees to leave what is open.
