@@ -1,5 +1,6 @@
 //! What the views share, and what a view is.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
@@ -121,6 +122,11 @@ pub trait Pane {
 
     /// Selects an item and brings it into view.
     fn show_item(&mut self, item: &Item, desk: &Desk);
+
+    /// Selects items and looks where it looked.
+    fn select(&mut self, items: BTreeSet<Item>) {
+        let _ = items;
+    }
 
     /// Takes what was pasted, if it is for this view.
     fn paste(&mut self, text: &str, desk: &mut Desk);

@@ -204,6 +204,10 @@ impl Pane for SystemView {
         }
     }
 
+    fn select(&mut self, items: std::collections::BTreeSet<Item>) {
+        self.canvas.selection = items;
+    }
+
     fn paste(&mut self, text: &str, desk: &mut Desk) {
         self.update(desk);
         self.paste_text(text, desk);

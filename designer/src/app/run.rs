@@ -1,5 +1,7 @@
 //! Who runs a command, and whether it can be run.
 
+use std::collections::BTreeSet;
+
 use eframe::egui;
 
 use crate::app::Designer;
@@ -8,6 +10,7 @@ use crate::app::dialogs::{Dialog, Then};
 use crate::app::panels::find::Find;
 use crate::commands::Command;
 use crate::desk::View;
+use crate::item::Item;
 use crate::project::{Project, SaveRefused};
 
 impl Designer {
@@ -75,16 +78,7 @@ impl Designer {
                 Err(refused) => self.not_saved(&refused),
             },
             Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.desk.project)),
-            Command::Undo => {
-                if let Some(what) = self.desk.project.undo() {
-                    self.desk.messages.tell(format!("taken back: {what}"));
-                }
-            }
-            Command::Redo => {
-                if let Some(what) = self.desk.project.redo() {
-                    self.desk.messages.tell(format!("made again: {what}"));
-                }
-            }
+            Command::Undo | Command::Redo => self.through_history(command),
             Command::Find => self.find = Some(Find::default()),
             Command::ShowSystem => self.turn_to(View::System),
             Command::ShowMission => self.turn_to(View::Mission),
@@ -114,6 +108,30 @@ impl Designer {
     fn turn_to(&mut self, view: View) {
         self.view = view;
         self.first_page = false;
+    }
+
+    /// Takes an edit back or makes it again, and selects what came with that.
+    fn through_history(&mut self, command: Command) {
+        let before = self.drawn();
+        let project = &mut self.desk.project;
+        let (done, word) = match command {
+            Command::Undo => (project.undo(), "taken back"),
+            _ => (project.redo(), "made again"),
+        };
+        let Some(what) = done else { return };
+        self.desk.messages.tell(format!("{word}: {what}"));
+        let came: BTreeSet<_> = self.drawn().difference(&before).cloned().collect();
+        if !came.is_empty() {
+            self.pane().0.select(came);
+        }
+    }
+
+    /// What the view draws, but for the wires.
+    fn drawn(&mut self) -> BTreeSet<Item> {
+        let (pane, desk) = self.pane();
+        let drawing = pane.drawing(desk);
+        let nodes = drawing.nodes.iter().map(|node| &node.item);
+        nodes.chain(drawing.decorations.iter().map(|note| &note.item)).cloned().collect()
     }
 
     fn change_theme(&mut self, ctx: &egui::Context) {

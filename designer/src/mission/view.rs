@@ -302,6 +302,10 @@ impl Pane for MissionView {
         }
     }
 
+    fn select(&mut self, items: std::collections::BTreeSet<Item>) {
+        self.canvas.selection = items;
+    }
+
     fn paste(&mut self, text: &str, desk: &mut Desk) {
         self.paste_text(text, desk);
     }

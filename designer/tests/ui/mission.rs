@@ -175,6 +175,24 @@ fn what_is_removed_takes_its_arcs_along_and_comes_back() {
 }
 
 #[test]
+fn what_comes_back_is_selected() {
+    let mut window = mission(SURVEY);
+    window.click("place hold");
+    window.key(Key::Delete);
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert!(window.has("name of the place"), "its panel is open");
+}
+
+#[test]
+fn a_sub_mission_is_a_way_in_and_out() {
+    let inner = "<submission ref=\"dock.xml\" in=\"hold\" out=\"home\"/>\n    <layout>";
+    let mut window = mission(&SURVEY.replace("<layout>", inner));
+    window.click("place home");
+    let ways = window.harness.query_all_by_label("in by").count();
+    assert_eq!(ways, 2, "by the transition seen and by the sub-mission");
+}
+
+#[test]
 fn copies_lead_to_copies() {
     let mut window = mission(SURVEY);
     window.keys(Modifiers::COMMAND, Key::A);

@@ -217,6 +217,17 @@ fn neighbours(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, wishes: &mut 
             });
         }
     }
+    for (number, submission) in shown.mission.submissions.iter().enumerate() {
+        for (word, end) in [("out by", &submission.enter), ("in by", &submission.leave)] {
+            if end.as_ref().is_some_and(|end| end.value == *name) {
+                is_lonely = false;
+                ui.horizontal(|ui| {
+                    ui.label(RichText::new(word).weak());
+                    go_to(ui, &submission.file.value, Item::Submission(number), wishes);
+                });
+            }
+        }
+    }
     if is_lonely {
         ui.weak("None. Drag from the handle at its right edge to another place.");
     }
