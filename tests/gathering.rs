@@ -18,12 +18,12 @@ fn log() -> String {
     log
 }
 
-/// The stock kind `grid-mapper` as `late-mapper`, which takes its time to start.
+/// The stock kind `grid-slam` as `late-mapper`, which takes its time to start.
 fn late_mapper(folder: &Folder) {
-    let stock = format!("{} component grid-mapper", env!("CARGO_BIN_EXE_armor"));
+    let stock = format!("{} component grid-slam", env!("CARGO_BIN_EXE_armor"));
     let text = format!(
         "#!/bin/sh\nif [ \"$1\" = --describe ]; then\n  \
-         {stock} --describe | sed s/grid-mapper/late-mapper/\nelse\n  \
+         {stock} --describe | sed s/grid-slam/late-mapper/\nelse\n  \
          sleep 1; exec {stock} \"$@\"\nfi\n"
     );
     folder.executable("components/late-mapper", &text);
@@ -34,13 +34,13 @@ fn a_log_is_not_played_before_the_mapper_listens() {
     let folder = Folder::new("gathering");
     late_mapper(&folder);
     folder.write("stand.log", &log());
-    let replay = include_str!("../missions/replay.xml");
-    assert!(replay.contains("kind=\"grid-mapper\""));
-    folder.write("late.xml", &replay.replace("\"grid-mapper\"", "\"late-mapper\""));
+    let replay = include_str!("../missions/map-from-log.xml");
+    assert!(replay.contains("kind=\"grid-slam\""));
+    folder.write("late.xml", &replay.replace("\"grid-slam\"", "\"late-mapper\""));
     let arguments = ["run", "late.xml", "--set", "player.file=stand.log", "--for", "60s"];
     let (code, out, err) = ended(&mut folder.armor(&arguments));
     assert!(code == 0 && out.contains("reached its goal"), "{code}\n{out}{err}");
-    let trajectory = folder.path().join("out/replay/trajectory.csv");
+    let trajectory = folder.path().join("out/map-from-log/trajectory.csv");
     let trajectory = std::fs::read_to_string(trajectory).expect("it is written");
     assert_eq!(trajectory.lines().count(), 1 + SCANS, "{trajectory}");
 }

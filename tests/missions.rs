@@ -151,7 +151,7 @@ fn every_scan_of_every_log_is_mapped() {
         return;
     };
     let folder = Folder::new("replay");
-    let file = root().join("missions/replay.xml").display().to_string();
+    let file = root().join("missions/map-from-log.xml").display().to_string();
     for (name, scans) in LOGS {
         let log = data.join("laser").join(format!("{name}.log.gz"));
         let set = format!("player.file={}", log.display());

@@ -98,8 +98,8 @@ fill 1150 200 rooms.svg
 keys ctrl+s Return
 sleep 2
 saved 'value="rooms.svg"' || fail "the robot is not saved"
-saved '<link from="simulator.odometry" to="grid-mapper.odometry"/>' || fail "a link is missing"
-! saved 'from="simulator.scan" to="grid-mapper.odometry"' || fail "a link of two types was made"
+saved '<link from="simulator.odometry" to="grid-slam.odometry"/>' || fail "a link is missing"
+! saved 'from="simulator.scan" to="grid-slam.odometry"' || fail "a link of two types was made"
 picture 5-saved
 
 step "the mission: three places, two transitions"
@@ -115,12 +115,12 @@ click 1069 115
 drag 45 66 860 480
 fill 1207 64 hold
 click 1069 141
-drag 427 317 870 308
+drag 416 317 870 308
 fill 1207 64 seen
 click 1265 244
 click 1231 297
 picture 6-transition
-drag 427 317 870 488
+drag 416 317 870 488
 fill 1207 64 enough
 click 1265 347
 click 1219 427

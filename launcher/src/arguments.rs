@@ -67,6 +67,8 @@ pub enum Command {
     /// Look at the mission of a running system, and command it.
     #[command(subcommand)]
     Mission(Mission),
+    /// Measure a trajectory against what is known of it: relations between scans, a reference.
+    Eval(crate::eval::Eval),
     /// Count, check and convert Petri nets in files: PNML, TINA's .net and missions.
     #[command(subcommand)]
     Net(crate::net::arguments::Net),

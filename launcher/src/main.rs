@@ -7,6 +7,7 @@
 mod arguments;
 mod check;
 mod daemon;
+mod eval;
 mod exit;
 mod explain;
 mod fmt;
@@ -68,6 +69,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Echo(arguments) => look::echo::run(&arguments)?,
         Command::Hz(arguments) => look::hz::run(&arguments, format)?,
         Command::Mission(mission) => look::mission::run(mission, format)?,
+        Command::Eval(arguments) => eval::run(&arguments, format)?,
         Command::Net(arguments) => net::run(&arguments, format)?,
         Command::Param(arguments) => param::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,

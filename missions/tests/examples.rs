@@ -67,7 +67,7 @@ fn the_world_of_the_office_is_there() {
 
 #[test]
 fn the_replay_loses_nothing() {
-    let replay = configuration(&folder().join("replay.xml"));
+    let replay = configuration(&folder().join("map-from-log.xml"));
     assert!(replay.system.links.iter().all(|link| link.keep == armor_wire::keep::Keep::All));
     assert!(replay.features().is_empty());
 }

@@ -60,7 +60,7 @@ fn codes(file: &str) -> Vec<&'static str> {
 
 fn examples() -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    ["office.xml", "replay.xml", "tests/everything.xml"]
+    ["office.xml", "map-from-log.xml", "tests/everything.xml"]
         .map(|name| fs::read_to_string(folder.join(name)).unwrap())
         .to_vec()
 }

@@ -16,7 +16,7 @@ pub use geometry::{
     Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
     Twist, TwistWithCovariance, Vector3,
 };
-pub use navigation::{MapMetaData, OccupancyGrid, Odometry, Path};
+pub use navigation::{MapMetaData, OccupancyGrid, OccupancyGridUpdate, Odometry, Path};
 pub use sensing::{
     BatteryState, CompressedImage, Image, Imu, LaserScan, NavSatFix, NavSatService, NavSatStatus,
     PowerSupplyStatus,

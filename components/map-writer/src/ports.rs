@@ -39,6 +39,7 @@ impl Component for MapWriter {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("map", "the map, drawn and saved"),
         ("pose", "poses of the trajectory; one line of trajectory.csv each"),
+        ("trajectory", "all poses as corrected by now; takes the place of those in trajectory.csv"),
         ("end", "how many poses there will be; done when they are all written"),
         ("truth", "where the robot really was, drawn for comparison"),
     ];
@@ -46,6 +47,7 @@ impl Component for MapWriter {
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<Optional<PoseWithCovarianceStamped>>("pose")?;
+        armor.subscribe::<Optional<Path>>("trajectory")?;
         armor.subscribe::<Optional<Count>>("end")?;
         armor.subscribe::<Optional<Odometry>>("truth")?;
         for name in ["directory", "interval", "patience"] {
@@ -76,6 +78,11 @@ impl Component for MapWriter {
             "pose" => {
                 let pose: PoseWithCovarianceStamped = data.decode()?;
                 self.record.pose_seen(now_s, pose.stamp, planar(&pose.pose.pose));
+            }
+            "trajectory" => {
+                let path: Path = data.decode()?;
+                let poses = path.poses.iter().map(|pose| (pose.stamp, planar(&pose.pose)));
+                self.record.correction_seen(now_s, path.stamp, poses);
             }
             "end" => self.record.end_seen(now_s, data.decode::<Count>()?.count),
             "truth" => {

@@ -103,6 +103,17 @@ impl Record {
         self.heard_s = now_s;
     }
 
+    /// Takes where all poses up to a stamp are by now: `trajectory.csv` is written anew.
+    pub fn correction_seen(
+        &mut self,
+        now_s: f64,
+        stamp_s: f64,
+        poses: impl Iterator<Item = (f64, Pose2)>,
+    ) {
+        self.trajectory.correct(stamp_s, poses);
+        self.heard_s = now_s;
+    }
+
     /// Takes a pose where the robot really was, for comparison.
     pub fn truth_seen(&mut self, stamp_s: f64, pose: Pose2) {
         self.truth.push(stamp_s, pose);
@@ -140,7 +151,12 @@ impl Record {
     pub fn write(&mut self) -> Result<(), WriteError> {
         let new_poses = !self.trajectory.unwritten().is_empty();
         if new_poses {
-            append(&self.file("trajectory.csv"), self.trajectory.unwritten().as_bytes())?;
+            let (file, lines) = (self.file("trajectory.csv"), self.trajectory.unwritten());
+            if self.trajectory.begins_anew() {
+                replace(&file, [HEADER, lines].concat().as_bytes())?;
+            } else {
+                append(&file, lines.as_bytes())?;
+            }
             self.trajectory.written();
         }
         let Some(map) = &self.map else { return Ok(()) };
@@ -171,7 +187,10 @@ impl Record {
         let received = self.trajectory.count();
         let quiet_s = now_s - self.heard_s;
         let is_current = match (&self.map, self.trajectory.newest_s()) {
-            (Some(map), Some(newest_s)) => map.stamp_s >= newest_s,
+            (Some(map), Some(newest_s)) => {
+                let corrected_s = self.trajectory.corrected_s().unwrap_or(newest_s);
+                map.stamp_s >= newest_s && corrected_s >= newest_s
+            }
             _ => false,
         };
         let has_all = received >= announced && self.map.is_some();
@@ -312,5 +331,22 @@ mod tests {
         let mut record = Record::new(blocked.join("out"), 3.0, 60.0);
         let error = record.begin(0.0).unwrap_err().to_string();
         assert!(error.contains("file/out"), "{error}");
+    }
+
+    #[test]
+    fn a_correction_is_in_the_file_and_waited_for() {
+        let (_scratch, mut record) = begin("correction");
+        record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
+        record.write().unwrap();
+        record.correction_seen(1.5, 1.0, [(1.0, Pose2::new(7.0, 0.0, 0.0))].into_iter());
+        record.pose_seen(2.0, 2.0, Pose2::IDENTITY);
+        record.map_seen(2.0, map(2.0));
+        record.end_seen(2.0, 2);
+        assert_eq!(record.step(2.1).unwrap(), Progress::Open, "the last pose is not corrected");
+        let both = [(1.0, Pose2::new(7.5, 0.0, 0.0)), (2.0, Pose2::IDENTITY)];
+        record.correction_seen(2.2, 2.0, both.into_iter());
+        assert_eq!(record.step(2.3).unwrap(), Progress::Complete);
+        let text = fs::read_to_string(record.file("trajectory.csv")).unwrap();
+        assert!(lines(&record) == 3 && text.contains(",7.5"), "{text}");
     }
 }

@@ -1,6 +1,7 @@
 //! Poses as they come: lines of text waiting to be written, and a thinned line to be drawn. Both
 //! cost the same for the millionth pose as for the first.
 
+use std::collections::VecDeque;
 use std::fmt::Write;
 
 use armor_grid::{Point2, Pose2};
@@ -10,10 +11,18 @@ pub(crate) const HEADER: &str = "scan,timestamp_s,x_m,y_m,theta_rad\n";
 /// Poses closer together than this are drawn as one, in metres.
 const THIN_M: f64 = 0.05;
 
+/// Poses newer than a correction are kept, so that it does not lose them; so many at most.
+const MOST_SINCE: usize = 100_000;
+
 /// Everywhere the robot has been.
 #[derive(Debug, Default)]
 pub(crate) struct Trajectory {
     count: u64,
+    /// Poses since the last correction.
+    since: VecDeque<(f64, Pose2)>,
+    corrected_s: Option<f64>,
+    /// What was written before does not hold any more.
+    begins_anew: bool,
     newest_s: Option<f64>,
     newest: Option<Point2>,
     line: Vec<Point2>,
@@ -21,8 +30,28 @@ pub(crate) struct Trajectory {
 }
 
 impl Trajectory {
-    /// Adds the pose at a stamp.
+    /// Takes where all poses up to a stamp are by now; the newer ones stay as they came.
+    pub(crate) fn correct(&mut self, stamp_s: f64, poses: impl Iterator<Item = (f64, Pose2)>) {
+        let is_newer = |(own_s, _): &(f64, Pose2)| *own_s > stamp_s;
+        let newer: Vec<_> = self.since.drain(..).filter(is_newer).collect();
+        *self = Self { begins_anew: true, corrected_s: Some(stamp_s), ..Self::default() };
+        poses.for_each(|(stamp_s, pose)| self.line_of(stamp_s, pose));
+        newer.into_iter().for_each(|(stamp_s, pose)| self.push(stamp_s, pose));
+    }
+
+    /// Adds the pose at a stamp, unless a correction has brought it already.
     pub(crate) fn push(&mut self, stamp_s: f64, pose: Pose2) {
+        if self.corrected_s.is_some_and(|corrected_s| stamp_s <= corrected_s) {
+            return;
+        }
+        self.since.push_back((stamp_s, pose));
+        if self.since.len() > MOST_SINCE {
+            self.since.pop_front();
+        }
+        self.line_of(stamp_s, pose);
+    }
+
+    fn line_of(&mut self, stamp_s: f64, pose: Pose2) {
         let Pose2 { x_m, y_m, yaw_rad } = pose;
         // Micrometres and microseconds: as exact as any sensor, and short.
         writeln!(self.unwritten, "{},{stamp_s:.6},{x_m:.6},{y_m:.6},{yaw_rad:.6}", self.count)
@@ -33,6 +62,16 @@ impl Trajectory {
         if self.line.last().is_none_or(|last| last.distance_m(pose.point()) >= THIN_M) {
             self.line.push(pose.point());
         }
+    }
+
+    /// Up to which stamp the poses are corrected, in seconds; `None` if corrections never came.
+    pub(crate) fn corrected_s(&self) -> Option<f64> {
+        self.corrected_s
+    }
+
+    /// Says whether the lines that were not written take the place of all before them.
+    pub(crate) fn begins_anew(&self) -> bool {
+        self.begins_anew
     }
 
     /// Returns the number of poses.
@@ -58,6 +97,7 @@ impl Trajectory {
     /// Says that they are written now.
     pub(crate) fn written(&mut self) {
         self.unwritten.clear();
+        self.begins_anew = false;
     }
 }
 
@@ -86,5 +126,23 @@ mod tests {
         }
         assert_eq!(trajectory.count(), 1000);
         assert_eq!(trajectory.line().count(), 2);
+    }
+
+    #[test]
+    fn a_correction_replaces_the_old_poses_and_keeps_the_new() {
+        let mut trajectory = Trajectory::default();
+        for stamp_s in [1.0, 2.0, 3.0] {
+            trajectory.push(stamp_s, Pose2::new(stamp_s, 0.0, 0.0));
+        }
+        trajectory.written();
+        let corrected = [1.0, 2.0].map(|stamp_s| (stamp_s, Pose2::new(stamp_s, 0.5, 0.0)));
+        trajectory.correct(2.0, corrected.into_iter());
+        let expected = "0,1.000000,1.000000,0.500000,0.000000\n\
+                        1,2.000000,2.000000,0.500000,0.000000\n\
+                        2,3.000000,3.000000,0.000000,0.000000\n";
+        assert_eq!(trajectory.unwritten(), expected);
+        assert!(trajectory.begins_anew() && trajectory.count() == 3);
+        trajectory.push(1.5, Pose2::IDENTITY);
+        assert_eq!(trajectory.count(), 3, "what comes late is in the correction already");
     }
 }

@@ -14,7 +14,7 @@ use crate::system::{SystemView, fragment};
 /// Copies are put down so far from what they are copies of.
 const BESIDE: Vec2 = vec2(30.0, 30.0);
 /// A new block needs about so much.
-const ROOM: Vec2 = vec2(180.0, 110.0);
+const ROOM: Vec2 = vec2(190.0, 200.0);
 /// Left free around what a group is drawn around.
 const AROUND: f32 = 25.0;
 

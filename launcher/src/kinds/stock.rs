@@ -31,7 +31,7 @@ stock! {
     armor_carmen_player::CarmenPlayer,
     armor_driver::Driver,
     armor_explorer::Explorer,
-    armor_grid_mapper::GridMapper,
+    armor_grid_slam::GridSlam,
     armor_homing::Homing,
     armor_map_writer::MapWriter,
     armor_patrol::Patrol,

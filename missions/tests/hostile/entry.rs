@@ -26,7 +26,7 @@ pub const EXAMPLES: [&str; 4] = [
     include_str!("small.xml"),
     include_str!("../everything.xml"),
     include_str!("../../office.xml"),
-    include_str!("../../replay.xml"),
+    include_str!("../../map-from-log.xml"),
 ];
 
 /// Findings that are shown of one input; the others are made in the same way.

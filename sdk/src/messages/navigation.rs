@@ -37,6 +37,27 @@ pub struct OccupancyGrid {
     pub data: Array<i8>,
 }
 
+/// A rectangle of a map that has changed (`map_msgs`).
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct OccupancyGridUpdate {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the map.
+    pub frame: String,
+    /// First cell along x, of the map published last.
+    pub x: i32,
+    /// First cell along y.
+    pub y: i32,
+    /// Cells along x.
+    pub width: u32,
+    /// Cells along y.
+    pub height: u32,
+    /// As in the map: row-major, x first.
+    pub data: Array<i8>,
+}
+
 /// Poses to follow, in order.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]

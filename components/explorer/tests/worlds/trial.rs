@@ -6,10 +6,11 @@ use std::path::Path;
 use armor_driver::{Driving, Scan as DriverScan, Velocity};
 use armor_explorer::{Decision, Exploration};
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
-use armor_grid_mapper::mapper::{Config, Mapper};
-use armor_grid_mapper::pairing::Pairing;
-use armor_grid_mapper::pose::Pose as MapperPose;
-use armor_grid_mapper::scan::Scan as MapperScan;
+use armor_grid_slam::config::Config;
+use armor_grid_slam::pairing::Pairing;
+use armor_grid_slam::pose::Pose as MapperPose;
+use armor_grid_slam::scan::Scan as MapperScan;
+use armor_grid_slam::slam::Slam;
 use armor_homing::{Homecoming, Step};
 use armor_simulator::laser::{LaserModel, RANGE_MIN_M};
 use armor_simulator::random::{Random, Stream};
@@ -78,7 +79,7 @@ enum Said {
 pub struct Trial {
     conditions: Conditions,
     simulation: Simulation,
-    mapper: Mapper,
+    mapper: Slam,
     pairing: Pairing,
     map_is_new: bool,
     exploration: Exploration,
@@ -110,7 +111,7 @@ impl Trial {
         Self {
             conditions,
             simulation: Simulation::new(world, models, 0.0).expect("room at the start"),
-            mapper: Mapper::new(Config { robot_from_laser, ..Config::default() }),
+            mapper: Slam::new(Config { robot_from_laser, ..Config::default() }),
             pairing: Pairing::default(),
             map_is_new: false,
             exploration: Exploration::new(conditions.explorer),

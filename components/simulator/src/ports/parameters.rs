@@ -1,5 +1,7 @@
 //! What can be set about a simulated robot, and which number of its models each parameter is.
 
+use std::f64::consts::TAU;
+
 use armor_sdk::prelude::*;
 
 use crate::drive::DriveKind;
@@ -21,7 +23,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .doc("down on the sheet, or y in the grid map"),
     Parameter::number("start_heading", "deg")
         .default("0deg")
-        .range(-6.284, 6.284)
+        .range(-TAU, TAU)
         .doc("heading then, anticlockwise from x"),
     Parameter::integer("seed").default("1").range(0.0, 9e15).doc("seed of all noise"),
     Parameter::integer("beams").default("271").range(2.0, 10_000.0).doc("beams of a scan"),
@@ -31,7 +33,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .doc("angle from beam to beam instead of a number of beams; 0deg: by the number"),
     Parameter::number("field_of_view", "deg")
         .default("270deg")
-        .range(0.01, 6.284)
+        .range(0.01, TAU)
         .doc("angle from the first to the last beam"),
     Parameter::number("range", "m").default("10m").range(0.1, 500.0).doc("farthest range"),
     Parameter::number("range_min", "m")

@@ -13,7 +13,7 @@ const ROUGHNESS_M: f64 = 0.03;
 /// Beyond this many sigmas a point loses its say: it sees something that is not in the map.
 const DOUBT_SIGMAS: f64 = 2.0;
 /// Share of an independent measurement that a beam is worth: neighbours err together.
-const BEAM_WORTH: f64 = 0.15;
+pub(crate) const BEAM_WORTH: f64 = 0.15;
 const MOST_STEPS: usize = 12;
 const STILL_M: f64 = 2e-4;
 const STILL_RAD: f64 = 2e-5;
@@ -50,6 +50,57 @@ impl Expected {
     }
 }
 
+/// Logarithm of the likelihood of a beam that contradicts the map altogether, and of one that ends
+/// where the map knows nothing.
+const CONTRADICTED: f64 = -0.5 * DOUBT_SIGMAS * DOUBT_SIGMAS;
+const UNKNOWN: f64 = 0.5 * CONTRADICTED;
+
+impl Expected {
+    /// Logarithm of the likelihood of a pose, up to a constant, with the long tails of wheels.
+    pub(crate) fn likelihood(&self, pose: &Pose) -> f64 {
+        let error = difference(pose, &self.pose);
+        let of = |i: usize| error[i] * error[i] * self.information[(i, i)];
+        -(1.0 + of(0) + of(1)).ln() - (1.0 + of(2)).ln()
+    }
+}
+
+/// The surfaces around a pose, as a scan taken near it sees them: a likelihood that is cheap to ask
+/// for many poses.
+pub(crate) struct Landscape {
+    seen: Vec<(Point, Patch)>,
+    /// What the points without a surface say, wherever the pose is.
+    elsewhere: f64,
+}
+
+impl Landscape {
+    pub(crate) fn new(grid: &Grid, points: &[Point], pose: &Pose) -> Self {
+        let mut landscape = Self { seen: Vec::with_capacity(points.len()), elsewhere: 0.0 };
+        for point in points {
+            let world = pose.apply(*point);
+            match patch(grid, world, u16::MAX) {
+                Some(patch) => landscape.seen.push((*point, patch)),
+                None if grid.is_known(grid.cell_of(world)) => landscape.elsewhere += CONTRADICTED,
+                None => landscape.elsewhere += UNKNOWN,
+            }
+        }
+        landscape
+    }
+
+    /// Logarithm of the likelihood of the scan at a pose, as if beams erred independently.
+    pub(crate) fn likelihood(&self, pose: &Pose) -> f64 {
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let of = |(point, patch): &(Point, Patch)| {
+            let x_m = pose.x_m + cos * point.x_m - sin * point.y_m;
+            let y_m = pose.y_m + sin * point.x_m + cos * point.y_m;
+            let residual = Vector2::new(x_m, y_m) - patch.mean;
+            let squared = (patch.information * residual).dot(&residual);
+            // Geman and McClure's error, as the refinement minimises it.
+            -0.5 * squared / (1.0 + squared / (DOUBT_SIGMAS * DOUBT_SIGMAS))
+        };
+        self.elsewhere + self.seen.iter().map(of).sum::<f64>()
+    }
+}
+
 /// The map's surface near a point.
 struct Patch {
     mean: Vector2<f64>,
@@ -83,7 +134,7 @@ pub fn refine(
     Refined { pose, covariance, information: system.hessian, support }
 }
 
-fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
+pub(crate) fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
     Vector3::new(pose.x_m - from.x_m, pose.y_m - from.y_m, wrapped(pose.yaw_rad - from.yaw_rad))
 }
 

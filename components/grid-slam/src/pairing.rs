@@ -10,25 +10,32 @@ use crate::scan::Scan;
 pub const MAX_WAITING: usize = 2_400;
 /// Odometry is remembered for so many readings: half a minute of a fast base.
 const MAX_ODOMETRY: usize = 3_000;
+/// Stamps that go back by more than this begin anew, seconds; recorders' stamps go back by less.
+const ANEW_S: f64 = 5.0;
 
 /// The scans and odometry that have not met yet.
 #[derive(Debug, Default)]
 pub struct Pairing {
     scans: VecDeque<Scan>,
     odometry: VecDeque<(f64, Pose)>,
+    /// Stamp of the reading that a scan of the same moment has got, the first in `odometry` of it.
+    taken_s: Option<f64>,
     dropped: u64,
 }
 
 impl Pairing {
-    /// Takes `odom_from_robot` at a stamp in seconds. Older than the newest: time has begun anew.
+    /// Takes `odom_from_robot` at a stamp in seconds. Much
+    /// older than the newest: time has begun anew; a little: stamps came out of order.
     pub fn odometry_seen(&mut self, stamp_s: f64, odom_from_robot: Pose) {
         if !odom_from_robot.is_finite() || !stamp_s.is_finite() {
             return;
         }
-        if self.odometry.back().is_some_and(|(newest_s, _)| stamp_s < *newest_s) {
+        if self.odometry.back().is_some_and(|(newest_s, _)| stamp_s < *newest_s - ANEW_S) {
             self.odometry.clear();
+            self.taken_s = None;
         }
-        self.odometry.push_back((stamp_s, odom_from_robot));
+        let place = self.odometry.partition_point(|(earlier_s, _)| *earlier_s <= stamp_s);
+        self.odometry.insert(place, (stamp_s, odom_from_robot));
         if self.odometry.len() > MAX_ODOMETRY {
             self.odometry.pop_front();
         }
@@ -48,10 +55,16 @@ impl Pairing {
         self.dropped
     }
 
-    /// The next scan whose odometry is known, oldest first.
+    /// The next scan whose odometry is known, oldest first. Of several scans with one stamp, as coarse
+    /// clocks give, each gets a reading of its own.
     pub fn next_pair(&mut self) -> Option<(Pose, Scan)> {
         let stamp_s = self.scans.front()?.stamp_s;
-        let later = self.odometry.iter().position(|(odometry_s, _)| *odometry_s >= stamp_s)?;
+        let first = self.odometry.iter().position(|(odometry_s, _)| *odometry_s >= stamp_s)?;
+        let is_taken = self.taken_s == Some(stamp_s) && self.odometry[first].0 == stamp_s;
+        let later = first + usize::from(is_taken);
+        if later == self.odometry.len() {
+            return None;
+        }
         let (after_s, after) = self.odometry[later];
         let pose = match later.checked_sub(1).map(|earlier| self.odometry[earlier]) {
             Some((before_s, before)) if after_s > before_s => {
@@ -61,6 +74,12 @@ impl Pairing {
         };
         // What is older than this pair is of no more use, but for the reading just before it.
         self.odometry.drain(..later.saturating_sub(1));
+        if after_s == stamp_s {
+            if is_taken {
+                self.odometry.pop_front();
+            }
+            self.taken_s = Some(stamp_s);
+        }
         self.scans.pop_front().map(|scan| (pose, scan))
     }
 }
@@ -113,6 +132,45 @@ mod tests {
     #[test]
     fn a_scan_before_all_odometry_gets_the_first() {
         check(&[2.0], &[1.0], &[(1.0, 20.0)]);
+    }
+
+    #[test]
+    fn stamps_that_go_back_a_little_lose_nothing_however_scans_lag() {
+        let stamps_s = [1.0, 2.0, 3.0, 2.9, 4.0];
+        for lag in 0..=stamps_s.len() {
+            let (mut pairing, mut found) = (Pairing::default(), Vec::new());
+            for number in 0..stamps_s.len() + lag {
+                if let Some(&stamp_s) = stamps_s.get(number) {
+                    pairing.odometry_seen(stamp_s, Pose::new(10.0 * stamp_s, 0.0, 0.0));
+                }
+                if let Some(late) = number.checked_sub(lag).and_then(|i| stamps_s.get(i)) {
+                    pairing.scan_seen(scan(*late));
+                }
+                found.extend(std::iter::from_fn(|| pairing.next_pair()).map(|(p, _)| p.x_m));
+            }
+            assert_eq!(found, [10.0, 20.0, 30.0, 29.0, 40.0], "scans {lag} behind");
+        }
+    }
+
+    #[test]
+    fn scans_of_one_stamp_get_a_reading_each_whatever_comes_first() {
+        let readings = [(1.0, 10.0), (1.0, 11.0), (1.0, 12.0), (2.0, 20.0)];
+        for known in 0..=readings.len() {
+            let (mut pairing, mut found) = (Pairing::default(), Vec::new());
+            let mut see = |pairing: &mut Pairing, readings: &[(f64, f64)]| {
+                for (stamp_s, x_m) in readings {
+                    pairing.odometry_seen(*stamp_s, Pose::new(*x_m, 0.0, 0.0));
+                    found.extend(std::iter::from_fn(|| pairing.next_pair()).map(|(p, _)| p.x_m));
+                }
+            };
+            see(&mut pairing, &readings[..known]);
+            for stamp_s in [1.0, 1.0, 1.0, 1.0, 1.5] {
+                pairing.scan_seen(scan(stamp_s));
+            }
+            see(&mut pairing, &readings[known..]);
+            found.extend(std::iter::from_fn(|| pairing.next_pair()).map(|(p, _)| p.x_m));
+            assert_eq!(found, [10.0, 11.0, 12.0, 12.0, 16.0], "{known} were known before");
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 
 use crate::pose::{Point, Pose};
 use crate::scan::Beam;
+use std::collections::HashSet;
+use std::sync::Arc;
 
 /// Cells along a side of a tile: 3.2 m at 5 cm, a tile is 32 KiB.
 pub const TILE_CELLS: i32 = 64;
@@ -32,6 +34,16 @@ struct Cell {
     touched: u16,
 }
 
+impl Cell {
+    /// A beam of a scan went through.
+    fn clear(&mut self, scan: u16) {
+        if self.touched != scan {
+            self.touched = scan;
+            self.log_odds = self.log_odds.saturating_add(MISS).max(LEAST);
+        }
+    }
+}
+
 /// A surface point of the map: the mean of what was measured in one occupied cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
@@ -56,9 +68,40 @@ pub struct Snapshot {
     pub cells: Vec<i8>,
 }
 
-type Tile = Box<[Cell]>;
+/// Copies of a map share their tiles until one of them draws there.
+type Tile = Arc<[Cell]>;
 
-/// The growing occupancy grid.
+impl Snapshot {
+    /// The tiles that differ from an earlier picture, as their first cell and size; `None` if the
+    /// two do not lie alike.
+    pub fn changed_since(&self, earlier: &Self) -> Option<Vec<([usize; 2], [usize; 2])>> {
+        let lies = |s: &Self| (s.origin, s.width, s.height);
+        if lies(self) != lies(earlier) {
+            return None;
+        }
+        let side = TILE_CELLS as usize;
+        let corners = (0..self.height)
+            .step_by(side)
+            .flat_map(|y| (0..self.width).step_by(side).map(move |x| [x, y]));
+        let tiles = corners
+            .map(|[x, y]| ([x, y], [side.min(self.width - x), side.min(self.height - y)]))
+            .filter(|&(corner, size)| self.rows(corner, size).ne(earlier.rows(corner, size)));
+        Some(tiles.collect())
+    }
+
+    /// The rows of a rectangle from its first cell.
+    pub fn rows(
+        &self,
+        [x, y]: [usize; 2],
+        [width, height]: [usize; 2],
+    ) -> impl Iterator<Item = &[i8]> {
+        (y..y + height).map(move |row| &self.cells[row * self.width + x..][..width])
+    }
+}
+
+/// The growing occupancy grid. A copy costs a pointer per tile; what is drawn into it afterwards
+/// copies the tiles it touches (cf. Eliazar and Parr, *DP-SLAM 2.0*, ICRA 2004).
+#[derive(Clone)]
 pub struct Grid {
     resolution_m: f64,
     /// Tile coordinates of the first tile.
@@ -111,10 +154,28 @@ impl Grid {
         }
     }
 
+    /// Marks surfaces alone, as of one scan: what lies between them and the robot stays unknown.
+    pub fn mark(&mut self, surfaces: &[Point]) {
+        self.scan = self.scan.wrapping_add(1).max(1);
+        for &point in surfaces {
+            if self.cover(self.cell_of(point)) {
+                self.hit(point, 0);
+            } else {
+                self.outside += 1;
+            }
+        }
+    }
+
     /// Gives the surface point of a cell, if the cell is more likely occupied than not.
     pub fn surface(&self, [x, y]: [i32; 2]) -> Option<Surface> {
         let cell = self.tiles[self.tile_index([x, y])?].as_ref()?[index_in_tile([x, y])];
         (cell.log_odds > 0).then(|| self.surface_of(&cell, [x, y]))
+    }
+
+    /// Says whether a beam has ever ended in or gone through a cell.
+    pub fn is_known(&self, cell: [i32; 2]) -> bool {
+        let tile = self.tile_index(cell).and_then(|index| self.tiles[index].as_ref());
+        tile.is_some_and(|tile| tile[index_in_tile(cell)].touched != 0)
     }
 
     /// Calls `visit` with every surface point in the cells from `low` up to and without `high`.
@@ -143,6 +204,8 @@ impl Grid {
     pub fn snapshot(&self) -> Snapshot {
         let [width, height] = self.size.map(|tiles| (tiles * TILE_CELLS) as usize);
         let mut cells = vec![-1; width * height];
+        let percents: Vec<i8> = (i8::MIN..=i8::MAX).map(percent).collect();
+        let of = |cell: &Cell| percents[(i16::from(cell.log_odds) + 128) as usize];
         for (number, tile) in self.tiles.iter().enumerate() {
             let Some(tile) = tile else { continue };
             let column = number % self.size[0] as usize * TILE_CELLS as usize;
@@ -150,7 +213,7 @@ impl Grid {
             for (y, line) in tile.chunks(TILE_CELLS as usize).enumerate() {
                 let start = (row + y) * width + column;
                 for (target, cell) in cells[start..].iter_mut().zip(line) {
-                    *target = percent(cell);
+                    *target = if cell.touched == 0 { -1 } else { of(cell) };
                 }
             }
         }
@@ -163,7 +226,8 @@ impl Grid {
         let at = self.cell_of(end);
         let [dx, dy] = self.offset(end, at);
         let scan = self.scan;
-        let Some(cell) = self.cell_mut(at) else { return };
+        let Some(tile) = self.tile_mut(at) else { return };
+        let cell = &mut tile[index_in_tile(at)];
         if cell.log_odds <= 0 {
             (cell.hits, cell.born_m) = (0, born_m);
         }
@@ -186,20 +250,22 @@ impl Grid {
         let (mut at, mut error) = (from, dx + dy);
         let scan = self.scan;
         while at != to {
-            if let Some(cell) = self.cell_mut(at)
-                && cell.touched != scan
-            {
-                cell.touched = scan;
-                cell.log_odds = cell.log_odds.saturating_add(MISS).max(LEAST);
-            }
-            let twice = 2 * error;
-            if twice >= dy {
-                error += dy;
-                at[0] += step[0];
-            }
-            if twice <= dx {
-                error += dx;
-                at[1] += step[1];
+            // All cells in one tile at once: to find it costs more than to clear a cell.
+            let number = at.map(tile_of);
+            let mut tile = self.tile_mut(at);
+            while at != to && at.map(tile_of) == number {
+                if let Some(tile) = &mut tile {
+                    tile[index_in_tile(at)].clear(scan);
+                }
+                let twice = 2 * error;
+                if twice >= dy {
+                    error += dy;
+                    at[0] += step[0];
+                }
+                if twice <= dx {
+                    error += dx;
+                    at[1] += step[1];
+                }
             }
         }
     }
@@ -230,10 +296,11 @@ impl Grid {
         inside.then_some((y * self.size[0] + x) as usize)
     }
 
-    fn cell_mut(&mut self, at: [i32; 2]) -> Option<&mut Cell> {
+    /// The tile of a cell to draw into: a copy, if others have it too.
+    fn tile_mut(&mut self, at: [i32; 2]) -> Option<&mut [Cell]> {
         let index = self.tile_index(at)?;
         let empty = || vec![Cell::default(); (TILE_CELLS * TILE_CELLS) as usize].into();
-        Some(&mut self.tiles[index].get_or_insert_with(empty)[index_in_tile(at)])
+        Some(Arc::make_mut(self.tiles[index].get_or_insert_with(empty)))
     }
 
     /// Grows the rectangle of tiles around a cell; false if it would become too large.
@@ -270,11 +337,19 @@ impl Grid {
     }
 }
 
-fn percent(cell: &Cell) -> i8 {
-    if cell.touched == 0 {
-        return -1;
+/// Counts the tiles of several maps: how many there are in memory, and how many without sharing.
+pub(crate) fn shared_tiles<'a>(maps: impl Iterator<Item = &'a Grid>) -> (usize, usize) {
+    let (mut found, mut all) = (HashSet::new(), 0);
+    for tile in maps.flat_map(|map| map.tiles.iter().flatten()) {
+        found.insert(Arc::as_ptr(tile).cast::<Cell>());
+        all += 1;
     }
-    let odds = (f64::from(cell.log_odds) * LOG_ODDS_STEP).exp();
+    (found.len(), all)
+}
+
+/// Probability of being occupied, in percent.
+fn percent(log_odds: i8) -> i8 {
+    let odds = (f64::from(log_odds) * LOG_ODDS_STEP).exp();
     (100.0 * odds / (1.0 + odds)).round() as i8
 }
 
@@ -350,5 +425,34 @@ mod tests {
         grid.insert(&Pose::default(), Point::default(), &beams, 0.0);
         assert_eq!(grid.beams_outside(), 2);
         assert!(grid.snapshot().cells.len() < 100_000);
+    }
+
+    #[test]
+    fn copies_share_all_tiles_but_those_drawn_since() {
+        let mut grid = Grid::new(0.05);
+        // Rays to the east and the west: tiles of 3.2 m in both directions.
+        let far: Vec<_> = [-9.0, 9.0].map(|x_m| beam(x_m, 0.01)).to_vec();
+        grid.insert(&Pose::default(), Point::default(), &far, 0.0);
+        let (tiles, _) = shared_tiles(std::iter::once(&grid));
+        let mut copies = vec![grid.clone(); 30];
+        assert_eq!(shared_tiles(copies.iter()), (tiles, 30 * tiles));
+        copies[3].insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)], 0.0);
+        assert_eq!(shared_tiles(copies.iter()), (tiles + 1, 30 * tiles), "one tile was copied");
+        let surface = |map: &Grid| map.surface(map.cell_of(Point { x_m: 1.0, y_m: 0.01 }));
+        assert!(surface(&copies[3]).is_some() && surface(&copies[2]).is_none());
+        copies.truncate(3);
+        assert_eq!(shared_tiles(copies.iter()), (tiles, 3 * tiles), "it went with its owner");
+    }
+
+    #[test]
+    fn pictures_tell_which_tiles_changed() {
+        let mut grid = Grid::new(0.05);
+        grid.insert(&Pose::default(), Point::default(), &[beam(9.0, 0.01)], 0.0);
+        let before = grid.snapshot();
+        assert_eq!(before.changed_since(&before), Some(vec![]));
+        grid.insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)], 0.0);
+        assert_eq!(grid.snapshot().changed_since(&before), Some(vec![([0, 0], [64, 64])]));
+        grid.insert(&Pose::default(), Point::default(), &[beam(-9.0, 0.01)], 0.0);
+        assert_eq!(grid.snapshot().changed_since(&before), None, "it has grown");
     }
 }

@@ -60,10 +60,14 @@ impl Scan {
 /// Keeps the first surface point in every square of `side_m`, so that near walls, which get most
 /// of the beams, do not outvote far ones.
 pub fn thinned(beams: &[Beam], side_m: f64) -> Vec<Point> {
+    thin(beams.iter().filter(|beam| beam.hit).map(|beam| beam.end), side_m)
+}
+
+/// Keeps the first point in every square of `side_m`.
+pub fn thin(points: impl Iterator<Item = Point>, side_m: f64) -> Vec<Point> {
     let mut taken = HashSet::new();
     let square = |metres: f64| (metres / side_m).floor() as i64;
-    let hits = beams.iter().filter(|beam| beam.hit).map(|beam| beam.end);
-    hits.filter(|end| taken.insert((square(end.x_m), square(end.y_m)))).collect()
+    points.filter(|point| taken.insert((square(point.x_m), square(point.y_m)))).collect()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use crate::grid::{Grid, Surface};
 use crate::pose::Point;
+use crate::search::Prior;
 
 /// Likelihoods are kept as 0..=255.
 pub const FULL: f64 = 255.0;
@@ -19,6 +20,21 @@ pub struct Window {
 }
 
 impl Window {
+    /// The cells of `resolution_m` that a search for `points` can touch, with a margin.
+    pub fn around(points: &[Point], prior: &Prior, resolution_m: f64, margin_m: f64) -> Self {
+        let far_m = points.iter().map(|p| p.x_m.hypot(p.y_m)).fold(0.0, f64::max);
+        let margin_m = prior.window_m + far_m * prior.window_rad + margin_m;
+        let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
+        for point in points.iter().map(|p| prior.pose.apply(*p)) {
+            for (axis, metres) in [point.x_m, point.y_m].into_iter().enumerate() {
+                low[axis] = low[axis].min(metres - margin_m);
+                high[axis] = high[axis].max(metres + margin_m);
+            }
+        }
+        let cell = |metres: f64| (metres / resolution_m).floor() as i32;
+        Self { low: low.map(cell), high: high.map(|metres| cell(metres) + 1) }
+    }
+
     /// Says whether all of `inner` lies in it.
     pub fn contains(&self, inner: &Self) -> bool {
         (0..2).all(|i| self.low[i] <= inner.low[i] && inner.high[i] <= self.high[i])

@@ -40,6 +40,8 @@ struct Search<'a> {
     turned: Vec<(f64, Vec<[i32; 2]>)>,
     reach: i32,
     best: Option<Candidate>,
+    /// Shifts nearer than this to one are not looked at, in cells.
+    left_out: Option<([i32; 2], i32)>,
 }
 
 #[derive(Clone, Copy)]
@@ -50,14 +52,26 @@ struct Candidate {
     value: f64,
 }
 
-/// Searches the prior's window; `None` when there is nothing to match.
-pub fn search(field: &Field, points: &[Point], prior: &Prior, resolution_m: f64) -> Option<Found> {
+/// Searches the prior's window; `None` when there is nothing to match. With `rival_of` it finds the
+/// best pose outside the square around that one, half its side in metres.
+pub fn search(
+    field: &Field,
+    points: &[Point],
+    prior: &Prior,
+    resolution_m: f64,
+    rival_of: Option<(&Pose, f64)>,
+) -> Option<Found> {
     if points.is_empty() {
         return None;
     }
     let reach = (prior.window_m / resolution_m).ceil() as i32;
     let turned = turn_all(points, prior, resolution_m);
-    let mut search = Search { field, prior, resolution_m, turned, reach, best: None };
+    let cells = |metres: f64| (metres / resolution_m).round() as i32;
+    let left_out = rival_of.map(|(pose, apart_m)| {
+        let shift = [cells(pose.x_m - prior.pose.x_m), cells(pose.y_m - prior.pose.y_m)];
+        (shift, cells(apart_m))
+    });
+    let mut search = Search { field, prior, resolution_m, turned, reach, best: None, left_out };
     search.run();
     let best = search.best?;
     let along = |cells: i32| f64::from(cells) * resolution_m;
@@ -106,6 +120,9 @@ impl Search<'_> {
             if self.best.is_some_and(|best| best.value >= node.value) {
                 return;
             }
+            if self.is_left_out(&node, level) {
+                continue;
+            }
             if level == 0 {
                 self.best = Some(node);
                 return;
@@ -120,6 +137,17 @@ impl Search<'_> {
             }
             self.descend(below, level - 1);
         }
+    }
+
+    /// Says whether all of a node's shifts are too near to the pose a rival is looked for.
+    fn is_left_out(&self, node: &Candidate, level: usize) -> bool {
+        let side = (1 << level) - 1;
+        self.left_out.is_some_and(|(shift, apart)| {
+            let within = |i: usize| {
+                node.shift[i] > shift[i] - apart && node.shift[i] + side < shift[i] + apart
+            };
+            within(0) && within(1)
+        })
     }
 
     /// Value of a square of shifts: exact at level 0, an upper bound above.

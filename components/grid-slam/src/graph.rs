@@ -1,0 +1,375 @@
+//! The pose graph: keyframes, what was measured between them, and the poses that fit all of it
+//! best (Gauss-Newton as in Grisetti, Kümmerle, Stachniss and Burgard, *A Tutorial on Graph-Based
+//! SLAM*, 2010). Closures that disagree with the rest lose their say by dynamic covariance scaling
+//! (Agarwal et al., ICRA 2013), gradually, so that right ones far off are not lost at the start
+//! (graduated non-convexity, Yang et al., RA-L 2020).
+
+use crate::pose::{Pose, wrapped};
+use crate::sparse::System;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Dynamic covariance scaling's Φ: closures with a larger squared error count less and less.
+const DOUBT: f64 = 10.0;
+/// The doubt begins where no closure is doubted, and is divided by this at every step.
+const DOUBT_STEP: f64 = 4.0;
+const MOST_STEPS: usize = 30;
+/// Steps smaller than this end it, metres and radians.
+const STILL: f64 = 1e-4;
+/// How far ahead a heading error is felt when paths are compared, metres.
+const LEVER_M: f64 = 10.0;
+
+/// What was measured between two keyframes.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// The keyframe it is measured from.
+    pub from: usize,
+    /// The keyframe that is seen.
+    pub to: usize,
+    /// `from_from_to`: the second in the frame of the first.
+    pub motion: Pose,
+    /// Covariance of x, y (m²) and heading (rad²), in the frame of `to`.
+    pub covariance: Matrix3<f64>,
+    /// Whether it may be wrong altogether.
+    pub is_closure: bool,
+}
+
+/// Keyframes and edges.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    poses: Vec<Pose>,
+    edges: Vec<Edge>,
+    /// Number of the edge that leads to each keyframe from the one before.
+    chain: Vec<usize>,
+    /// Numbers of the edges at each keyframe.
+    at: Vec<Vec<usize>>,
+}
+
+impl Graph {
+    /// `map_from_keyframe` of all keyframes.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Number of closures.
+    pub fn closures(&self) -> usize {
+        self.edges.len() + 1 - self.poses.len().max(1)
+    }
+
+    /// Adds a keyframe: the pose of the first, the motion from the one before of all others, with
+    /// its covariance in the new one's frame.
+    pub fn extend(&mut self, motion: Pose, covariance: Matrix3<f64>) {
+        let to = self.poses.len();
+        self.at.push(Vec::new());
+        self.chain.push(self.edges.len());
+        match to.checked_sub(1) {
+            None => self.poses.push(motion),
+            Some(from) => {
+                self.poses.push(self.poses[from] * motion);
+                self.connect(Edge { from, to, motion, covariance, is_closure: false });
+            }
+        }
+    }
+
+    /// Says that a keyframe but the first was reached by another motion; all after it move along.
+    pub fn reached(&mut self, keyframe: usize, motion: Pose, covariance: Matrix3<f64>) {
+        let edge = &mut self.edges[self.chain[keyframe]];
+        if edge.motion == motion {
+            return;
+        }
+        (edge.motion, edge.covariance) = (motion, covariance);
+        let moved = self.poses[keyframe - 1] * motion * self.poses[keyframe].inverse();
+        for pose in &mut self.poses[keyframe..] {
+            *pose = moved * *pose;
+        }
+    }
+
+    /// Adds an edge between two keyframes.
+    pub fn connect(&mut self, edge: Edge) {
+        self.at[edge.from].push(self.edges.len());
+        self.at[edge.to].push(self.edges.len());
+        self.edges.push(edge);
+    }
+
+    /// The pose of a keyframe seen from another, as the graph believes it now.
+    pub fn between(&self, from: usize, to: usize) -> Pose {
+        self.poses[from].inverse() * self.poses[to]
+    }
+
+    /// Squared error of an edge in sigmas, as the graph stands.
+    pub fn disagreement(&self, edge: &Edge) -> f64 {
+        let error = error(&edge.motion, &self.between(edge.from, edge.to));
+        edge.covariance.cholesky().map_or(f64::INFINITY, |c| c.solve(&error).dot(&error))
+    }
+
+    /// How well the pose of each keyframe is known as seen from one of them: covariances along the
+    /// best path of edges (Bosse et al.'s Dijkstra projection, IJRR 2004; never too small), each in
+    /// the frame of `root`.
+    pub fn seen_from(&self, root: usize) -> Vec<Matrix3<f64>> {
+        let mut known: Vec<Option<Matrix3<f64>>> = vec![None; self.poses.len()];
+        let mut waiting =
+            BinaryHeap::from([(Reverse(Length(0.0)), root, Matrix3::zeros())].map(By));
+        while let Some(By((Reverse(Length(length)), keyframe, covariance))) = waiting.pop() {
+            if known[keyframe].is_some() {
+                continue;
+            }
+            known[keyframe] = Some(covariance);
+            let here = self.between(root, keyframe);
+            for edge in self.at[keyframe].iter().map(|&number| &self.edges[number]) {
+                let next = if edge.from == keyframe { edge.to } else { edge.from };
+                if known[next].is_none() {
+                    let there = self.between(root, next);
+                    let step = if edge.to == next { edge.covariance } else { edge.backwards() };
+                    let grown = carried(&covariance, &here, &there) + turned(&step, there.yaw_rad);
+                    let added = step.m11 + step.m22 + LEVER_M * LEVER_M * step.m33;
+                    waiting.push(By((Reverse(Length(length + added)), next, grown)));
+                }
+            }
+        }
+        let unknown = Matrix3::identity() * 1e6;
+        known.into_iter().map(|covariance| covariance.unwrap_or(unknown)).collect()
+    }
+
+    /// Moves the keyframes to where all edges fit best; the first one stays. Gives the longest way
+    /// that one was moved, metres.
+    pub fn optimise(&mut self) -> f64 {
+        let before = self.poses.clone();
+        let closures = self.edges.iter().filter(|edge| edge.is_closure);
+        let mut doubt = closures.map(|edge| self.disagreement(edge)).fold(DOUBT, f64::max);
+        for _ in 0..MOST_STEPS {
+            let Some(steps) = self.system(doubt).solve() else { break };
+            let mut largest: f64 = 0.0;
+            for (pose, step) in self.poses.iter_mut().zip(&steps) {
+                let yaw_rad = wrapped(pose.yaw_rad + step.z);
+                *pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, yaw_rad);
+                largest = largest.max(step.amax());
+            }
+            if largest < STILL && doubt <= DOUBT {
+                break;
+            }
+            doubt = (doubt / DOUBT_STEP).max(DOUBT);
+        }
+        self.poses.iter().zip(&before).map(|(new, old)| new.distance_m(old)).fold(0.0, f64::max)
+    }
+
+    fn system(&self, doubt: f64) -> System {
+        let mut system = System::new(self.poses.len());
+        for edge in &self.edges {
+            let Some(information) = edge.covariance.try_inverse() else { continue };
+            let (from, to) = (&self.poses[edge.from], &self.poses[edge.to]);
+            let error = error(&edge.motion, &(from.inverse() * *to));
+            let squared = (information * error).dot(&error);
+            let trust = (2.0 * doubt / (doubt + squared)).min(1.0);
+            let scale = if edge.is_closure { trust } else { 1.0 };
+            let information = information * (scale * scale);
+            let (a, b) = jacobians(from, to, &edge.motion);
+            let (left, right) = (a.transpose() * information, b.transpose() * information);
+            system.add(edge.from, &(left * a), &(-left * error));
+            system.add(edge.to, &(right * b), &(-right * error));
+            system.couple(edge.from, edge.to, &(left * b));
+        }
+        system.add(0, &(Matrix3::identity() * 1e12), &Vector3::zeros());
+        system
+    }
+}
+
+impl Edge {
+    /// Covariance of the way back, in the frame of `from`.
+    fn backwards(&self) -> Matrix3<f64> {
+        let mut jacobian = turning(self.motion.yaw_rad);
+        jacobian[(0, 2)] = self.motion.y_m;
+        jacobian[(1, 2)] = -self.motion.x_m;
+        jacobian * self.covariance * jacobian.transpose()
+    }
+}
+
+/// Error of a pose in the frame of what was measured: x, y, heading.
+pub fn error(measured: &Pose, believed: &Pose) -> Vector3<f64> {
+    let error = measured.inverse() * *believed;
+    Vector3::new(error.x_m, error.y_m, error.yaw_rad)
+}
+
+/// Brings a covariance from a frame into the one it is turned in by an angle.
+pub fn turned(covariance: &Matrix3<f64>, yaw_rad: f64) -> Matrix3<f64> {
+    let turning = turning(yaw_rad);
+    turning * covariance * turning.transpose()
+}
+
+/// What doubt about `here` makes of a pose `there` that is fixed to it.
+fn carried(covariance: &Matrix3<f64>, here: &Pose, there: &Pose) -> Matrix3<f64> {
+    let mut jacobian = Matrix3::identity();
+    jacobian[(0, 2)] = here.y_m - there.y_m;
+    jacobian[(1, 2)] = there.x_m - here.x_m;
+    jacobian * covariance * jacobian.transpose()
+}
+
+fn turning(yaw_rad: f64) -> Matrix3<f64> {
+    let (sin, cos) = yaw_rad.sin_cos();
+    Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// Derivatives of an edge's error by both poses.
+fn jacobians(from: &Pose, to: &Pose, motion: &Pose) -> (Matrix3<f64>, Matrix3<f64>) {
+    let back = |yaw_rad: f64| turning(yaw_rad).fixed_view::<2, 2>(0, 0).transpose();
+    let (sin, cos) = from.yaw_rad.sin_cos();
+    let way = Vector2::new(to.x_m - from.x_m, to.y_m - from.y_m);
+    let turn = back(motion.yaw_rad) * Matrix2::new(-sin, cos, -cos, -sin) * way;
+    let rotation = back(motion.yaw_rad) * back(from.yaw_rad);
+    let (mut a, mut b) = (-Matrix3::identity(), Matrix3::identity());
+    a.fixed_view_mut::<2, 2>(0, 0).copy_from(&-rotation);
+    a.fixed_view_mut::<2, 1>(0, 2).copy_from(&turn);
+    b.fixed_view_mut::<2, 2>(0, 0).copy_from(&rotation);
+    (a, b)
+}
+
+/// A length that can be compared.
+#[derive(Clone, Copy, PartialEq)]
+struct Length(f64);
+
+impl Eq for Length {}
+
+impl PartialOrd for Length {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Length {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// A keyframe that waits with its covariance, ordered by the length of the way, then its number.
+struct By((Reverse<Length>, usize, Matrix3<f64>));
+
+impl PartialEq for By {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for By {}
+
+impl PartialOrd for By {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for By {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        (self.0.0, self.0.1).cmp(&(other.0.0, other.0.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn covariance(sigma_m: f64, sigma_rad: f64) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::new(sigma_m, sigma_m, sigma_rad).map(|s| s * s))
+    }
+
+    /// A square of 4 × `side` keyframes driven with a bend that the truth does not have.
+    fn bent_square(side: usize) -> (Vec<Pose>, Graph) {
+        let (mut truth, mut graph) = (vec![Pose::default()], Graph::default());
+        graph.extend(Pose::default(), Matrix3::identity());
+        for step in 1..=4 * side {
+            let turn = if step % side == 0 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+            truth.push(truth[step - 1] * Pose::new(1.0, 0.0, turn));
+            graph.extend(Pose::new(1.01, 0.0, turn + 0.01), covariance(0.02, 0.01));
+        }
+        (truth, graph)
+    }
+
+    #[test]
+    fn a_closure_straightens_what_was_bent() {
+        let (truth, mut graph) = bent_square(10);
+        let worst = |graph: &Graph| {
+            let pairs = truth.iter().zip(graph.poses());
+            pairs.map(|(true_pose, pose)| true_pose.distance_m(pose)).fold(0.0, f64::max)
+        };
+        let bent = worst(&graph);
+        for (from, to) in [(0, 40), (1, 39), (0, 39)] {
+            let motion = truth[from].inverse() * truth[to];
+            let covariance = covariance(0.01, 0.003);
+            graph.connect(Edge { from, to, motion, covariance, is_closure: true });
+        }
+        graph.optimise();
+        assert!(bent > 2.0 && worst(&graph) < 0.6, "{bent} became {}", worst(&graph));
+        assert!(
+            graph.between(0, 40).distance_m(&Pose::default()) < 0.02,
+            "{:?}",
+            graph.poses()[40]
+        );
+    }
+
+    #[test]
+    fn a_wrong_closure_among_right_ones_has_no_say() {
+        let (truth, mut graph) = bent_square(10);
+        let mut close = |from: usize, to: usize, motion: Pose| {
+            let covariance = covariance(0.01, 0.003);
+            graph.connect(Edge { from, to, motion, covariance, is_closure: true });
+        };
+        for (from, to) in [(0, 40), (1, 40), (0, 39), (1, 39), (2, 38)] {
+            close(from, to, truth[from].inverse() * truth[to]);
+        }
+        close(2, 40, Pose::new(3.0, 3.0, 1.0));
+        graph.optimise();
+        assert!(
+            graph.between(0, 40).distance_m(&Pose::default()) < 0.05,
+            "{:?}",
+            graph.poses()[40]
+        );
+    }
+
+    #[test]
+    fn another_way_to_a_keyframe_moves_all_after_it() {
+        let (_, mut graph) = bent_square(3);
+        let (before, after) = (graph.between(0, 4), graph.between(5, 12));
+        let motion = Pose::new(0.5, 0.2, -0.3);
+        graph.reached(5, motion, covariance(0.02, 0.01));
+        for (found, expected) in [
+            (graph.between(0, 4), before),
+            (graph.between(4, 5), motion),
+            (graph.between(5, 12), after),
+        ] {
+            assert!(error(&found, &expected).norm() < 1e-12, "{found:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn doubt_grows_along_the_chain_and_shrinks_by_a_closure() {
+        let (truth, mut graph) = bent_square(10);
+        let spread = |graph: &Graph, i: usize| graph.seen_from(40)[i].m11.sqrt();
+        let (near, far) = (spread(&graph, 35), spread(&graph, 5));
+        assert!(near < 0.5 * far && spread(&graph, 40) == 0.0, "{near} {far}");
+        let motion = truth[0].inverse() * truth[40];
+        let covariance = covariance(0.01, 0.003);
+        graph.connect(Edge { from: 0, to: 40, motion, covariance, is_closure: true });
+        graph.optimise();
+        assert!(spread(&graph, 5) < 0.5 * far, "{}", spread(&graph, 5));
+    }
+
+    /// Derivatives by hand agree with differences.
+    #[test]
+    fn jacobians_are_the_errors_derivatives() {
+        let (from, to) = (Pose::new(1.0, 2.0, 0.7), Pose::new(2.5, 1.0, -0.4));
+        let motion = Pose::new(1.0, -1.5, -0.9);
+        let at = |from: Pose, to: Pose| error(&motion, &(from.inverse() * to));
+        let (a, b) = jacobians(&from, &to, &motion);
+        let moved = |pose: Pose, axis: usize| {
+            let mut shift = [0.0; 3];
+            shift[axis] = 1e-6;
+            Pose::new(pose.x_m + shift[0], pose.y_m + shift[1], pose.yaw_rad + shift[2])
+        };
+        for axis in 0..3 {
+            let by_from = (at(moved(from, axis), to) - at(from, to)) / 1e-6;
+            let by_to = (at(from, moved(to, axis)) - at(from, to)) / 1e-6;
+            assert!((by_from - a.column(axis)).norm() < 1e-5, "from, axis {axis}");
+            assert!((by_to - b.column(axis)).norm() < 1e-5, "to, axis {axis}");
+        }
+    }
+}

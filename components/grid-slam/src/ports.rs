@@ -1,0 +1,353 @@
+//! The mapper as a component: scans and odometry in, poses and the map out.
+
+use std::time::{Duration, Instant};
+
+use armor_sdk::prelude::*;
+
+use crate::config::Config;
+use crate::filter::Estimate;
+use crate::grid::Snapshot;
+use crate::pairing::Pairing;
+use crate::pose::Pose as Pose2;
+use crate::scan::Scan;
+use crate::slam::Slam;
+
+/// Frame of the map (REP-105).
+const MAP: &str = "map";
+
+/// How well mapping goes, once per scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
+pub struct SlamDiagnostics {
+    /// System time of the scan, in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Number of particles.
+    pub particles: u32,
+    /// Effective number of particles: few when few carry all the weight.
+    pub effective_particles: f64,
+    /// Share of the scan's points that lie on surfaces of the map, 0 … 1.
+    pub match_score: f64,
+    /// Loops closed so far.
+    pub closures: u64,
+    /// Time the scan took, in seconds.
+    #[message(unit = "s")]
+    pub update_time: f64,
+    /// Scans dropped because no odometry came for them.
+    pub dropped: u64,
+}
+
+/// Draws a map while the robot drives, and tells where on it the robot is.
+pub struct GridSlam {
+    armor: Armor,
+    config: Config,
+    map_period_s: f64,
+    pairing: Pairing,
+    slam: Slam,
+    /// The map has changed since any of it was published.
+    is_new: bool,
+    /// The whole map as it was published last, with the changes published since.
+    published: Option<Snapshot>,
+    published_s: f64,
+    stamp_s: f64,
+    dropped: u64,
+}
+
+const PARAMETER_NAMES: [&str; 14] = [
+    "particles",
+    "seed",
+    "threads",
+    "loop_closing",
+    "resolution",
+    "laser_x",
+    "laser_y",
+    "laser_yaw",
+    "map_period",
+    "keyframe_distance",
+    "keyframe_turn",
+    "slip",
+    "bend",
+    "skid",
+];
+/// The trajectory is published at most once in this long for each of its poses, seconds: its cost
+/// stays a share of the time however long it grows.
+const TRAJECTORY_S: f64 = 2e-4;
+
+impl Component for GridSlam {
+    const KIND: &'static str = "grid-slam";
+    const SUMMARY: &'static str = "Maps and localises at once from scans and odometry: a particle filter on occupancy grids, and a pose graph that closes loops.";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::integer("particles")
+            .default("8")
+            .range(1.0, 500.0)
+            .doc("hypotheses about way and map that are followed side by side"),
+        Parameter::integer("seed")
+            .default("1")
+            .range(0.0, 1e15)
+            .doc("the same seed and data give the same map"),
+        Parameter::integer("threads")
+            .default("0")
+            .range(0.0, 64.0)
+            .doc("cores to use, 0 for all; changes nothing but the speed"),
+        Parameter::flag("loop_closing")
+            .default("true")
+            .doc("old places are recognised, and the whole map is corrected by them"),
+        Parameter::number("resolution", "m")
+            .default("0.05m")
+            .range(0.01, 1.0)
+            .doc("side of a map cell"),
+        Parameter::number("laser_x", "m")
+            .default("0m")
+            .range(-10.0, 10.0)
+            .doc("laser ahead of the middle of the base"),
+        Parameter::number("laser_y", "m")
+            .default("0m")
+            .range(-10.0, 10.0)
+            .doc("laser left of the middle of the base"),
+        Parameter::number("laser_yaw", "deg")
+            .default("0deg")
+            .range(-std::f64::consts::PI, std::f64::consts::PI)
+            .doc("direction of the laser, anticlockwise from ahead"),
+        Parameter::number("map_period", "s")
+            .default("1s")
+            .range(0.05, 3600.0)
+            .doc("the whole map is published this often, if it has changed; changes at every tick"),
+        Parameter::number("keyframe_distance", "m")
+            .default("0.2m")
+            .range(0.01, 10.0)
+            .doc("the map is drawn on after moving this far"),
+        Parameter::number("keyframe_turn", "deg")
+            .default("10deg")
+            .range(0.01, 3.2)
+            .doc("or after turning this far"),
+        Parameter::number("slip", "")
+            .default("0.06")
+            .range(0.001, 1.0)
+            .doc("expected odometry error, as a share of the distance driven"),
+        Parameter::number("bend", "deg")
+            .default("0.02rad")
+            .range(0.0001, 1.0)
+            .doc("expected odometry error, heading for each metre driven"),
+        Parameter::number("skid", "")
+            .default("0.08")
+            .range(0.001, 1.0)
+            .doc("expected odometry error, as a share of the angle turned"),
+    ];
+    const PORTS: &'static [(&'static str, &'static str)] = &[
+        ("scan", "what the laser sees"),
+        ("odometry", "where the wheels believe the robot is"),
+        ("map", "what is known of the world; the frame map begins where the robot stood first"),
+        ("map_updates", "tiles of the map that changed since it was published"),
+        ("pose", "where the robot was at each scan, one per scan"),
+        ("correction", "map_from_odom: brings the odometry into the map"),
+        ("trajectory", "where each scan was taken, as corrected by all that was seen since"),
+        ("diagnostics", "how well it goes, once per scan"),
+    ];
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.subscribe::<LaserScan>("scan")?;
+        armor.subscribe::<Odometry>("odometry")?;
+        armor.provide::<Latched<OccupancyGrid>>("map")?;
+        armor.provide::<OccupancyGridUpdate>("map_updates")?;
+        armor.provide::<PoseWithCovarianceStamped>("pose")?;
+        armor.provide::<PoseStamped>("correction")?;
+        armor.provide::<Latched<Path>>("trajectory")?;
+        armor.provide::<SlamDiagnostics>("diagnostics")?;
+        for name in PARAMETER_NAMES {
+            armor.get_parameter(name)?;
+        }
+        armor.synchronize()?;
+        let config = Config::default();
+        Ok(Self {
+            armor,
+            config,
+            map_period_s: 1.0,
+            pairing: Pairing::default(),
+            slam: Slam::new(config),
+            is_new: false,
+            published: None,
+            published_s: f64::NEG_INFINITY,
+            stamp_s: 0.0,
+            dropped: 0,
+        })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        let config = &mut self.config;
+        match name {
+            "particles" => config.particles = value.integer()?.max(1) as usize,
+            "seed" => config.seed = value.integer()?.unsigned_abs(),
+            "threads" => config.threads = value.integer()?.max(0) as usize,
+            "loop_closing" => config.loop_closing = value.flag()?,
+            "resolution" => config.resolution_m = value.number()?,
+            "laser_x" => config.robot_from_laser.x_m = value.number()?,
+            "laser_y" => config.robot_from_laser.y_m = value.number()?,
+            "laser_yaw" => config.robot_from_laser.yaw_rad = value.number()?,
+            "map_period" => self.map_period_s = value.number()?,
+            "keyframe_distance" => config.keyframe_m = value.number()?,
+            "keyframe_turn" => config.keyframe_rad = value.number()?,
+            "slip" => config.slip = value.number()?,
+            "bend" => config.bend_radpm = value.number()?,
+            "skid" => config.skid = value.number()?,
+            _ => {}
+        }
+        // All of them arrive before the first scan.
+        self.slam = Slam::new(self.config);
+        Ok(())
+    }
+
+    fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        match header.id() {
+            "scan" => self.pairing.scan_seen(as_scan(&data.decode()?)),
+            "odometry" => {
+                let odometry: Odometry = data.decode()?;
+                let Pose2D { x, y, theta } = odometry.pose.pose.to_planar();
+                self.pairing.odometry_seen(odometry.stamp, Pose2::new(x, y, theta));
+            }
+            _ => {}
+        }
+        while let Some((odometry, scan)) = self.pairing.next_pair() {
+            let begun = Instant::now();
+            let estimate = self.slam.add(odometry, &scan);
+            self.is_new |= estimate.drawn;
+            self.stamp_s = scan.stamp_s;
+            self.publish_pose(scan.stamp_s, &estimate)?;
+            self.publish_diagnostics(scan.stamp_s, &estimate, begun.elapsed())?;
+        }
+        if self.dropped != self.pairing.dropped() {
+            self.dropped = self.pairing.dropped();
+            // The first, and then ever more rarely: a log is not to be filled with it.
+            if self.dropped.is_power_of_two() {
+                tracing::warn!(dropped = self.dropped, "scans without odometry were dropped");
+            }
+        }
+        Ok(())
+    }
+
+    /// Publishes what has changed. At the end of a log no scan follows, so it is the tick, not the
+    /// scan, that looks.
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        if self.is_new {
+            self.publish_map(self.armor.timestamp())?;
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+impl GridSlam {
+    /// The whole map with the trajectory when its period is over, else the tiles that changed.
+    fn publish_map(&mut self, now_s: f64) -> Result<(), Fault> {
+        let period_s = self.map_period_s.max(TRAJECTORY_S * self.slam.scans() as f64);
+        let is_due = now_s - self.published_s >= period_s;
+        let snapshot = self.slam.snapshot();
+        let earlier = self.published.as_ref();
+        let changes = earlier.and_then(|earlier| snapshot.changed_since(earlier));
+        match changes {
+            Some(changes) if !is_due => {
+                for (corner, size) in changes {
+                    self.armor.send_data("map_updates", &self.update(&snapshot, corner, size))?;
+                }
+            }
+            // It has outgrown what was published, but not for long.
+            _ if !is_due => return Ok(()),
+            _ => {
+                self.armor.send_data("trajectory", &self.trajectory())?;
+                self.armor.send_data("map", &self.map(&snapshot))?;
+                (self.is_new, self.published_s) = (false, now_s);
+            }
+        }
+        self.published = Some(snapshot);
+        Ok(())
+    }
+
+    fn map(&self, snapshot: &Snapshot) -> OccupancyGrid {
+        OccupancyGrid {
+            stamp: self.stamp_s,
+            frame: MAP.into(),
+            info: MapMetaData {
+                map_load_time: self.stamp_s,
+                resolution: snapshot.resolution_m as f32,
+                width: snapshot.width as u32,
+                height: snapshot.height as u32,
+                origin: Pose::planar(as_message(&snapshot.origin)),
+            },
+            data: snapshot.cells.clone().into(),
+        }
+    }
+
+    fn update(
+        &self,
+        snapshot: &Snapshot,
+        corner: [usize; 2],
+        size: [usize; 2],
+    ) -> OccupancyGridUpdate {
+        OccupancyGridUpdate {
+            stamp: self.stamp_s,
+            frame: MAP.into(),
+            x: corner[0] as i32,
+            y: corner[1] as i32,
+            width: size[0] as u32,
+            height: size[1] as u32,
+            data: snapshot.rows(corner, size).flatten().copied().collect::<Vec<i8>>().into(),
+        }
+    }
+
+    fn trajectory(&self) -> Path {
+        let pose = |(stamp, pose): (f64, Pose2)| PoseStamped {
+            stamp,
+            frame: MAP.into(),
+            pose: Pose::planar(as_message(&pose)),
+        };
+        let poses = self.slam.trajectory().map(pose).collect();
+        Path { stamp: self.stamp_s, frame: MAP.into(), poses }
+    }
+
+    fn publish_diagnostics(
+        &self,
+        stamp: f64,
+        estimate: &Estimate,
+        took: Duration,
+    ) -> Result<(), Fault> {
+        let diagnostics = SlamDiagnostics {
+            stamp,
+            particles: self.config.particles as u32,
+            effective_particles: estimate.effective,
+            match_score: estimate.score,
+            closures: self.slam.closures() as u64,
+            update_time: took.as_secs_f64(),
+            dropped: self.pairing.dropped(),
+        };
+        self.armor.send_data("diagnostics", &diagnostics)?;
+        Ok(())
+    }
+
+    fn publish_pose(&self, stamp: f64, estimate: &Estimate) -> Result<(), Fault> {
+        let mut covariance = [0.0; 36];
+        for (row, from) in [0, 1, 5].into_iter().enumerate() {
+            for (column, to) in [0, 1, 5].into_iter().enumerate() {
+                covariance[from * 6 + to] = estimate.covariance[(row, column)];
+            }
+        }
+        let pose = Pose::planar(as_message(&estimate.pose));
+        let pose = PoseWithCovariance { pose, covariance };
+        self.armor
+            .send_data("pose", &PoseWithCovarianceStamped { stamp, frame: MAP.into(), pose })?;
+        let pose = Pose::planar(as_message(&estimate.map_from_odom));
+        self.armor.send_data("correction", &PoseStamped { stamp, frame: MAP.into(), pose })?;
+        Ok(())
+    }
+}
+
+fn as_message(pose: &Pose2) -> Pose2D {
+    Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad }
+}
+
+fn as_scan(scan: &LaserScan) -> Scan {
+    Scan {
+        stamp_s: scan.stamp,
+        angle_min_rad: f64::from(scan.angle_min),
+        increment_rad: f64::from(scan.angle_increment),
+        range_min_m: f64::from(scan.range_min),
+        range_max_m: f64::from(scan.range_max),
+        ranges_m: scan.ranges.to_vec(),
+    }
+}

@@ -1,0 +1,141 @@
+//! Maps real logs and measures the result against relations between poses that are known: mean
+//! absolute errors, as in Kümmerle et al., Autonomous Robots 27, 2009.
+//!
+//! Prints the figures (`--nocapture`); writes maps as PNG and time and memory per scan as CSV into
+//! the folder `ARMOR_MAPS`, if set. `ARMOR_PARTICLES` takes the place of the default.
+
+// A test that cannot go on may panic.
+#![allow(clippy::unwrap_used)]
+
+use armor_carmen_player::log::Log;
+use armor_carmen_player::record::{self, Record};
+use armor_grid_slam::config::Config;
+use armor_grid_slam::evaluation::{Trajectory, by_kind, judge, relations};
+use armor_grid_slam::pose::Pose;
+use armor_grid_slam::scan::Scan;
+use armor_grid_slam::slam::Slam;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Folder with `laser/`; without `ARMOR_DATA` the tests are skipped, except under CI.
+fn laser_logs() -> Option<PathBuf> {
+    let data = std::env::var_os("ARMOR_DATA");
+    assert!(data.is_some() || std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
+    data.map(|folder| PathBuf::from(folder).join("laser"))
+}
+
+fn scans(path: &Path) -> Vec<(Pose, Scan)> {
+    let scan = |scan: record::Scan| {
+        let odometry = Pose::new(scan.odometry.x_m, scan.odometry.y_m, scan.odometry.yaw_rad);
+        let sweep = Scan {
+            stamp_s: scan.stamp_s,
+            angle_min_rad: scan.beams.angle_min_rad,
+            increment_rad: scan.beams.increment_rad,
+            range_min_m: 0.02,
+            range_max_m: 50.0,
+            ranges_m: scan.ranges_within(50.0),
+        };
+        (odometry, sweep)
+    };
+    let records = Log::open(path).unwrap().map(Result::unwrap);
+    let found = records.filter_map(|r| if let Record::Scan(s) = r { Some(scan(s)) } else { None });
+    found.collect()
+}
+
+fn write_map(mapper: &Slam, poses: &Trajectory, path: &Path) {
+    let map = mapper.snapshot();
+    let shade = |&cell: &i8| if cell < 0 { 160 } else { 255 - (f64::from(cell) * 2.5) as u8 };
+    let mut pixels: Vec<[u8; 3]> = map.cells.iter().map(|c| [shade(c); 3]).collect();
+    for (_, pose) in poses.values() {
+        let column = ((pose.x_m - map.origin.x_m) / map.resolution_m) as usize;
+        let row = ((pose.y_m - map.origin.y_m) / map.resolution_m) as usize;
+        pixels[row * map.width + column] = [220, 40, 40];
+    }
+    let rows = pixels.chunks(map.width).rev();
+    let bytes: Vec<u8> = rows.flatten().flatten().copied().collect();
+    let file = std::fs::File::create(path).unwrap();
+    let mut encoder = png::Encoder::new(file, map.width as u32, map.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
+}
+
+/// Maps a log; gives all poses, the map, and a line for each scan: seconds it took, tiles in memory.
+fn mapped(scans: &[(Pose, Scan)], config: Config) -> (Trajectory, Slam, String) {
+    let mut slam = Slam::new(config);
+    let mut curve = String::from("scan,seconds,tiles,tiles_unshared,effective,closures\n");
+    for (number, (odometry, scan)) in scans.iter().enumerate() {
+        let begun = Instant::now();
+        let estimate = slam.add(*odometry, scan);
+        let (seconds, (own, all)) = (begun.elapsed().as_secs_f64(), slam.tiles());
+        let (effective, closures) = (estimate.effective, slam.closures());
+        writeln!(curve, "{number},{seconds:.6},{own},{all},{effective:.2},{closures}").unwrap();
+    }
+    (slam.trajectory().enumerate().collect(), slam, curve)
+}
+
+/// The default configuration, with ARMOR_PARTICLES instead of its particles if that is set.
+fn config() -> Config {
+    let asked = std::env::var("ARMOR_PARTICLES").ok().and_then(|text| text.parse().ok());
+    let default = Config::default();
+    Config { particles: asked.unwrap_or(default.particles), ..default }
+}
+
+/// Bounds on the mean errors: `next` metres and degrees, `revisit` metres and degrees.
+fn check(name: &str, bounds: [f64; 4]) {
+    let Some(folder) = laser_logs() else {
+        println!("skipped: ARMOR_DATA is not set");
+        return;
+    };
+    let scans = scans(&folder.join(format!("{name}.log.gz")));
+    let begun = Instant::now();
+    let (poses, slam, curve) = mapped(&scans, config());
+    let (seconds, span) = (begun.elapsed().as_secs_f64(), poses.values().map(|(stamp, _)| *stamp));
+    let recorded_s = span.clone().fold(f64::MIN, f64::max) - span.fold(f64::MAX, f64::min);
+    let text = std::fs::read_to_string(folder.join(format!("{name}.relations.csv"))).unwrap();
+    let kinds = by_kind(&judge(&poses, &relations(&text).unwrap()).unwrap());
+    let found = ["next", "revisit"].map(|kind| [kinds[kind].metres.mean, kinds[kind].degrees.mean]);
+    println!(
+        "{name:>13}: next {:.3} m {:.2} deg, revisit {:.3} m {:.2} deg; {} closures, \
+         {} of {} tiles, {seconds:.1} s, {:.0} times as fast as recorded",
+        found[0][0],
+        found[0][1],
+        found[1][0],
+        found[1][1],
+        slam.closures(),
+        slam.tiles().0,
+        slam.tiles().1,
+        recorded_s / seconds,
+    );
+    if let Some(maps) = std::env::var_os("ARMOR_MAPS").map(PathBuf::from) {
+        write_map(&slam, &poses, &maps.join(format!("{name}.png")));
+        std::fs::write(maps.join(format!("{name}.curve.csv")), curve).unwrap();
+    }
+    let found = found.concat();
+    assert!(found.iter().zip(bounds).all(|(f, b)| *f <= b), "{name}: {found:?} beyond {bounds:?}");
+}
+
+#[test]
+fn intel() {
+    check("intel", [0.04, 0.6, 0.07, 0.7]);
+}
+
+#[test]
+fn aces() {
+    check("aces", [0.05, 0.5, 0.09, 0.6]);
+}
+
+#[test]
+fn freiburg_079() {
+    check("freiburg-079", [0.03, 0.7, 0.08, 0.9]);
+}
+
+#[test]
+fn edmonton() {
+    check("edmonton", [0.06, 0.5, 0.08, 0.5]);
+}
+
+#[test]
+fn acapulco() {
+    check("acapulco", [0.07, 0.4, 0.15, 0.6]);
+}
