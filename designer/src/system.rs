@@ -25,7 +25,7 @@ use crate::desk::{Desk, Draft, Pane};
 use crate::item::Item;
 use crate::panels::path::PathChoice;
 use crate::project::Documents;
-use properties::Field;
+use properties::{Field, Focus};
 use quick::Quick;
 
 /// A kind that is dragged from the palette.
@@ -45,8 +45,8 @@ pub struct SystemView {
     choosing: Option<(Field, PathChoice)>,
     /// What the open menu is about, and where in the drawing it was asked for.
     menu: (Option<Item>, Pos2),
-    /// Properties whose first field is to get the focus.
-    wants_focus: bool,
+    /// Which field of the properties is to get the focus.
+    wants_focus: Focus,
     /// What is to be selected once it is drawn.
     select_next: Vec<Item>,
 }
@@ -63,7 +63,7 @@ impl SystemView {
             quick: None,
             choosing: None,
             menu: (None, Pos2::ZERO),
-            wants_focus: false,
+            wants_focus: Focus::Nothing,
             select_next: Vec::new(),
         }
     }
@@ -110,7 +110,7 @@ impl SystemView {
             Event::Opened(item) => {
                 self.canvas.selection = [item].into();
                 desk.settings.properties = true;
-                self.wants_focus = true;
+                self.wants_focus = Focus::Value;
             }
             Event::OpenedEmpty(at) => self.quick = Some(Quick::to_add(desk, at)),
             Event::Menu { of, at } => self.menu = (of, at),

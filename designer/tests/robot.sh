@@ -94,7 +94,9 @@ picture 4-not-saved
 [ ! -e robot.xml ] || fail "it was saved without a value"
 xdotool mousemove 480 290 sleep 0.2 click --repeat 2 --delay 80 1
 sleep 0.6
-fill 1150 200 rooms.svg
+# The field that needs a value has the keyboard.
+xdotool type --delay 60 rooms.svg
+keys Return
 keys ctrl+s Return
 sleep 2
 saved 'value="rooms.svg"' || fail "the robot is not saved"

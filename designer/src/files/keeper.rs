@@ -120,7 +120,7 @@ impl Keeper {
     /// Shows what is to be decided by the user, and says what they want of the window.
     pub fn ask(&mut self, ctx: &egui::Context, project: &mut Project) -> Option<Wish> {
         if let Some(question) = &self.question {
-            if let Some(decision) = question.show(ctx) {
+            if let Some(decision) = question.show(ctx, project) {
                 question.settle(decision, project);
                 self.question = None;
             }

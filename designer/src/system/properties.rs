@@ -16,6 +16,18 @@ use crate::panels::fields::{Form, anything};
 use crate::project::{Documents, Refused};
 use crate::system::{SystemView, edits};
 
+/// Which field is to get the focus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Focus {
+    /// None: it is where it is.
+    #[default]
+    Nothing,
+    /// The first.
+    Name,
+    /// The first that needs a value, if one does.
+    Value,
+}
+
 /// What can be changed in the panel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Field {
@@ -116,7 +128,7 @@ impl SystemView {
 
     /// Gives a field the focus, if one was asked for.
     fn focus(&mut self, response: &egui::Response) {
-        if std::mem::take(&mut self.wants_focus) {
+        if std::mem::take(&mut self.wants_focus) != Focus::Nothing {
             response.request_focus();
             response.scroll_to_me(None);
         }

@@ -8,6 +8,7 @@ use crate::desk::{Desk, View};
 use crate::item::Item;
 use crate::layout;
 use crate::system::edits;
+use crate::system::properties::Focus;
 use crate::system::quick::Quick;
 use crate::system::{SystemView, fragment};
 
@@ -55,7 +56,8 @@ impl SystemView {
             C::Delete => self.delete(desk),
             C::Rename | C::Properties => {
                 desk.settings.properties = true;
-                self.wants_focus = true;
+                let is_name = command == C::Rename;
+                self.wants_focus = if is_name { Focus::Name } else { Focus::Value };
             }
             C::Add => {
                 let middle = self.canvas.spot() + ROOM / 2.0;
@@ -237,7 +239,7 @@ impl SystemView {
         if added {
             self.select_next = vec![Item::Decoration { view: View::System, number }];
             desk.settings.properties = true;
-            self.wants_focus = true;
+            self.wants_focus = Focus::Name;
         }
     }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use armor_designer::files::recovery::{Kept, KeptFile};
 use armor_designer::{Command, system};
 use eframe::egui::{DroppedFile, Key};
+use egui_kittest::kittest::Queryable;
 
 use crate::{Window, read};
 
@@ -64,6 +65,8 @@ fn decides(button: &str, expected: &str, other: &str) {
     rename(&mut window, "lamp", "mine");
     outside(&window, "\"lamp\"", "\"theirs\"");
     window.until("it is asked", |window| window.has("Keep mine"));
+    let told = |part: &str| window.harness.query_all_by_label_contains(part).next().is_some();
+    assert!(told("Yours, from line") && told("\"mine\"") && told("\"theirs\""));
     window.click(button);
     assert!(window.text().contains(expected), "{}", window.text());
     assert!(!window.has("Keep mine"));

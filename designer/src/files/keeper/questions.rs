@@ -15,6 +15,11 @@ use crate::text;
 /// Points from left to right.
 const WIDTH: f32 = 460.0;
 
+/// Lines of each version that are shown.
+const MAX_LINES: usize = 5;
+/// Letters of a line that are shown.
+const MAX_LETTERS: usize = 56;
+
 /// A file was changed in the window and on the disk in the same place.
 pub(super) struct Question {
     pub(super) file: usize,
@@ -29,12 +34,14 @@ pub(super) enum Decision {
 }
 
 impl Question {
-    pub(super) fn show(&self, ctx: &egui::Context) -> Option<Decision> {
+    pub(super) fn show(&self, ctx: &egui::Context, project: &Project) -> Option<Decision> {
+        let mine = project.files().get(self.file).map(|file| file.text().as_ref());
         let modal = Modal::new(Id::unique("changed on the disk")).show(ctx, |ui| {
             ui.set_width(WIDTH);
             ui.heading(format!("{} was changed by another program", shown(&self.path)));
             ui.label("You changed it too, in the same place. Which version is to go on?");
             ui.weak(text::path(&self.path));
+            compare(ui, &apart(mine.unwrap_or_default(), &self.theirs));
             ui.weak("Undo brings the other one back, as long as the window is open.");
             ui.add_space(6.0);
             buttons(ui, |ui| {
@@ -60,6 +67,44 @@ impl Question {
         project.replace_text(self.file, "taking what is on the disk", theirs);
         if decision == Decision::Mine {
             project.replace_text(self.file, "keeping one's own version", mine);
+        }
+    }
+}
+
+/// Where two texts differ: the first line that does, and the lines of each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Apart<'a> {
+    line: usize,
+    mine: Vec<&'a str>,
+    theirs: Vec<&'a str>,
+}
+
+fn apart<'a>(mine: &'a str, theirs: &'a str) -> Apart<'a> {
+    let (mine, theirs): (Vec<_>, Vec<_>) = (mine.lines().collect(), theirs.lines().collect());
+    let is_same = |(one, other): &(&&str, &&str)| one == other;
+    let before = mine.iter().zip(&theirs).take_while(is_same).count();
+    let (mine, theirs) = (&mine[before..], &theirs[before..]);
+    let after = mine.iter().rev().zip(theirs.iter().rev()).take_while(is_same).count();
+    Apart {
+        line: before + 1,
+        mine: mine[..mine.len() - after].to_vec(),
+        theirs: theirs[..theirs.len() - after].to_vec(),
+    }
+}
+
+/// Shows both, so that nobody has to choose blindly.
+fn compare(ui: &mut Ui, apart: &Apart<'_>) {
+    for (whose, lines) in [("Yours", &apart.mine), ("The disk's", &apart.theirs)] {
+        ui.label(format!("{whose}, from line {}:", apart.line));
+        if lines.is_empty() {
+            ui.weak("nothing");
+        }
+        for line in lines.iter().take(MAX_LINES) {
+            let line = text::short(line.trim_end(), MAX_LETTERS);
+            ui.monospace(text::paintable(ui.ctx(), &line).into_owned());
+        }
+        if lines.len() > MAX_LINES {
+            ui.weak(format!("and {} more", lines.len() - MAX_LINES));
         }
     }
 }
@@ -136,6 +181,18 @@ fn in_words(seconds: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_are_told_apart_by_their_lines() {
+        let check = |mine, theirs, line, of_mine: &[&str], of_theirs: &[&str]| {
+            let (own, other) = (of_mine.to_vec(), of_theirs.to_vec());
+            assert_eq!(apart(mine, theirs), Apart { line, mine: own, theirs: other });
+        };
+        check("a\nb\nc\n", "a\nx\ny\nc\n", 2, &["b"], &["x", "y"]);
+        check("a\nc\n", "a\nb\nc\n", 2, &[], &["b"]);
+        check("a\na\n", "a\n", 2, &["a"], &[]);
+        check("", "a", 1, &[], &["a"]);
+    }
 
     #[test]
     fn times_are_said_as_one_says_them() {

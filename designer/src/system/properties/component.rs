@@ -7,7 +7,7 @@ use eframe::egui::{self, ComboBox, RichText};
 use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::Form;
-use crate::system::properties::{Field, check_name};
+use crate::system::properties::{Field, Focus, check_name};
 use crate::system::{SystemView, docs, repair};
 
 impl SystemView {
@@ -36,10 +36,18 @@ impl SystemView {
         let response = self.drafts.text(ui, &field, name, form, &|text| {
             if text.is_empty() { Err("it needs a name".into()) } else { check_name(text) }
         });
-        self.focus(&response);
+        let needs = |kind: &Manifest| {
+            let mut needed = kind.parameters.iter().filter(|it| it.default.is_none());
+            needed.any(|it| component.parameter(&it.name).is_none())
+        };
+        if self.wants_focus == Focus::Name || !kind.is_some_and(needs) {
+            self.focus(&response);
+        }
         if let Some(kind) = kind {
             self.parameters(ui, desk, &component, kind);
         }
+        // Whatever is needed first may have no field to write into.
+        self.wants_focus = Focus::Nothing;
         ui.collapsing("How it is run", |ui| self.running(ui, desk, &component));
         ui.collapsing("Ports and links", |ui| self.ports(ui, name));
     }

@@ -24,9 +24,7 @@ impl SystemView {
         let given = component.parameter(&parameter.name).map(|given| given.value.value.clone());
         let field = Field::Parameter(owner.clone(), parameter.name.clone());
         let current = given.clone().unwrap_or_default();
-        let name = name_of(parameter);
         self.heading(ui, parameter, given.is_some(), owner);
-        let default = docs::value(parameter);
         match parameter.kind {
             ParameterType::Flag => self.flag(ui, &field, parameter, given.as_deref()),
             ParameterType::Choice => self.choice(ui, &field, parameter, given.as_deref()),
@@ -35,14 +33,30 @@ impl SystemView {
             ParameterType::Number | ParameterType::Integer => {
                 self.number(ui, &field, parameter, &current);
             }
-            ParameterType::Text => {
-                let form = Form { name: &name, hint: &default, width: 0.0, rows: 1 };
-                self.drafts.text(ui, &field, &current, form, &|_| Ok(()));
-            }
+            ParameterType::Text => self.value(ui, &field, parameter, &current, 0.0),
         }
         let written = self.drafts.writing(&field).map(ToOwned::to_owned).or(given);
         if let Some(Err(problem)) = written.map(|text| parameter.parse(&text)) {
             ui.label(RichText::new(problem).small().color(ui.visuals().error_fg_color));
+        }
+    }
+
+    /// The field in which a value is written. If one was asked for, the first that needs a value
+    /// gets the focus.
+    fn value(
+        &mut self,
+        ui: &mut egui::Ui,
+        field: &Field,
+        parameter: &ParameterManifest,
+        current: &str,
+        width: f32,
+    ) {
+        let (name, hint) = (name_of(parameter), docs::value(parameter));
+        let form = Form { name: &name, hint: &hint, width, rows: 1 };
+        let check = |text: &str| judged(parameter, text);
+        let response = self.drafts.text(ui, field, current, form, &check);
+        if parameter.default.is_none() && current.is_empty() {
+            self.focus(&response);
         }
     }
 
@@ -143,7 +157,6 @@ impl SystemView {
         parameter: &ParameterManifest,
         current: &str,
     ) {
-        let name = name_of(parameter);
         ui.horizontal(|ui| {
             let text = if current.is_empty() {
                 parameter.default.as_deref().unwrap_or("")
@@ -158,9 +171,7 @@ impl SystemView {
                 self.drafts.begin(field.clone(), format!("#{r:02x}{g:02x}{b:02x}"));
             }
             button.accessible_name(format!("colour of {}", parameter.name));
-            let hint = docs::value(parameter);
-            let form = Form { name: &name, hint: &hint, width: 0.0, rows: 1 };
-            self.drafts.text(ui, field, current, form, &|text| judged(parameter, text));
+            self.value(ui, field, parameter, current, 0.0);
         });
     }
 
@@ -171,16 +182,12 @@ impl SystemView {
         parameter: &ParameterManifest,
         current: &str,
     ) {
-        let name = name_of(parameter);
-        let hint = docs::value(parameter);
-        let form = |width| Form { name: &name, hint: &hint, width, rows: 1 };
-        let check = |text: &str| judged(parameter, text);
         let (Some(low), Some(high)) = (parameter.minimum, parameter.maximum) else {
-            self.drafts.text(ui, field, current, form(0.0), &check);
+            self.value(ui, field, parameter, current, 0.0);
             return;
         };
         ui.horizontal(|ui| {
-            self.drafts.text(ui, field, current, form(90.0), &check);
+            self.value(ui, field, parameter, current, 90.0);
             let written = self.drafts.writing(field).unwrap_or(current);
             let written = if written.is_empty() {
                 parameter.default.as_deref().unwrap_or("")
@@ -225,12 +232,9 @@ impl SystemView {
         parameter: &ParameterManifest,
         current: &str,
     ) {
-        let name = name_of(parameter);
         ui.horizontal(|ui| {
-            let hint = docs::value(parameter);
             let width = (ui.available_width() - 70.0).max(60.0);
-            let form = Form { name: &name, hint: &hint, width, rows: 1 };
-            self.drafts.text(ui, field, current, form, &|text| judged(parameter, text));
+            self.value(ui, field, parameter, current, width);
             let button =
                 ui.small_button("choose").accessible_name(format!("choose {}", parameter.name));
             if button.clicked() {
