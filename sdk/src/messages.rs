@@ -13,10 +13,12 @@ mod sensing;
 mod standard;
 
 pub use geometry::{
-    Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
-    Twist, TwistWithCovariance, Vector3,
+    Point, Pose, Pose2D, PoseArray, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped,
+    Quaternion, Twist, TwistWithCovariance, Vector3,
 };
-pub use navigation::{MapMetaData, OccupancyGrid, OccupancyGridUpdate, Odometry, Path};
+pub use navigation::{
+    MapMetaData, OccupancyGrid, OccupancyGridUpdate, Odometry, Path, SlamDiagnostics,
+};
 pub use sensing::{
     BatteryState, CompressedImage, Image, Imu, LaserScan, NavSatFix, NavSatService, NavSatStatus,
     PowerSupplyStatus,

@@ -19,4 +19,4 @@ pub mod search;
 pub mod slam;
 pub mod sparse;
 
-pub use ports::{GridSlam, SlamDiagnostics};
+pub use ports::GridSlam;

@@ -15,27 +15,6 @@ use crate::slam::Slam;
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
 
-/// How well mapping goes, once per scan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
-pub struct SlamDiagnostics {
-    /// System time of the scan, in seconds.
-    #[message(unit = "s")]
-    pub stamp: f64,
-    /// Number of particles.
-    pub particles: u32,
-    /// Effective number of particles: few when few carry all the weight.
-    pub effective_particles: f64,
-    /// Share of the scan's points that lie on surfaces of the map, 0 … 1.
-    pub match_score: f64,
-    /// Loops closed so far.
-    pub closures: u64,
-    /// Time the scan took, in seconds.
-    #[message(unit = "s")]
-    pub update_time: f64,
-    /// Scans dropped because no odometry came for them.
-    pub dropped: u64,
-}
-
 /// Draws a map while the robot drives, and tells where on it the robot is.
 pub struct GridSlam {
     armor: Armor,

@@ -117,6 +117,19 @@ pub struct PoseStamped {
     pub pose: Pose,
 }
 
+/// Poses in one frame at one time, such as the hypotheses of a particle filter.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct PoseArray {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame the poses are in.
+    pub frame: String,
+    /// The poses.
+    pub poses: Vec<Pose>,
+}
+
 /// A pose and how sure it is.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]

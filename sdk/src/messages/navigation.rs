@@ -71,6 +71,28 @@ pub struct Path {
     pub poses: Vec<PoseStamped>,
 }
 
+/// How well mapping and localising go, once per scan (our own; ROS has no such message).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct SlamDiagnostics {
+    /// System time of the scan, in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Number of particles.
+    pub particles: u32,
+    /// Effective number of particles: few when few carry all the weight.
+    pub effective_particles: f64,
+    /// Share of the scan's points that lie on surfaces of the map, 0 … 1.
+    pub match_score: f64,
+    /// Loops closed so far.
+    pub closures: u64,
+    /// Time the scan took, in seconds.
+    #[message(unit = "s")]
+    pub update_time: f64,
+    /// Scans dropped because no odometry came for them.
+    pub dropped: u64,
+}
+
 /// Where the robot has got to and how fast it is, as its own motion tells.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
