@@ -42,7 +42,14 @@ impl Folder {
         command.args(arguments).current_dir(&self.0).stdin(Stdio::null());
         command.env("XDG_RUNTIME_DIR", self.0.join("run"));
         command.env("XDG_CACHE_HOME", self.0.join("cache"));
-        for variable in ["ARMOR_REGISTRY", "ARMOR_COMPONENTS", "ARMOR_OUT", "ARMOR_LOG"] {
+        for variable in [
+            "ARMOR_REGISTRY",
+            "ARMOR_COMPONENTS",
+            "ARMOR_OUT",
+            "ARMOR_LOG",
+            "ARMOR_VIA",
+            "ARMOR_PORT",
+        ] {
             command.env_remove(variable);
         }
         command

@@ -119,6 +119,9 @@ pub struct Run {
     /// Open no windows.
     #[arg(long)]
     pub headless: bool,
+    /// Do not start this component: it is started by hand, maybe on another host.
+    #[arg(long, value_name = "COMPONENT", value_parser = name)]
+    pub without: Vec<String>,
     /// Folder for what the run produces. Default: out/NAME.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

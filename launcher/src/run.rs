@@ -13,7 +13,7 @@ pub mod undertaker;
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde_json::json;
 
 use crate::arguments::{self, Format};
@@ -25,6 +25,8 @@ use plan::Plan;
 use port::Lease;
 use supervisor::{Level, Verdict};
 
+/// What leads a process to a system elsewhere; all the processes of a run would inherit it.
+const FAR: [&str; 2] = ["ARMOR_VIA", "ARMOR_PORT"];
 /// Threads for connecting to components, so that some that hang do not hold up the others.
 const CONNECTING_AT_ONCE: usize = 32;
 
@@ -33,6 +35,11 @@ const CONNECTING_AT_ONCE: usize = 32;
 /// # Errors
 /// If it cannot be started at all.
 pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
+    for variable in FAR {
+        if std::env::var_os(variable).is_some_and(|value| !value.is_empty()) {
+            bail!("{variable} is set, for systems on another host; unset it to run one here");
+        }
+    }
     let checked = check::load(&arguments.file, &arguments.overrides, &arguments.kinds)?;
     checked.print_problems(format);
     let Some(configuration) = checked.accepted() else {

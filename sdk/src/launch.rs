@@ -50,6 +50,9 @@ usage: [--describe] [--name NAME] [--registry HOST:PORT]
   --describe              print the manifest as JSON and exit
   --name NAME             name in the system (default: the kind)
   --registry HOST:PORT    the registry (default: $ARMOR_REGISTRY, else 127.0.0.1:7411)
+on another host than the system, through ssh -D 1080 -R PORT:127.0.0.1:PORT:
+  ARMOR_VIA=127.0.0.1:1080  reach everybody through this SOCKS5 proxy
+  ARMOR_PORT=PORT           listen on this port, so that the others reach this one
 without configd, for trying a component by hand:
   --alone                 ask no configd
   --rate 10Hz             how often exec is called

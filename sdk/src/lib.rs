@@ -53,6 +53,7 @@ mod session;
 mod shared;
 mod socket;
 mod timeline;
+mod via;
 
 pub mod configuration;
 pub mod control;

@@ -13,7 +13,7 @@ use armor_wire::registry::ComponentEntry;
 use socket2::{Domain, SockRef, TcpKeepalive};
 use thiserror::Error;
 
-use crate::local;
+use crate::{local, via};
 
 /// How long a connection and its handshake may take.
 const HANDSHAKE_LIMIT: Duration = Duration::from_secs(2);
@@ -52,8 +52,12 @@ pub(crate) fn fresh_instance() -> u64 {
     hasher.finish().max(1)
 }
 
-/// Listens on a free port below the ephemeral range.
+/// Listens on the port that this process was told, or on a free one below the ephemeral range.
 pub(crate) fn listen(seed: u64) -> io::Result<TcpListener> {
+    if let Some(port) = via::port()? {
+        let told = |error| io::Error::other(format!("ARMOR_PORT={port}: {error}"));
+        return TcpListener::bind((IpAddr::V4(Ipv4Addr::LOCALHOST), port)).map_err(told);
+    }
     let span = u64::from(PORTS.end - PORTS.start);
     let mut last = io::Error::from(io::ErrorKind::AddrInUse);
     for attempt in 0..200u64 {
@@ -106,7 +110,7 @@ pub(crate) fn dial_component(
     hello: &Hello,
     transport: Transport,
 ) -> Result<Dialled, ConnectError> {
-    let near = transport == Transport::Auto && to.host == host_name();
+    let near = transport == Transport::Auto && to.host == host_name() && via::proxy().is_none();
     // Two containers may share a host's name and no sockets: then nobody listens there.
     let local = if near { local::connect(to.instance, HANDSHAKE_LIMIT).ok() } else { None };
     let stream = match local {
@@ -126,8 +130,15 @@ pub(crate) fn dial_component(
 
 fn connect(address: &str) -> Result<TcpStream, ConnectError> {
     let unreachable = |error| unreachable(address, error);
-    let target = resolve(address).map_err(unreachable)?;
-    let stream = TcpStream::connect_timeout(&target, HANDSHAKE_LIMIT).map_err(unreachable)?;
+    let proxy = via::proxy();
+    let target = resolve(proxy.as_deref().unwrap_or(address)).map_err(unreachable)?;
+    let stream = TcpStream::connect_timeout(&target, HANDSHAKE_LIMIT);
+    if proxy.is_some() {
+        let stream = stream.map_err(via::not_there).map_err(unreachable)?;
+        via::lead_on(&stream, address, HANDSHAKE_LIMIT).map_err(unreachable)?;
+        return Ok(stream);
+    }
+    let stream = stream.map_err(unreachable)?;
     // Connecting to a dead port in the ephemeral range can, on one host, succeed to itself.
     if stream.local_addr().ok() == stream.peer_addr().ok() {
         return Err(unreachable(io::ErrorKind::ConnectionRefused.into()));

@@ -43,7 +43,7 @@ impl Plan {
     /// The processes that `configuration` needs.
     ///
     /// # Errors
-    /// If a component has a name that the system needs itself.
+    /// If a component has a name that the system needs itself, or one to be left out is not there.
     pub fn new(
         configuration: &Configuration,
         catalogue: &Catalogue,
@@ -68,8 +68,18 @@ impl Plan {
             configd.extend(["--components".into(), directory.into()]);
         }
         plan.daemon("configd", Role::Configd, configd);
-        for component in &configuration.system.components {
-            plan.component(component, catalogue, &at)?;
+        let components = &configuration.system.components;
+        for without in &arguments.without {
+            if !components.iter().any(|component| component.name.value == *without) {
+                let names = components.iter().map(|component| component.name.value.as_str());
+                let names = names.collect::<Vec<_>>().join(", ");
+                bail!("--without {without}: no component is called that; there are {names}");
+            }
+        }
+        for component in components {
+            if !arguments.without.contains(&component.name.value) {
+                plan.component(component, catalogue, &at)?;
+            }
         }
         if configuration.mission.is_some() {
             let journal = out.join(past::JOURNAL);
