@@ -119,6 +119,12 @@ impl Filter {
         self.followed.map_or(Pose::default(), |(pose, _)| pose)
     }
 
+    /// Where each particle has the robot: it has gone on from its last drawn scan as the best one has.
+    pub(crate) fn robots(&self) -> impl Iterator<Item = Pose> + '_ {
+        let since = self.keyframe().inverse() * self.robot();
+        self.particles.iter().map(move |particle| particle.pose * since)
+    }
+
     /// The end of the best particle's way: the part that may still become another's.
     pub(crate) fn way(&self) -> &[Step] {
         &self.particles[self.best].way
@@ -357,6 +363,8 @@ mod tests {
         }
         filter.weigh();
         assert!(filter.best == 4 && filter.effective < 1.01, "{}", filter.effective);
+        let [first, second] = [0, 19].map(|number| filter.robots().nth(number));
+        assert_ne!(first, second, "each has the robot where it believes it");
         let best = filter.way().to_vec();
         filter.resample(1);
         filter.forget_shared_way();
@@ -366,5 +374,7 @@ mod tests {
             "{shared} of {after}, were {apart} of {all}"
         );
         assert_eq!(filter.way(), &best[best.len() - 1..], "nothing before it can change");
+        let first = filter.robots().next();
+        assert!(filter.robots().all(|pose| Some(pose) == first), "all are the best's");
     }
 }

@@ -119,6 +119,7 @@ impl Component for GridSlam {
         ("pose", "where the robot was at each scan, one per scan"),
         ("correction", "map_from_odom: brings the odometry into the map"),
         ("trajectory", "where each scan was taken, as corrected by all that was seen since"),
+        ("particles", "where each hypothesis has the robot, at each scan"),
         ("diagnostics", "how well it goes, once per scan"),
     ];
 
@@ -130,6 +131,7 @@ impl Component for GridSlam {
         armor.provide::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("correction")?;
         armor.provide::<Latched<Path>>("trajectory")?;
+        armor.provide::<PoseArray>("particles")?;
         armor.provide::<SlamDiagnostics>("diagnostics")?;
         for name in PARAMETER_NAMES {
             armor.get_parameter(name)?;
@@ -190,6 +192,7 @@ impl Component for GridSlam {
             self.is_new |= estimate.drawn;
             self.stamp_s = scan.stamp_s;
             self.publish_pose(scan.stamp_s, &estimate)?;
+            self.publish_particles(scan.stamp_s)?;
             self.publish_diagnostics(scan.stamp_s, &estimate, begun.elapsed())?;
         }
         if self.dropped != self.pairing.dropped() {
@@ -296,6 +299,12 @@ impl GridSlam {
             dropped: self.pairing.dropped(),
         };
         self.armor.send_data("diagnostics", &diagnostics)?;
+        Ok(())
+    }
+
+    fn publish_particles(&self, stamp: f64) -> Result<(), Fault> {
+        let poses = self.slam.particles().map(|pose| Pose::planar(as_message(&pose))).collect();
+        self.armor.send_data("particles", &PoseArray { stamp, frame: MAP.into(), poses })?;
         Ok(())
     }
 

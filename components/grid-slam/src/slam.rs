@@ -80,6 +80,11 @@ impl Slam {
         self.track.iter().map(move |&(stamp_s, keyframe, seen)| (stamp_s, pose(keyframe, seen)))
     }
 
+    /// Where each particle has the robot now: `map_from_robot`.
+    pub fn particles(&self) -> impl Iterator<Item = Pose> + '_ {
+        self.front.robots()
+    }
+
     /// Number of scans so far.
     pub fn scans(&self) -> usize {
         self.track.len()
