@@ -1,10 +1,10 @@
-//! One step of driving: which goal holds, where the robot is, and the speeds that bring it on.
+//! One step of driving: who says where to, where the robot is, and the speeds that bring it on.
 //! Time is passed in: there is no clock.
 
-use armor_grid::{Grid, Inflation, Occupancy, Point2, Pose2, wrap_angle};
+use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 
 use crate::follower::lead;
-use crate::planner::Planner;
+use crate::guard::guarded;
 use crate::recovery::Recovery;
 use crate::surroundings::{Scan, surroundings};
 use crate::track::Track;
@@ -21,12 +21,8 @@ const SPUN_RAD: f64 = 0.35;
 const SPIN_BRAKE: f64 = 0.7;
 /// The heading at the goal is met within this, in radians.
 const HEADING_RAD: f64 = 0.15;
-/// Further than the margin from walls, paths and arcs gain nothing, in metres.
-const COMFORT_M: f64 = 0.3;
-/// What a metre of path costs at a wall, on top of its length.
-const WALL_WEIGHT: f64 = 4.0;
-/// What a metre of path costs where nothing was seen yet, on top of its length.
-const UNKNOWN_WEIGHT: f64 = 10.0;
+/// Arcs that stay further than this from everything are not better for it, in metres.
+const COMFORT_M: f64 = 0.15;
 
 /// What the robot is and how it shall drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,10 +33,12 @@ pub struct Settings {
     pub radius_m: f64,
     /// Kept free around it, in metres.
     pub margin_m: f64,
-    /// A goal is reached within this, in metres.
+    /// The end of a path is reached within this, in metres.
     pub tolerance_m: f64,
-    /// Goals, scans and odometry older than this do not count, in seconds.
+    /// Paths, scans, odometry and what a hand says do not count when older than this, in seconds.
     pub timeout_s: f64,
+    /// Whether who drives by hand is slowed down and stopped before what the laser sees.
+    pub guarded: bool,
 }
 
 impl Default for Settings {
@@ -56,6 +54,7 @@ impl Default for Settings {
             margin_m: 0.05,
             tolerance_m: 0.12,
             timeout_s: 0.5,
+            guarded: true,
         }
     }
 }
@@ -65,16 +64,16 @@ impl Default for Settings {
 pub struct Driving {
     settings: Settings,
     track: Track,
-    planner: Planner,
     recovery: Recovery,
-    goal: Option<Received<Pose2>>,
-    override_goal: Option<Received<Pose2>>,
+    map: Option<Grid<Occupancy>>,
+    path: Option<Received<Vec<Pose2>>>,
+    hand: Option<Received<Velocity>>,
+    is_stopped: bool,
     scan: Option<Received<Scan>>,
     odometry_s: f64,
     command: Velocity,
     stepped_s: f64,
     spinning: bool,
-    path_changed: bool,
 }
 
 /// Something and when it came.
@@ -84,35 +83,41 @@ struct Received<T> {
     value: T,
 }
 
+/// What is known of here and now.
+struct Senses {
+    map_from_robot: Option<Pose2>,
+    /// Everything near, in the robot's frame.
+    obstacles: Vec<Point2>,
+}
+
 impl Driving {
     /// Starts with nothing known, at rest.
     pub fn new(settings: Settings) -> Self {
-        let radius_m = settings.radius_m + settings.margin_m;
-        let inflation = Inflation {
-            radius_m,
-            comfort_m: radius_m + COMFORT_M,
-            weight: WALL_WEIGHT,
-            unknown_weight: Some(UNKNOWN_WEIGHT),
-        };
         Self {
             settings,
             track: Track::default(),
-            planner: Planner::new(inflation),
             recovery: Recovery::default(),
-            goal: None,
-            override_goal: None,
+            map: None,
+            path: None,
+            hand: None,
+            is_stopped: false,
             scan: None,
             odometry_s: f64::NEG_INFINITY,
             command: Velocity::ZERO,
             stepped_s: f64::NEG_INFINITY,
             spinning: false,
-            path_changed: false,
         }
     }
 
-    /// Takes the newest map.
+    /// Starts afresh; only the map and the order to stand, which are not said again, are kept.
+    pub fn begin_anew(&mut self, settings: Settings) {
+        let (map, is_stopped) = (self.map.take(), self.is_stopped);
+        *self = Self { map, is_stopped, ..Self::new(settings) };
+    }
+
+    /// Takes the newest map: what it shows is kept clear of where the laser does not look.
     pub fn map_seen(&mut self, map: Grid<Occupancy>) {
-        self.planner.map_seen(map);
+        self.map = Some(map);
     }
 
     /// Takes a pose on the map, valid at its stamp.
@@ -131,76 +136,98 @@ impl Driving {
         self.scan = Some(Received { at_s: now_s, value: scan });
     }
 
-    /// Takes a goal on the map that came at `now_s`.
-    pub fn goal_seen(&mut self, now_s: f64, goal: Pose2) {
-        self.goal = Some(Received { at_s: now_s, value: goal });
+    /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading at
+    /// the end; empty if there is no way.
+    pub fn path_seen(&mut self, now_s: f64, path: Vec<Pose2>) {
+        self.path = Some(Received { at_s: now_s, value: path });
     }
 
-    /// Takes a goal that holds before the others, as long as it is fresh.
-    pub fn override_seen(&mut self, now_s: f64, goal: Pose2) {
-        self.override_goal = Some(Received { at_s: now_s, value: goal });
+    /// Takes what somebody's hand wants, which came at `now_s`; it holds before the path.
+    pub fn hand_seen(&mut self, now_s: f64, wanted: Velocity) {
+        self.hand = Some(Received { at_s: now_s, value: wanted });
     }
 
-    /// Forgets all goals; the next step stands still.
-    pub fn stop(&mut self) {
-        (self.goal, self.override_goal) = (None, None);
-        self.rest();
+    /// Takes the order to stand, whatever else is said, or its end.
+    pub fn stop_seen(&mut self, is_stopped: bool) {
+        self.is_stopped = is_stopped;
     }
 
-    /// Returns the path if it changed since it was last asked for; empty when there is none.
-    pub fn changed_path(&mut self) -> Option<&[Point2]> {
-        std::mem::take(&mut self.path_changed).then(|| self.planner.path())
+    /// Forgets where to drive; the next step stands still.
+    pub fn forget(&mut self) {
+        (self.path, self.hand) = (None, None);
     }
 
-    /// Decides at time `now_s` how to move; at rest without a fresh goal, scan and odometry.
+    /// Decides at time `now_s` how to move; at rest if told to stand, or without a fresh path or
+    /// hand, or blind.
     pub fn step(&mut self, now_s: f64) -> Velocity {
         let interval_s = (now_s - self.stepped_s).clamp(0.02, 0.2);
         self.stepped_s = now_s;
-        let wanted = self.wanted(now_s, interval_s);
-        self.command = wanted.unwrap_or_else(|| self.rest());
+        self.command = match self.fresh(&self.hand, now_s) {
+            _ if self.is_stopped => None,
+            Some(&wanted) => self.by_hand(wanted, now_s, interval_s),
+            None => self.along_path(now_s, interval_s),
+        }
+        .unwrap_or_else(|| self.rest());
         self.command
     }
 
     fn rest(&mut self) -> Velocity {
         self.recovery.rest();
         self.spinning = false;
-        self.command = Velocity::ZERO;
-        if !self.planner.path().is_empty() {
-            self.path_changed = true;
-        }
-        self.planner.forget();
         Velocity::ZERO
     }
 
-    fn wanted(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
-        let goal = self.fresh_goal(now_s)?;
-        let scan = self.scan.as_ref().filter(|scan| self.is_fresh(scan.at_s, now_s))?;
-        self.is_fresh(self.odometry_s, now_s).then_some(())?;
-        let map_from_robot = self.track.map_from_robot()?;
-        let odom_from_then = self.track.odom_from_robot_at(scan.value.stamp_s)?;
-        let now_from_then = self.track.odom_from_robot()?.inverse().compose(odom_from_then);
-        let map = self.planner.map().map(|map| (map, map_from_robot));
-        let obstacles = surroundings(&scan.value, now_from_then, map);
-
+    /// As the hand wants, within what the base can do and, if guarded, what is safe; `None` if that
+    /// cannot be told.
+    fn by_hand(&mut self, wanted: Velocity, now_s: f64, interval_s: f64) -> Option<Velocity> {
+        self.rest();
         let limits = self.settings.limits;
-        let keep_m = self.settings.radius_m + self.settings.margin_m / 2.0;
-        let window = Window {
-            limits: &limits,
-            distances: Distances { keep_m, comfort_m: keep_m + COMFORT_M / 2.0 },
-            obstacles: &obstacles,
-            now: self.command,
-            interval_s,
-        };
-        let robot = map_from_robot;
-        if robot.point().distance_m(goal.point()) <= self.settings.tolerance_m {
+        let wanted = limits.within(wanted);
+        if !self.settings.guarded {
+            return Some(limits.approach(self.command, wanted, interval_s));
+        }
+        let senses = self.senses(now_s)?;
+        Some(guarded(&self.window(&limits, &senses.obstacles, interval_s), wanted))
+    }
+
+    /// The next step on the path; `None` without one, or if it is not known where the robot is.
+    fn along_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
+        let path = self.fresh(&self.path, now_s)?.clone();
+        let senses = self.senses(now_s)?;
+        let robot = senses.map_from_robot?;
+        let limits = self.settings.limits;
+        let window = self.window(&limits, &senses.obstacles, interval_s);
+        if let Some(goal) = path.last()
+            && robot.point().distance_m(goal.point()) <= self.settings.tolerance_m
+        {
             return Some(self.face(wrap_angle(goal.yaw_rad - robot.yaw_rad), &window));
         }
-        self.path_changed |= self.planner.renew(robot.point(), goal.point(), now_s);
-        let has_path = !self.planner.path().is_empty();
-        if let Some(escape) = self.recovery.step(robot, has_path, &window, now_s) {
+        if let Some(escape) = self.recovery.step(robot, !path.is_empty(), &window, now_s) {
             return Some(limits.approach(self.command, escape, interval_s));
         }
-        Some(self.follow(robot, &window))
+        Some(self.follow(&path, robot, &window))
+    }
+
+    /// Where the robot is and what is around it; `None` without a fresh scan and odometry.
+    fn senses(&self, now_s: f64) -> Option<Senses> {
+        let scan = self.fresh(&self.scan, now_s)?;
+        self.is_fresh(self.odometry_s, now_s).then_some(())?;
+        let odom_from_then = self.track.odom_from_robot_at(scan.stamp_s)?;
+        let now_from_then = self.track.odom_from_robot()?.inverse().compose(odom_from_then);
+        let map_from_robot = self.track.map_from_robot();
+        let obstacles = surroundings(scan, now_from_then, self.map.as_ref().zip(map_from_robot));
+        Some(Senses { map_from_robot, obstacles })
+    }
+
+    fn window<'a>(
+        &self,
+        limits: &'a Limits,
+        obstacles: &'a [Point2],
+        interval_s: f64,
+    ) -> Window<'a> {
+        let keep_m = self.settings.radius_m + self.settings.margin_m / 2.0;
+        let distances = Distances { keep_m, comfort_m: keep_m + COMFORT_M };
+        Window { limits, distances, obstacles, now: self.command, interval_s }
     }
 
     /// At the goal: turns to its heading, then stands.
@@ -210,13 +237,15 @@ impl Driving {
     }
 
     /// Drives on along the path; stands if there is none.
-    fn follow(&mut self, robot: Pose2, window: &Window<'_>) -> Velocity {
+    fn follow(&mut self, path: &[Pose2], robot: Pose2, window: &Window<'_>) -> Velocity {
         let look_m = LOOK_M.max(window.limits.speed_mps * HORIZON_S);
-        let open = |from, to| self.planner.is_straight_open(from, to);
-        let Some(lead) = lead(self.planner.path(), robot.point(), look_m, open) else {
+        let clear_m = self.settings.radius_m + self.settings.margin_m;
+        let robot_from_map = robot.inverse();
+        let is_open = |point| window.is_way_clear(robot_from_map.apply(point), clear_m);
+        let Some(lead) = lead(path, robot.point(), look_m, is_open) else {
             return Velocity::ZERO;
         };
-        let target = robot.inverse().apply(lead.target);
+        let target = robot_from_map.apply(lead.target);
         let bearing_rad = Point2::default().bearing_rad(target);
         self.spinning = bearing_rad.abs() > if self.spinning { SPUN_RAD } else { SPIN_RAD };
         if self.spinning {
@@ -253,12 +282,8 @@ impl Driving {
         next
     }
 
-    fn fresh_goal(&self, now_s: f64) -> Option<Pose2> {
-        [&self.override_goal, &self.goal]
-            .into_iter()
-            .flatten()
-            .find(|goal| self.is_fresh(goal.at_s, now_s))
-            .map(|goal| goal.value)
+    fn fresh<'a, T>(&self, received: &'a Option<Received<T>>, now_s: f64) -> Option<&'a T> {
+        received.as_ref().filter(|it| self.is_fresh(it.at_s, now_s)).map(|it| &it.value)
     }
 
     fn is_fresh(&self, at_s: f64, now_s: f64) -> bool {

@@ -1,6 +1,9 @@
-//! Driving in closed loop: the real laser, base and odometry are replaced, nothing else is.
+//! Driving in closed loop with the planner: the real laser, base and odometry are replaced, nothing
+//! else is.
 
 use std::f64::consts::{PI, TAU};
+
+use armor_planner::{Planning, Rank};
 
 use super::*;
 use crate::box_world::{Noise, Walls, World, two_rooms};
@@ -12,6 +15,7 @@ const START: Pose2 = Pose2::new(1.0, 1.0, 0.0);
 
 struct Trial {
     world: World,
+    planning: Planning,
     driving: Driving,
     now_s: f64,
     ticks: u64,
@@ -23,13 +27,36 @@ struct Trial {
 impl Trial {
     fn new(walls: Walls, field_rad: f64, noise: Noise) -> Self {
         let world = World::new(walls, START, field_rad, noise);
+        let planning = Planning::new(armor_planner::Settings::default());
         let driving = Driving::new(Settings::default());
         let late = std::collections::VecDeque::new();
-        Self { world, driving, now_s: 100.0, ticks: 0, nearest_m: f64::INFINITY, late }
+        Self { world, planning, driving, now_s: 100.0, ticks: 0, nearest_m: f64::INFINITY, late }
     }
 
-    /// Scans and poses at 10 Hz, poses 0.2 s late, maps at 1 Hz, the rest at 20 Hz.
+    /// Drives on for a tick of the driver. Scans, poses and paths come at 10 Hz, poses 0.2 s late,
+    /// maps at 1 Hz, the rest at 20 Hz.
     fn tick(&mut self, goal: Option<Pose2>) -> Velocity {
+        let now_s = self.now_s;
+        self.sense();
+        if let Some(goal) = goal {
+            self.planning.goal_seen(now_s, Rank::Task, goal);
+        }
+        if self.ticks.is_multiple_of(2)
+            && let Some(path) = self.planning.step(now_s)
+        {
+            self.driving.path_seen(now_s, path.to_vec());
+        }
+        self.move_on()
+    }
+
+    /// Drives on with a hand on the wheel.
+    fn tick_by_hand(&mut self, wanted: Velocity) -> Velocity {
+        self.sense();
+        self.driving.hand_seen(self.now_s, wanted);
+        self.move_on()
+    }
+
+    fn sense(&mut self) {
         let now_s = self.now_s;
         self.driving.odometry_seen(now_s, now_s, self.world.odometry);
         if self.ticks.is_multiple_of(2) {
@@ -38,16 +65,18 @@ impl Trial {
             self.late.push_back((now_s, self.world.mapped_pose()));
             if self.late.len() > 2 {
                 let (stamp_s, pose) = self.late.pop_front().expect("there are more than two");
+                self.planning.pose_seen(pose);
                 self.driving.pose_seen(stamp_s, pose);
             }
         }
         if self.ticks.is_multiple_of(20) {
+            self.planning.map_seen(self.world.map.clone());
             self.driving.map_seen(self.world.map.clone());
         }
-        if let Some(goal) = goal {
-            self.driving.goal_seen(now_s, goal);
-        }
-        let command = self.driving.step(now_s);
+    }
+
+    fn move_on(&mut self) -> Velocity {
+        let command = self.driving.step(self.now_s);
         for _ in 0..5 {
             self.world.drive(command, TICK_S / 5.0);
             self.nearest_m =
@@ -122,33 +151,47 @@ fn rooms_full_of_boxes_are_passed() {
     }
 }
 
-#[test]
-fn without_a_fresh_goal_it_stops() {
+/// A trial that drives at some speed.
+fn under_way() -> Trial {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
     for _ in 0..40 {
         trial.tick(Some(TOUR[0]));
     }
     assert!(trial.driving.command.speed_mps > 0.2, "{:?}", trial.driving.command);
+    trial
+}
+
+#[test]
+fn without_a_fresh_path_it_stops() {
+    let mut trial = under_way();
     for _ in 0..9 {
-        trial.tick(None);
+        trial.sense();
+        trial.move_on();
     }
     assert_ne!(trial.driving.command, Velocity::ZERO);
     for _ in 0..3 {
-        trial.tick(None);
+        trial.sense();
+        trial.move_on();
     }
     assert_eq!(trial.driving.command, Velocity::ZERO);
 }
 
 #[test]
+fn when_the_goal_ends_it_stops_at_the_next_path() {
+    let mut trial = under_way();
+    trial.planning.stop();
+    trial.tick(None);
+    trial.tick(None);
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+}
+
+#[test]
 fn blind_it_stands() {
-    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    for _ in 0..40 {
-        trial.tick(Some(TOUR[0]));
-    }
-    // Goals and odometry go on, scans do not.
+    let mut trial = under_way();
+    // Paths and odometry go on, scans do not.
     for _ in 0..13 {
         trial.driving.odometry_seen(trial.now_s, trial.now_s, trial.world.odometry);
-        trial.driving.goal_seen(trial.now_s, TOUR[0]);
+        trial.driving.path_seen(trial.now_s, vec![TOUR[0]]);
         trial.driving.step(trial.now_s);
         trial.now_s += TICK_S;
     }
@@ -156,16 +199,89 @@ fn blind_it_stands() {
 }
 
 #[test]
-fn the_override_goes_first_while_it_is_fresh() {
-    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    let aside = Pose2::new(1.0, 3.5, 0.0);
-    let until_s = trial.now_s + 30.0;
-    while trial.away_m(aside) > 0.2 {
-        trial.driving.override_seen(trial.now_s, aside);
-        trial.tick(Some(TOUR[0]));
-        assert!(trial.now_s < until_s, "override not reached");
+fn told_to_stand_it_stands_whatever_else_is_said() {
+    let mut trial = under_way();
+    trial.driving.stop_seen(true);
+    for _ in 0..20 {
+        trial.driving.hand_seen(trial.now_s, FORWARD);
+        assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO);
     }
+    trial.driving.begin_anew(Settings::default());
+    assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO, "started afresh it still stands");
+    trial.driving.stop_seen(false);
     trial.reach(TOUR[0], 30.0);
+}
+
+const FORWARD: Velocity = Velocity { speed_mps: 0.4, turn_radps: 0.0 };
+const BACKWARD: Velocity = Velocity { speed_mps: -0.4, turn_radps: 0.0 };
+
+#[test]
+fn a_hand_holds_before_the_path_while_it_is_fresh() {
+    let mut trial = under_way();
+    let before = trial.world.robot;
+    for _ in 0..10 {
+        trial.driving.hand_seen(trial.now_s, Velocity::spin(-1.0));
+        trial.tick(Some(TOUR[0]));
+    }
+    let turned_rad = wrap_angle(trial.world.robot.yaw_rad - before.yaw_rad);
+    assert!(turned_rad < -0.3, "turned by {turned_rad}");
+    trial.reach(TOUR[0], 30.0);
+}
+
+#[test]
+fn a_hand_gets_what_the_base_can_do_and_no_more() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    let limits = trial.driving.settings.limits;
+    let much = Velocity { speed_mps: 9.0, turn_radps: 9.0 };
+    let mut before = trial.tick_by_hand(Velocity::ZERO);
+    for _ in 0..20 {
+        let next = trial.tick_by_hand(much);
+        assert!(next.speed_mps - before.speed_mps <= limits.acceleration_mps2 * TICK_S + 1e-9);
+        let turned_radps = next.turn_radps - before.turn_radps;
+        assert!(turned_radps <= limits.turn_acceleration_radps2 * TICK_S + 1e-9);
+        before = next;
+    }
+    assert_eq!(before, Velocity { speed_mps: limits.speed_mps, turn_radps: limits.turn_radps });
+}
+
+#[test]
+fn guarded_a_hand_does_not_reach_the_wall_and_may_back_off() {
+    for noise in [EXACT, Noise { range_m: 0.015, pose_m: 0.02, odometry: 0.05, seed: 5 }] {
+        let mut trial = Trial::new(two_rooms(0.9), TAU, noise);
+        let before_m = trial.away_m(START);
+        for _ in 0..300 {
+            trial.tick_by_hand(FORWARD);
+            assert!(trial.nearest_m > trial.driving.settings.radius_m, "{:?}", trial.world.robot);
+        }
+        assert!(trial.away_m(START) > before_m + 1.0, "it drives as long as there is room");
+        assert!(trial.driving.command.speed_mps < 0.05, "{:?}", trial.driving.command);
+        let at_wall = trial.world.robot;
+        for _ in 0..40 {
+            trial.tick_by_hand(BACKWARD);
+        }
+        assert!(trial.away_m(at_wall) > 0.3, "{:?}", trial.world.robot);
+    }
+}
+
+#[test]
+fn guarded_and_blind_a_hand_gets_nothing() {
+    let mut trial = under_way();
+    for _ in 0..13 {
+        trial.driving.hand_seen(trial.now_s, FORWARD);
+        trial.driving.step(trial.now_s);
+        trial.now_s += TICK_S;
+    }
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+}
+
+#[test]
+fn unguarded_a_hand_may_run_into_the_wall() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    trial.driving.begin_anew(Settings { guarded: false, ..Settings::default() });
+    for _ in 0..300 {
+        assert!(trial.tick_by_hand(FORWARD).speed_mps > 0.0);
+    }
+    assert!(trial.nearest_m < 0.05, "{}", trial.nearest_m);
 }
 
 #[test]
@@ -216,19 +332,4 @@ fn a_goal_that_cannot_be_reached_is_not_forced() {
         assert!(trial.nearest_m > trial.driving.settings.radius_m);
     }
     assert!(trial.world.robot.x_m < 4.0);
-}
-
-#[test]
-fn the_path_is_told_when_it_changes_and_when_it_ends() {
-    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    let mut told = Vec::new();
-    for _ in 0..20 {
-        trial.tick(Some(TOUR[0]));
-        told.extend(trial.driving.changed_path().map(<[Point2]>::to_vec));
-    }
-    let end = *told.last().and_then(|path| path.last()).expect("a path was told");
-    assert!(end.distance_m(TOUR[0].point()) < 0.1);
-    trial.driving.stop();
-    assert_eq!(trial.driving.changed_path(), Some(&[][..]));
-    assert_eq!(trial.driving.changed_path(), None);
 }

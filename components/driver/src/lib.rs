@@ -1,13 +1,14 @@
-//! Drives a differential-drive robot to goals on a map without touching anything. `driver` decides
-//! at each step; `planner` finds the way, `follower` the point to head for, `window` the speeds
-//! that hit nothing, `track` where the robot is between two poses, `surroundings` what is near.
-//! `ports` is all there is of messages.
+//! Drives a differential-drive robot along paths, or as somebody's hand wants, without touching
+//! anything. `driver` decides at each step; `follower` finds the point to head for, `window` the
+//! speeds that hit nothing, `guard` what is left of a hand's wish, `track` where the robot is between
+//! two poses, `surroundings` what is near, `recovery` how to get loose. `ports` is all there is of
+//! messages.
 
 #[cfg(test)]
 mod box_world;
 mod driver;
 mod follower;
-mod planner;
+mod guard;
 mod ports;
 mod recovery;
 mod surroundings;

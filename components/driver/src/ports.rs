@@ -1,22 +1,21 @@
-//! The driver as a component: goals, map, pose, scan and odometry in, velocities out.
+//! The driver as a component: path, pose, scan and odometry in, or a hand; velocities out.
 
-use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2};
+use armor_grid::{Geometry, Grid, Occupancy, Pose2};
 use armor_sdk::prelude::*;
 
 use crate::driver::{Driving, Settings};
 use crate::surroundings::Scan;
 use crate::window::Velocity;
 
-/// Drives a differential-drive robot to goals on a map without touching anything.
+/// Drives a differential-drive robot along paths without touching anything.
 pub struct Driver {
     armor: Armor,
     settings: Settings,
     robot_from_laser: Pose2,
     driving: Driving,
-    frame: String,
 }
 
-const PARAMETER_NAMES: [&str; 11] = [
+const PARAMETER_NAMES: [&str; 12] = [
     "radius",
     "margin",
     "speed",
@@ -25,6 +24,7 @@ const PARAMETER_NAMES: [&str; 11] = [
     "turn_acceleration",
     "tolerance",
     "timeout",
+    "guarded",
     "laser_x",
     "laser_y",
     "laser_yaw",
@@ -33,7 +33,7 @@ const PARAMETER_NAMES: [&str; 11] = [
 impl Component for Driver {
     const KIND: &'static str = "driver";
     const SUMMARY: &'static str =
-        "Drives a differential-drive robot to goals on a map without touching anything.";
+        "Drives a differential-drive robot along paths without touching anything.";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::number("radius", "m")
             .default("0.18m")
@@ -56,11 +56,14 @@ impl Component for Driver {
         Parameter::number("tolerance", "m")
             .default("0.12m")
             .range(0.02, 2.0)
-            .doc("a goal is reached within this"),
+            .doc("the end of a path is reached within this"),
         Parameter::number("timeout", "s")
             .default("0.5s")
             .range(0.05, 10.0)
-            .doc("without a goal, scan or odometry younger than this the robot stands"),
+            .doc("without a path, scan and odometry younger than this the robot stands"),
+        Parameter::flag("guarded")
+            .default("true")
+            .doc("who drives by hand is slowed down and stopped before what the laser sees"),
         Parameter::number("laser_x", "m")
             .default("0m")
             .range(-10.0, 10.0)
@@ -75,36 +78,39 @@ impl Component for Driver {
             .doc("direction of the laser, anticlockwise from ahead"),
     ];
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("map", "what is known of the world; the way is planned on it"),
+        ("path", "where to drive; must be said again within the timeout, empty if there is no way"),
         ("pose", "where the robot was on the map when a scan was taken"),
         ("scan", "what is around the robot now"),
         ("odometry", "carries the pose on until the next one"),
-        ("goal", "where to drive; must be said again within the timeout"),
-        ("override", "a goal that holds before the other one while it is fresh"),
+        ("map", "what is where the laser does not look"),
+        ("manual", "somebody's hand: holds before the path while it is fresh"),
+        ("stop", "true: stands, whatever else is said, until false"),
         ("velocity", "speed and turn rate, at every tick"),
-        ("path", "the way planned, when it changes"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
-        armor.subscribe::<OccupancyGrid>("map")?;
+        armor.subscribe::<Path>("path")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.subscribe::<LaserScan>("scan")?;
         armor.subscribe::<Odometry>("odometry")?;
-        armor.subscribe::<PoseStamped>("goal")?;
-        armor.subscribe::<Optional<PoseStamped>>("override")?;
+        armor.subscribe::<Optional<OccupancyGrid>>("map")?;
+        armor.subscribe::<Optional<Twist>>("manual")?;
+        armor.subscribe::<Optional<Flag>>("stop")?;
         armor.provide::<Twist>("velocity")?;
-        armor.provide::<Latched<Path>>("path")?;
         for name in PARAMETER_NAMES {
             armor.get_parameter(name)?;
         }
         armor.synchronize()?;
         let settings = Settings::default();
         let driving = Driving::new(settings);
-        let frame = "map".into();
-        Ok(Self { armor, settings, robot_from_laser: Pose2::IDENTITY, driving, frame })
+        Ok(Self { armor, settings, robot_from_laser: Pose2::IDENTITY, driving })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        if name == "guarded" {
+            self.settings.guarded = value.flag()?;
+            return Ok(());
+        }
         let number = value.number()?;
         let limits = &mut self.settings.limits;
         match name {
@@ -127,10 +133,10 @@ impl Component for Driver {
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let now_s = self.armor.timestamp();
         match header.id() {
-            "map" => {
-                let map: OccupancyGrid = data.decode()?;
-                self.driving.map_seen(grid(&map)?);
-                self.frame = map.frame;
+            "path" => {
+                let path: Path = data.decode()?;
+                let poses = path.poses.iter().map(|stamped| planar(&stamped.pose)).collect();
+                self.driving.path_seen(now_s, poses);
             }
             "pose" => {
                 let pose: PoseWithCovarianceStamped = data.decode()?;
@@ -144,13 +150,18 @@ impl Component for Driver {
                 let odometry: Odometry = data.decode()?;
                 self.driving.odometry_seen(now_s, odometry.stamp, planar(&odometry.pose.pose));
             }
-            "goal" => {
-                let goal: PoseStamped = data.decode()?;
-                self.driving.goal_seen(now_s, planar(&goal.pose));
+            "map" => {
+                let map: OccupancyGrid = data.decode()?;
+                self.driving.map_seen(grid(&map)?);
             }
-            "override" => {
-                let goal: PoseStamped = data.decode()?;
-                self.driving.override_seen(now_s, planar(&goal.pose));
+            "manual" => {
+                let Twist { linear, angular } = data.decode()?;
+                let wanted = Velocity { speed_mps: linear.x, turn_radps: angular.z };
+                self.driving.hand_seen(now_s, wanted);
+            }
+            "stop" => {
+                let Flag { data: is_stopped } = data.decode()?;
+                self.driving.stop_seen(is_stopped);
             }
             _ => {}
         }
@@ -158,19 +169,13 @@ impl Component for Driver {
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
-        if call == Call::Started {
-            self.driving = Driving::new(self.settings);
+        match call {
+            Call::Started => self.driving.begin_anew(self.settings),
+            Call::Stopping => self.driving.forget(),
+            _ => {}
         }
-        if call == Call::Stopping {
-            self.driving.stop();
-        }
-        let now_s = self.armor.timestamp();
-        let Velocity { speed_mps, turn_radps } = self.driving.step(now_s);
+        let Velocity { speed_mps, turn_radps } = self.driving.step(self.armor.timestamp());
         self.armor.send_data("velocity", &Twist::planar(speed_mps, turn_radps))?;
-        if let Some(points) = self.driving.changed_path() {
-            let path = path(now_s, &self.frame, points);
-            self.armor.send_data("path", &path)?;
-        }
         Ok(Outcome::CarryOn)
     }
 }
@@ -202,13 +207,4 @@ fn as_scan(scan: &LaserScan, robot_from_laser: Pose2) -> Scan {
         step_rad: f64::from(scan.angle_increment),
         ranges_m: scan.ranges.iter().map(range_m).collect(),
     }
-}
-
-fn path(stamp: f64, frame: &str, points: &[Point2]) -> Path {
-    let pose = |point: &Point2| PoseStamped {
-        stamp,
-        frame: frame.into(),
-        pose: Pose::planar(Pose2D { x: point.x_m, y: point.y_m, theta: 0.0 }),
-    };
-    Path { stamp, frame: frame.into(), poses: points.iter().map(pose).collect() }
 }

@@ -61,6 +61,14 @@ impl Limits {
         }
     }
 
+    /// Returns the velocity nearest to `wanted` that the base can have, backwards as fast as forward.
+    pub(crate) fn within(&self, wanted: Velocity) -> Velocity {
+        Velocity {
+            speed_mps: wanted.speed_mps.clamp(-self.speed_mps, self.speed_mps),
+            turn_radps: wanted.turn_radps.clamp(-self.turn_radps, self.turn_radps),
+        }
+    }
+
     /// Returns the velocity after braking for `interval_s` on the same arc.
     pub(crate) fn braked(&self, now: Velocity, interval_s: f64) -> Velocity {
         let less_mps = (self.acceleration_mps2 * interval_s).min(now.speed_mps.abs());
@@ -120,6 +128,17 @@ impl Window<'_> {
         way_m < 0.01 || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + way_m
     }
 
+    /// Says whether nothing is closer than `clear_m` to the straight way to a point in the robot's
+    /// frame, or no closer than it is to the robot now.
+    pub(crate) fn is_way_clear(&self, to: Point2, clear_m: f64) -> bool {
+        let clear_m = clear_m.min(self.nearest_m(Pose2::IDENTITY));
+        let length_m2 = (to.x_m * to.x_m + to.y_m * to.y_m).max(1e-9);
+        self.obstacles.iter().all(|point| {
+            let along = (point.x_m * to.x_m + point.y_m * to.y_m) / length_m2;
+            Point2::default().toward(to, along.clamp(0.0, 1.0)).distance_m(*point) >= clear_m
+        })
+    }
+
     fn speeds(&self, fastest_mps: f64) -> impl Iterator<Item = f64> + use<> {
         let step = self.limits.acceleration_mps2 * self.interval_s;
         let highest = (self.now.speed_mps + step).min(fastest_mps).max(0.0);
@@ -160,7 +179,7 @@ impl Window<'_> {
         let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
         let mut nearest_m = start_m;
         let mut time_s = 0.0;
-        while time_s < HORIZON_S {
+        while time_s < HORIZON_S.max(stop_s) {
             let next_s = time_s + STEP_S;
             let pose = self.pose_after(velocity, next_s);
             let away_m = self.nearest_m(pose);
@@ -170,7 +189,7 @@ impl Window<'_> {
             nearest_m = nearest_m.min(away_m);
             time_s = next_s;
         }
-        Some((nearest_m, HORIZON_S))
+        Some((nearest_m, time_s))
     }
 
     /// The target as it lies before the robot where the arc passes closest to it, and how far away.

@@ -123,13 +123,16 @@ impl CostMap {
     /// Returns the open cell nearest to a point within `reach_m`, the point's own first.
     pub fn nearest_open(&self, point: Point2, reach_m: f64) -> Option<Cell> {
         let middle = self.geometry().cell_at(point);
+        if self.is_open(middle) {
+            return Some(middle);
+        }
         let reach = (reach_m / self.geometry().resolution_m).ceil() as i32;
         let around = (-reach..=reach)
             .flat_map(|rows| (-reach..=reach).map(move |columns| middle.offset(columns, rows)));
         around
             .filter(|&cell| self.is_open(cell))
             .map(|cell| (cell, self.geometry().centre(cell).distance_m(point)))
-            .filter(|&(cell, away_m)| away_m <= reach_m || cell == middle)
+            .filter(|&(_, away_m)| away_m <= reach_m)
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(cell, _)| cell)
     }
@@ -199,5 +202,8 @@ mod tests {
         assert_eq!(map.nearest_open(at_wall, 0.1), None);
         let open = Point2::new(0.55, 0.05);
         assert_eq!(map.nearest_open(open, 0.0), Some(Cell::new(5, 0)));
+        // As near to the centre of the cell before it as to that of its own.
+        let on_edge = Point2::new(0.5, 0.05);
+        assert_eq!(map.nearest_open(on_edge, 0.5), Some(map.geometry().cell_at(on_edge)));
     }
 }

@@ -35,5 +35,6 @@ stock! {
     armor_homing::Homing,
     armor_map_writer::MapWriter,
     armor_patrol::Patrol,
+    armor_planner::Planner,
     armor_simulator::Simulator,
 }

@@ -17,6 +17,7 @@ fn conditions(seed: u64) -> Conditions {
     Conditions {
         seed,
         explorer: armor_explorer::Settings::default(),
+        planner: armor_planner::Settings::default(),
         driver: armor_driver::Settings {
             limits: armor_driver::Limits {
                 speed_mps: 0.9,

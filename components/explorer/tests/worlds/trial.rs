@@ -1,5 +1,5 @@
 //! One mission in simulated time: the algorithms of the simulator, the mapper, the explorer, the
-//! driver and homing, joined as the mission file joins their components, without processes.
+//! planner, the driver and homing, joined as the mission file joins their components, without processes.
 
 use std::path::Path;
 
@@ -12,6 +12,7 @@ use armor_grid_slam::pose::Pose as MapperPose;
 use armor_grid_slam::scan::Scan as MapperScan;
 use armor_grid_slam::slam::Slam;
 use armor_homing::{Homecoming, Step};
+use armor_planner::{Planning, Rank};
 use armor_simulator::laser::{LaserModel, RANGE_MIN_M};
 use armor_simulator::random::{Random, Stream};
 use armor_simulator::simulation::{Models, Reading, Simulation, Stamped};
@@ -23,6 +24,7 @@ use crate::delivery::{Delays, Delivery};
 /// The mission's clock: the simulation's step.
 const TICK_S: f64 = 0.01;
 const DRIVER_TICKS: u64 = 5;
+const PLANNER_TICKS: u64 = 10;
 const EXPLORER_TICKS: u64 = 20;
 const MAP_TICKS: u64 = 50;
 /// A mission that is not over by then never will be, in seconds.
@@ -33,8 +35,9 @@ const GIVE_UP_S: f64 = 400.0;
 pub struct Conditions {
     pub seed: u64,
     pub explorer: armor_explorer::Settings,
+    pub planner: armor_planner::Settings,
     pub driver: armor_driver::Settings,
-    /// On the way into and out of the driver and the mapper.
+    /// On the way into and out of planner, driver and mapper.
     pub delays: Delays,
     /// From a scan to the pose it gives, in seconds.
     pub pose_late_s: f64,
@@ -71,8 +74,8 @@ enum Said {
     Scan(f64, Vec<f32>),
     Pose(f64, Pose2),
     Map(Grid<Occupancy>),
-    Goal(Pose2),
-    Override(Pose2),
+    Goal(Rank, Pose2),
+    Path(Vec<Pose2>),
 }
 
 /// A mission under way.
@@ -84,8 +87,10 @@ pub struct Trial {
     map_is_new: bool,
     exploration: Exploration,
     homecoming: Homecoming,
+    planning: Planning,
     driving: Driving,
     to_mapper: Delivery<Said>,
+    to_planner: Delivery<Said>,
     to_driver: Delivery<Said>,
     poses: Delivery<(f64, Pose2)>,
     maps: Delivery<[Grid<Occupancy>; 2]>,
@@ -116,8 +121,10 @@ impl Trial {
             map_is_new: false,
             exploration: Exploration::new(conditions.explorer),
             homecoming: Homecoming::new(Pose2::IDENTITY, 0.25),
+            planning: Planning::new(conditions.planner),
             driving: Driving::new(conditions.driver),
             to_mapper: Delivery::new(delays, seed + 1000),
+            to_planner: Delivery::new(delays, seed + 5000),
             to_driver: Delivery::new(delays, seed + 2000),
             poses: Delivery::new(steady(conditions.pose_late_s), seed),
             maps: Delivery::new(steady(0.05), seed),
@@ -176,14 +183,24 @@ impl Trial {
             self.believed = pose;
             self.exploration.pose_seen(pose);
             self.homecoming.pose_seen(pose);
+            self.to_planner.send(now_s, Said::Pose(stamp_s, pose));
             self.to_driver.send(now_s, Said::Pose(stamp_s, pose));
         }
         while let Some([seen, certain]) = self.maps.receive(now_s) {
             self.exploration.map_seen(seen);
+            self.to_planner.send(now_s, Said::Map(certain.clone()));
             self.to_driver.send(now_s, Said::Map(certain));
         }
         if self.ticks.is_multiple_of(EXPLORER_TICKS) {
             self.decide(now_s);
+        }
+        while let Some(said) = self.to_planner.receive(now_s) {
+            self.tell_planner(said, now_s);
+        }
+        if self.ticks.is_multiple_of(PLANNER_TICKS)
+            && let Some(path) = self.planning.step(now_s)
+        {
+            self.to_driver.send(now_s, Said::Path(path.to_vec()));
         }
         while let Some(said) = self.to_driver.receive(now_s) {
             self.tell_driver(said, now_s);
@@ -231,7 +248,8 @@ impl Trial {
                 Reading::Collisions(count) => {
                     self.report.collisions = count;
                     if self.verbose && count > 0 {
-                        println!("{now_s:7.2} COLLISION at {after:?}");
+                        let bodies = self.simulation.bodies();
+                        println!("{now_s:7.2} COLLISION at {after:?} among {bodies:?}");
                     }
                 }
                 _ => {}
@@ -271,7 +289,9 @@ impl Trial {
         if self.report.explored_s.is_some() {
             match self.homecoming.step(now_s) {
                 Step::Home => self.report.home_s = Some(now_s),
-                Step::Goto(home) => self.to_driver.send(now_s, Said::Override(home)),
+                Step::Goto(home) => {
+                    self.to_planner.send(now_s, Said::Goal(Rank::Override, home));
+                }
             }
             return;
         }
@@ -286,8 +306,17 @@ impl Trial {
                     println!("{now_s:7.2} goal {:.2} {:.2}", goal.x_m, goal.y_m);
                 }
                 self.goal = Some(goal);
-                self.to_driver.send(now_s, Said::Goal(goal));
+                self.to_planner.send(now_s, Said::Goal(Rank::Task, goal));
             }
+        }
+    }
+
+    fn tell_planner(&mut self, said: Said, now_s: f64) {
+        match said {
+            Said::Pose(_, pose) => self.planning.pose_seen(pose),
+            Said::Map(map) => self.planning.map_seen(map),
+            Said::Goal(rank, goal) => self.planning.goal_seen(now_s, rank, goal),
+            _ => {}
         }
     }
 
@@ -300,8 +329,8 @@ impl Trial {
             }
             Said::Pose(stamp_s, pose) => driving.pose_seen(stamp_s, pose),
             Said::Map(map) => driving.map_seen(map),
-            Said::Goal(goal) => driving.goal_seen(now_s, goal),
-            Said::Override(goal) => driving.override_seen(now_s, goal),
+            Said::Path(path) => driving.path_seen(now_s, path),
+            Said::Goal(..) => {}
         }
     }
 }

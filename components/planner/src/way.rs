@@ -1,6 +1,6 @@
 //! The way over the map: A* on the inflated grid, renewed about once a second.
 
-use armor_grid::{CostMap, Grid, Inflation, Occupancy, Point2, shortest_path, traverse};
+use armor_grid::{CostMap, Grid, Inflation, Occupancy, Point2, Pose2, shortest_path};
 
 /// A way is renewed no more often than this when the map changes, in seconds.
 const CHANGED_S: f64 = 0.5;
@@ -13,7 +13,7 @@ const BORDER_M: f64 = 0.5;
 
 /// The map and the way over it.
 #[derive(Debug)]
-pub(crate) struct Planner {
+pub(crate) struct Way {
     inflation: Inflation,
     map: Option<Grid<Occupancy>>,
     costs: Option<CostMap>,
@@ -21,10 +21,10 @@ pub(crate) struct Planner {
     map_changed: bool,
     goal: Option<Point2>,
     planned_s: f64,
-    path: Vec<Point2>,
+    poses: Vec<Pose2>,
 }
 
-impl Planner {
+impl Way {
     pub(crate) fn new(inflation: Inflation) -> Self {
         Self {
             inflation,
@@ -33,7 +33,7 @@ impl Planner {
             map_changed: false,
             goal: None,
             planned_s: f64::NEG_INFINITY,
-            path: Vec::new(),
+            poses: Vec::new(),
         }
     }
 
@@ -43,57 +43,62 @@ impl Planner {
         self.map_changed = true;
     }
 
-    /// Returns the newest map.
-    pub(crate) fn map(&self) -> Option<&Grid<Occupancy>> {
-        self.map.as_ref()
-    }
-
-    /// Returns the way, from where the robot was when it was planned; empty if there is none.
-    pub(crate) fn path(&self) -> &[Point2] {
-        &self.path
+    /// Takes the newest map out.
+    pub(crate) fn take_map(&mut self) -> Option<Grid<Occupancy>> {
+        self.map.take()
     }
 
     /// Drops the way, so that the next goal gets a new one.
     pub(crate) fn forget(&mut self) {
-        self.path.clear();
+        self.poses.clear();
         self.goal = None;
     }
 
-    /// Renews the way if it is time to; says whether it did.
-    pub(crate) fn renew(&mut self, robot: Point2, goal: Point2, now_s: f64) -> bool {
-        let age_s = now_s - self.planned_s;
-        let moved = self.goal.is_none_or(|planned| planned.distance_m(goal) > GOAL_MOVED_M);
-        let changed = self.map_changed && age_s >= CHANGED_S;
-        if !(moved || changed || age_s >= RENEW_S) {
-            return false;
+    /// Returns the poses from where the robot was when the way was planned to the goal, each looking
+    /// at the next, the last one as the goal; empty if there is no way.
+    pub(crate) fn to(&mut self, goal: Pose2, robot: Point2, now_s: f64) -> &[Pose2] {
+        if self.is_due(goal.point(), now_s) {
+            self.plan(goal.point(), robot);
+            self.planned_s = now_s;
         }
-        if self.map_changed || self.costs.is_none() {
-            self.costs = self.map.as_ref().map(|map| CostMap::new(map, &self.inflation));
-            self.map_changed = false;
+        if let Some(last) = self.poses.last_mut() {
+            last.yaw_rad = goal.yaw_rad;
         }
-        self.goal = Some(goal);
-        self.planned_s = now_s;
-        self.path =
-            self.costs.as_ref().and_then(|costs| plan(costs, robot, goal)).unwrap_or_default();
-        true
+        &self.poses
     }
 
-    /// Says whether a robot can go straight between two points.
-    pub(crate) fn is_straight_open(&self, from: Point2, to: Point2) -> bool {
-        self.costs.as_ref().is_some_and(|costs| {
-            traverse(costs.geometry(), from, to).all(|cell| costs.is_open(cell))
-        })
+    fn is_due(&self, goal: Point2, now_s: f64) -> bool {
+        let age_s = now_s - self.planned_s;
+        let moved = self.goal.is_none_or(|planned| planned.distance_m(goal) > GOAL_MOVED_M);
+        moved || age_s >= RENEW_S || (self.map_changed && age_s >= CHANGED_S)
+    }
+
+    fn plan(&mut self, goal: Point2, robot: Point2) {
+        if std::mem::take(&mut self.map_changed) {
+            self.costs = self.map.as_ref().map(|map| CostMap::new(map, &self.inflation));
+        }
+        let points = self.costs.as_ref().and_then(|costs| search(costs, robot, goal));
+        self.poses = looking_ahead(&points.unwrap_or_default());
+        self.goal = Some(goal);
     }
 }
 
-fn plan(costs: &CostMap, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
+fn search(costs: &CostMap, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
     let from = costs.nearest_open(robot, BORDER_M)?;
     let to = costs.nearest_open(goal, BORDER_M)?;
-    let mut path = shortest_path(costs, from, to)?;
+    let mut points = shortest_path(costs, from, to)?;
     // Cells are coarse: the last step goes to the goal itself where a robot may stand there.
     if costs.geometry().cell_at(goal) == to {
-        path.pop();
-        path.push(goal);
+        points.pop();
+        points.push(goal);
     }
-    Some(path)
+    Some(points)
+}
+
+/// Poses at the points, each heading at the next one.
+fn looking_ahead(points: &[Point2]) -> Vec<Pose2> {
+    let ahead = points.iter().skip(1).chain(points.last());
+    let pose =
+        |(here, next): (&Point2, &Point2)| Pose2::new(here.x_m, here.y_m, here.bearing_rad(*next));
+    points.iter().zip(ahead).map(pose).collect()
 }

@@ -1,0 +1,123 @@
+//! Which goal holds, and the path to tell. Time is passed in: there is no clock.
+
+use armor_grid::{Grid, Inflation, Occupancy, Pose2};
+
+use crate::way::Way;
+
+/// Further than the margin from walls, paths gain nothing, in metres.
+const COMFORT_M: f64 = 0.3;
+/// What a metre of path costs at a wall, on top of its length.
+const WALL_WEIGHT: f64 = 4.0;
+/// What a metre of path costs where nothing was seen yet, on top of its length.
+const UNKNOWN_WEIGHT: f64 = 10.0;
+
+/// What the robot is and how long goals hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Radius of the circle around the robot's centre that holds all of it, in metres.
+    pub radius_m: f64,
+    /// Kept free around it, in metres.
+    pub margin_m: f64,
+    /// Goals older than this do not count, in seconds.
+    pub timeout_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { radius_m: 0.18, margin_m: 0.05, timeout_s: 0.5 }
+    }
+}
+
+/// Whose goal it is. While the goal of a higher rank is fresh, the lower ones do not count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rank {
+    /// Who goes about the task.
+    Task,
+    /// Who calls the robot away from it.
+    Override,
+    /// A person.
+    Operator,
+}
+
+/// The state of planning.
+#[derive(Debug)]
+pub struct Planning {
+    timeout_s: f64,
+    /// When they came and where they are, by rank.
+    goals: [Option<(f64, Pose2)>; 3],
+    robot: Option<Pose2>,
+    way: Way,
+    has_goal: bool,
+}
+
+impl Planning {
+    /// Starts with nothing known.
+    pub fn new(settings: Settings) -> Self {
+        let radius_m = settings.radius_m + settings.margin_m;
+        let inflation = Inflation {
+            radius_m,
+            comfort_m: radius_m + COMFORT_M,
+            weight: WALL_WEIGHT,
+            unknown_weight: Some(UNKNOWN_WEIGHT),
+        };
+        Self {
+            timeout_s: settings.timeout_s,
+            goals: [None; 3],
+            robot: None,
+            way: Way::new(inflation),
+            has_goal: false,
+        }
+    }
+
+    /// Starts afresh; only the map, which may not be said again, is kept.
+    pub fn begin_anew(&mut self, settings: Settings) {
+        let map = self.way.take_map();
+        *self = Self::new(settings);
+        map.into_iter().for_each(|map| self.map_seen(map));
+    }
+
+    /// Takes the newest map.
+    pub fn map_seen(&mut self, map: Grid<Occupancy>) {
+        self.way.map_seen(map);
+    }
+
+    /// Takes where the robot is on the map.
+    pub fn pose_seen(&mut self, map_from_robot: Pose2) {
+        self.robot = Some(map_from_robot);
+    }
+
+    /// Takes a goal on the map that came at `now_s`.
+    pub fn goal_seen(&mut self, now_s: f64, rank: Rank, goal: Pose2) {
+        self.goals[rank as usize] = Some((now_s, goal));
+    }
+
+    /// Forgets all goals.
+    pub fn stop(&mut self) {
+        self.goals = [None; 3];
+    }
+
+    /// Returns what to tell at time `now_s`: the path to the goal that holds, empty if there is none;
+    /// one empty path when the last goal has ended; nothing without a goal.
+    ///
+    /// A path goes from where the robot was when it was planned to the goal, or as near to it as a
+    /// robot may stand, and ends with the goal's heading.
+    pub fn step(&mut self, now_s: f64) -> Option<&[Pose2]> {
+        let Some(goal) = self.goal(now_s) else {
+            self.way.forget();
+            return std::mem::take(&mut self.has_goal).then_some(&[]);
+        };
+        self.has_goal = true;
+        let Some(robot) = self.robot else { return Some(&[]) };
+        Some(self.way.to(goal, robot.point(), now_s))
+    }
+
+    /// The fresh goal of the highest rank.
+    fn goal(&self, now_s: f64) -> Option<Pose2> {
+        let fresh = |&(at_s, _): &(f64, Pose2)| now_s - at_s <= self.timeout_s;
+        self.goals.iter().rev().find_map(|goal| goal.filter(fresh)).map(|(_, goal)| goal)
+    }
+}
+
+#[cfg(test)]
+#[path = "planning_tests.rs"]
+mod tests;
