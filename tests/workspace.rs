@@ -27,10 +27,12 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-look",
             "armor-missions",
             "armor-petri",
+            "armor-picture",
             "armor-sdk",
             "armor-wire",
         ],
     ),
+    ("armor-picture", &[]),
 ];
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-grid"];

@@ -1,18 +1,12 @@
-//! Pictures without a window: what egui would show, as pixels painted by ourselves or as an SVG.
-//! No display and no GPU are needed, and the same shapes give the same bytes on every machine.
+//! Files of what the window shows: the drawing or the window as a picture, made without a display
+//! (`armor-picture`).
 
 mod drawing;
-mod pixels;
-mod png;
-mod raster;
-mod stage;
-pub mod svg;
+mod saving;
 
+pub use armor_picture::Stage;
 pub use drawing::{ExportError, export};
-pub use pixels::{Pixels, Textures};
-pub use png::{PngError, save_png};
-pub use raster::paint;
-pub use stage::Stage;
+pub use saving::{PngError, save_png};
 
 /// What a picture is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use armor_picture::svg;
 use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference};
 
-use super::{Format, PngError, Stage, save_png, svg};
+use super::{Format, PngError, Stage, save_png};
 use crate::canvas::{Canvas, Diagram, PortAt, Rules};
 use crate::theme::{self, Colours};
 

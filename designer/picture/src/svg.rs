@@ -5,12 +5,12 @@ mod text;
 
 use std::fmt::Write;
 
-use eframe::egui::emath::TSTransform;
-use eframe::egui::epaint::{
+use egui::emath::TSTransform;
+use egui::epaint::{
     CircleShape, ClippedShape, ColorMode, CubicBezierShape, EllipseShape, Mesh, PathShape,
     PathStroke, QuadraticBezierShape, RectShape, StrokeKind,
 };
-use eframe::egui::{Color32, Pos2, Rect, Shape, Stroke};
+use egui::{Color32, Pos2, Rect, Shape, Stroke};
 
 /// The shapes inside `area` as a whole SVG file over a colour. One point is one unit of it.
 pub fn svg(shapes: &[ClippedShape], area: Rect, under: Color32) -> String {
@@ -179,7 +179,7 @@ impl Svg {
     }
 }
 
-fn band_outline(band: &eframe::egui::epaint::BandShape) -> PathShape {
+fn band_outline(band: &egui::epaint::BandShape) -> PathShape {
     let upper = band.points.iter().map(|sample| Pos2::new(sample.x, sample.y.min));
     let lower = band.points.iter().rev().map(|sample| Pos2::new(sample.x, sample.y.max));
     PathShape {

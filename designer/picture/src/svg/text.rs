@@ -3,9 +3,9 @@
 
 use std::fmt::Write;
 
-use eframe::egui::epaint::TextShape;
-use eframe::egui::epaint::text::{Galley, Glyph, PlacedRow};
-use eframe::egui::{Color32, FontFamily};
+use egui::epaint::TextShape;
+use egui::epaint::text::{Galley, Glyph, PlacedRow};
+use egui::{Color32, FontFamily};
 
 use super::{fill, number};
 

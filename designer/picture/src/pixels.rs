@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use eframe::egui::epaint::textures::TexturesDelta;
-use eframe::egui::{Color32, ColorImage, ImageData, Pos2, TextureId};
+use egui::epaint::textures::TexturesDelta;
+use egui::{Color32, ColorImage, ImageData, Pos2, TextureId};
 
 /// An image with premultiplied colours, row by row.
 pub struct Pixels {

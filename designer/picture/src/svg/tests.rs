@@ -1,6 +1,6 @@
 use super::*;
-use crate::picture::Stage;
-use eframe::egui::{Align2, Context, FontId, Painter, StrokeKind, Vec2};
+use crate::Stage;
+use egui::{Align2, Context, FontId, Painter, StrokeKind, Vec2};
 
 /// What a drawing of 100 × 50 points is as an SVG.
 fn drawn(draw: impl Fn(&Painter)) -> String {

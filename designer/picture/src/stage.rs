@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use eframe::egui::epaint::{ClippedShape, Primitive};
-use eframe::egui::{Color32, Context, Event, RawInput, Rect, Ui, Vec2, ViewportId};
+use egui::epaint::{ClippedShape, Primitive};
+use egui::{Color32, Context, Event, RawInput, Rect, Ui, Vec2, ViewportId};
 
 use super::pixels::{Pixels, Textures};
 use super::raster::paint;
@@ -102,7 +102,7 @@ impl Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use eframe::egui::{Frame, RichText};
+    use egui::{Frame, RichText};
 
     fn shown(text: &str) -> Pixels {
         let mut stage = Stage::new(Context::default(), 200, 60, 2.0);

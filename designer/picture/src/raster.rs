@@ -2,8 +2,8 @@
 //! both, so that nothing is painted twice (the top-left rule, in exact arithmetic: corners are
 //! rounded to 1/256 of a pixel first, as GPUs do).
 
-use eframe::egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex, WHITE_UV};
-use eframe::egui::{Color32, ColorImage, Pos2, Rect};
+use egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex, WHITE_UV};
+use egui::{Color32, ColorImage, Pos2, Rect};
 
 use super::pixels::{Pixels, Textures, sample};
 

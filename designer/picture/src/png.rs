@@ -1,43 +1,32 @@
-//! Pixels → a PNG file.
+//! Pixels → the bytes of a PNG file.
 
-use std::path::Path;
+use egui::Color32;
 
-use eframe::egui::Color32;
+use crate::pixels::Pixels;
 
-use super::pixels::Pixels;
-
-/// Why a picture was not saved.
+/// A picture is empty, or too large for the format.
 #[derive(Debug, thiserror::Error)]
-pub enum PngError {
-    /// It is empty, or too large for the format.
-    #[error("a picture of {width} x {height} pixels cannot be written: {reason}")]
-    Encoding {
-        /// Pixels in a row.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// Why.
-        reason: String,
-    },
-    /// The file cannot be written.
-    #[error(transparent)]
-    Save(#[from] armor_missions::SaveError),
+#[error("a picture of {width} x {height} pixels cannot be written: {reason}")]
+pub struct EncodeError {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Why.
+    pub reason: String,
 }
 
-/// Saves a picture as the file at `path`, whole or not at all.
-///
-/// # Errors
-/// If it cannot be encoded, or the file cannot be written.
-pub fn save_png(pixels: &Pixels, path: &Path) -> Result<(), PngError> {
-    let bytes = encode(pixels).map_err(|reason| PngError::Encoding {
-        width: pixels.width,
-        height: pixels.height,
-        reason,
-    })?;
-    Ok(armor_missions::save(path, &bytes)?)
+impl Pixels {
+    /// The picture as a PNG file, without an alpha channel if nothing shines through.
+    ///
+    /// # Errors
+    /// If it is empty, or too large for the format.
+    pub fn png(&self) -> Result<Vec<u8>, EncodeError> {
+        let (width, height) = (self.width, self.height);
+        encode(self).map_err(|reason| EncodeError { width, height, reason })
+    }
 }
 
-/// Without an alpha channel if nothing shines through.
 fn encode(pixels: &Pixels) -> Result<Vec<u8>, String> {
     let (width, height) = (u32::try_from(pixels.width), u32::try_from(pixels.height));
     let (Ok(width), Ok(height)) = (width, height) else { return Err("it is too large".into()) };
@@ -68,7 +57,7 @@ mod tests {
     fn a_picture_is_read_back_as_it_was() {
         let mut pixels = Pixels::filled(3, 2, Color32::from_rgb(1, 2, 3));
         pixels.colours[4] = Color32::from_rgb(250, 0, 9);
-        let bytes = encode(&pixels).expect("encoded");
+        let bytes = pixels.png().expect("encoded");
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
         let mut read = vec![0; reader.output_buffer_size().expect("a size")];
         reader.next_frame(&mut read).expect("a frame");
@@ -78,6 +67,6 @@ mod tests {
 
     #[test]
     fn an_empty_picture_is_refused() {
-        assert!(encode(&Pixels::filled(0, 5, Color32::BLACK)).is_err());
+        assert!(Pixels::filled(0, 5, Color32::BLACK).png().is_err());
     }
 }
