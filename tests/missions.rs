@@ -139,6 +139,36 @@ fn a_weak_battery_ends_the_survey_at_the_dock() {
     }
 }
 
+/// Maps a log twice at once, so that each is in the other's way; gives both trajectories.
+fn mapped_twice(folder: &Folder, log: &Path) -> [Vec<u8>; 2] {
+    let file = root().join("missions/map-from-log.xml").display().to_string();
+    let set = format!("player.file={}", log.display());
+    let run = |out: &str| {
+        let arguments = ["run", &file, "--set", &set, "--headless", "--out", out];
+        let (code, _, text) = ended(&mut folder.armor(&arguments));
+        assert_eq!(code, 0, "{text}");
+        std::fs::read(folder.path().join(out).join("trajectory.csv")).expect("trajectory.csv")
+    };
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| run("other"));
+        [run("one"), other.join().expect("it ended")]
+    })
+}
+
+#[test]
+fn a_log_gives_the_same_trajectory_to_the_byte_each_time() {
+    let Some(data) = std::env::var_os("ARMOR_DATA").map(PathBuf::from) else {
+        assert!(std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
+        println!("skipped: ARMOR_DATA is not set");
+        return;
+    };
+    // The one whose stamps go back most often.
+    let folder = Folder::new("twice");
+    let [one, other] = mapped_twice(&folder, &data.join("laser/intel.log.gz"));
+    assert!(one.len() > 910 * 20, "{} bytes", one.len());
+    assert!(one == other, "two runs differ");
+}
+
 /// The log, and how many scans are in it.
 const LOGS: [(&str, usize); 5] =
     [("intel", 910), ("aces", 440), ("freiburg-079", 4791), ("edmonton", 340), ("acapulco", 861)];

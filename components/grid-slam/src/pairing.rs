@@ -1,5 +1,6 @@
 //! Brings scans and odometry together by their stamps: a scan waits for an odometry that is not
-//! older, and gets the pose interpolated at its own moment. Pure.
+//! older, and gets the pose interpolated at its own moment. What is paired with what depends on the
+//! order within each of the two streams, never on which of them is ahead. Pure.
 
 use std::collections::VecDeque;
 
@@ -10,39 +11,42 @@ use crate::scan::Scan;
 pub const MAX_WAITING: usize = 2_400;
 /// Odometry is remembered for so many readings: half a minute of a fast base.
 const MAX_ODOMETRY: usize = 3_000;
-/// Stamps that go back by more than this begin anew, seconds; recorders' stamps go back by less.
+/// Odometry whose stamps go back by more than this begins anew, seconds; recorders' go back by less.
 const ANEW_S: f64 = 5.0;
+/// A scan whose stamp went back waits for odometry that does too until that is so far ahead, seconds.
+const PATIENCE_S: f64 = 2.0;
 
 /// The scans and odometry that have not met yet.
 #[derive(Debug, Default)]
 pub struct Pairing {
     scans: VecDeque<Scan>,
+    /// As it came.
     odometry: VecDeque<(f64, Pose)>,
-    /// Stamp of the reading that a scan of the same moment has got, the first in `odometry` of it.
-    taken_s: Option<f64>,
+    /// The reading in `odometry` that the last scan got, or the one after its moment.
+    used: usize,
+    /// Stamp of the last scan that met its odometry.
+    last_s: Option<f64>,
     dropped: u64,
 }
 
 impl Pairing {
-    /// Takes `odom_from_robot` at a stamp in seconds. Much
-    /// older than the newest: time has begun anew; a little: stamps came out of order.
+    /// Takes `odom_from_robot` at a stamp in seconds.
     pub fn odometry_seen(&mut self, stamp_s: f64, odom_from_robot: Pose) {
         if !odom_from_robot.is_finite() || !stamp_s.is_finite() {
             return;
         }
-        if self.odometry.back().is_some_and(|(newest_s, _)| stamp_s < *newest_s - ANEW_S) {
-            self.odometry.clear();
-            self.taken_s = None;
-        }
-        let place = self.odometry.partition_point(|(earlier_s, _)| *earlier_s <= stamp_s);
-        self.odometry.insert(place, (stamp_s, odom_from_robot));
+        self.odometry.push_back((stamp_s, odom_from_robot));
         if self.odometry.len() > MAX_ODOMETRY {
             self.odometry.pop_front();
+            self.used = self.used.saturating_sub(1);
         }
     }
 
     /// Takes a scan.
     pub fn scan_seen(&mut self, scan: Scan) {
+        if !scan.stamp_s.is_finite() {
+            return;
+        }
         self.scans.push_back(scan);
         if self.scans.len() > MAX_WAITING {
             self.scans.pop_front();
@@ -55,32 +59,87 @@ impl Pairing {
         self.dropped
     }
 
-    /// The next scan whose odometry is known, oldest first. Of several scans with one stamp, as coarse
-    /// clocks give, each gets a reading of its own.
+    /// The next scan whose odometry is known, in the order they came. Of several scans with one stamp,
+    /// as coarse clocks give, each gets a reading of its own.
     pub fn next_pair(&mut self) -> Option<(Pose, Scan)> {
-        let stamp_s = self.scans.front()?.stamp_s;
-        let first = self.odometry.iter().position(|(odometry_s, _)| *odometry_s >= stamp_s)?;
-        let is_taken = self.taken_s == Some(stamp_s) && self.odometry[first].0 == stamp_s;
-        let later = first + usize::from(is_taken);
-        if later == self.odometry.len() {
-            return None;
-        }
-        let (after_s, after) = self.odometry[later];
-        let pose = match later.checked_sub(1).map(|earlier| self.odometry[earlier]) {
-            Some((before_s, before)) if after_s > before_s => {
+        let (stamp_s, found) = loop {
+            let stamp_s = self.scans.front()?.stamp_s;
+            let found = match self.last_s {
+                Some(last_s) if stamp_s < last_s => self.back_at(stamp_s, last_s)?,
+                Some(last_s) if stamp_s == last_s => self.another_at(stamp_s)?,
+                _ => self.on_from(self.used, stamp_s)?,
+            };
+            if stamp_s <= self.odometry[found].0 + PATIENCE_S {
+                break (stamp_s, found);
+            }
+            // The odometry has begun anew, and nothing of this scan's time is left to come.
+            self.scans.pop_front();
+            self.dropped += 1;
+        };
+        let (after_s, after) = self.odometry[found];
+        let pose = match found.checked_sub(1).map(|earlier| self.odometry[earlier]) {
+            Some((before_s, before)) if (before_s..after_s).contains(&stamp_s) => {
                 between(&before, &after, (stamp_s - before_s) / (after_s - before_s))
             }
             _ => after,
         };
-        // What is older than this pair is of no more use, but for the reading just before it.
-        self.odometry.drain(..later.saturating_sub(1));
-        if after_s == stamp_s {
-            if is_taken {
-                self.odometry.pop_front();
-            }
-            self.taken_s = Some(stamp_s);
-        }
+        (self.used, self.last_s) = (found, Some(stamp_s));
+        self.forget(stamp_s);
         self.scans.pop_front().map(|scan| (pose, scan))
+    }
+
+    /// The first reading from one on that is not older than a stamp, or the last before time began
+    /// anew; `None` if that is still to come.
+    fn on_from(&self, first: usize, stamp_s: f64) -> Option<usize> {
+        let readings = self.odometry.iter().enumerate().skip(first);
+        let mut last_s = f64::NEG_INFINITY;
+        for (number, &(odometry_s, _)) in readings {
+            if odometry_s >= stamp_s {
+                return Some(number);
+            }
+            if odometry_s < last_s - ANEW_S {
+                return Some(number - 1);
+            }
+            last_s = odometry_s;
+        }
+        None
+    }
+
+    /// A second scan of the same moment: the next reading, if that is of this moment too.
+    fn another_at(&self, stamp_s: f64) -> Option<usize> {
+        if self.odometry[self.used].0 != stamp_s {
+            return Some(self.used);
+        }
+        let (next_s, _) = self.odometry.get(self.used + 1)?;
+        Some(self.used + usize::from(*next_s == stamp_s))
+    }
+
+    /// The scans' stamps went back from `last_s`: the odometry's do too, or those that were seen
+    /// before still hold if they go on without.
+    fn back_at(&self, stamp_s: f64, last_s: f64) -> Option<usize> {
+        let went_on = last_s.max(self.odometry[self.used].0) + PATIENCE_S;
+        for number in self.used + 1..self.odometry.len() {
+            let (before_s, now_s) = (self.odometry[number - 1].0, self.odometry[number].0);
+            if (now_s < before_s && now_s <= stamp_s) || now_s < before_s - ANEW_S {
+                return self.on_from(number, stamp_s);
+            }
+            if now_s > went_on {
+                let is_here = |&n: &usize| self.odometry[n - 1].0 < stamp_s;
+                return Some((1..=self.used).rev().find(is_here).unwrap_or(0));
+            }
+        }
+        None
+    }
+
+    /// Forgets what no later scan asks for: all before the reading in use, but for as long as a scan
+    /// out of order may look back.
+    fn forget(&mut self, stamp_s: f64) {
+        let is_old =
+            |(odometry_s, _): &(f64, Pose)| !(0.0..ANEW_S).contains(&(stamp_s - odometry_s));
+        while self.used > 1 && is_old(&self.odometry[0]) {
+            self.odometry.pop_front();
+            self.used -= 1;
+        }
     }
 }
 
@@ -150,6 +209,70 @@ mod tests {
             }
             assert_eq!(found, [10.0, 20.0, 30.0, 29.0, 40.0], "scans {lag} behind");
         }
+    }
+
+    /// What the scans are paired with if so many readings come before the first scan, and so many more
+    /// of one than of the other at a time.
+    fn paired(stream: &[(f64, f64)], scans_s: &[f64], ahead: usize, turns: [usize; 2]) -> Vec<f64> {
+        let (mut pairing, mut found) = (Pairing::default(), Vec::new());
+        let (mut readings, mut scans) = (stream.iter(), scans_s.iter());
+        let mut due = ahead + turns[0];
+        while !(readings.as_slice().is_empty() && scans.as_slice().is_empty()) {
+            for (stamp_s, x_m) in readings.by_ref().take(due) {
+                pairing.odometry_seen(*stamp_s, Pose::new(*x_m, 0.0, 0.0));
+                found.extend(std::iter::from_fn(|| pairing.next_pair()).map(|(p, _)| p.x_m));
+            }
+            for stamp_s in scans.by_ref().take(turns[1]) {
+                pairing.scan_seen(scan(*stamp_s));
+                found.extend(std::iter::from_fn(|| pairing.next_pair()).map(|(p, _)| p.x_m));
+            }
+            due = turns[0];
+        }
+        found
+    }
+
+    /// The same pairs, whichever of both streams is ahead and by how much.
+    fn check_order(stream: &[(f64, f64)], scans_s: &[f64], expected: &[f64]) {
+        for ahead in 0..=stream.len() {
+            for turns in [[1, 1], [1, 3], [3, 1], [2, 1], [1, 100], [100, 1]] {
+                let found = paired(stream, scans_s, ahead, turns);
+                assert_eq!(found, expected, "{ahead} readings ahead, {turns:?} at a time");
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_do_not_depend_on_which_stream_is_ahead() {
+        // Stamps of a real log: back by 0.9 s, twice the same, back again.
+        let stamps_s = [1.0, 2.0, 3.0, 2.1, 4.0, 4.0, 4.0, 3.9, 3.95, 7.0];
+        let stream: Vec<_> = (0..).map(f64::from).zip(stamps_s).map(|(x, s)| (s, x)).collect();
+        let own: Vec<_> = stream.iter().map(|(_, x_m)| *x_m).collect();
+        check_order(&stream, &stamps_s, &own);
+    }
+
+    #[test]
+    fn odometry_that_does_not_go_back_is_looked_for_behind() {
+        let stream: Vec<_> = (0..100).map(|i| f64::from(i) * 0.1).map(|s| (s, s)).collect();
+        check_order(&stream, &[1.05, 2.05, 1.95, 2.15], &[1.05, 2.05, 1.95, 2.15]);
+    }
+
+    #[test]
+    fn odometry_that_goes_back_alone_is_passed_over() {
+        let stamps_s = [1.0, 2.0, 1.8, 2.2, 3.0];
+        let stream: Vec<_> = stamps_s.map(|stamp_s| (stamp_s, 10.0 * stamp_s)).to_vec();
+        check_order(&stream, &[1.5, 2.1, 2.6], &[15.0, 21.0, 26.0]);
+    }
+
+    #[test]
+    fn time_that_begins_anew_takes_both_along() {
+        let stream = [(98.0, 1.0), (99.0, 2.0), (100.0, 3.0), (0.5, 4.0), (1.5, 6.0), (2.5, 7.0)];
+        check_order(&stream, &[98.0, 100.4, 0.4, 1.0, 2.5], &[1.0, 3.0, 4.0, 5.0, 7.0]);
+        let mut pairing = Pairing::default();
+        for (stamp_s, x_m) in stream {
+            pairing.odometry_seen(stamp_s, Pose::new(x_m, 0.0, 0.0));
+        }
+        pairing.scan_seen(scan(150.0));
+        assert!(pairing.next_pair().is_none() && pairing.dropped() == 1, "of another time");
     }
 
     #[test]

@@ -27,6 +27,11 @@ pub struct GridSlam {
     /// The whole map as it was published last, with the changes published since.
     published: Option<Snapshot>,
     published_s: f64,
+    /// Scans in the trajectory as it was published last, those known at the last tick, and ticks
+    /// since one came.
+    told: usize,
+    ticked: usize,
+    quiet: u32,
     stamp_s: f64,
     dropped: u64,
 }
@@ -50,6 +55,8 @@ const PARAMETER_NAMES: [&str; 14] = [
 /// The trajectory is published at most once in this long for each of its poses, seconds: its cost
 /// stays a share of the time however long it grows.
 const TRAJECTORY_S: f64 = 2e-4;
+/// Ticks without a scan after which none is expected.
+const QUIET_TICKS: u32 = 3;
 
 impl Component for GridSlam {
     const KIND: &'static str = "grid-slam";
@@ -147,6 +154,9 @@ impl Component for GridSlam {
             is_new: false,
             published: None,
             published_s: f64::NEG_INFINITY,
+            told: 0,
+            ticked: 0,
+            quiet: 0,
             stamp_s: 0.0,
             dropped: 0,
         })
@@ -206,9 +216,12 @@ impl Component for GridSlam {
     }
 
     /// Publishes what has changed. At the end of a log no scan follows, so it is the tick, not the
-    /// scan, that looks.
+    /// scan, that looks; where scans stay away, the last ones are told of though they drew nothing.
     fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
-        if self.is_new {
+        self.quiet =
+            if self.ticked == self.slam.scans() { self.quiet.saturating_add(1) } else { 0 };
+        self.ticked = self.slam.scans();
+        if self.is_new || (self.quiet >= QUIET_TICKS && self.told < self.ticked) {
             self.publish_map(self.armor.timestamp())?;
         }
         Ok(Outcome::CarryOn)
@@ -235,6 +248,7 @@ impl GridSlam {
                 self.armor.send_data("trajectory", &self.trajectory())?;
                 self.armor.send_data("map", &self.map(&snapshot))?;
                 (self.is_new, self.published_s) = (false, now_s);
+                self.told = self.slam.scans();
             }
         }
         self.published = Some(snapshot);

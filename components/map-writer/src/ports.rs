@@ -101,11 +101,15 @@ impl Component for MapWriter {
             self.record.write()?;
             return Ok(Outcome::CarryOn);
         }
+        self.record.expect_corrections(self.armor.subscribed_data("trajectory").is_some());
         let progress = self.record.step(start_s)?;
         self.record.step_took(self.armor.timestamp() - start_s);
         Ok(match progress {
             Progress::Open => Outcome::CarryOn,
             Progress::Complete => Outcome::Done,
+            Progress::Missing { announced, received } if received >= announced => {
+                Outcome::Failed("the map of the last pose has not come".into())
+            }
             Progress::Missing { announced, received } => {
                 Outcome::Failed(format!("{received} of {announced} poses have come, and no more"))
             }

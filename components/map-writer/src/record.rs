@@ -31,11 +31,11 @@ pub enum Progress {
     Open,
     /// As many poses as announced, and the map drawn from them, are on the disk.
     Complete,
-    /// What was announced has not come, and nothing else does.
+    /// What was announced has not come, and nothing else does: poses, or the map of the last.
     Missing {
         /// Poses announced.
         announced: u64,
-        /// Poses received.
+        /// Poses received; where corrections come, in the last of them.
         received: u64,
     },
 }
@@ -47,6 +47,8 @@ pub struct Record {
     interval_s: f64,
     patience_s: f64,
     begun: bool,
+    /// Whether corrections come, so that the last of them is worth waiting for.
+    is_corrected: bool,
     map: Option<MapSnapshot>,
     map_written: bool,
     trajectory: Trajectory,
@@ -66,6 +68,7 @@ impl Record {
             interval_s,
             patience_s,
             begun: false,
+            is_corrected: false,
             map: None,
             map_written: true,
             trajectory: Trajectory::default(),
@@ -88,6 +91,12 @@ impl Record {
             self.due_s = now_s + self.interval_s;
         }
         Ok(())
+    }
+
+    /// Says whether somebody tells where all poses are by now: complete is then what its last word
+    /// and the map of that moment say, and nothing else.
+    pub fn expect_corrections(&mut self, come: bool) {
+        self.is_corrected = come;
     }
 
     /// Takes the newest map.
@@ -184,17 +193,18 @@ impl Record {
 
     fn progress(&self, now_s: f64) -> Progress {
         let Some(announced) = self.announced else { return Progress::Open };
-        let received = self.trajectory.count();
         let quiet_s = now_s - self.heard_s;
-        let is_current = match (&self.map, self.trajectory.newest_s()) {
-            (Some(map), Some(newest_s)) => {
-                let corrected_s = self.trajectory.corrected_s().unwrap_or(newest_s);
-                map.stamp_s >= newest_s && corrected_s >= newest_s
-            }
-            _ => false,
+        let mapped_s = self.map.as_ref().map(|map| map.stamp_s);
+        let (received, is_complete) = if self.is_corrected {
+            let corrected_s = self.trajectory.corrected_s();
+            let is_current = mapped_s.is_some() && mapped_s == corrected_s;
+            (self.trajectory.corrected(), is_current)
+        } else {
+            let is_current = mapped_s >= self.trajectory.newest_s();
+            let is_settled = mapped_s.is_some() && quiet_s >= SETTLE_S;
+            (self.trajectory.count(), is_current || is_settled)
         };
-        let has_all = received >= announced && self.map.is_some();
-        if has_all && (is_current || quiet_s >= SETTLE_S) {
+        if received >= announced && is_complete {
             Progress::Complete
         } else if quiet_s >= self.patience_s {
             Progress::Missing { announced, received }
@@ -334,19 +344,34 @@ mod tests {
     }
 
     #[test]
-    fn a_correction_is_in_the_file_and_waited_for() {
+    fn the_last_correction_and_its_map_are_waited_for() {
         let (_scratch, mut record) = begin("correction");
+        record.expect_corrections(true);
         record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
         record.write().unwrap();
         record.correction_seen(1.5, 1.0, [(1.0, Pose2::new(7.0, 0.0, 0.0))].into_iter());
         record.pose_seen(2.0, 2.0, Pose2::IDENTITY);
         record.map_seen(2.0, map(2.0));
         record.end_seen(2.0, 2);
-        assert_eq!(record.step(2.1).unwrap(), Progress::Open, "the last pose is not corrected");
+        assert_eq!(record.step(30.0).unwrap(), Progress::Open, "the last pose is not corrected");
         let both = [(1.0, Pose2::new(7.5, 0.0, 0.0)), (2.0, Pose2::IDENTITY)];
-        record.correction_seen(2.2, 2.0, both.into_iter());
-        assert_eq!(record.step(2.3).unwrap(), Progress::Complete);
+        record.map_seen(30.1, map(1.0));
+        record.correction_seen(30.2, 2.0, both.into_iter());
+        assert_eq!(record.step(60.0).unwrap(), Progress::Open, "the map is older");
+        record.map_seen(61.0, map(2.0));
+        assert_eq!(record.step(61.1).unwrap(), Progress::Complete);
         let text = fs::read_to_string(record.file("trajectory.csv")).unwrap();
         assert!(lines(&record) == 3 && text.contains(",7.5"), "{text}");
+    }
+
+    #[test]
+    fn without_any_correction_nothing_is_complete_where_they_come() {
+        let (_scratch, mut record) = begin("uncorrected");
+        record.expect_corrections(true);
+        record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
+        record.map_seen(1.0, map(1.0));
+        record.end_seen(1.0, 1);
+        assert_eq!(record.step(50.0).unwrap(), Progress::Open);
+        assert_eq!(record.step(61.1).unwrap(), Progress::Missing { announced: 1, received: 0 });
     }
 }

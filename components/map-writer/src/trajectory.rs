@@ -21,6 +21,7 @@ pub(crate) struct Trajectory {
     /// Poses since the last correction.
     since: VecDeque<(f64, Pose2)>,
     corrected_s: Option<f64>,
+    corrected: u64,
     /// What was written before does not hold any more.
     begins_anew: bool,
     newest_s: Option<f64>,
@@ -32,10 +33,14 @@ pub(crate) struct Trajectory {
 impl Trajectory {
     /// Takes where all poses up to a stamp are by now; the newer ones stay as they came.
     pub(crate) fn correct(&mut self, stamp_s: f64, poses: impl Iterator<Item = (f64, Pose2)>) {
-        let is_newer = |(own_s, _): &(f64, Pose2)| *own_s > stamp_s;
-        let newer: Vec<_> = self.since.drain(..).filter(is_newer).collect();
+        // By the order they came in: stamps of recorders also go back.
+        let last = self.since.iter().rposition(|(own_s, _)| *own_s == stamp_s);
+        let covered = last.map_or(0, |last| last + 1);
+        let is_newer = |(own_s, _): &(f64, Pose2)| last.is_some() || *own_s > stamp_s;
+        let newer: Vec<_> = self.since.drain(..).skip(covered).filter(is_newer).collect();
         *self = Self { begins_anew: true, corrected_s: Some(stamp_s), ..Self::default() };
         poses.for_each(|(stamp_s, pose)| self.line_of(stamp_s, pose));
+        self.corrected = self.count;
         newer.into_iter().for_each(|(stamp_s, pose)| self.push(stamp_s, pose));
     }
 
@@ -67,6 +72,11 @@ impl Trajectory {
     /// Up to which stamp the poses are corrected, in seconds; `None` if corrections never came.
     pub(crate) fn corrected_s(&self) -> Option<f64> {
         self.corrected_s
+    }
+
+    /// Number of poses that are corrected.
+    pub(crate) fn corrected(&self) -> u64 {
+        self.corrected
     }
 
     /// Says whether the lines that were not written take the place of all before them.
@@ -144,5 +154,15 @@ mod tests {
         assert!(trajectory.begins_anew() && trajectory.count() == 3);
         trajectory.push(1.5, Pose2::IDENTITY);
         assert_eq!(trajectory.count(), 3, "what comes late is in the correction already");
+        assert_eq!(trajectory.corrected(), 2);
+    }
+
+    #[test]
+    fn stamps_that_go_back_leave_no_pose_twice() {
+        let mut trajectory = Trajectory::default();
+        let stamps_s = [1.0, 3.0, 2.0, 2.5];
+        stamps_s.iter().for_each(|&stamp_s| trajectory.push(stamp_s, Pose2::IDENTITY));
+        trajectory.correct(2.0, stamps_s[..3].iter().map(|&stamp_s| (stamp_s, Pose2::IDENTITY)));
+        assert_eq!((trajectory.count(), trajectory.corrected()), (4, 3));
     }
 }
