@@ -70,6 +70,27 @@ fn the_office_is_explored_mapped_and_left_for_home() {
     assert!(picture.len() > 5_000, "a picture of {} bytes", picture.len());
 }
 
+#[test]
+fn a_hall_with_people_is_explored_and_mapped_at_four_times_the_speed_of_life() {
+    let folder = Folder::new("explore-and-map");
+    let file = root().join("missions/explore-and-map.xml").display().to_string();
+    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "hall"]));
+    assert_eq!(code, 0, "{log}");
+    for step in ["explored: explore -> return", "arrived: return -> home"] {
+        assert!(log.contains(step), "{step} in\n{log}");
+    }
+    let world = World::read(&root().join("missions/worlds/hall.svg")).expect("the world");
+    let drawn = map(&folder.path().join("hall"));
+    let truth = world.free_space(drawn.geometry().resolution_m).expect("its free space");
+    let MapScore { wall_precision, free_recall, .. } = score(&drawn, &truth, 2.0);
+    println!(
+        "hall: walls {:.1} % right, free space {:.1} % found",
+        wall_precision * 100.0,
+        free_recall * 100.0
+    );
+    assert!(wall_precision > 0.75 && free_recall > 0.95, "{wall_precision} {free_recall}");
+}
+
 /// The waypoints of missions/patrol.xml, in metres on the map.
 const ROUTE: [(f64, f64); 5] = [(3.6, 1.5), (3.4, -1.6), (0.0, -2.0), (0.0, 2.0), (0.0, 0.0)];
 
