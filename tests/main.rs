@@ -17,6 +17,7 @@ mod mutations;
 mod new_component;
 mod operators;
 mod parameters;
+mod pictures;
 mod remote;
 mod resilience;
 mod resuming;

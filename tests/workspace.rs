@@ -127,6 +127,8 @@ fn every_dependency_has_a_licence_we_may_use() {
         "Apache-2.0 WITH LLVM-exception",
         "MIT-0",
         "BSL-1.0",
+        // The JPEG encoder of the camera; said in its README.
+        "IJG",
         // The fonts of egui, in the designer only.
         "OFL-1.1",
         "Ubuntu-font-1.0",

@@ -28,6 +28,7 @@ macro_rules! stock {
 }
 
 stock! {
+    armor_camera::Camera,
     armor_carmen_player::CarmenPlayer,
     armor_driver::Driver,
     armor_explorer::Explorer,
