@@ -169,7 +169,6 @@ fn matched(
     let field = Field::draw(
         &coarse,
         Window::around(&points, &prior, COARSE_M, 3.0 * BLUR_M),
-        u16::MAX,
         BLUR_M,
         levels,
     );
@@ -182,7 +181,7 @@ fn matched(
         return None;
     }
     let free = Expected { pose: found.pose, information: Matrix3::identity() };
-    let refined = refine(&fine, &points, found.pose, &free, u16::MAX);
+    let refined = refine(&fine, &points, found.pose, &free);
     if refined.support < SUPPORT {
         return None;
     }

@@ -1,7 +1,7 @@
 //! A likelihood field over a window of the map, with the maxima over squares that a coarse-to-fine
 //! search needs as upper bounds.
 
-use crate::grid::{Grid, Surface};
+use crate::grid::Grid;
 use crate::pose::Point;
 use crate::search::Prior;
 
@@ -53,37 +53,24 @@ pub struct Field {
     height: usize,
     /// Level h holds, at every cell, the maximum over the 2^h × 2^h cells from it up and right.
     levels: Vec<Vec<u8>>,
-    surfaces: usize,
 }
 
 impl Field {
-    /// Draws the surfaces of `grid` in `window` that were born before `born_before_m` of travel,
-    /// blurred by `sigma_m`, with `levels` levels of maxima above the finest.
-    pub fn draw(
-        grid: &Grid,
-        window: Window,
-        born_before_m: u16,
-        sigma_m: f64,
-        levels: usize,
-    ) -> Self {
+    /// Draws the surfaces of `grid` in `window`, blurred by `sigma_m`, with `levels` levels of maxima
+    /// above the finest.
+    pub fn draw(grid: &Grid, window: Window, sigma_m: f64, levels: usize) -> Self {
         let width = (window.high[0] - window.low[0]).max(0) as usize;
         let height = (window.high[1] - window.low[1]).max(0) as usize;
         let kernel = Kernel::new(sigma_m / grid.resolution_m());
         let mut base = vec![0; width * height];
-        let mut surfaces = 0;
         let margin = kernel.radius as i32;
-        grid.for_each_surface(window.low, window.high, |surface: Surface| {
-            let at = grid.cell_of(surface.point);
-            let inside =
-                (0..2).all(|i| at[i] - margin >= window.low[i] && at[i] + margin < window.high[i]);
-            if inside && surface.born_m < born_before_m {
-                let x = (at[0] - margin - window.low[0]) as usize;
-                let y = (at[1] - margin - window.low[1]) as usize;
-                kernel.stamp(&mut base[y * width + x..], width, subcell(grid, surface.point, at));
-                surfaces += 1;
-            }
+        let (low, high) = (window.low.map(|c| c + margin), window.high.map(|c| c - margin));
+        grid.for_each_surface(low, high, |at, point| {
+            let x = (at[0] - margin - window.low[0]) as usize;
+            let y = (at[1] - margin - window.low[1]) as usize;
+            kernel.stamp(&mut base[y * width + x..], width, subcell(grid, point, at));
         });
-        let mut field = Self { window, width, height, levels: vec![base], surfaces };
+        let mut field = Self { window, width, height, levels: vec![base] };
         for level in 0..levels {
             let next = field.maxima(level);
             field.levels.push(next);
@@ -94,11 +81,6 @@ impl Field {
     /// The cells it covers.
     pub fn window(&self) -> Window {
         self.window
-    }
-
-    /// Number of surface cells it was drawn from.
-    pub fn surfaces(&self) -> usize {
-        self.surfaces
     }
 
     /// Highest level.
@@ -182,9 +164,9 @@ mod tests {
     fn field() -> Field {
         let mut grid = Grid::new(0.1);
         let beam = Beam { end: Point { x_m: 2.05, y_m: 0.05 }, hit: true };
-        grid.insert(&Pose::default(), Point::default(), &[beam], 5.0);
+        grid.insert(&Pose::default(), Point::default(), &[beam]);
         let window = Window { low: [0, -20], high: [40, 20] };
-        Field::draw(&grid, window, 6, 0.1, 3)
+        Field::draw(&grid, window, 0.1, 3)
     }
 
     #[test]
@@ -206,14 +188,5 @@ mod tests {
                 assert_eq!(field.at(level, start), most, "level {level} at {start:?}");
             }
         }
-    }
-
-    #[test]
-    fn surfaces_born_later_are_left_out() {
-        let mut grid = Grid::new(0.1);
-        let beam = Beam { end: Point { x_m: 2.05, y_m: 0.05 }, hit: true };
-        grid.insert(&Pose::default(), Point::default(), &[beam], 5.0);
-        let window = Window { low: [0, -20], high: [40, 20] };
-        assert_eq!(Field::draw(&grid, window, 5, 0.1, 0).surfaces(), 0);
     }
 }

@@ -5,12 +5,13 @@
 
 use crate::config::Config;
 use crate::field::Field;
-use crate::grid::{Grid, Snapshot};
+use crate::grid::Grid;
 use crate::matching::place;
 use crate::particle::{News, Particle, Random, Step};
 use crate::pose::{Point, Pose, wrapped};
 use crate::refine::difference;
 use crate::scan::Beam;
+use crate::snapshot::Snapshot;
 use nalgebra::Matrix3;
 use std::num::NonZero;
 
@@ -96,7 +97,6 @@ impl Filter {
                 odometry: from.inverse() * odometry,
                 followed: self.keyframe().inverse() * pose,
                 support: score,
-                travelled_m: self.travelled_m,
                 number: self.count,
             };
             self.go_on(&news);
@@ -147,13 +147,13 @@ impl Filter {
 
     /// Draws the map anew from scans at other poses, the last of which is where the robot was at
     /// the last drawn scan; all particles go on from there.
-    pub(crate) fn redraw<'a>(&mut self, scans: impl Iterator<Item = (Pose, &'a [Beam], f64)>) {
+    pub(crate) fn redraw<'a>(&mut self, scans: impl Iterator<Item = (Pose, &'a [Beam])>) {
         let before = self.keyframe();
         let grid = Grid::new(self.config.resolution_m);
         let weight = -(self.particles.len() as f64).ln();
         let mut one = Particle { pose: before, grid, weight, way: Vec::new() };
-        for (pose, beams, travelled_m) in scans {
-            one.draw(&self.config, &pose, beams, travelled_m);
+        for (pose, beams) in scans {
+            one.draw(&self.config, &pose, beams);
             one.pose = pose;
         }
         one.way.push(Step { pose: one.pose, covariance: Matrix3::identity() * 1e-6 });
@@ -196,7 +196,7 @@ impl Filter {
             let one = &mut self.particles[0];
             let covariance = Matrix3::identity() * 1e-6;
             one.way.push(Step { pose: one.pose, covariance });
-            one.draw(&config, &Pose::default(), news.beams, 0.0);
+            one.draw(&config, &Pose::default(), news.beams);
             self.particles = vec![one.clone(); self.particles.len()];
         } else {
             self.resample(news.number);

@@ -3,101 +3,14 @@
 
 use crate::pose::{Point, Pose};
 use crate::scan::Beam;
+use crate::snapshot::Snapshot;
+use crate::sweep::Sweep;
+use crate::tile::{TILE_CELLS, Tile, floor};
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Cells along a side of a tile: 3.2 m at 5 cm, a tile is 32 KiB.
-pub const TILE_CELLS: i32 = 64;
 /// Most tiles the rectangle around the map may have: 350 m × 350 m at 5 cm, 50 MB as a message.
 pub const MAX_TILES: usize = 12_288;
-
-/// Log-odds are kept in steps of 1/20.
-const LOG_ODDS_STEP: f64 = 0.05;
-const HIT: i8 = 18;
-const MISS: i8 = -10;
-/// Bounds keep the map able to change its mind within a few scans.
-const MOST: i8 = 70;
-const LEAST: i8 = -60;
-/// The mean point of a cell follows slow changes: it is never over more points than this.
-const MEAN_OVER: u8 = 24;
-const OFFSET_STEPS: f64 = 250.0;
-
-#[derive(Clone, Copy, Default)]
-struct Cell {
-    log_odds: i8,
-    /// Mean hit point from the cell's centre, in 1/250 of a cell.
-    mean: [i8; 2],
-    hits: u8,
-    /// Metres the robot had travelled when the cell became a surface.
-    born_m: u16,
-    /// Scan that touched the cell last: one scan changes a cell once.
-    touched: u16,
-}
-
-impl Cell {
-    /// A beam of a scan went through.
-    fn clear(&mut self, scan: u16) {
-        if self.touched != scan {
-            self.touched = scan;
-            self.log_odds = self.log_odds.saturating_add(MISS).max(LEAST);
-        }
-    }
-}
-
-/// A surface point of the map: the mean of what was measured in one occupied cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
-    /// Where it is, in the map's frame.
-    pub point: Point,
-    /// Metres the robot had travelled when it was first seen.
-    pub born_m: u16,
-}
-
-/// A picture of the map at one moment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    /// Pose of the lower left corner of cell (0, 0) in the map's frame.
-    pub origin: Pose,
-    /// Side of a cell, metres.
-    pub resolution_m: f64,
-    /// Cells along x.
-    pub width: usize,
-    /// Cells along y.
-    pub height: usize,
-    /// Row by row from the origin: -1 unknown, else the probability in percent that it is occupied.
-    pub cells: Vec<i8>,
-}
-
-/// Copies of a map share their tiles until one of them draws there.
-type Tile = Arc<[Cell]>;
-
-impl Snapshot {
-    /// The tiles that differ from an earlier picture, as their first cell and size; `None` if the
-    /// two do not lie alike.
-    pub fn changed_since(&self, earlier: &Self) -> Option<Vec<([usize; 2], [usize; 2])>> {
-        let lies = |s: &Self| (s.origin, s.width, s.height);
-        if lies(self) != lies(earlier) {
-            return None;
-        }
-        let side = TILE_CELLS as usize;
-        let corners = (0..self.height)
-            .step_by(side)
-            .flat_map(|y| (0..self.width).step_by(side).map(move |x| [x, y]));
-        let tiles = corners
-            .map(|[x, y]| ([x, y], [side.min(self.width - x), side.min(self.height - y)]))
-            .filter(|&(corner, size)| self.rows(corner, size).ne(earlier.rows(corner, size)));
-        Some(tiles.collect())
-    }
-
-    /// The rows of a rectangle from its first cell.
-    pub fn rows(
-        &self,
-        [x, y]: [usize; 2],
-        [width, height]: [usize; 2],
-    ) -> impl Iterator<Item = &[i8]> {
-        (y..y + height).map(move |row| &self.cells[row * self.width + x..][..width])
-    }
-}
 
 /// The growing occupancy grid. A copy costs a pointer per tile; what is drawn into it afterwards
 /// copies the tiles it touches (cf. Eliazar and Parr, *DP-SLAM 2.0*, ICRA 2004).
@@ -108,8 +21,7 @@ pub struct Grid {
     first: [i32; 2],
     /// Tiles along x and y.
     size: [i32; 2],
-    tiles: Vec<Option<Tile>>,
-    scan: u16,
+    tiles: Vec<Option<Arc<Tile>>>,
     outside: u64,
 }
 
@@ -117,7 +29,7 @@ impl Grid {
     /// Makes an empty map with cells of `resolution_m`.
     pub fn new(resolution_m: f64) -> Self {
         let (first, size, tiles) = ([0, 0], [0, 0], Vec::new());
-        Self { resolution_m, first, size, tiles, scan: 0, outside: 0 }
+        Self { resolution_m, first, size, tiles, outside: 0 }
     }
 
     /// Side of a cell, metres.
@@ -131,89 +43,87 @@ impl Grid {
     }
 
     /// Draws a scan: cells that beams went through become freer, those they ended in more occupied.
-    pub fn insert(
-        &mut self,
-        world_from_robot: &Pose,
-        laser: Point,
-        beams: &[Beam],
-        travelled_m: f64,
-    ) {
-        self.scan = self.scan.wrapping_add(1).max(1);
-        let born_m = travelled_m.clamp(0.0, f64::from(u16::MAX)) as u16;
+    pub fn insert(&mut self, world_from_robot: &Pose, laser: Point, beams: &[Beam]) {
         let from = self.cell_of(world_from_robot.apply(laser));
         let ends: Vec<_> = beams.iter().map(|b| (world_from_robot.apply(b.end), b.hit)).collect();
         let fits = |grid: &mut Self, end: Point| grid.cover(from) && grid.cover(grid.cell_of(end));
         let kept: Vec<_> = ends.iter().copied().filter(|&(end, _)| fits(self, end)).collect();
         self.outside += (ends.len() - kept.len()) as u64;
-        // Hits first: what this scan saw as a surface, no other beam of it may clear.
-        for &(end, _) in kept.iter().filter(|(_, hit)| *hit) {
-            self.hit(end, born_m);
+        let cells: Vec<_> = kept.iter().map(|&(end, _)| self.cell_of(end)).collect();
+        let mut sweep = Sweep::over(cells.iter().copied().chain([from]));
+        for (&(end, _), &cell) in kept.iter().zip(&cells).filter(|((_, hit), _)| *hit) {
+            self.hit(cell, end, sweep.end(cell));
         }
-        for &(end, _) in &kept {
-            self.clear_line(from, self.cell_of(end));
+        cells.iter().for_each(|&cell| sweep.pass(from, cell));
+        // What this scan saw as a surface, no other beam of it may clear.
+        for (tile, passed) in sweep.passed() {
+            if let Some(tile) = self.tile_mut(tile.map(|t| t * TILE_CELLS)) {
+                tile.clear(&passed);
+            }
         }
     }
 
     /// Marks surfaces alone, as of one scan: what lies between them and the robot stays unknown.
     pub fn mark(&mut self, surfaces: &[Point]) {
-        self.scan = self.scan.wrapping_add(1).max(1);
-        for &point in surfaces {
-            if self.cover(self.cell_of(point)) {
-                self.hit(point, 0);
-            } else {
-                self.outside += 1;
-            }
+        let fits = |grid: &mut Self, point: Point| grid.cover(grid.cell_of(point));
+        let kept: Vec<_> = surfaces.iter().copied().filter(|&point| fits(self, point)).collect();
+        self.outside += (surfaces.len() - kept.len()) as u64;
+        let mut sweep = Sweep::over(kept.iter().map(|&point| self.cell_of(point)));
+        for point in kept {
+            let cell = self.cell_of(point);
+            self.hit(cell, point, sweep.end(cell));
         }
-    }
-
-    /// Gives the surface point of a cell, if the cell is more likely occupied than not.
-    pub fn surface(&self, [x, y]: [i32; 2]) -> Option<Surface> {
-        let cell = self.tiles[self.tile_index([x, y])?].as_ref()?[index_in_tile([x, y])];
-        (cell.log_odds > 0).then(|| self.surface_of(&cell, [x, y]))
     }
 
     /// Says whether a beam has ever ended in or gone through a cell.
     pub fn is_known(&self, cell: [i32; 2]) -> bool {
-        let tile = self.tile_index(cell).and_then(|index| self.tiles[index].as_ref());
-        tile.is_some_and(|tile| tile[index_in_tile(cell)].touched != 0)
+        self.tile(cell.map(tile_of)).is_some_and(|tile| tile.is_known(within_tile(cell)))
     }
 
-    /// Calls `visit` with every surface point in the cells from `low` up to and without `high`.
-    pub fn for_each_surface(&self, low: [i32; 2], high: [i32; 2], mut visit: impl FnMut(Surface)) {
+    /// Calls `visit` with every surface in the cells from `low` up to and without `high`: its cell,
+    /// and the mean of the points that were measured there.
+    pub fn for_each_surface(
+        &self,
+        low: [i32; 2],
+        high: [i32; 2],
+        mut visit: impl FnMut([i32; 2], Point),
+    ) {
         for tile_y in tile_of(low[1])..=tile_of(high[1] - 1) {
             for tile_x in tile_of(low[0])..=tile_of(high[0] - 1) {
                 let Some(tile) = self.tile([tile_x, tile_y]) else { continue };
-                for (index, cell) in tile.iter().enumerate().filter(|(_, c)| c.log_odds > 0) {
-                    let index = index as i32;
-                    let x = tile_x * TILE_CELLS + index % TILE_CELLS;
-                    let y = tile_y * TILE_CELLS + index / TILE_CELLS;
-                    if (low[0]..high[0]).contains(&x) && (low[1]..high[1]).contains(&y) {
-                        visit(self.surface_of(cell, [x, y]));
-                    }
-                }
+                let corner = [tile_x * TILE_CELLS, tile_y * TILE_CELLS];
+                let part = |axis: usize| {
+                    let within = |cell: i32| (cell - corner[axis]).clamp(0, TILE_CELLS) as usize;
+                    within(low[axis])..within(high[axis])
+                };
+                tile.for_each_surface(part(0), part(1), |[x, y], from_middle| {
+                    let cell = [corner[0] + x as i32, corner[1] + y as i32];
+                    let along = |axis: usize| {
+                        (f64::from(cell[axis]) + 0.5 + from_middle[axis]) * self.resolution_m
+                    };
+                    visit(cell, Point { x_m: along(0), y_m: along(1) });
+                });
             }
         }
     }
 
     /// Coordinates of the cell a point is in.
     pub fn cell_of(&self, point: Point) -> [i32; 2] {
-        [point.x_m, point.y_m].map(|metres| (metres / self.resolution_m).floor() as i32)
+        [point.x_m, point.y_m].map(|metres| floor(metres / self.resolution_m))
     }
 
     /// Takes a picture of the rectangle around all that is known.
     pub fn snapshot(&self) -> Snapshot {
         let [width, height] = self.size.map(|tiles| (tiles * TILE_CELLS) as usize);
         let mut cells = vec![-1; width * height];
-        let percents: Vec<i8> = (i8::MIN..=i8::MAX).map(percent).collect();
-        let of = |cell: &Cell| percents[(i16::from(cell.log_odds) + 128) as usize];
         for (number, tile) in self.tiles.iter().enumerate() {
             let Some(tile) = tile else { continue };
             let column = number % self.size[0] as usize * TILE_CELLS as usize;
             let row = number / self.size[0] as usize * TILE_CELLS as usize;
-            for (y, line) in tile.chunks(TILE_CELLS as usize).enumerate() {
+            for (y, line) in tile.percents().enumerate() {
                 let start = (row + y) * width + column;
-                for (target, cell) in cells[start..].iter_mut().zip(line) {
-                    *target = if cell.touched == 0 { -1 } else { of(cell) };
+                for (target, percent) in cells[start..].iter_mut().zip(line) {
+                    *target = percent;
                 }
             }
         }
@@ -222,72 +132,17 @@ impl Grid {
         Snapshot { origin, resolution_m: self.resolution_m, width, height, cells }
     }
 
-    fn hit(&mut self, end: Point, born_m: u16) {
-        let at = self.cell_of(end);
-        let [dx, dy] = self.offset(end, at);
-        let scan = self.scan;
-        let Some(tile) = self.tile_mut(at) else { return };
-        let cell = &mut tile[index_in_tile(at)];
-        if cell.log_odds <= 0 {
-            (cell.hits, cell.born_m) = (0, born_m);
+    fn hit(&mut self, cell: [i32; 2], end: Point, is_first: bool) {
+        let resolution_m = self.resolution_m;
+        let from_middle = |metres: f64, cell: i32| metres / resolution_m - f64::from(cell) - 0.5;
+        let offset = [from_middle(end.x_m, cell[0]), from_middle(end.y_m, cell[1])];
+        if let Some(tile) = self.tile_mut(cell) {
+            tile.hit(within_tile(cell), offset, is_first);
         }
-        if cell.touched != scan {
-            cell.log_odds = cell.log_odds.saturating_add(HIT).min(MOST);
-        }
-        cell.touched = scan;
-        cell.hits = (cell.hits + 1).min(MEAN_OVER);
-        let towards = |mean: i8, new: f64| {
-            let mean = f64::from(mean);
-            (mean + (new - mean) / f64::from(cell.hits)).round() as i8
-        };
-        cell.mean = [towards(cell.mean[0], dx), towards(cell.mean[1], dy)];
-    }
-
-    /// Bresenham's line, without its last cell.
-    fn clear_line(&mut self, from: [i32; 2], to: [i32; 2]) {
-        let (dx, dy) = ((to[0] - from[0]).abs(), -(to[1] - from[1]).abs());
-        let step = [(to[0] - from[0]).signum(), (to[1] - from[1]).signum()];
-        let (mut at, mut error) = (from, dx + dy);
-        let scan = self.scan;
-        while at != to {
-            // All cells in one tile at once: to find it costs more than to clear a cell.
-            let number = at.map(tile_of);
-            let mut tile = self.tile_mut(at);
-            while at != to && at.map(tile_of) == number {
-                if let Some(tile) = &mut tile {
-                    tile[index_in_tile(at)].clear(scan);
-                }
-                let twice = 2 * error;
-                if twice >= dy {
-                    error += dy;
-                    at[0] += step[0];
-                }
-                if twice <= dx {
-                    error += dx;
-                    at[1] += step[1];
-                }
-            }
-        }
-    }
-
-    fn offset(&self, point: Point, [x, y]: [i32; 2]) -> [f64; 2] {
-        let along = |metres: f64, cell: i32| {
-            ((metres / self.resolution_m - f64::from(cell) - 0.5) * OFFSET_STEPS)
-                .clamp(-125.0, 125.0)
-        };
-        [along(point.x_m, x), along(point.y_m, y)]
-    }
-
-    fn surface_of(&self, cell: &Cell, [x, y]: [i32; 2]) -> Surface {
-        let along = |cell: i32, mean: i8| {
-            (f64::from(cell) + 0.5 + f64::from(mean) / OFFSET_STEPS) * self.resolution_m
-        };
-        let point = Point { x_m: along(x, cell.mean[0]), y_m: along(y, cell.mean[1]) };
-        Surface { point, born_m: cell.born_m }
     }
 
     fn tile(&self, tile: [i32; 2]) -> Option<&Tile> {
-        self.tiles[self.tile_index(tile.map(|t| t * TILE_CELLS))?].as_ref()
+        self.tiles[self.tile_index(tile.map(|t| t * TILE_CELLS))?].as_deref()
     }
 
     fn tile_index(&self, [x, y]: [i32; 2]) -> Option<usize> {
@@ -297,10 +152,10 @@ impl Grid {
     }
 
     /// The tile of a cell to draw into: a copy, if others have it too.
-    fn tile_mut(&mut self, at: [i32; 2]) -> Option<&mut [Cell]> {
+    fn tile_mut(&mut self, at: [i32; 2]) -> Option<&mut Tile> {
         let index = self.tile_index(at)?;
-        let empty = || vec![Cell::default(); (TILE_CELLS * TILE_CELLS) as usize].into();
-        Some(Arc::make_mut(self.tiles[index].get_or_insert_with(empty)))
+        let unknown = || Arc::new(Tile::UNKNOWN);
+        Some(Arc::make_mut(self.tiles[index].get_or_insert_with(unknown)))
     }
 
     /// Grows the rectangle of tiles around a cell; false if it would become too large.
@@ -325,7 +180,7 @@ impl Grid {
     }
 
     fn move_into(&mut self, first: [i32; 2], size: [i32; 2]) {
-        let mut tiles: Vec<Option<Tile>> = Vec::new();
+        let mut tiles: Vec<Option<Arc<Tile>>> = Vec::new();
         tiles.resize_with((size[0] * size[1]) as usize, || None);
         let old_width = self.size[0].max(1);
         for (number, tile) in self.tiles.drain(..).enumerate() {
@@ -341,24 +196,18 @@ impl Grid {
 pub(crate) fn shared_tiles<'a>(maps: impl Iterator<Item = &'a Grid>) -> (usize, usize) {
     let (mut found, mut all) = (HashSet::new(), 0);
     for tile in maps.flat_map(|map| map.tiles.iter().flatten()) {
-        found.insert(Arc::as_ptr(tile).cast::<Cell>());
+        found.insert(Arc::as_ptr(tile));
         all += 1;
     }
     (found.len(), all)
-}
-
-/// Probability of being occupied, in percent.
-fn percent(log_odds: i8) -> i8 {
-    let odds = (f64::from(log_odds) * LOG_ODDS_STEP).exp();
-    (100.0 * odds / (1.0 + odds)).round() as i8
 }
 
 fn tile_of(cell: i32) -> i32 {
     cell.div_euclid(TILE_CELLS)
 }
 
-fn index_in_tile([x, y]: [i32; 2]) -> usize {
-    (y.rem_euclid(TILE_CELLS) * TILE_CELLS + x.rem_euclid(TILE_CELLS)) as usize
+fn within_tile(cell: [i32; 2]) -> [usize; 2] {
+    cell.map(|along| along.rem_euclid(TILE_CELLS) as usize)
 }
 
 #[cfg(test)]
@@ -367,6 +216,13 @@ mod tests {
 
     fn beam(x_m: f64, y_m: f64) -> Beam {
         Beam { end: Point { x_m, y_m }, hit: true }
+    }
+
+    fn surface(grid: &Grid, x_m: f64, y_m: f64) -> Option<Point> {
+        let [x, y] = grid.cell_of(Point { x_m, y_m });
+        let mut found = None;
+        grid.for_each_surface([x, y], [x + 1, y + 1], |_, point| found = Some(point));
+        found
     }
 
     fn value(snapshot: &Snapshot, x_m: f64, y_m: f64) -> i8 {
@@ -379,12 +235,7 @@ mod tests {
     fn beams_make_free_and_occupied_cells_and_leave_the_rest_unknown() {
         let mut grid = Grid::new(0.05);
         for _ in 0..5 {
-            grid.insert(
-                &Pose::default(),
-                Point::default(),
-                &[beam(2.01, 0.01), beam(-7.0, -7.0)],
-                0.0,
-            );
+            grid.insert(&Pose::default(), Point::default(), &[beam(2.01, 0.01), beam(-7.0, -7.0)]);
         }
         let snapshot = grid.snapshot();
         assert!(value(&snapshot, 2.01, 0.01) > 90);
@@ -397,11 +248,10 @@ mod tests {
     fn a_surface_is_the_mean_of_its_points() {
         let mut grid = Grid::new(0.1);
         let from = Pose::default();
-        grid.insert(&from, Point::default(), &[beam(1.02, 0.01)], 3.7);
-        grid.insert(&from, Point::default(), &[beam(1.08, 0.01)], 9.0);
-        let surface = grid.surface([10, 0]).unwrap();
-        assert!((surface.point.x_m - 1.05).abs() < 0.001, "{surface:?}");
-        assert_eq!(surface.born_m, 3);
+        grid.insert(&from, Point::default(), &[beam(1.02, 0.01)]);
+        grid.insert(&from, Point::default(), &[beam(1.08, 0.01)]);
+        let surface = surface(&grid, 1.05, 0.05).unwrap();
+        assert!((surface.x_m - 1.05).abs() < 0.001, "{surface:?}");
     }
 
     #[test]
@@ -409,20 +259,20 @@ mod tests {
         let mut grid = Grid::new(0.1);
         let from = Pose::default();
         for _ in 0..10 {
-            grid.insert(&from, Point::default(), &[beam(1.05, 0.05)], 0.0);
+            grid.insert(&from, Point::default(), &[beam(1.05, 0.05)]);
         }
-        assert!(grid.surface([10, 0]).is_some());
+        assert!(surface(&grid, 1.05, 0.05).is_some());
         for _ in 0..10 {
-            grid.insert(&from, Point::default(), &[beam(3.05, 0.05)], 0.0);
+            grid.insert(&from, Point::default(), &[beam(3.05, 0.05)]);
         }
-        assert!(grid.surface([10, 0]).is_none());
+        assert!(surface(&grid, 1.05, 0.05).is_none());
     }
 
     #[test]
     fn beams_to_the_end_of_the_world_are_left_out_and_counted() {
         let mut grid = Grid::new(0.05);
         let beams = [beam(1.0, 0.0), beam(5e3, 5e3), beam(1e300, 0.0)];
-        grid.insert(&Pose::default(), Point::default(), &beams, 0.0);
+        grid.insert(&Pose::default(), Point::default(), &beams);
         assert_eq!(grid.beams_outside(), 2);
         assert!(grid.snapshot().cells.len() < 100_000);
     }
@@ -432,14 +282,14 @@ mod tests {
         let mut grid = Grid::new(0.05);
         // Rays to the east and the west: tiles of 3.2 m in both directions.
         let far: Vec<_> = [-9.0, 9.0].map(|x_m| beam(x_m, 0.01)).to_vec();
-        grid.insert(&Pose::default(), Point::default(), &far, 0.0);
+        grid.insert(&Pose::default(), Point::default(), &far);
         let (tiles, _) = shared_tiles(std::iter::once(&grid));
         let mut copies = vec![grid.clone(); 30];
         assert_eq!(shared_tiles(copies.iter()), (tiles, 30 * tiles));
-        copies[3].insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)], 0.0);
+        copies[3].insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)]);
         assert_eq!(shared_tiles(copies.iter()), (tiles + 1, 30 * tiles), "one tile was copied");
-        let surface = |map: &Grid| map.surface(map.cell_of(Point { x_m: 1.0, y_m: 0.01 }));
-        assert!(surface(&copies[3]).is_some() && surface(&copies[2]).is_none());
+        let is_wall = |map: &Grid| surface(map, 1.0, 0.01).is_some();
+        assert!(is_wall(&copies[3]) && !is_wall(&copies[2]));
         copies.truncate(3);
         assert_eq!(shared_tiles(copies.iter()), (tiles, 3 * tiles), "it went with its owner");
     }
@@ -447,12 +297,12 @@ mod tests {
     #[test]
     fn pictures_tell_which_tiles_changed() {
         let mut grid = Grid::new(0.05);
-        grid.insert(&Pose::default(), Point::default(), &[beam(9.0, 0.01)], 0.0);
+        grid.insert(&Pose::default(), Point::default(), &[beam(9.0, 0.01)]);
         let before = grid.snapshot();
         assert_eq!(before.changed_since(&before), Some(vec![]));
-        grid.insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)], 0.0);
+        grid.insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)]);
         assert_eq!(grid.snapshot().changed_since(&before), Some(vec![([0, 0], [64, 64])]));
-        grid.insert(&Pose::default(), Point::default(), &[beam(-9.0, 0.01)], 0.0);
+        grid.insert(&Pose::default(), Point::default(), &[beam(-9.0, 0.01)]);
         assert_eq!(grid.snapshot().changed_since(&before), None, "it has grown");
     }
 }

@@ -1,4 +1,5 @@
-//! Draws a map while the robot drives: scan matching on an occupancy grid, odometry as the prior.
+//! Draws a map while the robot drives: a particle filter on occupancy grids, and a pose graph that
+//! closes loops.
 
 pub mod agreement;
 pub mod closing;
@@ -17,6 +18,9 @@ pub mod refine;
 pub mod scan;
 pub mod search;
 pub mod slam;
+pub mod snapshot;
 pub mod sparse;
+mod sweep;
+mod tile;
 
 pub use ports::GridSlam;

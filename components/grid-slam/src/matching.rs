@@ -16,7 +16,6 @@ const BLUR_M: f64 = 0.1;
 const LEVELS: usize = 3;
 /// A field is drawn wider than a scan needs it, metres, so that it serves the next ones too.
 const WIDER_M: f64 = 1.0;
-const EVERYTHING: u16 = u16::MAX;
 
 /// Finds where `points` fit the map. The field is kept between scans that change nothing; `None`
 /// when they fit nowhere.
@@ -34,9 +33,9 @@ pub(crate) fn place(
     let window = Window::around(points, prior, resolution_m, 3.0 * BLUR_M);
     if !field.as_ref().is_some_and(|field| field.window().contains(&window)) {
         let wide = window.widened((WIDER_M / resolution_m) as i32);
-        *field = Some(Field::draw(grid, wide, EVERYTHING, BLUR_M, LEVELS));
+        *field = Some(Field::draw(grid, wide, BLUR_M, LEVELS));
     }
     let found = search(field.as_ref()?, points, prior, resolution_m, None)?;
-    let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose), EVERYTHING);
+    let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose));
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
 }

@@ -49,7 +49,6 @@ pub(crate) struct News<'a> {
     /// … and as the best particle saw it, with the share of points that lay on its map then.
     pub(crate) followed: Pose,
     pub(crate) support: f64,
-    pub(crate) travelled_m: f64,
     /// Number of the scan.
     pub(crate) number: u64,
 }
@@ -60,20 +59,20 @@ impl Particle {
         let (step, pose) = self.propose(config, news, index);
         self.pose = pose;
         self.way.push(step);
-        self.draw(config, &pose, news.beams, news.travelled_m);
+        self.draw(config, &pose, news.beams);
     }
 
     /// Draws a scan into the map.
-    pub(crate) fn draw(&mut self, config: &Config, pose: &Pose, beams: &[Beam], travelled_m: f64) {
+    pub(crate) fn draw(&mut self, config: &Config, pose: &Pose, beams: &[Beam]) {
         let laser = config.robot_from_laser;
-        self.grid.insert(pose, Point { x_m: laser.x_m, y_m: laser.y_m }, beams, travelled_m);
+        self.grid.insert(pose, Point { x_m: laser.x_m, y_m: laser.y_m }, beams);
     }
 
     fn propose(&mut self, config: &Config, news: &News<'_>, index: usize) -> (Step, Pose) {
         let (expected, prior) = config.expect(&self.pose, &news.odometry);
         let start = self.pose * news.followed;
         let near = expected.doubted(&start);
-        let mut refined = refine(&self.grid, news.points, start, &near, u16::MAX);
+        let mut refined = refine(&self.grid, news.points, start, &near);
         if refined.support < FOLLOWED_SUPPORT * news.support
             && let Some(own) = place(&self.grid, &mut None, news.points, &expected, &prior)
             && own.support > refined.support
@@ -81,15 +80,17 @@ impl Particle {
             refined = own;
         }
         let mut random = Random::new(config.seed, news.number, index);
-        let (centre, spread) = if refined.support < BELIEVED_SUPPORT {
-            refined.covariance = expected.information.try_inverse().unwrap_or_default();
-            (expected.pose, refined.covariance)
-        } else {
+        let is_believed = refined.support >= BELIEVED_SUPPORT;
+        let (centre, spread) = if is_believed {
             let sharp = refined.information / BEAM_WORTH + near.information;
             (refined.pose, sharp.try_inverse().unwrap_or(refined.covariance))
+        } else {
+            refined.covariance = expected.information.try_inverse().unwrap_or_default();
+            refined.landscape = Landscape::new(&self.grid, news.points, &expected.pose);
+            (expected.pose, refined.covariance)
         };
-        let landscape = Landscape::new(&self.grid, news.points, &centre);
-        let proposal = Proposal::sample(&landscape, &expected, &centre, &spread, &mut random);
+        let proposal =
+            Proposal::sample(&refined.landscape, &expected, &centre, &spread, &mut random);
         self.weight += BEAM_WORTH * proposal.weight;
         let step = Step { pose: centre, covariance: refined.covariance };
         if config.particles == 1 {

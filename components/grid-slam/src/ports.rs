@@ -6,11 +6,11 @@ use armor_sdk::prelude::*;
 
 use crate::config::Config;
 use crate::filter::Estimate;
-use crate::grid::Snapshot;
 use crate::pairing::Pairing;
 use crate::pose::Pose as Pose2;
 use crate::scan::Scan;
 use crate::slam::Slam;
+use crate::snapshot::Snapshot;
 
 /// Frame of the map (REP-105).
 const MAP: &str = "map";

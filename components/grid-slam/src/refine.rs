@@ -15,11 +15,15 @@ const DOUBT_SIGMAS: f64 = 2.0;
 /// Share of an independent measurement that a beam is worth: neighbours err together.
 pub(crate) const BEAM_WORTH: f64 = 0.15;
 const MOST_STEPS: usize = 12;
+/// Surfaces are looked up this often at most, and are the same within so little, metres and radians.
+const MOST_LANDSCAPES: usize = 6;
+const SAME_M: f64 = 2e-3;
+const SAME_RAD: f64 = 2e-4;
 const STILL_M: f64 = 2e-4;
 const STILL_RAD: f64 = 2e-5;
 
 /// A refined pose and what is known about its error.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Refined {
     /// The pose.
     pub pose: Pose,
@@ -29,6 +33,8 @@ pub struct Refined {
     pub information: Matrix3<f64>,
     /// Share of the points that lie on a surface of the map.
     pub support: f64,
+    /// The surfaces that were seen from there.
+    pub(crate) landscape: Landscape,
 }
 
 /// What the odometry says, as a Gaussian.
@@ -66,6 +72,7 @@ impl Expected {
 
 /// The surfaces around a pose, as a scan taken near it sees them: a likelihood that is cheap to ask
 /// for many poses.
+#[derive(Clone, Debug)]
 pub(crate) struct Landscape {
     seen: Vec<(Point, Patch)>,
     /// What the points without a surface say, wherever the pose is.
@@ -77,7 +84,7 @@ impl Landscape {
         let mut landscape = Self { seen: Vec::with_capacity(points.len()), elsewhere: 0.0 };
         for point in points {
             let world = pose.apply(*point);
-            match patch(grid, world, u16::MAX) {
+            match patch(grid, world) {
                 Some(patch) => landscape.seen.push((*point, patch)),
                 None if grid.is_known(grid.cell_of(world)) => landscape.elsewhere += CONTRADICTED,
                 None => landscape.elsewhere += UNKNOWN,
@@ -99,39 +106,66 @@ impl Landscape {
         };
         self.elsewhere + self.seen.iter().map(of).sum::<f64>()
     }
+
+    /// Moves a pose to where the scan fits these surfaces best.
+    fn descend(&self, mut pose: Pose, expected: &Expected) -> Pose {
+        for _ in 0..MOST_STEPS {
+            let system = self.system(&pose);
+            let error = difference(&pose, &expected.pose);
+            let hessian = system.hessian + expected.information;
+            let gradient = system.gradient + expected.information * error;
+            let Some(step) = hessian.cholesky().map(|c| -c.solve(&gradient)) else { break };
+            pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
+            if is_still(&step) {
+                break;
+            }
+        }
+        pose
+    }
+
+    fn system(&self, pose: &Pose) -> System {
+        let mut system =
+            System { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), supported: 0.0 };
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        for (point, patch) in &self.seen {
+            let (dx, dy) = (cos * point.x_m - sin * point.y_m, sin * point.x_m + cos * point.y_m);
+            system.add(Vector2::new(dx, dy), pose, patch);
+        }
+        system
+    }
 }
 
 /// The map's surface near a point.
+#[derive(Clone, Copy, Debug)]
 struct Patch {
     mean: Vector2<f64>,
     information: Matrix2<f64>,
 }
 
-/// Moves `start` to where `points` fit the surfaces born before `born_before_m` best.
-pub fn refine(
-    grid: &Grid,
-    points: &[Point],
-    start: Pose,
-    expected: &Expected,
-    born_before_m: u16,
-) -> Refined {
-    let mut pose = start;
-    for _ in 0..MOST_STEPS {
-        let system = System::build(grid, points, &pose, born_before_m);
-        let error = difference(&pose, &expected.pose);
-        let hessian = system.hessian + expected.information;
-        let gradient = system.gradient + expected.information * error;
-        let Some(step) = hessian.cholesky().map(|c| -c.solve(&gradient)) else { break };
-        pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
-        if step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD {
+/// Moves `start` to where `points` fit the surfaces of the map best.
+pub fn refine(grid: &Grid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
+    let mut landscape = Landscape::new(grid, points, &start);
+    let mut pose = landscape.descend(start, expected);
+    let mut seen_from = start;
+    // Which surfaces a point lies near changes as the pose moves.
+    for _ in 1..MOST_LANDSCAPES {
+        let moved = difference(&pose, &seen_from);
+        if moved.xy().norm() < SAME_M && moved.z.abs() < SAME_RAD {
             break;
         }
+        seen_from = pose;
+        landscape = Landscape::new(grid, points, &pose);
+        pose = landscape.descend(pose, expected);
     }
-    let system = System::build(grid, points, &pose, born_before_m);
+    let system = landscape.system(&pose);
     let all = system.hessian + expected.information;
     let covariance = all.cholesky().map_or_else(Matrix3::identity, |c| c.inverse());
     let support = system.supported / points.len().max(1) as f64;
-    Refined { pose, covariance, information: system.hessian, support }
+    Refined { pose, covariance, information: system.hessian, support, landscape }
+}
+
+fn is_still(step: &Vector3<f64>) -> bool {
+    step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD
 }
 
 pub(crate) fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
@@ -146,50 +180,44 @@ struct System {
 }
 
 impl System {
-    fn build(grid: &Grid, points: &[Point], pose: &Pose, born_before_m: u16) -> Self {
-        let mut system =
-            Self { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), supported: 0.0 };
-        for point in points {
-            let world = pose.apply(*point);
-            if let Some(patch) = patch(grid, world, born_before_m) {
-                system.add(world, pose, &patch);
-            }
-        }
-        system
-    }
-
-    fn add(&mut self, world: Point, pose: &Pose, patch: &Patch) {
-        let residual = Vector2::new(world.x_m, world.y_m) - patch.mean;
+    /// Adds a point that lies at `arm` from the robot, in the map's directions.
+    fn add(&mut self, arm: Vector2<f64>, pose: &Pose, patch: &Patch) {
+        let residual = Vector2::new(pose.x_m, pose.y_m) + arm - patch.mean;
         let squared = (patch.information * residual).dot(&residual);
         // Geman and McClure's weight.
         let trust = (1.0 + squared / (DOUBT_SIGMAS * DOUBT_SIGMAS)).powi(-2);
         self.supported += f64::from(u8::from(squared < DOUBT_SIGMAS * DOUBT_SIGMAS));
-        let (dx, dy) = (world.x_m - pose.x_m, world.y_m - pose.y_m);
-        let jacobian = Matrix2x3::new(1.0, 0.0, -dy, 0.0, 1.0, dx);
+        let jacobian = Matrix2x3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x);
         let weighted = jacobian.transpose() * patch.information * (trust * BEAM_WORTH);
         self.hessian += weighted * jacobian;
         self.gradient += weighted * residual;
     }
 }
 
+/// e to the power of -x for x up to 8, to a few thousandths: it is asked for all the time.
+fn nearness(x: f64) -> f64 {
+    let mut power = (1.0 - x / 64.0).max(0.0);
+    for _ in 0..6 {
+        power *= power;
+    }
+    power
+}
+
 /// Weighted mean and scatter of the surface points around `world`.
-fn patch(grid: &Grid, world: Point, born_before_m: u16) -> Option<Patch> {
+fn patch(grid: &Grid, world: Point) -> Option<Patch> {
     let [x, y] = grid.cell_of(world);
     let width_m = 0.5 * f64::from(NEIGHBOUR_CELLS) * grid.resolution_m();
+    let scale = 0.5 / (width_m * width_m);
     let (mut weights, mut sum, mut squares) = (0.0, Vector2::zeros(), Matrix2::zeros());
-    for row in y - NEIGHBOUR_CELLS..=y + NEIGHBOUR_CELLS {
-        for column in x - NEIGHBOUR_CELLS..=x + NEIGHBOUR_CELLS {
-            let Some(surface) = grid.surface([column, row]) else { continue };
-            if surface.born_m >= born_before_m {
-                continue;
-            }
-            let offset = Vector2::new(surface.point.x_m - world.x_m, surface.point.y_m - world.y_m);
-            let weight = (-0.5 * offset.norm_squared() / (width_m * width_m)).exp();
-            weights += weight;
-            sum += offset * weight;
-            squares += offset * offset.transpose() * weight;
-        }
-    }
+    let low = [x - NEIGHBOUR_CELLS, y - NEIGHBOUR_CELLS];
+    let high = [x + NEIGHBOUR_CELLS + 1, y + NEIGHBOUR_CELLS + 1];
+    grid.for_each_surface(low, high, |_, point| {
+        let offset = Vector2::new(point.x_m - world.x_m, point.y_m - world.y_m);
+        let weight = nearness(scale * offset.norm_squared());
+        weights += weight;
+        sum += offset * weight;
+        squares += offset * offset.transpose() * weight;
+    });
     if weights < 1e-6 {
         return None;
     }

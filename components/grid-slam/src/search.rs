@@ -3,6 +3,7 @@
 
 use crate::field::{FULL, Field};
 use crate::pose::{Point, Pose};
+use crate::tile::floor;
 
 /// What is searched, and what is expected there.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +95,7 @@ fn turn_all(points: &[Point], prior: &Prior, resolution_m: f64) -> Vec<(f64, Vec
         let pose = Pose { yaw_rad: prior.pose.yaw_rad + turn_rad, ..prior.pose };
         let cell = |point: &Point| {
             let world = pose.apply(*point);
-            [world.x_m, world.y_m].map(|metres| (metres / resolution_m).floor() as i32)
+            [world.x_m, world.y_m].map(|metres| floor(metres / resolution_m))
         };
         points.iter().map(cell).collect()
     };

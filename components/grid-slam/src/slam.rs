@@ -5,10 +5,10 @@ use crate::closing::{Closing, Keyframe};
 use crate::config::Config;
 use crate::filter::{Estimate, Filter};
 use crate::graph::{Graph, turned};
-use crate::grid::Snapshot;
 use crate::particle::Step;
 use crate::pose::Pose;
 use crate::scan::{Scan, thinned};
+use crate::snapshot::Snapshot;
 use nalgebra::{Matrix3, Vector3};
 
 /// What no scan match is better than: metres and share of the way, radians.
@@ -144,7 +144,7 @@ impl Slam {
 
     fn redraw(&mut self) {
         let scans = self.graph.poses().iter().zip(&self.keyframes);
-        self.front.redraw(scans.map(|(pose, k)| (*pose, k.beams.as_slice(), k.travelled_m)));
+        self.front.redraw(scans.map(|(pose, k)| (*pose, k.beams.as_slice())));
         self.moved_m = 0.0;
     }
 }

@@ -1,0 +1,154 @@
+//! A square of the map, which copies of the map share until one of them draws there: its cells, and
+//! which of them are surfaces, a bit each, so that they are found without looking at the others.
+
+use std::ops::Range;
+
+/// Cells along a side of a tile: 3.2 m at 5 cm, a tile is 17 KiB.
+pub const TILE_CELLS: i32 = 64;
+const SIDE: usize = TILE_CELLS as usize;
+// A row's surfaces are the bits of a number.
+const _: () = assert!(TILE_CELLS == u64::BITS as i32);
+
+/// Log-odds are kept in steps of 1/20.
+const LOG_ODDS_STEP: f64 = 0.05;
+const HIT: i8 = 18;
+const MISS: i8 = -10;
+/// Bounds keep the map able to change its mind within a few scans.
+const MOST: i8 = 70;
+const LEAST: i8 = -60;
+/// The mean point of a cell follows slow changes: it is never over more points than this.
+const MEAN_OVER: u8 = 24;
+const OFFSET_STEPS: f64 = 250.0;
+
+/// Cells of a tile, a bit each: a number for every row.
+pub(crate) type Rows = [u64; SIDE];
+
+/// Cells row by row.
+#[derive(Clone)]
+pub(crate) struct Tile {
+    log_odds: [i8; SIDE * SIDE],
+    /// Mean hit point from the cell's centre, in 1/250 of a cell, and over how many.
+    means: [([i8; 2], u8); SIDE * SIDE],
+    /// Where a beam has ever ended or gone through.
+    known: Rows,
+    /// Where there is more likely a surface than not.
+    surfaces: Rows,
+}
+
+/// What eight cells lose that are seen through, by the bits of a byte.
+static MISSES: [[i8; 8]; 256] = {
+    let mut misses = [[0; 8]; 256];
+    let mut number = 0;
+    while number < 256 * 8 {
+        if (number / 8) >> (number % 8) & 1 == 1 {
+            misses[number / 8][number % 8] = MISS;
+        }
+        number += 1;
+    }
+    misses
+};
+
+impl Tile {
+    /// A square of which nothing is known.
+    pub(crate) const UNKNOWN: Self = Self {
+        log_odds: [0; SIDE * SIDE],
+        means: [([0; 2], 0); SIDE * SIDE],
+        known: [0; SIDE],
+        surfaces: [0; SIDE],
+    };
+
+    /// A beam ended in a cell, so far from its middle, in cells; the first one of its scan or not.
+    pub(crate) fn hit(&mut self, [x, y]: [usize; 2], from_middle: [f64; 2], is_first: bool) {
+        let odds = &mut self.log_odds[y * SIDE + x];
+        let (mean, hits) = &mut self.means[y * SIDE + x];
+        if *odds <= 0 {
+            *hits = 0;
+        }
+        if is_first {
+            *odds = odds.saturating_add(HIT).min(MOST);
+        }
+        *hits = (*hits + 1).min(MEAN_OVER);
+        for (mean, new) in mean.iter_mut().zip(from_middle) {
+            let (old, new) = (f64::from(*mean), (new * OFFSET_STEPS).clamp(-125.0, 125.0));
+            *mean = (old + (new - old) / f64::from(*hits)).round() as i8;
+        }
+        self.known[y] |= 1 << x;
+        if *odds > 0 {
+            self.surfaces[y] |= 1 << x;
+        }
+    }
+
+    /// Beams of a scan went through cells.
+    pub(crate) fn clear(&mut self, passed: &Rows) {
+        for (y, &passed) in passed.iter().enumerate().filter(|(_, passed)| **passed != 0) {
+            self.known[y] |= passed;
+            let row = &mut self.log_odds[y * SIDE..][..SIDE];
+            for (cells, part) in row.chunks_exact_mut(8).zip(passed.to_le_bytes()) {
+                for (odds, miss) in cells.iter_mut().zip(MISSES[usize::from(part)]) {
+                    *odds = odds.saturating_add(miss).max(LEAST);
+                }
+            }
+            let mut doubted = self.surfaces[y] & passed;
+            while doubted != 0 {
+                let x = doubted.trailing_zeros();
+                doubted &= doubted - 1;
+                if row[x as usize] <= 0 {
+                    self.surfaces[y] &= !(1 << x);
+                }
+            }
+        }
+    }
+
+    /// Says whether a beam has ever ended in or gone through a cell.
+    pub(crate) fn is_known(&self, [x, y]: [usize; 2]) -> bool {
+        self.known[y] >> x & 1 == 1
+    }
+
+    /// Calls `visit` with every surface of some rows and columns: its cell, and how far its points'
+    /// mean is from the cell's middle, in cells.
+    pub(crate) fn for_each_surface(
+        &self,
+        columns: Range<usize>,
+        rows: Range<usize>,
+        mut visit: impl FnMut([usize; 2], [f64; 2]),
+    ) {
+        let (below, above) = (u64::MAX << columns.start, u64::MAX >> (SIDE - columns.end));
+        for y in rows {
+            let mut waiting = self.surfaces[y] & below & above;
+            while waiting != 0 {
+                let x = waiting.trailing_zeros() as usize;
+                waiting &= waiting - 1;
+                let (mean, _) = self.means[y * SIDE + x];
+                visit([x, y], mean.map(|steps| f64::from(steps) * (1.0 / OFFSET_STEPS)));
+            }
+        }
+    }
+
+    /// Rows of what is known: -1 unknown, else the probability in percent of being occupied.
+    pub(crate) fn percents(&self) -> impl Iterator<Item = impl Iterator<Item = i8>> {
+        self.log_odds.chunks(SIDE).zip(self.known).map(|(row, known)| {
+            let of = move |(x, odds): (usize, &i8)| {
+                if known >> x & 1 == 1 { percent(*odds) } else { -1 }
+            };
+            row.iter().enumerate().map(of)
+        })
+    }
+}
+
+/// The whole number below; the processor's own instruction for it is not there on all.
+pub(crate) fn floor(number: f64) -> i32 {
+    let whole = number as i32;
+    whole.saturating_sub(i32::from(f64::from(whole) > number))
+}
+
+/// Probability of being occupied, in percent.
+fn percent(log_odds: i8) -> i8 {
+    /// They are few, and many cells ask.
+    static PERCENTS: std::sync::LazyLock<[i8; 256]> = std::sync::LazyLock::new(|| {
+        std::array::from_fn(|number| {
+            let odds = ((number as f64 - 128.0) * LOG_ODDS_STEP).exp();
+            (100.0 * odds / (1.0 + odds)).round() as i8
+        })
+    });
+    PERCENTS[(i16::from(log_odds) + 128) as usize]
+}
