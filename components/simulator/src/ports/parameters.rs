@@ -47,7 +47,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter::number("laser_dropout", "")
         .default("0.002")
         .range(0.0, 1.0)
-        .doc("share of beams that are lost"),
+        .doc("share of beams that are lost, of those that something is in the way of"),
     Parameter::number("laser_short", "")
         .default("0")
         .range(0.0, 1.0)
