@@ -19,8 +19,13 @@ const LOOK_EVERY_M: f64 = 1.0;
 /// New closures that disagree with the graph by this many squared sigmas together have it
 /// optimised at once.
 const DISAGREEMENT: f64 = 15.0;
-/// Keyframes that moved by more than this have the map drawn anew, metres.
+/// Keyframes that moved by more than this have the map drawn anew, metres …
 const REDRAWN_M: f64 = 0.03;
+/// … when this share of them is new since it was drawn, so that a scan pays for sixteen at most
+/// however many there are …
+const REDRAWN_SHARE: usize = 16;
+/// … or at once, where the map is too wrong to go on with, metres.
+const REDRAWN_AT_ONCE_M: f64 = 0.3;
 
 /// Simultaneous localisation and mapping, one scan at a time.
 pub struct Slam {
@@ -35,6 +40,8 @@ pub struct Slam {
     disagreement: f64,
     /// How far keyframes may have moved since the map was drawn, metres.
     moved_m: f64,
+    /// Keyframes at that time.
+    redrawn: usize,
 }
 
 impl Slam {
@@ -49,6 +56,7 @@ impl Slam {
             track: Vec::new(),
             disagreement: 0.0,
             moved_m: 0.0,
+            redrawn: 0,
         }
     }
 
@@ -131,9 +139,10 @@ impl Slam {
         }
         if self.disagreement > DISAGREEMENT {
             self.optimise();
-            if self.moved_m > REDRAWN_M {
-                self.redraw();
-            }
+        }
+        let is_due = (self.keyframes.len() - self.redrawn) * REDRAWN_SHARE >= self.keyframes.len();
+        if self.moved_m > REDRAWN_AT_ONCE_M || (is_due && self.moved_m > REDRAWN_M) {
+            self.redraw();
         }
     }
 
@@ -145,7 +154,7 @@ impl Slam {
     fn redraw(&mut self) {
         let scans = self.graph.poses().iter().zip(&self.keyframes);
         self.front.redraw(scans.map(|(pose, k)| (*pose, k.beams.as_slice())));
-        self.moved_m = 0.0;
+        (self.moved_m, self.redrawn) = (0.0, self.keyframes.len());
     }
 }
 
