@@ -3,8 +3,8 @@
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, traverse};
 
+use crate::limits::Velocity;
 use crate::surroundings::Scan;
-use crate::window::Velocity;
 
 const BEAMS: usize = 180;
 const RANGE_M: f64 = 8.0;

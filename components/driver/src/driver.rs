@@ -5,10 +5,11 @@ use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 
 use crate::follower::lead;
 use crate::guard::guarded;
+use crate::limits::{LONGEST_S, Limits, REACTION_S, Velocity};
 use crate::recovery::Recovery;
 use crate::surroundings::{Scan, surroundings};
 use crate::track::Track;
-use crate::window::{Distances, HORIZON_S, Limits, REACTION_S, Velocity, Window};
+use crate::window::{Distances, HORIZON_S, Window};
 
 /// The robot heads for a point at least this far ahead on its path, in metres, and as far as it
 /// gets within the window's horizon.
@@ -21,6 +22,9 @@ const SPUN_RAD: f64 = 0.35;
 const SPIN_BRAKE: f64 = 0.7;
 /// The heading at the goal is met within this, in radians.
 const HEADING_RAD: f64 = 0.15;
+/// Things further away than this touch no arc that is tried, in metres, unless the base takes longer
+/// to stop.
+const NEAR_M: f64 = 1.5;
 /// Arcs that stay further than this from everything are not better for it, in metres.
 const COMFORT_M: f64 = 0.15;
 
@@ -160,7 +164,7 @@ impl Driving {
     /// Decides at time `now_s` how to move; at rest if told to stand, or without a fresh path or
     /// hand, or blind.
     pub fn step(&mut self, now_s: f64) -> Velocity {
-        let interval_s = (now_s - self.stepped_s).clamp(0.02, 0.2);
+        let interval_s = (now_s - self.stepped_s).clamp(0.02, LONGEST_S);
         self.stepped_s = now_s;
         self.command = match self.fresh(&self.hand, now_s) {
             _ if self.is_stopped => None,
@@ -215,7 +219,9 @@ impl Driving {
         let odom_from_then = self.track.odom_from_robot_at(scan.stamp_s)?;
         let now_from_then = self.track.odom_from_robot()?.inverse().compose(odom_from_then);
         let map_from_robot = self.track.map_from_robot();
-        let obstacles = surroundings(scan, now_from_then, self.map.as_ref().zip(map_from_robot));
+        let map = self.map.as_ref().zip(map_from_robot);
+        let reach_m = NEAR_M.max(self.settings.radius_m + self.settings.limits.stopping_m());
+        let obstacles = surroundings(scan, now_from_then, map, reach_m);
         Some(Senses { map_from_robot, obstacles })
     }
 

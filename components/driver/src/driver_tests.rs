@@ -264,6 +264,20 @@ fn guarded_a_hand_does_not_reach_the_wall_and_may_back_off() {
 }
 
 #[test]
+fn guarded_a_fast_base_looks_as_far_as_it_takes_to_stop() {
+    let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
+    let mut settings = Settings::default();
+    settings.limits.speed_mps = 1.6;
+    trial.driving.begin_anew(settings);
+    trial.world.robot = Pose2::new(0.4, 4.5, -0.05);
+    for _ in 0..200 {
+        trial.tick_by_hand(Velocity { speed_mps: 1.6, turn_radps: 0.0 });
+        assert!(trial.nearest_m > settings.radius_m, "{:?}", trial.world.robot);
+    }
+    assert!(trial.world.robot.x_m > 3.0);
+}
+
+#[test]
 fn guarded_and_blind_a_hand_gets_nothing() {
     let mut trial = under_way();
     for _ in 0..13 {

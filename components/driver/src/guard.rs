@@ -1,6 +1,7 @@
 //! Keeps who drives by hand from running into things.
 
-use crate::window::{Velocity, Window};
+use crate::limits::Velocity;
+use crate::window::Window;
 
 /// Speeds tried between what the hand wants and none.
 const SPEEDS: u32 = 10;

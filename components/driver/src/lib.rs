@@ -1,14 +1,15 @@
 //! Drives a differential-drive robot along paths, or as somebody's hand wants, without touching
 //! anything. `driver` decides at each step; `follower` finds the point to head for, `window` the
-//! speeds that hit nothing, `guard` what is left of a hand's wish, `track` where the robot is between
-//! two poses, `surroundings` what is near, `recovery` how to get loose. `ports` is all there is of
-//! messages.
+//! speeds that hit nothing within the `limits` of the base, `guard` what is left of a hand's wish,
+//! `track` where the robot is between two poses, `surroundings` what is near, `recovery` how to get
+//! loose. `ports` is all there is of messages.
 
 #[cfg(test)]
 mod box_world;
 mod driver;
 mod follower;
 mod guard;
+mod limits;
 mod ports;
 mod recovery;
 mod surroundings;
@@ -16,6 +17,6 @@ mod track;
 mod window;
 
 pub use driver::{Driving, Settings};
+pub use limits::{Limits, Velocity};
 pub use ports::Driver;
 pub use surroundings::Scan;
-pub use window::{Limits, Velocity};

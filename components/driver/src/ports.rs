@@ -4,8 +4,8 @@ use armor_grid::{Geometry, Grid, Occupancy, Pose2};
 use armor_sdk::prelude::*;
 
 use crate::driver::{Driving, Settings};
+use crate::limits::Velocity;
 use crate::surroundings::Scan;
-use crate::window::Velocity;
 
 /// Drives a differential-drive robot along paths without touching anything.
 pub struct Driver {

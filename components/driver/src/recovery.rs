@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use armor_grid::{Point2, Pose2, wrap_angle};
 
-use crate::window::{Velocity, Window};
+use crate::limits::Velocity;
+use crate::window::Window;
 
 /// Without having moved `MOVED_M` for this long, not counting turns, the robot is stuck, in seconds.
 const STUCK_S: f64 = 4.0;
@@ -99,7 +100,8 @@ fn free_side(obstacles: &[Point2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::window::{Distances, Limits};
+    use crate::limits::Limits;
+    use crate::window::Distances;
 
     const LIMITS: Limits = Limits {
         speed_mps: 0.6,

@@ -5,9 +5,6 @@ use std::f64::consts::TAU;
 
 use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 
-/// Things further away than this touch no arc that is tried, in metres.
-const NEAR_M: f64 = 1.5;
-
 /// One laser scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
@@ -24,9 +21,9 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Returns the points it hit within reach, in the frame of the robot when it was taken.
+    /// Returns the points it hit, in the frame of the robot when it was taken.
     fn points(&self) -> impl Iterator<Item = Point2> {
-        self.ranges_m.iter().enumerate().filter(|(_, range_m)| **range_m < NEAR_M + 0.5).map(
+        self.ranges_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite()).map(
             |(beam, range_m)| {
                 let (sin, cos) = (self.first_rad + beam as f64 * self.step_rad).sin_cos();
                 self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
@@ -48,29 +45,30 @@ impl Scan {
     }
 }
 
-/// Returns everything within reach, in the robot's frame now.
+/// Returns everything within `reach_m`, in the robot's frame now.
 ///
 /// `now_from_then` is the frame of the robot when the scan was taken, seen from now.
 pub(crate) fn surroundings(
     scan: &Scan,
     now_from_then: Pose2,
     map: Option<(&Grid<Occupancy>, Pose2)>,
+    reach_m: f64,
 ) -> Vec<Point2> {
-    let near = |point: &Point2| point.distance_m(Point2::default()) < NEAR_M;
+    let near = |point: &Point2| point.distance_m(Point2::default()) < reach_m;
     let mut points: Vec<Point2> =
         scan.points().map(|point| now_from_then.apply(point)).filter(near).collect();
     if let Some((map, map_from_robot)) = map.filter(|_| !scan.is_all_round()) {
-        let remembered = occupied_near(map, map_from_robot);
+        let remembered = occupied_near(map, map_from_robot, reach_m);
         points.extend(remembered.into_iter().filter(near).filter(|point| !scan.covers(*point)));
     }
     points
 }
 
-fn occupied_near(map: &Grid<Occupancy>, map_from_robot: Pose2) -> Vec<Point2> {
+fn occupied_near(map: &Grid<Occupancy>, map_from_robot: Pose2, reach_m: f64) -> Vec<Point2> {
     let geometry = map.geometry();
     let robot_from_map = map_from_robot.inverse();
     let middle = geometry.cell_at(map_from_robot.point());
-    let reach = (NEAR_M / geometry.resolution_m).ceil() as i32;
+    let reach = (reach_m / geometry.resolution_m).ceil() as i32;
     (-reach..=reach)
         .flat_map(|rows| (-reach..=reach).map(move |columns| middle.offset(columns, rows)))
         .filter(|&cell| map.get(cell) == Some(&Occupancy::Occupied))
@@ -99,7 +97,7 @@ mod tests {
         let mut scan = half_circle(f64::INFINITY);
         scan.ranges_m[90] = 1.0;
         let moved_on = Pose2::new(-0.2, 0.0, 0.0);
-        let points = surroundings(&scan, moved_on, None);
+        let points = surroundings(&scan, moved_on, None, 1.5);
         assert_eq!(points.len(), 1);
         assert!(points[0].distance_m(Point2::new(0.9, 0.0)) < 1e-9, "{points:?}");
     }
@@ -112,7 +110,7 @@ mod tests {
         map[Cell::new(10, 20)] = Occupancy::Occupied;
         map[Cell::new(30, 20)] = Occupancy::Occupied;
         let scan = half_circle(f64::INFINITY);
-        let points = surroundings(&scan, Pose2::IDENTITY, Some((&map, Pose2::IDENTITY)));
+        let points = surroundings(&scan, Pose2::IDENTITY, Some((&map, Pose2::IDENTITY)), 1.5);
         assert_eq!(points.len(), 1);
         assert!(points[0].x_m < -0.9, "{points:?}");
     }

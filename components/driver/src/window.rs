@@ -4,6 +4,8 @@
 
 use armor_grid::{Point2, Pose2};
 
+use crate::limits::{Limits, REACTION_S, Velocity};
+
 /// Arcs are looked at this far ahead, in seconds.
 pub(crate) const HORIZON_S: f64 = 1.2;
 /// In steps of this, in seconds: 6 cm at full speed.
@@ -11,72 +13,10 @@ const STEP_S: f64 = 0.1;
 /// A command takes effect this long after the senses it is based on, in seconds; until then the
 /// robot goes on as it does now.
 const DELAY_S: f64 = 0.1;
-/// What passes between a scan and the wheels, in seconds.
-pub(crate) const REACTION_S: f64 = 0.2;
 /// Speeds tried between the slowest and the fastest.
 const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
 const TURNS: usize = 15;
-
-/// How fast to drive and turn.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Velocity {
-    /// Forward speed, in metres per second.
-    pub speed_mps: f64,
-    /// Turn rate, counter-clockwise, in radians per second.
-    pub turn_radps: f64,
-}
-
-impl Velocity {
-    /// Standing still.
-    pub const ZERO: Self = Self { speed_mps: 0.0, turn_radps: 0.0 };
-
-    /// Turning on the spot.
-    pub const fn spin(turn_radps: f64) -> Self {
-        Self { speed_mps: 0.0, turn_radps }
-    }
-}
-
-/// What the base can do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Fastest forward speed, in metres per second.
-    pub speed_mps: f64,
-    /// Fastest turn rate, in radians per second.
-    pub turn_radps: f64,
-    /// Change of speed, in metres per second squared.
-    pub acceleration_mps2: f64,
-    /// Change of turn rate, in radians per second squared.
-    pub turn_acceleration_radps2: f64,
-}
-
-impl Limits {
-    /// Returns the velocity nearest to `wanted` that can be reached within `interval_s`.
-    pub(crate) fn approach(&self, now: Velocity, wanted: Velocity, interval_s: f64) -> Velocity {
-        let speed = self.acceleration_mps2 * interval_s;
-        let turn = self.turn_acceleration_radps2 * interval_s;
-        Velocity {
-            speed_mps: wanted.speed_mps.clamp(now.speed_mps - speed, now.speed_mps + speed),
-            turn_radps: wanted.turn_radps.clamp(now.turn_radps - turn, now.turn_radps + turn),
-        }
-    }
-
-    /// Returns the velocity nearest to `wanted` that the base can have, backwards as fast as forward.
-    pub(crate) fn within(&self, wanted: Velocity) -> Velocity {
-        Velocity {
-            speed_mps: wanted.speed_mps.clamp(-self.speed_mps, self.speed_mps),
-            turn_radps: wanted.turn_radps.clamp(-self.turn_radps, self.turn_radps),
-        }
-    }
-
-    /// Returns the velocity after braking for `interval_s` on the same arc.
-    pub(crate) fn braked(&self, now: Velocity, interval_s: f64) -> Velocity {
-        let less_mps = (self.acceleration_mps2 * interval_s).min(now.speed_mps.abs());
-        let speed_mps = now.speed_mps - less_mps.copysign(now.speed_mps);
-        let left = if speed_mps == 0.0 { 0.0 } else { speed_mps / now.speed_mps };
-        Velocity { speed_mps, turn_radps: left * now.turn_radps }
-    }
-}
 
 /// How close the robot's centre may and should come to things.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -260,15 +200,6 @@ mod tests {
     fn it_never_exceeds_what_the_base_can_do_next() {
         let chosen = window(&[], Velocity::ZERO).choose(Point2::new(1.0, 1.0), 0.6).unwrap();
         assert!(chosen.speed_mps <= 0.08 + 1e-9 && chosen.turn_radps <= 0.3 + 1e-9, "{chosen:?}");
-    }
-
-    #[test]
-    fn braking_stays_on_the_arc() {
-        let now = Velocity { speed_mps: -0.4, turn_radps: 0.6 };
-        let next = LIMITS.braked(now, 0.1);
-        assert!((next.speed_mps + 0.32).abs() < 1e-9 && (next.turn_radps - 0.48).abs() < 1e-9);
-        assert_eq!(LIMITS.braked(now, 1.0), Velocity::ZERO);
-        assert_eq!(LIMITS.braked(Velocity::spin(1.0), 0.1), Velocity::ZERO);
     }
 
     #[test]
