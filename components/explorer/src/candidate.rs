@@ -23,6 +23,8 @@ const ESCAPE_M: f64 = 0.5;
 const LARGE_M2: f64 = 4.0;
 /// What is unseen counts up to this distance from a frontier, in metres.
 const VIEW_M: f64 = 2.5;
+/// A long frontier is looked into from places this far apart, in metres.
+const APART_M: f64 = 1.25;
 /// Directions in which it is looked for.
 const VIEW_RAYS: u32 = 72;
 /// What is worth a way of this length is worth a longer one, in metres: more lies behind what can
@@ -113,7 +115,7 @@ impl Reach {
         let yaw_rad = if stand == target { 0.0 } else { position.bearing_rad(seen) };
         let travel_m = f64::from(self.travel_m[stand]);
         let turn_m = settings.turn_m_per_rad * self.departure_rad(stand).abs();
-        let gain_m2 = unseen_m2(map, seen);
+        let gain_m2 = unseen_m2(map, &lookouts(map, seen, &frontier.cells));
         if gain_m2 < settings.least_yield_m2_per_m * travel_m.min(FAR_M) {
             return None;
         }
@@ -180,26 +182,67 @@ impl Reach {
     }
 }
 
-/// The unseen area that could be seen from a place, in square metres: up to what is known to stand
-/// in the way (the gain of González-Baños & Latombe, "Navigation Strategies for Exploring Indoor
-/// Environments", IJRR 2002).
-fn unseen_m2(map: &Grid<Occupancy>, from: Point2) -> f64 {
+/// Places along a frontier, `first` and others as far apart as each shows something of its own.
+fn lookouts(map: &Grid<Occupancy>, first: Point2, frontier: &[Cell]) -> Vec<Point2> {
+    let mut places = vec![first];
+    for cell in frontier {
+        let place = map.geometry().centre(*cell);
+        if places.iter().all(|other| other.distance_m(place) >= APART_M) {
+            places.push(place);
+        }
+    }
+    places
+}
+
+/// The unseen area that could be seen from some places, each looking at what is nearest to it, in
+/// square metres: up to what is known to stand in the way (the gain of González-Baños & Latombe,
+/// "Navigation Strategies for Exploring Indoor Environments", IJRR 2002).
+fn unseen_m2(map: &Grid<Occupancy>, places: &[Point2]) -> f64 {
     let step_m = map.geometry().resolution_m;
     let ray_rad = TAU / f64::from(VIEW_RAYS);
     let steps = (VIEW_M / step_m) as u32;
     let mut area_m2 = 0.0;
-    for ray in 0..VIEW_RAYS {
+    for (&from, ray) in places.iter().flat_map(|from| (0..VIEW_RAYS).map(move |ray| (from, ray))) {
         let (sin, cos) = (f64::from(ray) * ray_rad).sin_cos();
         for step in 1..=steps {
             let away_m = f64::from(step) * step_m;
             let there = Point2::new(from.x_m + away_m * cos, from.y_m + away_m * sin);
+            let is_nearest = || places.iter().all(|other| other.distance_m(there) >= away_m - 1e-9);
             match map.at(there) {
                 Some(Occupancy::Occupied) => break,
                 Some(Occupancy::Free) => {}
                 // Beyond the edge of the map nothing is known either.
-                Some(Occupancy::Unknown) | None => area_m2 += away_m * ray_rad * step_m,
+                Some(Occupancy::Unknown) | None if is_nearest() => {
+                    area_m2 += away_m * ray_rad * step_m;
+                }
+                Some(Occupancy::Unknown) | None => {}
             }
         }
     }
     area_m2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::Drawing;
+
+    #[test]
+    fn a_long_frontier_promises_all_that_lies_behind_it() {
+        // 8 m of unseen space, 1 m deep, beside a free strip; walls around.
+        let row = |what: &str| format!("#{}#", what.repeat(80));
+        let unseen = row("?");
+        let mut rows = vec![row("#")];
+        rows.extend(vec![unseen; 10]);
+        rows.extend([row("."), row("."), row("#")]);
+        let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
+        let map = Drawing::read(0.1, &rows).map;
+        let frontier = &frontiers(&map, 0.8, |_| true)[0];
+        let end = map.geometry().centre(frontier.cells[0]);
+        let places = lookouts(&map, end, &frontier.cells);
+        assert!((6..=8).contains(&places.len()), "{} places", places.len());
+        let one_m2 = unseen_m2(&map, &[end]);
+        let all_m2 = unseen_m2(&map, &places);
+        assert!(one_m2 < 4.0 && (7.0..9.0).contains(&all_m2), "{one_m2} m2, {all_m2} m2");
+    }
 }
