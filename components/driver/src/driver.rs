@@ -126,13 +126,17 @@ impl Driving {
 
     /// Takes a pose on the map, valid at its stamp.
     pub fn pose_seen(&mut self, stamp_s: f64, map_from_robot: Pose2) {
-        self.track.pose_seen(stamp_s, map_from_robot);
+        if map_from_robot.is_finite() {
+            self.track.pose_seen(stamp_s, map_from_robot);
+        }
     }
 
     /// Takes an odometry pose that came at `now_s`.
     pub fn odometry_seen(&mut self, now_s: f64, stamp_s: f64, odom_from_robot: Pose2) {
-        self.track.odometry_seen(stamp_s, odom_from_robot);
-        self.odometry_s = now_s;
+        if odom_from_robot.is_finite() {
+            self.track.odometry_seen(stamp_s, odom_from_robot);
+            self.odometry_s = now_s;
+        }
     }
 
     /// Takes a scan that came at `now_s`.
@@ -141,13 +145,20 @@ impl Driving {
     }
 
     /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading at
-    /// the end; empty if there is no way.
-    pub fn path_seen(&mut self, now_s: f64, path: Vec<Pose2>) {
+    /// the end; empty if there is no way. One that is not finite counts as empty.
+    pub fn path_seen(&mut self, now_s: f64, mut path: Vec<Pose2>) {
+        if !path.iter().all(|pose| pose.is_finite()) {
+            path.clear();
+        }
         self.path = Some(Received { at_s: now_s, value: path });
     }
 
-    /// Takes what somebody's hand wants, which came at `now_s`; it holds before the path.
-    pub fn hand_seen(&mut self, now_s: f64, wanted: Velocity) {
+    /// Takes what somebody's hand wants, which came at `now_s`; it holds before the path. What is no
+    /// number stands.
+    pub fn hand_seen(&mut self, now_s: f64, mut wanted: Velocity) {
+        if !(wanted.speed_mps.is_finite() && wanted.turn_radps.is_finite()) {
+            wanted = Velocity::ZERO;
+        }
         self.hand = Some(Received { at_s: now_s, value: wanted });
     }
 

@@ -278,6 +278,26 @@ fn guarded_a_fast_base_looks_as_far_as_it_takes_to_stop() {
 }
 
 #[test]
+fn what_is_no_number_stands_and_is_forgotten() {
+    let mut trial = under_way();
+    let nonsense = Velocity { speed_mps: f64::NAN, turn_radps: f64::INFINITY };
+    for _ in 0..20 {
+        assert!(trial.tick_by_hand(nonsense).speed_mps.is_finite());
+    }
+    assert_eq!(trial.driving.command, Velocity::ZERO);
+    for _ in 0..11 {
+        trial.sense();
+        trial.move_on();
+    }
+    let nowhere = Pose2::new(f64::NAN, 1.0, 0.0);
+    trial.driving.path_seen(trial.now_s, vec![trial.world.robot, nowhere]);
+    trial.driving.pose_seen(trial.now_s, nowhere);
+    trial.driving.odometry_seen(trial.now_s, trial.now_s, nowhere);
+    assert_eq!(trial.move_on(), Velocity::ZERO);
+    trial.reach(TOUR[0], 30.0);
+}
+
+#[test]
 fn guarded_and_blind_a_hand_gets_nothing() {
     let mut trial = under_way();
     for _ in 0..13 {

@@ -57,6 +57,11 @@ impl Pose2 {
         Self { x_m, y_m, yaw_rad }
     }
 
+    /// Says whether it is a pose at all: what a peer sends may hold infinities and NaN.
+    pub fn is_finite(self) -> bool {
+        self.x_m.is_finite() && self.y_m.is_finite() && self.yaw_rad.is_finite()
+    }
+
     /// Returns the position without the heading.
     pub const fn point(self) -> Point2 {
         Point2::new(self.x_m, self.y_m)
@@ -164,6 +169,14 @@ mod tests {
             let halves = a.after_arc(v, w, 0.5).after_arc(v, w, 0.5);
             prop_assert!(close(halves, a.after_arc(v, w, 1.0)));
         }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_no_pose() {
+        assert!(Pose2::new(1.0, -2.0, 3.0).is_finite());
+        assert!(!Pose2::new(f64::NAN, 0.0, 0.0).is_finite());
+        assert!(!Pose2::new(0.0, f64::INFINITY, 0.0).is_finite());
+        assert!(!Pose2::new(0.0, 0.0, f64::NAN).is_finite());
     }
 
     #[test]

@@ -83,12 +83,14 @@ impl Planning {
 
     /// Takes where the robot is on the map.
     pub fn pose_seen(&mut self, map_from_robot: Pose2) {
-        self.robot = Some(map_from_robot);
+        if map_from_robot.is_finite() {
+            self.robot = Some(map_from_robot);
+        }
     }
 
-    /// Takes a goal on the map that came at `now_s`.
+    /// Takes a goal on the map that came at `now_s`; one that is not finite is none.
     pub fn goal_seen(&mut self, now_s: f64, rank: Rank, goal: Pose2) {
-        self.goals[rank as usize] = Some((now_s, goal));
+        self.goals[rank as usize] = goal.is_finite().then_some((now_s, goal));
     }
 
     /// Forgets all goals.

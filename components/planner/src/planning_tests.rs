@@ -155,6 +155,14 @@ fn the_highest_rank_holds_while_it_is_fresh() {
 }
 
 #[test]
+fn a_goal_that_is_no_place_is_none() {
+    let mut planning = planning(with_gap(0.8));
+    planning.goal_seen(1.0, Rank::Task, FAR);
+    planning.goal_seen(1.0, Rank::Operator, Pose2 { x_m: f64::NAN, ..THERE });
+    assert_eq!(end(planning.step(1.0)), Some(FAR));
+}
+
+#[test]
 fn a_goal_that_moves_is_followed_at_once_and_one_that_turns_too() {
     let mut planning = planning(with_gap(0.8));
     planning.goal_seen(1.0, Rank::Task, FAR);
