@@ -104,6 +104,12 @@ fn every_aisle_of_the_warehouse_is_wide_enough() {
     check("warehouse.svg", (2.2, 7.2), &rooms, 226.0..240.0);
 }
 
+#[test]
+fn the_painted_cave_leads_round_a_loop_to_four_chambers() {
+    let chambers = [(5.0, -0.5), (3.0, -3.6), (9.7, -3.2), (0.4, 3.3), (10.2, 3.4)];
+    check("cave.yaml", (0.0, 0.0), &chambers, 63.0..68.0);
+}
+
 /// A folder of its own that goes when the test ends.
 struct Folder(std::path::PathBuf);
 
