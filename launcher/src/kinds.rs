@@ -1,8 +1,9 @@
-//! Which kinds of components there are: the stock in this program, and every executable in the
-//! component directories that describes itself. Adding one rebuilds nothing; a broken one is a
+//! Which kinds of components there are: the stock in this program, our programs beside it, and every
+//! executable in the component directories that describes itself. Adding one rebuilds nothing; a broken one is a
 //! finding and the rest still works.
 
 mod ask;
+mod beside;
 mod cache;
 mod folders;
 mod probe;
@@ -38,7 +39,7 @@ pub struct Kind {
 pub enum Origin {
     /// This program.
     Stock,
-    /// An executable of a component directory.
+    /// An executable of a component directory, or one of ours beside this program.
     Executable(PathBuf),
 }
 
@@ -72,11 +73,12 @@ impl Catalogue {
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Result<Self> {
-        Self::gather_with(&Cache::of_user(), directories, files)
+        Self::gather_with(&Cache::of_user(), beside::folder().as_deref(), directories, files)
     }
 
     fn gather_with<'a>(
         cache: &Cache,
+        own: Option<&Path>,
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Result<Self> {
@@ -87,7 +89,9 @@ impl Catalogue {
             })?;
             catalogue.add(manifest, Origin::Stock);
         }
-        let executables = folders::executables(directories, files, &mut catalogue.problems);
+        let ours = beside::programs(own);
+        let others = folders::executables(directories, files, &mut catalogue.problems);
+        let executables = once(ours.chain(others));
         for (path, answer) in ask::all(executables, cache) {
             match answer {
                 Ok(manifest) => catalogue.add(manifest, Origin::Executable(path)),
@@ -106,7 +110,8 @@ impl Catalogue {
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Vec<(PathBuf, Option<Identity>)> {
-        let executables = folders::executables(directories, files, &mut Vec::new());
+        let others = folders::executables(directories, files, &mut Vec::new());
+        let executables = once(beside::programs(beside::folder().as_deref()).chain(others));
         let identity = |path: &PathBuf| Identity::of(path).ok();
         executables.into_iter().map(|path| (path.clone(), identity(&path))).collect()
     }
@@ -136,12 +141,19 @@ impl Catalogue {
         findings
     }
 
-    /// Says of each unknown kind if an executable of its name is there that cannot be used.
+    /// Says of each unknown kind if an executable of its name is there that cannot be used, or how
+    /// it is to be had.
     pub fn point_to_broken(&self, findings: &mut Findings) {
         for finding in findings.iter_mut().filter(|finding| finding.code == Code::UnknownKind) {
             let kind = finding.at.as_ref().map(|at| at.text());
-            let is_it =
-                |path: &Path| kind.is_some_and(|kind| path.file_stem() == Some(kind.as_ref()));
+            let is_it = |path: &Path| {
+                kind.is_some_and(|kind| {
+                    path.file_stem() == Some(kind.as_ref()) || beside::is_program(path, kind)
+                })
+            };
+            if let Some(remedy) = kind.and_then(beside::remedy) {
+                finding.remedy = remedy;
+            }
             if let Some((path, code)) = self.broken.iter().find(|(path, _)| is_it(path)) {
                 let (path, code) = (path.display(), code.as_str());
                 finding.remedy = format!("{path} is there, but did not describe itself ({code})");
@@ -157,4 +169,16 @@ impl Catalogue {
             Entry::Occupied(mut entry) => entry.get_mut().rivals.push(origin),
         }
     }
+}
+
+/// Each of them once, whatever links lead to it.
+fn once(found: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
+    let mut once: Vec<PathBuf> = Vec::new();
+    for path in found {
+        let path = path.canonicalize().unwrap_or(path);
+        if !once.contains(&path) {
+            once.push(path);
+        }
+    }
+    once
 }

@@ -14,7 +14,7 @@ const BESIDE: &str = "components";
 /// More folders, separated by colons.
 const VARIABLE: &str = "ARMOR_COMPONENTS";
 
-/// The executables of all folders, in their order; each once, whatever links lead to it.
+/// The executables of all folders, in their order; twice, if two links lead to it.
 pub fn executables<'a>(
     asked: &[PathBuf],
     files: impl IntoIterator<Item = &'a Path>,
@@ -46,13 +46,7 @@ pub fn executables<'a>(
             _ => {}
         }
     }
-    let mut once: Vec<PathBuf> = Vec::new();
-    for path in found {
-        if !once.contains(&path) {
-            once.push(path);
-        }
-    }
-    once
+    found
 }
 
 fn no_directory(directory: &Path, error: &io::Error) -> Finding {

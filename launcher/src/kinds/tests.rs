@@ -27,7 +27,7 @@ fn describing(kind: &str) -> String {
 /// Gathered without the user's cache.
 fn gathered(scratch: &Scratch, directories: &[PathBuf], files: &[&Path]) -> Catalogue {
     let cache = Cache::at(scratch.path().join("cache/manifests.json"));
-    Catalogue::gather_with(&cache, directories, files.iter().copied()).expect("gathered")
+    Catalogue::gather_with(&cache, None, directories, files.iter().copied()).expect("gathered")
 }
 
 fn said(catalogue: &Catalogue) -> Vec<String> {
@@ -234,4 +234,37 @@ fn a_folder_that_is_named_twice_is_looked_into_once() {
     let file = scratch.path().join("rover.xml");
     let said = said(&gathered(&scratch, &[there, again], &[&file]));
     assert!(said.len() == 1 && said[0].contains("W0129"), "{said:#?}");
+}
+
+#[test]
+fn our_programs_with_a_window_are_found_beside_this_one_or_it_is_said_how_to_get_them() {
+    let scratch = Scratch::new("beside");
+    let cache = Cache::at(scratch.path().join("cache/manifests.json"));
+    let (there, empty) = (scratch.path().join("there"), scratch.path().join("empty"));
+    script(&there.join("armor-operator-view"), &describing("operator-view"));
+    script(&there.join("armor-something"), &describing("something"));
+    let gathered = |own: &Path, directories: &[PathBuf]| {
+        Catalogue::gather_with(&cache, Some(own), directories, []).expect("gathered")
+    };
+    // Its folder may be a component directory, too.
+    let catalogue = gathered(&there, &[]);
+    assert!(catalogue.kinds.contains_key("operator-view"), "it is beside");
+    assert!(!catalogue.kinds.contains_key("something"), "what else is there is not ours");
+    let both = gathered(&there, std::slice::from_ref(&there));
+    assert!(both.kinds["operator-view"].rivals.is_empty(), "the same one is no second one");
+    let remedy = |catalogue: &Catalogue| {
+        let file = br#"<armor version="1"><system><component name="a" kind="operator-view"/></system></armor>"#;
+        let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+        let mut reading = armor_missions::check(reading, &[], Some(&catalogue.manifests()));
+        catalogue.point_to_broken(&mut reading.findings);
+        let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
+        unknown.map(|finding| finding.remedy.clone()).unwrap_or_default()
+    };
+    assert_eq!(remedy(&catalogue), "", "it is known");
+    let without = remedy(&gathered(&empty, &[]));
+    assert!(without.contains("cargo build --release -p armor-operator-view"), "{without}");
+    script(&empty.join("armor-operator-view"), "#!/bin/sh\nexit 3");
+    let broken = gathered(&empty, &[]);
+    assert!(said(&broken)[0].contains("code 3"), "{:#?}", said(&broken));
+    assert!(remedy(&broken).contains("did not describe itself"), "{}", remedy(&broken));
 }
