@@ -33,6 +33,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("armor-picture", &[]),
+    ("armor-operator-view", &["armor-sdk", "armor-grid", "armor-picture"]),
 ];
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-grid"];

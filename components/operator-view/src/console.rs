@@ -1,0 +1,125 @@
+//! All that the screen shows and the operator has ordered, in one place. Sockets fill it, the window
+//! looks at it; neither is needed to try it.
+
+use crate::links::{Freshness, Link, Now, Number};
+use crate::orders::{Order, Orders, Say};
+use crate::scene::{Scene, SceneError};
+
+/// What the operator sees and has ordered.
+#[derive(Clone, Debug, Default)]
+pub struct Console {
+    /// What is known of the robot.
+    pub scene: Scene,
+    /// The linked inputs.
+    pub links: Vec<Link>,
+    /// The orders that hold.
+    pub orders: Orders,
+    /// An order that reached nobody, and why.
+    pub unheard: Option<String>,
+    /// The mission's own buttons.
+    pub buttons: Vec<String>,
+    /// Radius of the circle that is drawn for the robot, in metres.
+    pub robot_radius_m: f64,
+    /// The screen is to close.
+    pub is_over: bool,
+}
+
+impl Console {
+    /// The link of an input, if it is linked.
+    pub fn link(&self, input: &str) -> Option<&Link> {
+        self.links.iter().find(|link| link.input == input)
+    }
+
+    /// Whether an input is linked.
+    pub fn is_linked(&self, input: &str) -> bool {
+        self.link(input).is_some()
+    }
+
+    /// Takes notice of data of an input, and of what came of them.
+    pub fn arrived(
+        &mut self,
+        input: &str,
+        now: Now,
+        stamp_s: f64,
+        number: Number,
+        outcome: Result<(), SceneError>,
+    ) {
+        if let Some(link) = self.links.iter_mut().find(|link| link.input == input) {
+            link.arrived(now, stamp_s, number);
+            link.problem = outcome.err().map(|error| error.to_string());
+        }
+        if let Some(robot) = self.scene.robot() {
+            self.orders.robot_seen(robot);
+        }
+    }
+
+    /// Carries out an order of the operator.
+    pub fn give(&mut self, order: Order, now: Now) -> Vec<Say> {
+        self.orders.give(order, now.host_s)
+    }
+
+    /// Takes notice of how many links took what was said.
+    pub fn said(&mut self, say: Say, to: usize) {
+        let output = match say {
+            Say::Goal(_) => "goal",
+            Say::Velocity { .. } => "velocity",
+            Say::Stop(_) => "stop",
+        };
+        self.unheard = (to == 0).then(|| format!("nobody hears it: no link takes `{output}`"));
+    }
+
+    /// The links that are silent though they should not be, each with its age in seconds.
+    pub fn silent(&self, now: Now) -> impl Iterator<Item = (&Link, Freshness, f64)> {
+        let told = move |link: &Link| (link.freshness(now), link.age_s(now).unwrap_or_default());
+        self.links.iter().map(move |link| (link, told(link))).filter_map(|(link, (how, age_s))| {
+            matches!(how, Freshness::Late | Freshness::Gone).then_some((link, how, age_s))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::orders::Event;
+    use crate::scene::Located;
+    use armor_grid::Pose2;
+
+    const FIRST: Number = Number { instance: 1, sequence: 0 };
+
+    fn now(host_s: f64) -> Now {
+        Now { host_s, system_s: host_s }
+    }
+
+    #[test]
+    fn arriving_is_noticed_when_a_pose_comes() {
+        let mut console = Console::default();
+        console.give(Order::Goal { place: Pose2::IDENTITY, has_heading: false }, now(0.0));
+        let here = Located { stamp_s: 1.0, pose: Pose2::IDENTITY, covariance_m2: [0.0; 3] };
+        let outcome = console.scene.located(here);
+        console.arrived("pose", now(1.0), 1.0, FIRST, outcome);
+        assert_eq!(console.orders.next_event(), Some(Event::Goal));
+        assert_eq!(console.orders.next_event(), Some(Event::Arrived));
+    }
+
+    #[test]
+    fn an_order_that_nobody_takes_is_told() {
+        let mut console = Console::default();
+        console.said(Say::Stop(true), 0);
+        assert_eq!(console.unheard.as_deref(), Some("nobody hears it: no link takes `stop`"));
+        console.said(Say::Stop(true), 1);
+        assert_eq!(console.unheard, None);
+    }
+
+    #[test]
+    fn what_is_wrong_with_data_stands_at_their_link_until_better_ones_come() {
+        let mut console = Console::default();
+        console.links.push(Link::new("scan", "laser.scan".into(), true));
+        console.arrived("scan", now(0.0), 0.0, FIRST, Err(SceneError::Angles));
+        let problem = |console: &Console| console.link("scan").and_then(|l| l.problem.clone());
+        assert!(problem(&console).is_some_and(|text| text.contains("angles")));
+        console.arrived("scan", now(0.1), 0.1, FIRST, Ok(()));
+        assert_eq!(problem(&console), None);
+        assert_eq!(console.silent(now(0.2)).count(), 0);
+        assert_eq!(console.silent(now(9.0)).count(), 1);
+    }
+}

@@ -1,0 +1,159 @@
+//! The screen as a PNG file, without a window, painted on a thread of its own.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+
+use armor_picture::{EncodeError, Stage};
+use eframe::egui::Context;
+
+use crate::console::Console;
+use crate::links::Now;
+use crate::screen::{CANVAS, Screen, apply_theme};
+
+/// Frames until sizes that depend on one another have settled.
+const FRAMES: usize = 3;
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PictureError {
+    /// It cannot be encoded.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+    /// It cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// A screen that nobody sits before.
+struct Picture {
+    stage: Stage,
+    screen: Screen,
+}
+
+impl Picture {
+    /// A screen of so many pixels, of which `pixels_per_point` make a point.
+    fn new([width, height]: [usize; 2], pixels_per_point: f32) -> Self {
+        let context = Context::default();
+        apply_theme(&context);
+        let stage = Stage::new(context, width, height, pixels_per_point);
+        Self { stage, screen: Screen::default() }
+    }
+
+    /// The screen as it would look now. Nobody gives orders here.
+    fn png(&mut self, mut console: Console, now: Now) -> Result<Vec<u8>, EncodeError> {
+        self.stage.settle(FRAMES, |ui| {
+            self.screen.show(ui, &mut console, now);
+        });
+        self.stage.pixels(CANVAS).png()
+    }
+}
+
+/// Paints pictures beside everything else, one at a time.
+pub(crate) struct Painter {
+    path: PathBuf,
+    picture: Option<Picture>,
+    painting: Option<JoinHandle<(Picture, Result<(), PictureError>)>>,
+}
+
+impl Painter {
+    /// Will paint pictures of `size` pixels as the file at `path`.
+    pub(crate) fn new(path: PathBuf, size: [usize; 2], pixels_per_point: f32) -> Self {
+        Self { path, picture: Some(Picture::new(size, pixels_per_point)), painting: None }
+    }
+
+    /// Begins to paint, unless the last picture is still being painted.
+    ///
+    /// # Errors
+    /// If the last picture could not be made, or there can be no thread.
+    pub(crate) fn begin(&mut self, console: Console, now: Now) -> Result<(), PictureError> {
+        if self.painting.as_ref().is_some_and(|painting| !painting.is_finished()) {
+            return Ok(());
+        }
+        self.wait()?;
+        let Some(mut picture) = self.picture.take() else { return Ok(()) };
+        let path = self.path.clone();
+        let paint = move || {
+            let outcome = made(&mut picture, console, now, &path);
+            (picture, outcome)
+        };
+        let thread = std::thread::Builder::new().name("picture".into()).spawn(paint);
+        self.painting =
+            Some(thread.map_err(|source| PictureError::Write { path: self.path.clone(), source })?);
+        Ok(())
+    }
+
+    /// Paints the last one, and waits for it.
+    ///
+    /// # Errors
+    /// If it could not be made.
+    pub(crate) fn finish(&mut self, console: Console, now: Now) -> Result<(), PictureError> {
+        // What was wrong with the one before does not matter if this one is made.
+        let _ = self.wait();
+        let Some(picture) = &mut self.picture else { return Ok(()) };
+        made(picture, console, now, &self.path)
+    }
+
+    fn wait(&mut self) -> Result<(), PictureError> {
+        let Some(painting) = self.painting.take() else { return Ok(()) };
+        // A panic has told itself, and there are no more pictures.
+        let Ok((picture, outcome)) = painting.join() else { return Ok(()) };
+        self.picture = Some(picture);
+        outcome
+    }
+}
+
+fn made(
+    picture: &mut Picture,
+    console: Console,
+    now: Now,
+    path: &Path,
+) -> Result<(), PictureError> {
+    save(path, &picture.png(console, now)?)
+}
+
+/// Writes a file whole or not at all.
+///
+/// # Errors
+/// If it or its folder cannot be written.
+fn save(path: &Path, content: &[u8]) -> Result<(), PictureError> {
+    let part = path.with_extension("part");
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let written = fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&part, content))
+        .and_then(|()| fs::rename(&part, path));
+    written.map_err(|source| PictureError::Write { path: path.into(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_written_whole_into_folders_that_are_made_for_it() {
+        let folder = std::env::temp_dir().join(format!("armor-view-{}", std::process::id()));
+        let path = folder.join("deep/view.png");
+        let mut painter = Painter::new(path.clone(), [400, 300], 1.0);
+        painter.begin(Console::default(), Now::default()).unwrap();
+        painter.begin(Console::default(), Now::default()).unwrap();
+        painter.finish(Console::default(), Now::default()).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        assert_eq!((reader.info().width, reader.info().height), (400, 300));
+        let others = fs::read_dir(path.parent().unwrap()).unwrap().count();
+        assert_eq!(others, 1, "nothing but the picture is left");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_is_an_error_that_names_the_file() {
+        let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0);
+        let error = painter.finish(Console::default(), Now::default()).unwrap_err().to_string();
+        assert!(error.starts_with("cannot write /proc/no/view.png"), "{error}");
+    }
+}

@@ -1,0 +1,410 @@
+//! The operator's screen as a component: what the robot says in, what the operator orders out.
+
+mod reading;
+
+use std::path::{Path as FilePath, PathBuf};
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use armor_grid::Pose2;
+use armor_sdk::prelude::*;
+use rustix::process::{Signal, getpid, kill_process};
+
+use crate::console::Console;
+use crate::links::{Link, Now, Number};
+use crate::orders::{Order, Say};
+use crate::picture::Painter;
+use crate::window::{Hands, Window};
+
+/// Where relative pictures go: the run's own folder.
+const OUT_VARIABLE: &str = "ARMOR_OUT";
+/// Either says that there is a display.
+const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
+/// Set by a run that wants no windows.
+const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
+/// Each input, and whether its data come all the time, so that silence means something.
+const INPUTS: [(&str, bool); 12] = [
+    ("map", false),
+    ("map_updates", false),
+    ("pose", true),
+    ("scan", true),
+    ("odometry", true),
+    ("truth", true),
+    ("trajectory", false),
+    ("particles", true),
+    ("path", false),
+    ("image", true),
+    ("battery", true),
+    ("diagnostics", true),
+];
+
+/// Runs the program: a component like any, by its command line.
+pub fn run() -> ExitCode {
+    armor_sdk::run::<OperatorView>()
+}
+
+/// Shows an operator what the robot sees and does, and takes orders.
+pub struct OperatorView {
+    armor: Armor,
+    console: Arc<Mutex<Console>>,
+    settings: Settings,
+    started: Instant,
+    window: Option<Window>,
+    /// Why the window is not there.
+    failure: Arc<Mutex<Option<String>>>,
+    painter: Option<Painter>,
+    pictured_s: f64,
+}
+
+struct Settings {
+    window: bool,
+    picture: Option<PathBuf>,
+    picture_period_s: f64,
+    size: [usize; 2],
+    scale: f64,
+}
+
+impl Component for OperatorView {
+    const KIND: &'static str = "operator-view";
+    const SUMMARY: &'static str =
+        "The operator's screen: map, scan, ways, camera and state; goals, driving by hand, STOP.";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::flag("window")
+            .default("true")
+            .doc("opens a window; without it only the picture is made"),
+        Parameter::text("picture").default("").doc(
+            "a PNG of the screen, made every picture_period and at the end; a relative path is in \
+             the run's own folder (ARMOR_OUT)",
+        ),
+        Parameter::number("picture_period", "s")
+            .default("2s")
+            .range(0.1, 3600.0)
+            .doc("the picture is made this often"),
+        Parameter::integer("width")
+            .default("1280")
+            .range(320.0, 8192.0)
+            .doc("of the window in points, of the picture in pixels"),
+        Parameter::integer("height")
+            .default("800")
+            .range(240.0, 8192.0)
+            .doc("of the window in points, of the picture in pixels"),
+        Parameter::number("scale", "")
+            .default("1")
+            .range(0.5, 4.0)
+            .doc("pixels of the picture for each point"),
+        Parameter::text("buttons").default("").doc(
+            "words, such as `explore home`: a button each, which the mission hears as an event of \
+             that name",
+        ),
+        Parameter::number("speed", "m/s")
+            .default("0.5m/s")
+            .range(0.01, 5.0)
+            .doc("fastest speed by hand"),
+        Parameter::number("turn", "rad/s")
+            .default("1rad/s")
+            .range(0.01, 10.0)
+            .doc("fastest turn by hand"),
+        Parameter::number("tolerance", "m")
+            .default("0.3m")
+            .range(0.02, 10.0)
+            .doc("a goal is reached within this"),
+        Parameter::number("robot_radius", "m")
+            .default("0.18m")
+            .range(0.02, 5.0)
+            .doc("circle that is drawn for the robot"),
+        Parameter::number("laser_x", "m")
+            .default("0m")
+            .range(-10.0, 10.0)
+            .doc("laser ahead of the middle of the base"),
+        Parameter::number("laser_y", "m")
+            .default("0m")
+            .range(-10.0, 10.0)
+            .doc("laser left of the middle of the base"),
+        Parameter::number("laser_yaw", "deg")
+            .default("0deg")
+            .range(-std::f64::consts::PI, std::f64::consts::PI)
+            .doc("direction of the laser, anticlockwise from ahead"),
+    ];
+    const PORTS: &'static [(&'static str, &'static str)] = &[
+        ("map", "what is known of the world"),
+        ("map_updates", "rectangles of the map that changed since it was published"),
+        ("pose", "where the robot is on the map, and how sure that is"),
+        ("scan", "what the laser sees, drawn where the robot was then"),
+        ("odometry", "carries the pose on; its own way is drawn beside the corrected one"),
+        ("truth", "where a simulated robot really is"),
+        ("trajectory", "the way so far, as corrected by now"),
+        ("particles", "hypotheses of where the robot is"),
+        ("path", "the way planned"),
+        ("image", "what the camera sees, jpeg or png"),
+        ("battery", "its charge"),
+        ("diagnostics", "how well mapping goes"),
+        ("goal", "where the operator wants the robot; said again until it is there"),
+        ("velocity", "driving by hand: while the hand holds, zero when it lets go, then silence"),
+        ("stop", "true: stand, whatever else is said; until false"),
+    ];
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.subscribe::<Optional<OccupancyGrid>>("map")?;
+        armor.subscribe::<Optional<OccupancyGridUpdate>>("map_updates")?;
+        armor.subscribe::<Optional<PoseWithCovarianceStamped>>("pose")?;
+        armor.subscribe::<Optional<LaserScan>>("scan")?;
+        armor.subscribe::<Optional<Odometry>>("odometry")?;
+        armor.subscribe::<Optional<Odometry>>("truth")?;
+        armor.subscribe::<Optional<Path>>("trajectory")?;
+        armor.subscribe::<Optional<PoseArray>>("particles")?;
+        armor.subscribe::<Optional<Path>>("path")?;
+        armor.subscribe::<Optional<CompressedImage>>("image")?;
+        armor.subscribe::<Optional<BatteryState>>("battery")?;
+        armor.subscribe::<Optional<SlamDiagnostics>>("diagnostics")?;
+        armor.provide::<PoseStamped>("goal")?;
+        armor.provide::<Twist>("velocity")?;
+        armor.provide::<Latched<Flag>>("stop")?;
+        for parameter in Self::PARAMETERS {
+            armor.get_parameter(&parameter.manifest().name)?;
+        }
+        armor.synchronize()?;
+        // Whoever sits before it is there whatever the mission does.
+        armor.set_non_controllable();
+        let settings = Settings {
+            window: true,
+            picture: None,
+            picture_period_s: 2.0,
+            size: [1280, 800],
+            scale: 1.0,
+        };
+        Ok(Self {
+            armor,
+            console: Arc::default(),
+            settings,
+            started: Instant::now(),
+            window: None,
+            failure: Arc::default(),
+            painter: None,
+            pictured_s: f64::NEG_INFINITY,
+        })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        let mut console = locked(&self.console);
+        let console = &mut *console;
+        let laser = &mut console.scene.robot_from_laser;
+        let limits = &mut console.orders.limits;
+        match name {
+            "window" => self.settings.window = value.flag()?,
+            "picture" => self.settings.picture = in_run_folder(value.text()?),
+            "picture_period" => self.settings.picture_period_s = value.number()?,
+            "width" => self.settings.size[0] = value.integer()?.unsigned_abs() as usize,
+            "height" => self.settings.size[1] = value.integer()?.unsigned_abs() as usize,
+            "buttons" => console.buttons = buttons(value.text()?)?,
+            "scale" => self.settings.scale = value.number()?,
+            "speed" => limits.speed_mps = value.number()?,
+            "turn" => limits.turn_radps = value.number()?,
+            "tolerance" => limits.tolerance_m = value.number()?,
+            "robot_radius" => console.robot_radius_m = value.number()?,
+            "laser_x" => laser.x_m = value.number()?,
+            "laser_y" => laser.y_m = value.number()?,
+            "laser_yaw" => laser.yaw_rad = value.number()?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        let seen = reading::read(header.id(), data)?;
+        let now = now(self.started, &self.armor);
+        let number = Number { instance: header.instance, sequence: header.sequence };
+        let mut console = locked(&self.console);
+        let outcome = seen.and_then(|seen| seen.show(&mut console.scene));
+        console.arrived(header.id(), now, header.stamp_s, number, outcome);
+        drop(console);
+        if let Some(window) = &self.window {
+            window.changed();
+        }
+        Ok(())
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        match call {
+            Call::Started => self.open()?,
+            Call::Stopping => {
+                self.close()?;
+                return Ok(Outcome::CarryOn);
+            }
+            Call::Tick | Call::Data => {}
+        }
+        let failure = locked(&self.failure).take();
+        if let Some(failure) = failure {
+            return Ok(Outcome::Failed(failure));
+        }
+        let now = now(self.started, &self.armor);
+        let again = locked(&self.console).orders.again(now.host_s);
+        if let Some(say) = again {
+            self.say(say)?;
+        }
+        if now.host_s - self.pictured_s >= self.settings.picture_period_s {
+            self.take_picture()?;
+        }
+        let event = locked(&self.console).orders.next_event();
+        Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(event.name(), 1.0)))
+    }
+}
+
+impl OperatorView {
+    fn open(&mut self) -> Result<(), Fault> {
+        let linked = INPUTS.into_iter().filter_map(|(input, is_steady)| {
+            Some(Link::new(input, self.armor.subscribed_data(input)?, is_steady))
+        });
+        let mut console = locked(&self.console);
+        console.links = linked.collect();
+        console.scene.is_localised = console.is_linked("pose");
+        drop(console);
+        let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+        if self.settings.window && !is_set(HEADLESS_VARIABLE) && self.window.is_none() {
+            if !DISPLAYS.into_iter().any(is_set) {
+                let why = "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set; set \
+                           `window` to false to do without a window";
+                return Err(why.into());
+            }
+            let name = self.armor.provided_data("stop").unwrap_or_default();
+            let title = format!("{} - Armor", name.trim_end_matches(".stop"));
+            let size = self.settings.size.map(|side| side as f32);
+            self.window = Some(Window::open(title, size, self.hands())?);
+        }
+        Ok(())
+    }
+
+    /// What the window does its work with: it speaks for itself, since a person does not wait for
+    /// the component's next tick.
+    fn hands(&self) -> Hands {
+        let (armor, clock, started) = (self.armor.clone(), self.armor.clone(), self.started);
+        let failure = Arc::clone(&self.failure);
+        Hands {
+            console: Arc::clone(&self.console),
+            say: Box::new(move |say| {
+                send(&armor, say).unwrap_or_else(|fault| {
+                    tracing::error!("an order was not sent: {fault}");
+                    0
+                })
+            }),
+            now: Box::new(move || now(started, &clock)),
+            closed: Box::new(move |why| match why {
+                Some(why) => *locked(&failure) = Some(why),
+                // As from a terminal: the component comes to its end in order, with code 0.
+                None => {
+                    let _ = kill_process(getpid(), Signal::TERM);
+                }
+            }),
+        }
+    }
+
+    /// The hand lets go, the last picture is made, the window closes.
+    fn close(&mut self) -> Result<(), Fault> {
+        let now = now(self.started, &self.armor);
+        let mut console = locked(&self.console);
+        let says = console.orders.give(Order::LetGo, now.host_s);
+        drop(console);
+        for say in says {
+            self.say(say)?;
+        }
+        if let Some(mut painter) = self.painter.take() {
+            painter.finish(locked(&self.console).clone(), now)?;
+        }
+        locked(&self.console).is_over = true;
+        if let Some(window) = self.window.take() {
+            window.close();
+        }
+        Ok(())
+    }
+
+    fn say(&self, say: Say) -> Result<(), Fault> {
+        let to = send(&self.armor, say)?;
+        locked(&self.console).said(say, to);
+        Ok(())
+    }
+
+    /// Has a picture painted of what is known now. Painting takes its time, during which neither
+    /// data nor STOP wait.
+    fn take_picture(&mut self) -> Result<(), Fault> {
+        let Some(path) = &self.settings.picture else { return Ok(()) };
+        let now = now(self.started, &self.armor);
+        let ([width, height], scale) = (self.settings.size, self.settings.scale as f32);
+        let painter =
+            self.painter.get_or_insert_with(|| Painter::new(path.clone(), [width, height], scale));
+        let console = locked(&self.console).clone();
+        painter.begin(console, now)?;
+        self.pictured_s = now.host_s;
+        Ok(())
+    }
+}
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn now(started: Instant, armor: &Armor) -> Now {
+    Now { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
+}
+
+/// Most buttons: a hand's reach.
+const MAX_BUTTONS: usize = 32;
+
+/// The words of a text, each a name that a mission can wait for.
+fn buttons(text: &str) -> Result<Vec<String>, Fault> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    let of_ours = ["stopped", "released", "goal", "arrived", "driving", "done", "failed"];
+    let is_wrong =
+        |word: &&String| !armor_sdk::wire::name::is_name(word) || of_ours.contains(&word.as_str());
+    match words.iter().find(is_wrong) {
+        Some(word) => Err(format!(
+            "`{word}` cannot be a button: use letters, digits, _ and -, and none of {}",
+            of_ours.join(", ")
+        )
+        .into()),
+        None if words.len() > MAX_BUTTONS => Err(format!("more than {MAX_BUTTONS} buttons").into()),
+        None => Ok(words),
+    }
+}
+
+fn in_run_folder(text: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from);
+    (!text.is_empty()).then(|| folder.join(FilePath::new(text)))
+}
+
+fn send(armor: &Armor, say: Say) -> Result<usize, Fault> {
+    let sent = match say {
+        Say::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
+            let pose = Pose::planar(Pose2D { x: x_m, y: y_m, theta: yaw_rad });
+            let (stamp, frame) = (armor.timestamp(), "map".into());
+            armor.send_data("goal", &PoseStamped { stamp, frame, pose })?
+        }
+        Say::Velocity { forward_mps, turn_radps } => {
+            armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
+        }
+        Say::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
+    };
+    Ok(sent.to)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buttons_are_words_that_a_mission_can_wait_for() {
+        assert_eq!(buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
+        for (text, wrong) in [("home done", "done"), ("a/b", "a/b"), ("home stopped", "stopped")] {
+            let error = buttons(text).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("`{wrong}` cannot")), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_it_is_describes_itself() {
+        let manifest = armor_sdk::manifest_of::<OperatorView>().unwrap();
+        assert_eq!(manifest.inputs.len(), INPUTS.len());
+        assert!(manifest.inputs.iter().all(|port| !port.required && !port.doc.is_empty()));
+        assert!(INPUTS.iter().all(|(input, _)| manifest.inputs.iter().any(|p| p.id == *input)));
+        assert_eq!(manifest.outputs.iter().filter(|port| port.latched).count(), 1, "stop");
+    }
+}

@@ -1,0 +1,375 @@
+//! What is known of the robot and its surroundings, brought onto one map: the scan where the robot
+//! was when it was taken, the odometry beside the way that mapping corrected, so that drift is seen.
+
+use armor_grid::{Point2, Pose2};
+
+use crate::map::{Map, MapError};
+use crate::photo::{Photo, PhotoError};
+use crate::track::Track;
+
+/// Most rays of a scan and most particles drawn; of more every n-th is.
+const MAX_MARKS: usize = 4000;
+/// Most poses of a way drawn; of more every n-th is.
+const MAX_WAY: usize = 50_000;
+
+/// Why data are not shown.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A map that cannot be drawn.
+    #[error("{0}")]
+    Map(#[from] MapError),
+    /// An image that cannot be read.
+    #[error("{0}")]
+    Photo(#[from] PhotoError),
+    /// A pose whose numbers are no numbers.
+    #[error("the pose is nowhere: its numbers are not finite")]
+    Nowhere,
+    /// A scan without angles.
+    #[error("the scan's angles are not finite")]
+    Angles,
+}
+
+/// Where mapping says that the robot was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// System time in seconds.
+    pub stamp_s: f64,
+    /// Where, on the map.
+    pub pose: Pose2,
+    /// Covariance of x and y: xx, xy, yy, in m².
+    pub covariance_m2: [f64; 3],
+}
+
+/// What a laser saw, as points from the middle of the robot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scan {
+    /// System time in seconds.
+    pub stamp_s: f64,
+    /// Points in the robot's frame, in metres.
+    pub points: Vec<Point2>,
+}
+
+/// A scan as it comes.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays<'a> {
+    /// System time in seconds.
+    pub stamp_s: f64,
+    /// Angle of the first ray, in radians.
+    pub first_rad: f64,
+    /// Angle from one to the next.
+    pub step_rad: f64,
+    /// Shortest and longest range that is one, in metres.
+    pub range_m: [f32; 2],
+    /// Range of each ray.
+    pub ranges_m: &'a [f32],
+}
+
+/// How the battery is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Battery {
+    /// 0 … 1; nothing if it is not measured.
+    pub charge: Option<f64>,
+    /// Volts; nothing if they are not measured.
+    pub volts: Option<f64>,
+    /// Whether it is being charged.
+    pub is_charging: bool,
+}
+
+/// How mapping goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mapping {
+    /// Number of particles.
+    pub particles: u32,
+    /// Effective number of them.
+    pub effective: f64,
+    /// Share of the scan on surfaces of the map, 0 … 1.
+    pub score: f64,
+    /// Loops closed.
+    pub closures: u64,
+    /// Time a scan takes, in seconds.
+    pub update_s: f64,
+    /// Scans dropped.
+    pub dropped: u64,
+}
+
+/// All that is shown.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Where the laser is on the robot.
+    pub robot_from_laser: Pose2,
+    /// Whether somebody is linked who says where the robot is; else odometry is all there is.
+    pub is_localised: bool,
+    /// The map.
+    pub map: Map,
+    /// The robot's own motion, in its own frame.
+    pub odometry: Track,
+    /// Where it really was, in the frame of the simulated world.
+    pub truth: Track,
+    /// Where it was located, on the map.
+    pub poses: Track,
+    /// The last of these, and how sure it is.
+    pub located: Option<Located>,
+    /// The newest scan.
+    pub scan: Scan,
+    /// Hypotheses of where the robot is.
+    pub particles: Vec<Pose2>,
+    /// The way so far as corrected by all that was seen since, and until when.
+    pub trajectory: (f64, Vec<Point2>),
+    /// The way planned.
+    pub path: Vec<Point2>,
+    /// The newest image, and its number.
+    pub photo: (u64, Photo),
+    /// Ahead in m/s, to the left in rad/s.
+    pub velocity: Option<(f64, f64)>,
+    /// How the battery is.
+    pub battery: Option<Battery>,
+    /// How mapping goes.
+    pub mapping: Option<Mapping>,
+}
+
+impl Scene {
+    /// Where the robot was at a time: where it was located, carried on by its own motion.
+    pub fn robot_at(&self, stamp_s: f64) -> Option<Pose2> {
+        let moved = |from_s: f64| {
+            Some(self.odometry.at(from_s)?.inverse().compose(self.odometry.at(stamp_s)?))
+        };
+        match self.located {
+            Some(located) => Some(match moved(located.stamp_s) {
+                Some(motion) => located.pose.compose(motion),
+                None => self.poses.at(stamp_s).unwrap_or(located.pose),
+            }),
+            None if self.is_localised => None,
+            None => self.odometry.at(stamp_s),
+        }
+    }
+
+    /// Where it is now.
+    pub fn robot(&self) -> Option<Pose2> {
+        let newest = self.odometry.last().or(self.poses.last());
+        newest.and_then(|(stamp_s, _)| self.robot_at(stamp_s))
+    }
+
+    /// How far odometry is off by now, in metres and radians, since both were first known.
+    pub fn drift(&self) -> Option<(f64, f64)> {
+        let (robot, map_from_odom) = (self.robot()?, self.odometry.map_from_frame?);
+        let believed = map_from_odom.compose(self.odometry.last()?.1);
+        let turn_rad = armor_grid::wrap_angle(believed.yaw_rad - robot.yaw_rad);
+        self.is_localised.then(|| (believed.point().distance_m(robot.point()), turn_rad.abs()))
+    }
+
+    /// Takes where the robot was located.
+    ///
+    /// # Errors
+    /// If its numbers are not finite.
+    pub fn located(&mut self, located: Located) -> Result<(), SceneError> {
+        if !is_finite(&located.pose) {
+            return Err(SceneError::Nowhere);
+        }
+        self.poses.push(located.stamp_s, located.pose);
+        self.poses.map_from_frame = Some(Pose2::IDENTITY);
+        self.located = Some(located);
+        self.align();
+        Ok(())
+    }
+
+    /// Takes how far the robot believes to have come, and how fast it is.
+    ///
+    /// # Errors
+    /// If its numbers are not finite.
+    pub fn moved(
+        &mut self,
+        stamp_s: f64,
+        pose: Pose2,
+        velocity: (f64, f64),
+    ) -> Result<(), SceneError> {
+        self.odometry.push(stamp_s, pose);
+        self.velocity = (velocity.0.is_finite() && velocity.1.is_finite()).then_some(velocity);
+        self.align();
+        if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
+    }
+
+    /// Takes where the robot really is.
+    ///
+    /// # Errors
+    /// If its numbers are not finite.
+    pub fn truly_at(&mut self, stamp_s: f64, pose: Pose2) -> Result<(), SceneError> {
+        self.truth.push(stamp_s, pose);
+        self.align();
+        if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
+    }
+
+    /// Other frames are laid onto the map where they are first known together with it; from then on
+    /// what lies apart is drift.
+    fn align(&mut self) {
+        if self.odometry.map_from_frame.is_none() {
+            self.odometry.map_from_frame = match self.located {
+                Some(Located { stamp_s, pose, .. }) => {
+                    self.odometry.at(stamp_s).map(|odom| pose.compose(odom.inverse()))
+                }
+                None => (!self.is_localised).then_some(Pose2::IDENTITY),
+            };
+        }
+        if self.truth.map_from_frame.is_none()
+            && let Some((stamp_s, truth)) = self.truth.last()
+        {
+            let robot = self.robot_at(stamp_s);
+            self.truth.map_from_frame = robot.map(|robot| robot.compose(truth.inverse()));
+        }
+    }
+
+    /// Takes a scan.
+    ///
+    /// # Errors
+    /// If its angles are not finite.
+    pub fn scanned(&mut self, rays: &Rays<'_>) -> Result<(), SceneError> {
+        if !(rays.first_rad.is_finite() && rays.step_rad.is_finite()) {
+            return Err(SceneError::Angles);
+        }
+        let [nearest, farthest] = rays.range_m;
+        let every = rays.ranges_m.len().div_ceil(MAX_MARKS).max(1);
+        let seen = rays.ranges_m.iter().enumerate().step_by(every);
+        let seen =
+            seen.filter(|(_, range)| range.is_finite() && (nearest..=farthest).contains(range));
+        let points = seen.map(|(ray, range)| {
+            let (sin, cos) = (rays.first_rad + ray as f64 * rays.step_rad).sin_cos();
+            let range_m = f64::from(*range);
+            self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
+        });
+        self.scan = Scan { stamp_s: rays.stamp_s, points: points.collect() };
+        Ok(())
+    }
+
+    /// Takes the hypotheses of where the robot is.
+    pub fn supposed(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.particles = thinned(poses, MAX_MARKS).filter(is_finite).collect();
+    }
+
+    /// Takes the way so far.
+    pub fn corrected(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.trajectory = (stamp_s, line(poses));
+    }
+
+    /// Takes the way planned.
+    pub fn planned(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.path = line(poses);
+    }
+
+    /// Takes an image.
+    pub fn photographed(&mut self, photo: Photo) {
+        self.photo = (self.photo.0 + 1, photo);
+    }
+
+    /// The way on the map: as corrected, and what came since.
+    pub fn way(&self) -> impl Iterator<Item = Point2> + '_ {
+        let (stamp_s, corrected) = &self.trajectory;
+        // Without corrections all there is are the poses themselves.
+        let is_corrected = !corrected.is_empty();
+        let poses = self.poses.line().filter(move |_| !is_corrected);
+        let since = self.poses.since(*stamp_s).filter(move |_| is_corrected);
+        corrected.iter().copied().chain(poses).chain(since)
+    }
+}
+
+fn is_finite(pose: &Pose2) -> bool {
+    pose.x_m.is_finite() && pose.y_m.is_finite() && pose.yaw_rad.is_finite()
+}
+
+fn thinned<T>(all: impl ExactSizeIterator<Item = T>, most: usize) -> impl Iterator<Item = T> {
+    let every = all.len().div_ceil(most).max(1);
+    all.step_by(every)
+}
+
+fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
+    let last = poses.len().saturating_sub(1);
+    let every = poses.len().div_ceil(MAX_WAY).max(1);
+    // Its end counts: it is where the robot is, or shall be.
+    let kept = poses.enumerate().filter(|(n, _)| n % every == 0 || *n == last);
+    kept.map(|(_, pose)| pose).filter(is_finite).map(Pose2::point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn located(stamp_s: f64, x_m: f64) -> Located {
+        Located { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
+    }
+
+    #[test]
+    fn the_robot_is_where_it_was_located_carried_on_by_odometry() {
+        let mut scene = Scene { is_localised: true, ..Scene::default() };
+        for n in 0..=10 {
+            let s = 0.1 * f64::from(n);
+            scene.moved(s, Pose2::new(7.0 + s, 0.0, 0.0), (1.0, 0.0)).unwrap();
+        }
+        assert_eq!(scene.robot(), None, "its place on the map is not known yet");
+        scene.located(located(0.5, 20.0)).unwrap();
+        let robot = scene.robot().unwrap();
+        assert!((robot.x_m - 20.5).abs() < 1e-9, "{robot:?}");
+        let earlier = scene.robot_at(0.25).unwrap();
+        assert!((earlier.x_m - 19.75).abs() < 1e-9, "{earlier:?}");
+    }
+
+    #[test]
+    fn odometry_is_drawn_from_where_both_began_so_that_drift_is_seen() {
+        let mut scene = Scene { is_localised: true, ..Scene::default() };
+        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.truly_at(0.0, Pose2::new(-4.0, 0.0, 0.0)).unwrap();
+        scene.located(located(0.0, 1.0)).unwrap();
+        scene.moved(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.located(located(1.0, 3.0)).unwrap();
+        scene.truly_at(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
+        let ends = |track: &Track| (track.line().next().unwrap(), track.line().last().unwrap());
+        assert_eq!(ends(&scene.odometry), (Point2::new(1.0, 0.0), Point2::new(3.5, 0.0)));
+        assert_eq!(ends(&scene.truth).1, Point2::new(3.0, 0.0));
+        assert_eq!(scene.drift(), Some((0.5, 0.0)));
+    }
+
+    #[test]
+    fn without_a_localiser_odometry_is_the_map() {
+        let mut scene = Scene::default();
+        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        assert_eq!(scene.robot(), Some(Pose2::new(3.0, 0.0, 0.0)));
+        assert_eq!(scene.drift(), None);
+    }
+
+    #[test]
+    fn odd_data_are_refused_and_what_was_known_stays() {
+        let mut scene = Scene::default();
+        scene.located(located(1.0, 2.0)).unwrap();
+        assert_eq!(scene.located(located(2.0, f64::NAN)), Err(SceneError::Nowhere));
+        assert_eq!(
+            scene.moved(1.0, Pose2::new(f64::INFINITY, 0.0, 0.0), (f64::NAN, 0.0)),
+            Err(SceneError::Nowhere)
+        );
+        assert_eq!(scene.robot().map(|robot| robot.x_m), Some(2.0));
+        assert_eq!(scene.velocity, None);
+        scene.supposed([Pose2::new(f64::NAN, 0.0, 0.0), Pose2::IDENTITY].into_iter());
+        assert_eq!(scene.particles.len(), 1);
+        let rays = |ranges_m| Rays {
+            stamp_s: 1.0,
+            first_rad: 0.0,
+            step_rad: 0.1,
+            range_m: [0.1, 10.0],
+            ranges_m,
+        };
+        scene.scanned(&rays(&[])).unwrap();
+        assert_eq!(scene.scan.points, []);
+        scene.scanned(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();
+        assert_eq!(scene.scan.points.len(), 1);
+        let bent = Rays { first_rad: f64::NAN, ..rays(&[1.0]) };
+        assert_eq!(scene.scanned(&bent), Err(SceneError::Angles));
+    }
+
+    #[test]
+    fn the_way_is_as_corrected_and_goes_on_to_where_the_robot_is() {
+        let mut scene = Scene::default();
+        for n in 0..4 {
+            scene.located(located(f64::from(n), f64::from(n))).unwrap();
+        }
+        let xs = |scene: &Scene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
+        assert_eq!(xs(&scene).first(), Some(&0.0));
+        scene.corrected(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
+        assert_eq!(xs(&scene), [0.0, 0.9, 2.0, 3.0]);
+    }
+}

@@ -1,0 +1,73 @@
+//! The screen: the map in the middle, the robot and STOP beside it. Shows a [`Console`] and gives
+//! what the operator orders; keeps only how it is looked at.
+
+mod area;
+mod colours;
+mod hand;
+mod layers;
+mod look;
+mod marks;
+mod panel;
+mod tiles;
+
+use eframe::egui::{CentralPanel, Frame, Panel, Ui};
+
+use crate::console::Console;
+use crate::links::{Freshness, Link, Now};
+use crate::orders::{Order, Say};
+
+pub(crate) use colours::CANVAS;
+pub(crate) use colours::apply as apply_theme;
+
+/// Width of the panel beside the map, in points.
+const PANEL: f32 = 288.0;
+/// Ages are shown anew this often while something should have come, in seconds.
+const AGEING_S: f32 = 0.5;
+
+/// How the operator looks at it.
+#[derive(Default)]
+pub(crate) struct Screen {
+    area: area::Area,
+    panel: panel::SidePanel,
+    shown: layers::Layers,
+}
+
+impl Screen {
+    /// Shows one frame, and gives what is to be said to the robot because of it.
+    pub(crate) fn show(&mut self, ui: &mut Ui, console: &mut Console, now: Now) -> Vec<Say> {
+        let mut orders = hand::keys(ui);
+        Panel::right("robot").resizable(false).exact_size(PANEL).show(ui, |ui| {
+            self.panel.show(ui, console, now, &mut orders);
+        });
+        Panel::top("layers").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                self.shown.show(ui, console);
+                ui.separator();
+                self.area.buttons(ui);
+            });
+        });
+        CentralPanel::default().frame(Frame::NONE.fill(CANVAS)).show(ui, |ui| {
+            self.area.show(ui, console, &self.shown, now, &mut orders);
+        });
+        let hand = hand::held(ui).or(self.panel.held());
+        orders.push(match hand {
+            Some((forward, turn)) => Order::Drive { forward, turn },
+            None => Order::LetGo,
+        });
+        if hand.is_some() {
+            ui.ctx().request_repaint_after(hand::PERIOD);
+        } else if tells_ages(console, now) {
+            ui.ctx().request_repaint_after_secs(AGEING_S);
+        }
+        orders.into_iter().flat_map(|order| console.give(order, now)).collect()
+    }
+}
+
+/// Whether the passing of time alone changes what is shown.
+fn tells_ages(console: &Console, now: Now) -> bool {
+    let ages = |link: &Link| link.is_steady && link.freshness(now) != Freshness::Nothing;
+    console.orders.pressed().is_some() || console.links.iter().any(ages)
+}
+
+#[cfg(test)]
+mod tests;

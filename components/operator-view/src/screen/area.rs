@@ -1,0 +1,223 @@
+//! The map with what lies on it. A click is a goal, a stroke one with a heading; the wheel zooms,
+//! the right or middle button moves the map, a right click takes the goal back.
+
+use armor_grid::{Point2, Pose2};
+use eframe::egui::{
+    Align2, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, vec2,
+};
+
+use super::colours;
+use super::layers::{Layer, Layers};
+use super::look::{Look, pose_of};
+use super::marks;
+use super::tiles::Tiles;
+use crate::console::Console;
+use crate::links::{Freshness, Now};
+use crate::orders::Order;
+
+/// Shorter strokes are clicks, in points.
+const STROKE: f32 = 12.0;
+/// Zoom for each point that the wheel turns.
+const WHEEL: f32 = 0.004;
+/// Length of the scale bar at most, in points.
+const BAR: f32 = 120.0;
+
+/// The map area, and how it is looked at.
+pub(super) struct Area {
+    look: Look,
+    tiles: Tiles,
+    /// Whether the robot is kept in the middle.
+    follows: bool,
+    /// The map is to be shown whole; so it is from the beginning until somebody looks elsewhere.
+    fits: bool,
+    /// Where a goal is being drawn from.
+    stroke: Option<Pos2>,
+}
+
+impl Default for Area {
+    fn default() -> Self {
+        let (look, tiles) = (Look::default(), Tiles::default());
+        Self { look, tiles, follows: false, fits: true, stroke: None }
+    }
+}
+
+impl Area {
+    /// The point in the middle.
+    #[cfg(test)]
+    pub(super) fn centre(&self) -> Point2 {
+        self.look.centre
+    }
+
+    /// How it is looked at.
+    pub(super) fn buttons(&mut self, ui: &mut Ui) {
+        let hint = "keeps the robot in the middle";
+        if ui.checkbox(&mut self.follows, "follow").on_hover_text(hint).changed() {
+            self.fits = false;
+        }
+        if ui.button("fit").on_hover_text("shows all of the map").clicked() {
+            (self.fits, self.follows) = (true, false);
+        }
+        let help = "click: goal. drag: goal with a heading.\n\
+                    right click or Esc: no goal.\n\
+                    wheel: zoom. right or middle drag: move the map.\n\
+                    W A S D or arrows: drive while held. Space: STOP.";
+        ui.label(RichText::new("?").strong()).on_hover_text(help);
+    }
+
+    /// Shows the map and takes what is pointed at.
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        layers: &Layers,
+        now: Now,
+        orders: &mut Vec<Order>,
+    ) {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(rect, Sense::click_and_drag());
+        let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
+        self.look.rect = rect;
+        self.turn(ui, &response, console);
+        let drawn = self.point(ui, &response, console, orders);
+        let painter = ui.painter_at(rect);
+        if layers.has(Layer::Map) && !console.scene.map.is_empty() {
+            self.tiles.paint(&painter, &self.look, &console.scene.map);
+        }
+        marks::paint(&painter, &self.look, console, layers);
+        if let Some(place) = drawn {
+            marks::goal(&painter, &self.look, place);
+        }
+        self.scale_bar(&painter, response.hover_pos());
+        warnings(&painter, &self.look, console, now);
+    }
+
+    /// The look: wheel, moving, following, fitting.
+    fn turn(&mut self, ui: &Ui, response: &Response, console: &Console) {
+        let moved = [PointerButton::Secondary, PointerButton::Middle]
+            .into_iter()
+            .filter(|button| response.dragged_by(*button))
+            .map(|_| response.drag_delta())
+            .next();
+        if let Some(moved) = moved {
+            (self.fits, self.follows) = (false, false);
+            self.look.centre = self.look.on_map(self.look.rect.center() - moved);
+        }
+        if let Some(at) = response.hover_pos() {
+            let (wheel, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+            let factor = (wheel * WHEEL).exp() * pinch;
+            if factor != 1.0 {
+                self.fits = false;
+                self.look.zoom(if self.follows { self.look.rect.center() } else { at }, factor);
+            }
+        }
+        if self.follows
+            && let Some(robot) = console.scene.robot()
+        {
+            self.look.centre = robot.point();
+        }
+        if self.fits {
+            self.fit(console);
+        }
+    }
+
+    fn fit(&mut self, console: &Console) {
+        let layout = console.scene.map.layout();
+        let (width, height) = (layout.width as f64, layout.height as f64);
+        let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)];
+        let corners = corners.map(|(column, row)| layout.place(column, row));
+        let least = |of: fn(&Point2) -> f64| corners.iter().map(of).fold(f64::INFINITY, f64::min);
+        let most = |of: fn(&Point2) -> f64| corners.iter().map(of).fold(-f64::INFINITY, f64::max);
+        if !console.scene.map.is_empty() {
+            let low = Point2::new(least(|p| p.x_m), least(|p| p.y_m));
+            self.look.fit(low, Point2::new(most(|p| p.x_m), most(|p| p.y_m)));
+        } else if let Some(robot) = console.scene.robot() {
+            self.look.centre = robot.point();
+        }
+    }
+
+    /// The goal being drawn, while it is; one that is finished is ordered.
+    fn point(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        console: &Console,
+        orders: &mut Vec<Order>,
+    ) -> Option<Pose2> {
+        if response.clicked_by(PointerButton::Secondary) {
+            orders.push(Order::Cancel);
+        }
+        // Esc, too: it takes back what is being drawn as well.
+        if orders.contains(&Order::Cancel) {
+            self.stroke = None;
+        }
+        let pointer = ui.input(|input| input.pointer.clone());
+        if pointer.primary_pressed() && response.contains_pointer() {
+            self.stroke = pointer.interact_pos();
+        }
+        let (from, to) = (self.stroke?, pointer.interact_pos()?);
+        let place = pose_of(self.look.on_map(from), self.look.on_map(to));
+        let is_drawn = from.distance(to) >= STROKE;
+        if pointer.primary_released() {
+            let drawn = Order::Goal { place, has_heading: true };
+            orders.push(if is_drawn { drawn } else { self.clicked(from, console) });
+        }
+        if !pointer.primary_down() {
+            self.stroke = None;
+        }
+        (is_drawn && self.stroke.is_some()).then_some(place)
+    }
+
+    /// A goal without a wish: the robot comes from where it is and stays so.
+    fn clicked(&self, at: Pos2, console: &Console) -> Order {
+        let point = self.look.on_map(at);
+        let robot = console.scene.robot();
+        let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
+        let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
+        Order::Goal { place, has_heading: false }
+    }
+
+    fn scale_bar(&self, painter: &Painter, pointer: Option<Pos2>) {
+        let length_m = self.look.bar_m(BAR);
+        let length = length_m as f32 * self.look.scale;
+        let left = self.look.rect.left_bottom() + vec2(14.0, -16.0);
+        let stroke = Stroke::new(2.0, colours::TEXT);
+        let back =
+            Rect::from_min_max(left - vec2(8.0, 20.0), left + vec2(length.max(150.0) + 8.0, 10.0));
+        painter.rect_filled(back, 4.0, colours::CANVAS.gamma_multiply(0.85));
+        painter.line_segment([left, left + vec2(length, 0.0)], stroke);
+        for end in [left, left + vec2(length, 0.0)] {
+            painter.line_segment([end - vec2(0.0, 4.0), end + vec2(0.0, 4.0)], stroke);
+        }
+        let mut text =
+            if length_m < 1.0 { format!("{length_m:.2} m") } else { format!("{length_m} m") };
+        if let Some(at) = pointer {
+            let point = self.look.on_map(at);
+            text = format!("{text}   {:.2}, {:.2} m", point.x_m, point.y_m);
+        }
+        let font = FontId::proportional(12.0);
+        painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, colours::TEXT);
+    }
+}
+
+/// What should come and does not, where it cannot be overlooked.
+fn warnings(painter: &Painter, look: &Look, console: &Console, now: Now) {
+    let mut top = look.rect.center_top() + vec2(0.0, 10.0);
+    for wanted in [Freshness::Gone, Freshness::Late] {
+        let silent: Vec<_> = console.silent(now).filter(|(_, how, _)| *how == wanted).collect();
+        // What has been silent longest says since when nothing can be relied on.
+        let age_s = silent.iter().map(|(.., age_s)| *age_s).fold(0.0, f64::max);
+        let inputs: Vec<_> = silent.iter().map(|(link, ..)| link.input).collect();
+        if inputs.is_empty() {
+            continue;
+        }
+        let text = format!("nothing for {age_s:.1} s: {}", inputs.join(", "));
+        let font = FontId::proportional(16.0);
+        let width = look.rect.width() - 40.0;
+        let galley = painter.layout(text, font, colours::of(wanted), width);
+        let size = galley.size() + vec2(16.0, 6.0);
+        let rect = Rect::from_center_size(top + vec2(0.0, size.y / 2.0), size);
+        painter.rect_filled(rect, 4.0, colours::CANVAS);
+        painter.galley(rect.min + vec2(8.0, 3.0), galley, colours::TEXT);
+        top.y += size.y + 2.0;
+    }
+}

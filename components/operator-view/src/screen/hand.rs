@@ -1,0 +1,71 @@
+//! The operator's hand on the robot by keys: W A S D or arrows drive while they are held, Space
+//! stops, Esc takes the goal back.
+
+use std::time::Duration;
+
+use eframe::egui::{Event, InputState, Key, Ui};
+
+use crate::orders::Order;
+
+/// While the hand holds, frames come at least this often; without frames nothing is said, and the
+/// robot stands.
+pub(super) const PERIOD: Duration = Duration::from_millis(40);
+
+/// Each with how much it drives ahead and to the left.
+const DRIVING: [(Key, f64, f64); 8] = [
+    (Key::W, 1.0, 0.0),
+    (Key::ArrowUp, 1.0, 0.0),
+    (Key::S, -1.0, 0.0),
+    (Key::ArrowDown, -1.0, 0.0),
+    (Key::A, 0.0, 1.0),
+    (Key::ArrowLeft, 0.0, 1.0),
+    (Key::D, 0.0, -1.0),
+    (Key::ArrowRight, 0.0, -1.0),
+];
+
+/// What is ordered by a key alone. Space is taken before any button could have it: it never
+/// releases, whatever has the focus.
+pub(super) fn keys(ui: &Ui) -> Vec<Order> {
+    let mut orders = Vec::new();
+    let drives = ui.input_mut(|input| {
+        if taken(input, Key::Space) {
+            orders.push(Order::Stop);
+        }
+        if taken(input, Key::Escape) {
+            orders.push(Order::Cancel);
+        }
+        DRIVING.iter().any(|(key, ..)| input.key_down(*key))
+    });
+    if drives || !orders.is_empty() {
+        // Arrows would walk through the buttons, and Enter then press one.
+        ui.memory_mut(|memory| {
+            if let Some(focused) = memory.focused() {
+                memory.surrender_focus(focused);
+            }
+        });
+    }
+    orders
+}
+
+fn taken(input: &mut InputState, wanted: Key) -> bool {
+    let is_it =
+        |event: &Event| matches!(event, Event::Key { key, pressed: true, .. } if *key == wanted);
+    let is_pressed = input.events.iter().any(is_it);
+    input.events.retain(|event| !is_it(event));
+    is_pressed
+}
+
+/// Where the keys that are held drive to, as shares of the limits: ahead, to the left. Nothing
+/// without the keyboard's focus, since nobody would hear of a key that goes up.
+pub(super) fn held(ui: &Ui) -> Option<(f64, f64)> {
+    ui.input(|input| {
+        if !input.focused || input.modifiers.command || input.modifiers.alt {
+            return None;
+        }
+        let held: Vec<_> = DRIVING.iter().filter(|(key, ..)| input.key_down(*key)).collect();
+        let sum = |of: fn(&(Key, f64, f64)) -> f64| {
+            held.iter().map(|key| of(key)).sum::<f64>().clamp(-1.0, 1.0)
+        };
+        (!held.is_empty()).then(|| (sum(|key| key.1), sum(|key| key.2)))
+    })
+}

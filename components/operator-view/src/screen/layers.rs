@@ -1,0 +1,61 @@
+//! What of the map is shown: each linked layer can be switched off.
+
+use eframe::egui::{Color32, RichText, Ui};
+
+use super::colours;
+use crate::console::Console;
+
+/// The layers, in the order in which they are painted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layer {
+    Map,
+    Truth,
+    Odometry,
+    Trajectory,
+    Particles,
+    Path,
+    Scan,
+}
+
+/// Each with its name, its colour and the inputs that it comes from.
+const LAYERS: [(Layer, &str, Color32, &[&str]); 7] = [
+    (Layer::Map, "map", colours::TEXT, &["map", "map_updates"]),
+    (Layer::Scan, "scan", colours::SCAN, &["scan"]),
+    (Layer::Trajectory, "trajectory", colours::TRAJECTORY, &["trajectory", "pose"]),
+    (Layer::Odometry, "odometry", colours::ODOMETRY, &["odometry"]),
+    (Layer::Truth, "truth", colours::TRUTH, &["truth"]),
+    (Layer::Particles, "particles", colours::PARTICLES, &["particles"]),
+    (Layer::Path, "path", colours::PATH, &["path"]),
+];
+
+/// What is switched off.
+#[derive(Default)]
+pub(super) struct Layers {
+    hidden: Vec<Layer>,
+}
+
+impl Layers {
+    /// Whether a layer is shown.
+    pub(super) fn has(&self, layer: Layer) -> bool {
+        !self.hidden.contains(&layer)
+    }
+
+    /// A switch for each layer that something is linked to.
+    pub(super) fn show(&mut self, ui: &mut Ui, console: &Console) {
+        for (layer, name, colour, inputs) in LAYERS {
+            if !inputs.iter().any(|input| console.is_linked(input)) {
+                continue;
+            }
+            let mut is_shown = self.has(layer);
+            // Its colour on the dark panel is its colour on the bright map, but lighter.
+            let light = colour.lerp_to_gamma(Color32::WHITE, 0.45);
+            let text = RichText::new(name).color(light);
+            if ui.checkbox(&mut is_shown, text).changed() {
+                self.hidden.retain(|hidden| *hidden != layer);
+                if !is_shown {
+                    self.hidden.push(layer);
+                }
+            }
+        }
+    }
+}

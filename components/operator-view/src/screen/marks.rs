@@ -1,0 +1,142 @@
+//! What lies on the map: ways, scan, particles, the robot and how sure it is, the goal.
+
+use std::f64::consts::TAU;
+
+use armor_grid::{Point2, Pose2};
+use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, vec2};
+
+use super::colours;
+use super::layers::{Layer, Layers};
+use super::look::Look;
+use crate::console::Console;
+use crate::scene::Located;
+
+/// The ellipse holds the robot with 95 %: that many standard deviations in two dimensions.
+const ELLIPSE: f64 = 2.448;
+/// Smallest robot on the screen, in points.
+const MIN_ROBOT: f32 = 6.0;
+/// Length of a dash and of a gap, in points.
+const DASHES: (f32, f32) = (6.0, 4.0);
+
+/// Paints everything but the map itself.
+pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &Layers) {
+    let scene = &console.scene;
+    let way = |points: Vec<Pos2>, width: f32, colour: Color32| {
+        painter.add(Shape::line(points, Stroke::new(width, colour)));
+    };
+    if layers.has(Layer::Truth) {
+        way(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
+    }
+    if layers.has(Layer::Odometry) {
+        let points = look.line(scene.odometry.line());
+        let stroke = Stroke::new(1.5, colours::ODOMETRY);
+        painter.extend(Shape::dashed_line(&points, stroke, DASHES.0, DASHES.1));
+    }
+    if layers.has(Layer::Trajectory) {
+        way(look.line(scene.way()), 2.0, colours::TRAJECTORY);
+    }
+    if layers.has(Layer::Particles) {
+        particles(painter, look, &scene.particles);
+    }
+    if layers.has(Layer::Path) && console.is_linked("path") {
+        way(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
+    }
+    if layers.has(Layer::Scan)
+        && let Some(robot) = scene.robot_at(scene.scan.stamp_s)
+    {
+        let points = scene.scan.points.iter().map(|point| robot.apply(*point));
+        dots(painter, look, points, 3.0, colours::SCAN);
+    }
+    if let Some(located) = &scene.located {
+        ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
+    }
+    if let Some(robot) = scene.robot() {
+        self::robot(painter, look, robot, console.robot_radius_m);
+    }
+    if let Some(goal) = console.orders.goal() {
+        self::goal(painter, look, goal.place);
+    }
+}
+
+/// Squares of one size, as one mesh: there may be thousands.
+fn dots(
+    painter: &Painter,
+    look: &Look,
+    points: impl Iterator<Item = Point2>,
+    size: f32,
+    colour: Color32,
+) {
+    let mut mesh = Mesh::default();
+    for at in points.map(|point| look.on_screen(point)) {
+        if look.rect.contains(at) {
+            mesh.add_colored_rect(Rect::from_center_size(at, Vec2::splat(size)), colour);
+        }
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+fn particles(painter: &Painter, look: &Look, poses: &[Pose2]) {
+    for pose in poses {
+        let at = look.on_screen(pose.point());
+        if look.rect.contains(at) {
+            let ahead = at + direction(pose.yaw_rad) * 9.0;
+            painter.line_segment([at, ahead], Stroke::new(1.0, colours::PARTICLES));
+        }
+    }
+    let points = poses.iter().map(|pose| pose.point());
+    dots(painter, look, points, 3.0, colours::PARTICLES);
+}
+
+/// A direction on the screen, whose y goes down.
+fn direction(yaw_rad: f64) -> Vec2 {
+    let (sin, cos) = yaw_rad.sin_cos();
+    vec2(cos as f32, -sin as f32)
+}
+
+/// Where the robot is with 95 %, from the eigenvectors of the covariance.
+fn ellipse(painter: &Painter, look: &Look, located: &Located, robot: Pose2) {
+    let [xx, xy, yy] = located.covariance_m2;
+    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
+    let spread = half.hypot(xy);
+    let (long_m, short_m) = ((mean + spread).sqrt(), (mean - spread).max(0.0).sqrt());
+    if !(long_m.is_finite() && short_m.is_finite()) || long_m == 0.0 {
+        return;
+    }
+    let (sin, cos) = (0.5 * xy.atan2(half)).sin_cos();
+    let points = (0..32).map(|n| {
+        let (up, along) = (TAU * f64::from(n) / 32.0).sin_cos();
+        let (along, up) = (ELLIPSE * long_m * along, ELLIPSE * short_m * up);
+        look.on_screen(Point2::new(
+            robot.x_m + cos * along - sin * up,
+            robot.y_m + sin * along + cos * up,
+        ))
+    });
+    let stroke = Stroke::new(1.5, colours::ROBOT.gamma_multiply(0.8));
+    painter.add(Shape::closed_line(points.collect(), stroke));
+}
+
+fn robot(painter: &Painter, look: &Look, robot: Pose2, radius_m: f64) {
+    let radius = (radius_m as f32 * look.scale).max(MIN_ROBOT);
+    let (at, ahead) = (look.on_screen(robot.point()), direction(robot.yaw_rad));
+    painter.circle(
+        at,
+        radius,
+        colours::ROBOT.gamma_multiply(0.25),
+        Stroke::new(2.0, colours::ROBOT),
+    );
+    let aside = ahead.rot90() * radius * 0.5;
+    let points = vec![
+        at + ahead * radius,
+        at - ahead * radius * 0.5 + aside,
+        at - ahead * radius * 0.5 - aside,
+    ];
+    painter.add(Shape::convex_polygon(points, colours::ROBOT, Stroke::NONE));
+}
+
+/// A ring with an arrow.
+pub(super) fn goal(painter: &Painter, look: &Look, place: Pose2) {
+    let stroke = Stroke::new(2.5, colours::GOAL);
+    let (at, ahead) = (look.on_screen(place.point()), direction(place.yaw_rad));
+    painter.circle_stroke(at, 7.0, stroke);
+    painter.arrow(at + ahead * 7.0, ahead * 22.0, stroke);
+}

@@ -1,0 +1,146 @@
+//! The window, on a thread of its own: shows the console whenever it has changed, and says what is
+//! ordered at once, without waiting for the component's turn.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Duration;
+
+use eframe::egui::{Context, Ui, ViewportBuilder, ViewportCommand};
+use winit::platform::wayland::EventLoopBuilderExtWayland;
+use winit::platform::x11::EventLoopBuilderExtX11;
+
+use crate::console::Console;
+use crate::links::Now;
+use crate::orders::{Order, Say};
+use crate::screen::{Screen, apply_theme};
+
+/// Data are shown at most this often.
+const FRAME: Duration = Duration::from_millis(33);
+/// How long a window may take to close.
+const CLOSE_LIMIT: Duration = Duration::from_secs(1);
+
+/// What the window needs of the world.
+pub(crate) struct Hands {
+    /// What is shown.
+    pub(crate) console: Arc<Mutex<Console>>,
+    /// Says it to the robot; how many links took it.
+    pub(crate) say: Box<dyn Fn(Say) -> usize + Send>,
+    /// What time it is.
+    pub(crate) now: Box<dyn Fn() -> Now + Send>,
+    /// Called once when the window has closed; why, if it could not be opened.
+    pub(crate) closed: Box<dyn FnOnce(Option<String>) + Send>,
+}
+
+impl Hands {
+    fn with<R>(&self, act: impl FnOnce(&mut Console, Now) -> (R, Vec<Say>)) -> R {
+        let now = (self.now)();
+        let lock = || self.console.lock().unwrap_or_else(PoisonError::into_inner);
+        let (result, says) = act(&mut lock(), now);
+        for say in says {
+            let to = (self.say)(say);
+            lock().said(say, to);
+        }
+        result
+    }
+}
+
+/// An open window.
+pub(crate) struct Window {
+    context: Arc<OnceLock<Context>>,
+    is_closed: Receiver<()>,
+}
+
+impl Window {
+    /// Opens a window of `size` points.
+    ///
+    /// # Errors
+    /// If there can be no more threads.
+    pub(crate) fn open(title: String, size: [f32; 2], hands: Hands) -> std::io::Result<Self> {
+        let context = Arc::new(OnceLock::new());
+        let (tell, is_closed) = channel();
+        let shared = Arc::clone(&context);
+        std::thread::Builder::new()
+            .name("window".into())
+            .spawn(move || run(&title, size, hands, shared, &tell))?;
+        Ok(Self { context, is_closed })
+    }
+
+    /// Something is new.
+    pub(crate) fn changed(&self) {
+        if let Some(context) = self.context.get() {
+            context.request_repaint_after(FRAME);
+        }
+    }
+
+    /// Waits until it has closed; the console says that it is over.
+    pub(crate) fn close(&self) {
+        if let Some(context) = self.context.get() {
+            context.request_repaint();
+            // One that hangs ends with the process.
+            let _ = self.is_closed.recv_timeout(CLOSE_LIMIT);
+        }
+    }
+}
+
+fn run(
+    title: &str,
+    size: [f32; 2],
+    hands: Hands,
+    context: Arc<OnceLock<Context>>,
+    tell: &Sender<()>,
+) {
+    let viewport = ViewportBuilder::default()
+        .with_app_id("armor-operator-view")
+        .with_title(title)
+        .with_inner_size(size)
+        .with_min_inner_size([560.0, 360.0]);
+    let options = eframe::NativeOptions {
+        viewport,
+        // The component has the main thread.
+        event_loop_builder: Some(Box::new(|builder| {
+            EventLoopBuilderExtX11::with_any_thread(builder, true);
+            EventLoopBuilderExtWayland::with_any_thread(builder, true);
+        })),
+        ..Default::default()
+    };
+    let hands = Arc::new(Mutex::new(Some(hands)));
+    let lent = Arc::clone(&hands);
+    let create = move |creation: &eframe::CreationContext<'_>| {
+        apply_theme(&creation.egui_ctx);
+        let _ = context.set(creation.egui_ctx.clone());
+        Ok(Box::new(App { hands: lent, screen: Screen::default() }) as Box<dyn eframe::App>)
+    };
+    let outcome = eframe::run_native("armor-operator-view", options, Box::new(create));
+    let hands = hands.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(hands) = hands {
+        // Whoever closes the window has let go.
+        hands.with(|console, now| ((), console.give(Order::LetGo, now)));
+        (hands.closed)(outcome.err().map(|error| {
+            format!(
+                "the window cannot be opened: {error}; it needs a display and OpenGL (libGL, \
+                 libEGL): set `window` to false to do without"
+            )
+        }));
+    }
+    let _ = tell.send(());
+}
+
+struct App {
+    hands: Arc<Mutex<Option<Hands>>>,
+    screen: Screen,
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        let hands = self.hands.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(hands) = hands.as_ref() else { return };
+        let screen = &mut self.screen;
+        let is_over = hands.with(|console, now| {
+            let says = screen.show(ui, console, now);
+            (console.is_over, says)
+        });
+        if is_over {
+            ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+}
