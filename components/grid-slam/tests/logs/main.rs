@@ -7,42 +7,17 @@
 // A test that cannot go on may panic.
 #![allow(clippy::unwrap_used)]
 
-use armor_carmen_player::log::Log;
-use armor_carmen_player::record::{self, Record};
+mod recorded;
+mod worse;
+
 use armor_grid_slam::config::Config;
-use armor_grid_slam::evaluation::{Trajectory, by_kind, judge, relations};
-use armor_grid_slam::pose::Pose;
-use armor_grid_slam::scan::Scan;
+use armor_grid_slam::evaluation::{Trajectory, by_kind, judge};
 use armor_grid_slam::slam::Slam;
+use recorded::{Recorded, recorded};
 use rustix::time::{ClockId, clock_gettime};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Folder with `laser/`; without `ARMOR_DATA` the tests are skipped, except under CI.
-fn laser_logs() -> Option<PathBuf> {
-    let data = std::env::var_os("ARMOR_DATA");
-    assert!(data.is_some() || std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
-    data.map(|folder| PathBuf::from(folder).join("laser"))
-}
-
-fn scans(path: &Path) -> Vec<(Pose, Scan)> {
-    let scan = |scan: record::Scan| {
-        let odometry = Pose::new(scan.odometry.x_m, scan.odometry.y_m, scan.odometry.yaw_rad);
-        let sweep = Scan {
-            stamp_s: scan.stamp_s,
-            angle_min_rad: scan.beams.angle_min_rad,
-            increment_rad: scan.beams.increment_rad,
-            range_min_m: 0.02,
-            range_max_m: 50.0,
-            ranges_m: scan.ranges_within(50.0),
-        };
-        (odometry, sweep)
-    };
-    let records = Log::open(path).unwrap().map(Result::unwrap);
-    let found = records.filter_map(|r| if let Record::Scan(s) = r { Some(scan(s)) } else { None });
-    found.collect()
-}
 
 fn write_map(mapper: &Slam, poses: &Trajectory, path: &Path) {
     let map = mapper.snapshot();
@@ -68,11 +43,11 @@ fn cpu_s() -> f64 {
 }
 
 /// Maps a log; gives all poses, the map, and a line for each scan: seconds it took, tiles in memory.
-fn mapped(scans: &[(Pose, Scan)], config: Config) -> (Trajectory, Slam, String) {
+fn mapped(scans: &[Recorded], config: Config) -> (Trajectory, Slam, String) {
     let mut slam = Slam::new(config);
     let mut curve =
         String::from("scan,seconds,cpu_seconds,tiles,tiles_unshared,effective,closures\n");
-    for (number, (odometry, scan)) in scans.iter().enumerate() {
+    for Recorded { number, odometry, scan } in scans {
         let (begun, before_s) = (Instant::now(), cpu_s());
         let estimate = slam.add(*odometry, scan);
         let (seconds, cpu_s) = (begun.elapsed().as_secs_f64(), cpu_s() - before_s);
@@ -80,7 +55,7 @@ fn mapped(scans: &[(Pose, Scan)], config: Config) -> (Trajectory, Slam, String) 
         writeln!(curve, "{number},{seconds:.6},{cpu_s:.6},{own},{all},{effective:.2},{closures}")
             .unwrap();
     }
-    (slam.trajectory().enumerate().collect(), slam, curve)
+    (recorded::numbered(scans, &slam), slam, curve)
 }
 
 /// The default configuration, with ARMOR_PARTICLES instead of its particles if that is set.
@@ -92,18 +67,13 @@ fn config() -> Config {
 
 /// Bounds on the mean errors: `next` metres and degrees, `revisit` metres and degrees.
 fn check(name: &str, bounds: [f64; 4]) {
-    let Some(folder) = laser_logs() else {
-        println!("skipped: ARMOR_DATA is not set");
-        return;
-    };
-    let scans = scans(&folder.join(format!("{name}.log.gz")));
+    let Some((scans, relations)) = recorded(name) else { return };
     let (begun, before_s) = (Instant::now(), cpu_s());
     let (poses, slam, curve) = mapped(&scans, config());
     let processor_s = cpu_s() - before_s;
     let (seconds, span) = (begun.elapsed().as_secs_f64(), poses.values().map(|(stamp, _)| *stamp));
     let recorded_s = span.clone().fold(f64::MIN, f64::max) - span.fold(f64::MAX, f64::min);
-    let text = std::fs::read_to_string(folder.join(format!("{name}.relations.csv"))).unwrap();
-    let kinds = by_kind(&judge(&poses, &relations(&text).unwrap()).unwrap());
+    let kinds = by_kind(&judge(&poses, &relations).unwrap());
     let found = ["next", "revisit"].map(|kind| [kinds[kind].metres.mean, kinds[kind].degrees.mean]);
     println!(
         "{name:>13}: next {:.3} m {:.2} deg, revisit {:.3} m {:.2} deg; {} closures, \
