@@ -1,8 +1,7 @@
 //! How good a trajectory is: errors over relations between poses (Kümmerle et al., *On Measuring the
-//! Accuracy of SLAM Algorithms*, Autonomous Robots 27, 2009) and absolute errors against a reference.
-//! Pure: text in, numbers out.
+//! Accuracy of SLAM Algorithms*, Autonomous Robots 27, 2009). Pure: text in, numbers out.
 
-use crate::pose::{Point, Pose, wrapped};
+use crate::pose::{Pose, wrapped};
 use std::collections::BTreeMap;
 
 /// Most of the worst relations that are named.
@@ -22,7 +21,10 @@ pub enum EvaluationError {
         text: String,
     },
     /// Nothing in one file is of a scan that the other has too.
-    #[error("no scan of the trajectory is in the other file")]
+    #[error(
+        "no scan of the trajectory is in the other file, neither by its number nor by its time; \
+         are they of one run?"
+    )]
     Nothing,
 }
 
@@ -164,40 +166,6 @@ pub fn spread(values: impl Iterator<Item = f64> + Clone) -> Spread {
     Spread { mean, deviation: variance.sqrt() }
 }
 
-/// A trajectory laid over a reference so that the squared distances are least (Horn 1987, in the
-/// plane): for each scan of both its stamp, the laid pose and the reference's.
-///
-/// # Errors
-/// If they have no scan in common.
-pub fn laid_over(
-    trajectory: &Trajectory,
-    reference: &Trajectory,
-) -> Result<Vec<(f64, Pose, Pose)>, EvaluationError> {
-    let both = |(scan, (stamp_s, pose)): (&usize, &(f64, Pose))| {
-        reference.get(scan).map(|(_, reference)| (*stamp_s, *pose, *reference))
-    };
-    let pairs: Vec<_> = trajectory.iter().filter_map(both).collect();
-    if pairs.is_empty() {
-        return Err(EvaluationError::Nothing);
-    }
-    let middle = |of: &dyn Fn(&(f64, Pose, Pose)) -> Pose| {
-        let count = pairs.len() as f64;
-        let sum = |axis: &dyn Fn(Pose) -> f64| pairs.iter().map(|p| axis(of(p))).sum::<f64>();
-        Point { x_m: sum(&|pose| pose.x_m) / count, y_m: sum(&|pose| pose.y_m) / count }
-    };
-    let (own, other) = (middle(&|pair| pair.1), middle(&|pair| pair.2));
-    let (mut along, mut across) = (0.0, 0.0);
-    for (_, pose, reference) in &pairs {
-        let (ax, ay) = (pose.x_m - own.x_m, pose.y_m - own.y_m);
-        let (bx, by) = (reference.x_m - other.x_m, reference.y_m - other.y_m);
-        along += ax * bx + ay * by;
-        across += ax * by - ay * bx;
-    }
-    let to_other = Pose::new(other.x_m, other.y_m, f64::atan2(across, along));
-    let laid = to_other * Pose::new(-own.x_m, -own.y_m, 0.0);
-    Ok(pairs.into_iter().map(|(stamp_s, pose, other)| (stamp_s, laid * pose, other)).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,10 +192,6 @@ mod tests {
         let relations: Vec<_> = (1..40).map(|i| relation(&truth, i - 1, i, "next")).collect();
         let errors = &by_kind(&judge(&moved, &relations).unwrap())["next"];
         assert!(errors.metres.mean < 1e-9 && errors.degrees.mean < 1e-9, "{errors:?}");
-        for (_, laid, reference) in laid_over(&moved, &truth).unwrap() {
-            assert!(laid.distance_m(&reference) < 1e-9, "{laid:?}, not {reference:?}");
-            assert!(wrapped(laid.yaw_rad - reference.yaw_rad).abs() < 1e-9);
-        }
     }
 
     #[test]
@@ -256,6 +220,5 @@ mod tests {
         let error = relations("i,j\n0,1,next,a,0,0\n").unwrap_err().to_string();
         assert!(error.contains("dtheta_rad"), "{error}");
         assert_eq!(judge(&circle(2), &[]), Err(EvaluationError::Nothing));
-        assert_eq!(laid_over(&circle(2), &Trajectory::new()), Err(EvaluationError::Nothing));
     }
 }

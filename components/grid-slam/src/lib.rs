@@ -9,6 +9,7 @@ pub mod field;
 pub mod filter;
 pub mod graph;
 pub mod grid;
+pub mod laid;
 mod matching;
 pub mod pairing;
 mod particle;

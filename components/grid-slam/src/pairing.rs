@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use crate::pose::{Pose, wrapped};
+use crate::pose::Pose;
 use crate::scan::Scan;
 
 /// Most scans that wait; a minute of a fast laser. Beyond it the oldest is dropped and counted.
@@ -79,7 +79,7 @@ impl Pairing {
         let (after_s, after) = self.odometry[found];
         let pose = match found.checked_sub(1).map(|earlier| self.odometry[earlier]) {
             Some((before_s, before)) if (before_s..after_s).contains(&stamp_s) => {
-                between(&before, &after, (stamp_s - before_s) / (after_s - before_s))
+                before.towards(&after, (stamp_s - before_s) / (after_s - before_s))
             }
             _ => after,
         };
@@ -141,15 +141,6 @@ impl Pairing {
             self.used -= 1;
         }
     }
-}
-
-/// The pose at `part` of the way (0 … 1), turning the short way round.
-fn between(before: &Pose, after: &Pose, part: f64) -> Pose {
-    Pose::new(
-        before.x_m + part * (after.x_m - before.x_m),
-        before.y_m + part * (after.y_m - before.y_m),
-        wrapped(before.yaw_rad + part * wrapped(after.yaw_rad - before.yaw_rad)),
-    )
 }
 
 #[cfg(test)]

@@ -44,6 +44,15 @@ impl Pose {
         (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
     }
 
+    /// The pose at `part` of the way to another (0 … 1), turning the short way round.
+    pub fn towards(&self, other: &Self, part: f64) -> Self {
+        Self::new(
+            self.x_m + part * (other.x_m - self.x_m),
+            self.y_m + part * (other.y_m - self.y_m),
+            wrapped(self.yaw_rad + part * wrapped(other.yaw_rad - self.yaw_rad)),
+        )
+    }
+
     /// Says whether all three numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.yaw_rad.is_finite()

@@ -41,7 +41,7 @@ impl Component for MapWriter {
         ("pose", "poses of the trajectory; one line of trajectory.csv each"),
         ("trajectory", "all poses as corrected by now; takes the place of those in trajectory.csv"),
         ("end", "how many poses there will be; done when they are all written"),
-        ("truth", "where the robot really was, drawn for comparison"),
+        ("truth", "where the robot really was: drawn for comparison, and in truth.csv"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {

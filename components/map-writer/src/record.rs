@@ -87,6 +87,7 @@ impl Record {
         if !self.begun {
             make_folder(&self.folder)?;
             replace(&self.file("trajectory.csv"), HEADER.as_bytes())?;
+            self.truth.begin_anew();
             self.begun = true;
             self.due_s = now_s + self.interval_s;
         }
@@ -123,10 +124,9 @@ impl Record {
         self.heard_s = now_s;
     }
 
-    /// Takes a pose where the robot really was, for comparison.
+    /// Takes a pose where the robot really was, for comparison: a line of `truth.csv`.
     pub fn truth_seen(&mut self, stamp_s: f64, pose: Pose2) {
         self.truth.push(stamp_s, pose);
-        self.truth.written();
     }
 
     /// Takes the number of poses that there will be in all.
@@ -159,15 +159,8 @@ impl Record {
     /// If a file cannot be written; what is in memory is kept for the next time.
     pub fn write(&mut self) -> Result<(), WriteError> {
         let new_poses = !self.trajectory.unwritten().is_empty();
-        if new_poses {
-            let (file, lines) = (self.file("trajectory.csv"), self.trajectory.unwritten());
-            if self.trajectory.begins_anew() {
-                replace(&file, [HEADER, lines].concat().as_bytes())?;
-            } else {
-                append(&file, lines.as_bytes())?;
-            }
-            self.trajectory.written();
-        }
+        write_lines(&self.folder.join("trajectory.csv"), &mut self.trajectory)?;
+        write_lines(&self.folder.join("truth.csv"), &mut self.truth)?;
         let Some(map) = &self.map else { return Ok(()) };
         if !self.map_written {
             replace(&self.file("map.pgm"), &map_server::pgm(&map.percent))?;
@@ -216,6 +209,21 @@ impl Record {
     fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
+}
+
+/// Writes the lines that are new: after those in the file, or in their place.
+fn write_lines(file: &Path, trajectory: &mut Trajectory) -> Result<(), WriteError> {
+    let lines = trajectory.unwritten();
+    if lines.is_empty() {
+        return Ok(());
+    }
+    if trajectory.begins_anew() {
+        replace(file, [HEADER, lines].concat().as_bytes())?;
+    } else {
+        append(file, lines.as_bytes())?;
+    }
+    trajectory.written();
+    Ok(())
 }
 
 #[cfg(test)]
@@ -319,6 +327,21 @@ mod tests {
     fn what_never_comes_is_named() {
         check(1, Some(1.0), 70.1, Progress::Missing { announced: 2, received: 1 });
         check(2, None, 70.1, Progress::Missing { announced: 2, received: 2 });
+    }
+
+    #[test]
+    fn the_true_way_has_a_file_of_its_own() {
+        let (_scratch, mut record) = begin("truth");
+        record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
+        record.write().unwrap();
+        assert_eq!(names(&record), ["trajectory.csv"], "none without a true pose");
+        for stamp_s in [1.0, 2.0] {
+            record.truth_seen(stamp_s, Pose2::new(3.0, 0.0, 0.0));
+            record.write().unwrap();
+        }
+        let text = fs::read_to_string(record.file("truth.csv")).unwrap();
+        let line = |i: u32| format!("{i},{}.000000,3.000000,0.000000,0.000000\n", i + 1);
+        assert_eq!(text, [HEADER, &line(0), &line(1)].concat());
     }
 
     #[test]

@@ -104,6 +104,11 @@ impl Trajectory {
         &self.unwritten
     }
 
+    /// Says that what is in the file, if there is one, is of another run.
+    pub(crate) fn begin_anew(&mut self) {
+        self.begins_anew = true;
+    }
+
     /// Says that they are written now.
     pub(crate) fn written(&mut self) {
         self.unwritten.clear();
