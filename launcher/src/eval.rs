@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use armor_grid_slam::evaluation::{
-    Errors, Judged, Spread, by_kind, judge, laid_over, relations, spread, trajectory, worst,
+    Errors, Judged, Spread, by_kind, judge, relations, spread, trajectory, worst,
 };
+use armor_grid_slam::laid::laid_over;
 use armor_grid_slam::pose::Pose;
 use clap::Args;
 use serde_json::{Map, Value, json};
