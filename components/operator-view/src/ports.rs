@@ -2,6 +2,7 @@
 
 mod reading;
 
+use std::panic::resume_unwind;
 use std::path::{Path as FilePath, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,7 +16,7 @@ use crate::console::Console;
 use crate::links::{Link, Now, Number};
 use crate::orders::{Order, Say};
 use crate::picture::Painter;
-use crate::window::{Hands, Window};
+use crate::window::{Gone, Hands, Window};
 
 /// Where relative pictures go: the run's own folder.
 const OUT_VARIABLE: &str = "ARMOR_OUT";
@@ -52,7 +53,7 @@ pub struct OperatorView {
     started: Instant,
     window: Option<Window>,
     /// Why the window is not there.
-    failure: Arc<Mutex<Option<String>>>,
+    failure: Arc<Mutex<Option<Gone>>>,
     painter: Option<Painter>,
     pictured_s: f64,
 }
@@ -234,8 +235,11 @@ impl Component for OperatorView {
             Call::Tick | Call::Data => {}
         }
         let failure = locked(&self.failure).take();
-        if let Some(failure) = failure {
-            return Ok(Outcome::Failed(failure));
+        match failure {
+            Some(Gone::Failed(why)) => return Ok(Outcome::Failed(why)),
+            // The window's panic is the component's: it is told, and the process starts afresh.
+            Some(Gone::Panicked(panic)) => resume_unwind(panic),
+            Some(Gone::Closed) | None => {}
         }
         let now = now(self.started, &self.armor);
         let again = locked(&self.console).orders.again(now.host_s);
@@ -288,12 +292,12 @@ impl OperatorView {
                 })
             }),
             now: Box::new(move || now(started, &clock)),
-            closed: Box::new(move |why| match why {
-                Some(why) => *locked(&failure) = Some(why),
+            gone: Box::new(move |gone| match gone {
                 // As from a terminal: the component comes to its end in order, with code 0.
-                None => {
+                Gone::Closed => {
                     let _ = kill_process(getpid(), Signal::TERM);
                 }
+                gone => *locked(&failure) = Some(gone),
             }),
         }
     }

@@ -2,6 +2,7 @@
 //! what the operator orders; keeps only how it is looked at.
 
 mod area;
+mod camera;
 mod colours;
 mod hand;
 mod layers;

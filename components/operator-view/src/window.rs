@@ -1,6 +1,8 @@
 //! The window, on a thread of its own: shows the console whenever it has changed, and says what is
 //! ordered at once, without waiting for the component's turn.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
@@ -27,8 +29,18 @@ pub(crate) struct Hands {
     pub(crate) say: Box<dyn Fn(Say) -> usize + Send>,
     /// What time it is.
     pub(crate) now: Box<dyn Fn() -> Now + Send>,
-    /// Called once when the window has closed; why, if it could not be opened.
-    pub(crate) closed: Box<dyn FnOnce(Option<String>) + Send>,
+    /// Called once when there is no window any more.
+    pub(crate) gone: Box<dyn FnOnce(Gone) + Send>,
+}
+
+/// Why there is no window.
+pub(crate) enum Gone {
+    /// Somebody closed it.
+    Closed,
+    /// It could not be opened, or kept, and why.
+    Failed(String),
+    /// Its code, or that of the window system's library, panicked.
+    Panicked(Box<dyn Any + Send>),
 }
 
 impl Hands {
@@ -110,17 +122,20 @@ fn run(
         let _ = context.set(creation.egui_ctx.clone());
         Ok(Box::new(App { hands: lent, screen: Screen::default() }) as Box<dyn eframe::App>)
     };
-    let outcome = eframe::run_native("armor-operator-view", options, Box::new(create));
+    let show = || eframe::run_native("armor-operator-view", options, Box::new(create));
+    let outcome = catch_unwind(AssertUnwindSafe(show));
     let hands = hands.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(hands) = hands {
-        // Whoever closes the window has let go.
+        // However it went: whoever has no window has let go.
         hands.with(|console, now| ((), console.give(Order::LetGo, now)));
-        (hands.closed)(outcome.err().map(|error| {
-            format!(
+        (hands.gone)(match outcome {
+            Ok(Ok(())) => Gone::Closed,
+            Ok(Err(error)) => Gone::Failed(format!(
                 "the window cannot be opened: {error}; it needs a display and OpenGL (libGL, \
                  libEGL): set `window` to false to do without"
-            )
-        }));
+            )),
+            Err(panic) => Gone::Panicked(panic),
+        });
     }
     let _ = tell.send(());
 }

@@ -6,6 +6,7 @@ use eframe::egui::{
     Align2, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, vec2,
 };
 
+use super::camera::Camera;
 use super::colours;
 use super::layers::{Layer, Layers};
 use super::look::{Look, pose_of};
@@ -26,6 +27,7 @@ const BAR: f32 = 120.0;
 pub(super) struct Area {
     look: Look,
     tiles: Tiles,
+    camera: Camera,
     /// Whether the robot is kept in the middle.
     follows: bool,
     /// The map is to be shown whole; so it is from the beginning until somebody looks elsewhere.
@@ -36,8 +38,8 @@ pub(super) struct Area {
 
 impl Default for Area {
     fn default() -> Self {
-        let (look, tiles) = (Look::default(), Tiles::default());
-        Self { look, tiles, follows: false, fits: true, stroke: None }
+        let (look, tiles, camera) = (Look::default(), Tiles::default(), Camera::default());
+        Self { look, tiles, camera, follows: false, fits: true, stroke: None }
     }
 }
 
@@ -78,7 +80,14 @@ impl Area {
         let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
         self.look.rect = rect;
         self.turn(ui, &response, console);
-        let drawn = self.point(ui, &response, console, orders);
+        let camera = Camera::place(rect, console).filter(|_| layers.has(Layer::Camera));
+        // A click at the picture is not meant for the map under it.
+        let photo = camera.map(|place| {
+            let name = Camera::trouble(console).unwrap_or_else(|| "image".into());
+            ui.interact(place, ui.scope_id().with("image"), Sense::click()).accessible_name(name)
+        });
+        let is_covered = photo.is_some_and(|photo| photo.contains_pointer());
+        let drawn = self.point(ui, &response, is_covered, console, orders);
         let painter = ui.painter_at(rect);
         if layers.has(Layer::Map) && !console.scene.map.is_empty() {
             self.tiles.paint(&painter, &self.look, &console.scene.map);
@@ -86,6 +95,9 @@ impl Area {
         marks::paint(&painter, &self.look, console, layers);
         if let Some(place) = drawn {
             marks::goal(&painter, &self.look, place);
+        }
+        if let Some(place) = camera {
+            self.camera.paint(&painter, place, console);
         }
         self.scale_bar(&painter, response.hover_pos());
         warnings(&painter, &self.look, console, now);
@@ -140,6 +152,7 @@ impl Area {
         &mut self,
         ui: &Ui,
         response: &Response,
+        is_covered: bool,
         console: &Console,
         orders: &mut Vec<Order>,
     ) -> Option<Pose2> {
@@ -151,7 +164,7 @@ impl Area {
             self.stroke = None;
         }
         let pointer = ui.input(|input| input.pointer.clone());
-        if pointer.primary_pressed() && response.contains_pointer() {
+        if pointer.primary_pressed() && response.contains_pointer() && !is_covered {
             self.stroke = pointer.interact_pos();
         }
         let (from, to) = (self.stroke?, pointer.interact_pos()?);

@@ -15,10 +15,11 @@ pub(super) enum Layer {
     Particles,
     Path,
     Scan,
+    Camera,
 }
 
 /// Each with its name, its colour and the inputs that it comes from.
-const LAYERS: [(Layer, &str, Color32, &[&str]); 7] = [
+const LAYERS: [(Layer, &str, Color32, &[&str]); 8] = [
     (Layer::Map, "map", colours::TEXT, &["map", "map_updates"]),
     (Layer::Scan, "scan", colours::SCAN, &["scan"]),
     (Layer::Trajectory, "trajectory", colours::TRAJECTORY, &["trajectory", "pose"]),
@@ -26,6 +27,7 @@ const LAYERS: [(Layer, &str, Color32, &[&str]); 7] = [
     (Layer::Truth, "truth", colours::TRUTH, &["truth"]),
     (Layer::Particles, "particles", colours::PARTICLES, &["particles"]),
     (Layer::Path, "path", colours::PATH, &["path"]),
+    (Layer::Camera, "camera", colours::TEXT, &["image"]),
 ];
 
 /// What is switched off.

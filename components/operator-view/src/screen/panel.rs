@@ -1,8 +1,7 @@
-//! Beside the map: STOP, how the robot is, a pad to drive with, the camera, and each link.
+//! Beside the map: STOP, the mission's buttons, how the robot is, a stick to drive with, each link.
 
 use eframe::egui::{
-    Button, Color32, ColorImage, Grid, Image, Pos2, Rect, RichText, ScrollArea, Sense, Stroke,
-    TextureHandle, TextureOptions, Ui, Vec2, vec2,
+    Button, Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, vec2,
 };
 
 use super::colours;
@@ -13,7 +12,7 @@ use crate::orders::Order;
 /// Height of STOP, in points: to be hit in a hurry.
 const STOP: f32 = 62.0;
 /// Side of the pad, in points.
-const PAD: f32 = 120.0;
+const PAD: f32 = 108.0;
 /// Letting go of the pad within this share of its radius of the middle is no movement.
 const DEAD: f64 = 0.08;
 
@@ -21,7 +20,6 @@ const DEAD: f64 = 0.08;
 #[derive(Default)]
 pub(super) struct SidePanel {
     held: Option<(f64, f64)>,
-    photo: Option<(u64, TextureHandle)>,
 }
 
 impl SidePanel {
@@ -46,10 +44,6 @@ impl SidePanel {
             robot(ui, console, orders);
             ui.separator();
             self.pad(ui, console);
-            if console.is_linked("image") {
-                ui.separator();
-                self.camera(ui, console);
-            }
             ui.separator();
             links(ui, console, now);
         });
@@ -84,31 +78,6 @@ impl SidePanel {
                 ui.small("or the stick");
             });
         });
-    }
-
-    fn camera(&mut self, ui: &mut Ui, console: &Console) {
-        let (number, photo) = &console.scene.photo;
-        if let Some(problem) = console.link("image").and_then(|link| link.problem.as_ref()) {
-            ui.colored_label(colours::GONE, problem);
-        }
-        if *number == 0 {
-            ui.weak("no image yet");
-            return;
-        }
-        let is_shown = self.photo.as_ref().is_some_and(|(shown, _)| shown == number);
-        if !is_shown {
-            let image = ColorImage::from_rgb(photo.size, &photo.rgb);
-            let texture = ui.ctx().load_texture("image", image, TextureOptions::LINEAR);
-            self.photo = Some((*number, texture));
-        }
-        if let Some((_, texture)) = &self.photo {
-            let width = ui.available_width();
-            ui.add(
-                Image::new(texture).max_size(vec2(width, width)).fit_to_exact_size(
-                    texture.size_vec2() * (width / texture.size_vec2().x.max(1.0)),
-                ),
-            );
-        }
     }
 }
 
@@ -248,7 +217,7 @@ fn links(ui: &mut Ui, console: &Console, now: Now) {
                 age.on_hover_text(problem);
             }
             ui.end_row();
-            if let Some(problem) = link.problem.as_ref().filter(|_| link.input != "image") {
+            if let Some(problem) = &link.problem {
                 ui.colored_label(colours::GONE, "!").on_hover_text(problem);
                 ui.end_row();
             }

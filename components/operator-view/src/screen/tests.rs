@@ -226,6 +226,14 @@ fn a_stroke_is_a_goal_with_a_heading_unless_esc_takes_it_back() {
 }
 
 #[test]
+fn a_click_at_the_cameras_image_sends_the_robot_nowhere() {
+    let mut window = window();
+    let at = window.get_by_label("no image yet").rect().center();
+    stroke(&mut window, PointerButton::Primary, at, at);
+    assert_eq!(said(&mut window), []);
+}
+
+#[test]
 fn the_right_button_moves_the_map_and_sends_the_robot_nowhere() {
     let mut window = window();
     let before = window.state().screen.area.centre();
