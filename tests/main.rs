@@ -5,6 +5,7 @@ mod checks;
 mod command_line;
 mod dates;
 mod dice;
+mod evaluation;
 mod fixture;
 mod gathering;
 mod guards;

@@ -112,6 +112,35 @@ pub fn relations(text: &str) -> Result<Vec<Relation>, EvaluationError> {
     lines(text).map(line).collect()
 }
 
+/// Numbers under a title.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// What stands above them.
+    pub title: String,
+    /// The numbers.
+    pub numbers: Vec<f64>,
+}
+
+/// Reads columns of numbers under a line of titles.
+///
+/// # Errors
+/// If a line has another number of fields than the titles, or one that is no number.
+pub fn columns(text: &str) -> Result<Vec<Column>, EvaluationError> {
+    let titles = text.lines().next().unwrap_or_default().split(',');
+    let column = |title: &str| Column { title: title.trim().into(), numbers: Vec::new() };
+    let mut columns: Vec<_> = titles.map(column).collect();
+    for (line, text) in lines(text) {
+        let numbers: Option<Vec<f64>> = text.split(',').map(|f| f.trim().parse().ok()).collect();
+        let numbers = numbers.filter(|numbers| numbers.len() == columns.len());
+        let expected = "a number for each title";
+        let bad = || EvaluationError::Line { line, expected, text: text.into() };
+        for (column, number) in columns.iter_mut().zip(numbers.ok_or_else(bad)?) {
+            column.numbers.push(number);
+        }
+    }
+    Ok(columns)
+}
+
 fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     (1..).zip(text.lines()).skip(1).filter(|(_, line)| !line.trim().is_empty())
 }

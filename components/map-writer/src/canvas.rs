@@ -4,27 +4,29 @@
 use font8x8::legacy::BASIC_LEGACY;
 
 /// Red, green, blue.
-pub(crate) type Colour = [u8; 3];
+pub type Colour = [u8; 3];
 
 /// Letters are drawn this many times the size of the font, which is 8 pixels.
 const LETTER_SCALE: i32 = 2;
 /// Width and height of a letter, in pixels.
-pub(crate) const LETTER: i32 = 8 * LETTER_SCALE;
+pub const LETTER: i32 = 8 * LETTER_SCALE;
 
 /// A picture of `width` x `height` pixels.
 #[derive(Debug)]
-pub(crate) struct Canvas {
+pub struct Canvas {
     width: usize,
     height: usize,
     rgb: Vec<u8>,
 }
 
 impl Canvas {
-    pub(crate) fn new(width: usize, height: usize, background: Colour) -> Self {
+    /// A picture of one colour.
+    pub fn new(width: usize, height: usize, background: Colour) -> Self {
         Self { width, height, rgb: background.repeat(width * height) }
     }
 
-    pub(crate) fn set(&mut self, x: i32, y: i32, colour: Colour) {
+    /// Colours a pixel.
+    pub fn set(&mut self, x: i32, y: i32, colour: Colour) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let at = (y * self.width + x) * 3;
@@ -33,7 +35,7 @@ impl Canvas {
     }
 
     /// Fills a rectangle from its top left corner.
-    pub(crate) fn rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: Colour) {
+    pub fn rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: Colour) {
         for row in y..y + height {
             for column in x..x + width {
                 self.set(column, row, colour);
@@ -42,7 +44,7 @@ impl Canvas {
     }
 
     /// Fills a circle.
-    pub(crate) fn disc(&mut self, x: i32, y: i32, radius: i32, colour: Colour) {
+    pub fn disc(&mut self, x: i32, y: i32, radius: i32, colour: Colour) {
         for dy in -radius..=radius {
             for dx in -radius..=radius {
                 if dx * dx + dy * dy <= radius * radius + radius / 2 {
@@ -53,7 +55,7 @@ impl Canvas {
     }
 
     /// Draws a line with a round pen.
-    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: Colour) {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: Colour) {
         let length = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
         for step in 0..=length as u32 {
             let along = f64::from(step) / length;
@@ -64,7 +66,7 @@ impl Canvas {
     }
 
     /// Writes ASCII text from its top left corner.
-    pub(crate) fn text(&mut self, x: i32, y: i32, text: &str, colour: Colour) {
+    pub fn text(&mut self, x: i32, y: i32, text: &str, colour: Colour) {
         for (position, letter) in (0_i32..).zip(text.bytes()) {
             let Some(glyph) = BASIC_LEGACY.get(usize::from(letter)) else { continue };
             for (row, bits) in (0_i32..).zip(glyph) {
@@ -78,7 +80,10 @@ impl Canvas {
     }
 
     /// Returns the picture as a PNG file.
-    pub(crate) fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+    ///
+    /// # Errors
+    /// If it has no pixels.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);

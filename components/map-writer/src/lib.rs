@@ -2,7 +2,7 @@
 //! `map_server` (`map_server`), the trajectory as text (`trajectory`). `record` says what is to be
 //! written when, `files` puts it on the disk; `ports` is all there is of messages.
 
-mod canvas;
+pub mod canvas;
 mod files;
 mod map_server;
 mod picture;

@@ -5,7 +5,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use armor_grid::{Geometry, Grid, Point2};
+use armor_grid::{Geometry, Grid, Occupancy, Point2};
 
 use crate::pgm::{self, Grey, PgmFault};
 use crate::pose::Pose2;
@@ -93,25 +93,47 @@ struct Description {
     origin: Pose2,
     is_negated: bool,
     free_below: f64,
+    occupied_from: f64,
 }
 
-/// Reads a map: its cells, with the corner of the picture at (0, 0), and sheet_from_cells.
+/// Reads what a map knows of each cell, with the corner of the picture at (0, 0), and
+/// map_from_cells.
+///
+/// # Errors
+/// A file cannot be read, or does not hold what it should.
+pub fn occupancy(path: &Path) -> Result<(Grid<Occupancy>, Pose2), MapError> {
+    let (description, grey) = open(path)?;
+    let cells = description.cells(&grey, |occupied| {
+        if occupied >= description.occupied_from {
+            Occupancy::Occupied
+        } else if occupied < description.free_below {
+            Occupancy::Free
+        } else {
+            Occupancy::Unknown
+        }
+    });
+    Ok((cells, description.origin))
+}
+
+/// Reads a map: its solid cells, with the corner of the picture at (0, 0), and sheet_from_cells.
 pub(crate) fn read(path: &Path) -> Result<(SolidCells, Pose2), MapError> {
+    let (description, grey) = open(path)?;
+    let solid = description.cells(&grey, |occupied| occupied >= description.free_below);
+    Ok((SolidCells { file: path.display().to_string(), solid }, description.origin))
+}
+
+fn open(path: &Path) -> Result<(Description, Grey), MapError> {
     let file = path.display().to_string();
     let text = bytes(path, YAML_BYTES)
         .and_then(|bytes| String::from_utf8(bytes).map_err(|_| MapFault::NotText))
         .map_err(|fault| MapError { file: file.clone(), line: 0, fault })?;
-    let description = Description::parse(&text).map_err(|(line, fault)| MapError {
-        file: file.clone(),
-        line,
-        fault,
-    })?;
+    let description =
+        Description::parse(&text).map_err(|(line, fault)| MapError { file, line, fault })?;
     let picture = path.parent().unwrap_or(Path::new("")).join(&description.image);
     let grey = bytes(&picture, pgm::MOST_BYTES)
         .and_then(|bytes| pgm::parse(&bytes).map_err(MapFault::from))
         .map_err(|fault| MapError { file: picture.display().to_string(), line: 0, fault })?;
-    let solid = description.solid(&grey);
-    Ok((SolidCells { file, solid }, description.origin))
+    Ok((description, grey))
 }
 
 fn bytes(path: &Path, most: usize) -> Result<Vec<u8>, MapFault> {
@@ -174,32 +196,33 @@ impl Description {
         let origin = given(3)?;
         let origin = pose(origin.1).ok_or_else(|| bad(3, origin))?;
         let is_negated = number(4, |&n| n == 0.0 || n == 1.0)? == 1.0;
-        let occupied_above = number(5, |t| (0.0..=1.0).contains(t))?;
+        let occupied_from = number(5, |t| (0.0..=1.0).contains(t))?;
         let free_below = number(6, |t| (0.0..=1.0).contains(t))?;
-        if free_below >= occupied_above {
+        if free_below >= occupied_from {
             return Err((found[6].map_or(0, |(line, _)| line), MapFault::Thresholds));
         }
-        Ok(Self { image: name.to_owned(), resolution_m, origin, is_negated, free_below })
+        let image = name.to_owned();
+        Ok(Self { image, resolution_m, origin, is_negated, free_below, occupied_from })
     }
 
-    /// The solid cells of the picture, whose top row comes first.
-    fn solid(&self, grey: &Grey) -> Grid<bool> {
+    /// What each cell of the picture, whose top row comes first, means by its probability of being
+    /// occupied.
+    fn cells<T: Copy>(&self, grey: &Grey, meaning: impl Fn(f64) -> T) -> Grid<T> {
         let geometry = Geometry {
             origin: Point2::default(),
             resolution_m: self.resolution_m,
             width: grey.width,
             height: grey.height,
         };
-        let mut solid = Grid::filled(geometry, true);
-        let rows = solid.values_mut().chunks_exact_mut(grey.width).rev();
+        let mut cells = Grid::filled(geometry, meaning(0.0));
+        let rows = cells.values_mut().chunks_exact_mut(grey.width).rev();
         for (row, pixels) in rows.zip(grey.pixels.chunks_exact(grey.width)) {
             for (cell, &pixel) in row.iter_mut().zip(pixels) {
                 let bright = f64::from(pixel) / f64::from(grey.white);
-                let occupied = if self.is_negated { bright } else { 1.0 - bright };
-                *cell = occupied >= self.free_below;
+                *cell = meaning(if self.is_negated { bright } else { 1.0 - bright });
             }
         }
-        solid
+        cells
     }
 }
 
@@ -261,9 +284,10 @@ mod tests {
     fn only_what_is_free_is_not_solid_and_the_top_row_comes_first() {
         let grey = Grey { width: 2, height: 2, white: 255, pixels: vec![254, 205, 0, 254] };
         let description = Description::parse(YAML).expect("a readable map");
-        assert_eq!(description.solid(&grey).values(), [true, false, false, true]);
+        let solid = |d: &Description| d.cells(&grey, |o| o >= d.free_below).values().to_vec();
+        assert_eq!(solid(&description), [true, false, false, true]);
         let negated = Description { is_negated: true, ..description };
-        assert_eq!(negated.solid(&grey).values(), [false, true, true, true]);
+        assert_eq!(solid(&negated), [false, true, true, true]);
     }
 
     #[test]
