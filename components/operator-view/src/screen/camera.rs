@@ -10,7 +10,7 @@ use crate::console::Console;
 use crate::scene::Scene;
 
 /// Widest image, in points, and as a share of the map's width.
-const WIDEST: (f32, f32) = (360.0, 0.4);
+const WIDEST: (f32, f32) = (300.0, 0.3);
 /// Away from the edges of the map, in points.
 const MARGIN: f32 = 10.0;
 
