@@ -1,9 +1,9 @@
 //! The operator's screen as a component: what the robot says in, what the operator orders out.
 
 mod reading;
+mod settings;
 
 use std::panic::resume_unwind;
-use std::path::{Path as FilePath, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -17,9 +17,8 @@ use crate::links::{Link, Now, Number};
 use crate::orders::{Order, Say};
 use crate::picture::Painter;
 use crate::window::{Gone, Hands, Window};
+use settings::{PARAMETERS, Settings};
 
-/// Where relative pictures go: the run's own folder.
-const OUT_VARIABLE: &str = "ARMOR_OUT";
 /// Either says that there is a display.
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
@@ -58,75 +57,11 @@ pub struct OperatorView {
     pictured_s: f64,
 }
 
-struct Settings {
-    window: bool,
-    picture: Option<PathBuf>,
-    picture_period_s: f64,
-    size: [usize; 2],
-    scale: f64,
-}
-
 impl Component for OperatorView {
     const KIND: &'static str = "operator-view";
     const SUMMARY: &'static str =
         "The operator's screen: map, scan, ways, camera and state; goals, driving by hand, STOP.";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::flag("window")
-            .default("true")
-            .doc("opens a window; without it only the picture is made"),
-        Parameter::text("picture").default("").doc(
-            "a PNG of the screen, made every picture_period and at the end; a relative path is in \
-             the run's own folder (ARMOR_OUT)",
-        ),
-        Parameter::number("picture_period", "s")
-            .default("2s")
-            .range(0.1, 3600.0)
-            .doc("the picture is made this often"),
-        Parameter::integer("width")
-            .default("1280")
-            .range(320.0, 8192.0)
-            .doc("of the window in points, of the picture in pixels"),
-        Parameter::integer("height")
-            .default("800")
-            .range(240.0, 8192.0)
-            .doc("of the window in points, of the picture in pixels"),
-        Parameter::number("scale", "")
-            .default("1")
-            .range(0.5, 4.0)
-            .doc("pixels of the picture for each point"),
-        Parameter::text("buttons").default("").doc(
-            "words, such as `explore home`: a button each, which the mission hears as an event of \
-             that name",
-        ),
-        Parameter::number("speed", "m/s")
-            .default("0.5m/s")
-            .range(0.01, 5.0)
-            .doc("fastest speed by hand"),
-        Parameter::number("turn", "rad/s")
-            .default("1rad/s")
-            .range(0.01, 10.0)
-            .doc("fastest turn by hand"),
-        Parameter::number("tolerance", "m")
-            .default("0.3m")
-            .range(0.02, 10.0)
-            .doc("a goal is reached within this"),
-        Parameter::number("robot_radius", "m")
-            .default("0.18m")
-            .range(0.02, 5.0)
-            .doc("circle that is drawn for the robot"),
-        Parameter::number("laser_x", "m")
-            .default("0m")
-            .range(-10.0, 10.0)
-            .doc("laser ahead of the middle of the base"),
-        Parameter::number("laser_y", "m")
-            .default("0m")
-            .range(-10.0, 10.0)
-            .doc("laser left of the middle of the base"),
-        Parameter::number("laser_yaw", "deg")
-            .default("0deg")
-            .range(-std::f64::consts::PI, std::f64::consts::PI)
-            .doc("direction of the laser, anticlockwise from ahead"),
-    ];
+    const PARAMETERS: &'static [Parameter] = PARAMETERS;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("map", "what is known of the world"),
         ("map_updates", "rectangles of the map that changed since it was published"),
@@ -167,17 +102,10 @@ impl Component for OperatorView {
         armor.synchronize()?;
         // Whoever sits before it is there whatever the mission does.
         armor.set_non_controllable();
-        let settings = Settings {
-            window: true,
-            picture: None,
-            picture_period_s: 2.0,
-            size: [1280, 800],
-            scale: 1.0,
-        };
         Ok(Self {
             armor,
             console: Arc::default(),
-            settings,
+            settings: Settings::default(),
             started: Instant::now(),
             window: None,
             failure: Arc::default(),
@@ -187,28 +115,7 @@ impl Component for OperatorView {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let mut console = locked(&self.console);
-        let console = &mut *console;
-        let laser = &mut console.scene.robot_from_laser;
-        let limits = &mut console.orders.limits;
-        match name {
-            "window" => self.settings.window = value.flag()?,
-            "picture" => self.settings.picture = in_run_folder(value.text()?),
-            "picture_period" => self.settings.picture_period_s = value.number()?,
-            "width" => self.settings.size[0] = value.integer()?.unsigned_abs() as usize,
-            "height" => self.settings.size[1] = value.integer()?.unsigned_abs() as usize,
-            "buttons" => console.buttons = buttons(value.text()?)?,
-            "scale" => self.settings.scale = value.number()?,
-            "speed" => limits.speed_mps = value.number()?,
-            "turn" => limits.turn_radps = value.number()?,
-            "tolerance" => limits.tolerance_m = value.number()?,
-            "robot_radius" => console.robot_radius_m = value.number()?,
-            "laser_x" => laser.x_m = value.number()?,
-            "laser_y" => laser.y_m = value.number()?,
-            "laser_yaw" => laser.yaw_rad = value.number()?,
-            _ => {}
-        }
-        Ok(())
+        self.settings.take(&mut locked(&self.console), name, value)
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
@@ -350,31 +257,6 @@ fn now(started: Instant, armor: &Armor) -> Now {
     Now { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
 }
 
-/// Most buttons: a hand's reach.
-const MAX_BUTTONS: usize = 32;
-
-/// The words of a text, each a name that a mission can wait for.
-fn buttons(text: &str) -> Result<Vec<String>, Fault> {
-    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-    let of_ours = ["stopped", "released", "goal", "arrived", "driving", "done", "failed"];
-    let is_wrong =
-        |word: &&String| !armor_sdk::wire::name::is_name(word) || of_ours.contains(&word.as_str());
-    match words.iter().find(is_wrong) {
-        Some(word) => Err(format!(
-            "`{word}` cannot be a button: use letters, digits, _ and -, and none of {}",
-            of_ours.join(", ")
-        )
-        .into()),
-        None if words.len() > MAX_BUTTONS => Err(format!("more than {MAX_BUTTONS} buttons").into()),
-        None => Ok(words),
-    }
-}
-
-fn in_run_folder(text: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from);
-    (!text.is_empty()).then(|| folder.join(FilePath::new(text)))
-}
-
 fn send(armor: &Armor, say: Say) -> Result<usize, Fault> {
     let sent = match say {
         Say::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
@@ -393,15 +275,6 @@ fn send(armor: &Armor, say: Say) -> Result<usize, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn buttons_are_words_that_a_mission_can_wait_for() {
-        assert_eq!(buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
-        for (text, wrong) in [("home done", "done"), ("a/b", "a/b"), ("home stopped", "stopped")] {
-            let error = buttons(text).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("`{wrong}` cannot")), "{error}");
-        }
-    }
 
     #[test]
     fn what_it_is_describes_itself() {

@@ -1,0 +1,154 @@
+//! The parameters, and what they say of the component and its console.
+
+use std::path::PathBuf;
+
+use armor_sdk::prelude::*;
+
+use crate::console::Console;
+
+/// Where relative pictures go: the run's own folder.
+const OUT_VARIABLE: &str = "ARMOR_OUT";
+
+/// The parameters of the operator's screen.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::flag("window")
+        .default("true")
+        .doc("opens a window; without it only the picture is made"),
+    Parameter::text("picture").default("").doc(
+        "a PNG of the screen, made every picture_period and at the end; a relative path is in \
+         the run's own folder (ARMOR_OUT)",
+    ),
+    Parameter::number("picture_period", "s")
+        .default("2s")
+        .range(0.1, 3600.0)
+        .doc("the picture is made this often"),
+    Parameter::integer("width")
+        .default("1280")
+        .range(320.0, 8192.0)
+        .doc("of the window in points, of the picture in pixels"),
+    Parameter::integer("height")
+        .default("800")
+        .range(240.0, 8192.0)
+        .doc("of the window in points, of the picture in pixels"),
+    Parameter::number("scale", "")
+        .default("1")
+        .range(0.5, 4.0)
+        .doc("pixels of the picture for each point"),
+    Parameter::text("buttons").default("").doc(
+        "words, such as `explore home`: a button each, which the mission hears as an event of \
+         that name",
+    ),
+    Parameter::number("speed", "m/s")
+        .default("0.5m/s")
+        .range(0.01, 5.0)
+        .doc("fastest speed by hand"),
+    Parameter::number("turn", "rad/s")
+        .default("1rad/s")
+        .range(0.01, 10.0)
+        .doc("fastest turn by hand"),
+    Parameter::number("tolerance", "m")
+        .default("0.3m")
+        .range(0.02, 10.0)
+        .doc("a goal is reached within this"),
+    Parameter::number("robot_radius", "m")
+        .default("0.18m")
+        .range(0.02, 5.0)
+        .doc("circle that is drawn for the robot"),
+    Parameter::number("laser_x", "m")
+        .default("0m")
+        .range(-10.0, 10.0)
+        .doc("laser ahead of the middle of the base"),
+    Parameter::number("laser_y", "m")
+        .default("0m")
+        .range(-10.0, 10.0)
+        .doc("laser left of the middle of the base"),
+    Parameter::number("laser_yaw", "deg")
+        .default("0deg")
+        .range(-std::f64::consts::PI, std::f64::consts::PI)
+        .doc("direction of the laser, anticlockwise from ahead"),
+];
+
+/// What concerns the component itself.
+pub(super) struct Settings {
+    pub(super) window: bool,
+    pub(super) picture: Option<PathBuf>,
+    pub(super) picture_period_s: f64,
+    pub(super) size: [usize; 2],
+    pub(super) scale: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { window: true, picture: None, picture_period_s: 2.0, size: [1280, 800], scale: 1.0 }
+    }
+}
+
+impl Settings {
+    /// Takes a parameter, for the component or its console.
+    pub(super) fn take(
+        &mut self,
+        console: &mut Console,
+        name: &str,
+        value: &Value,
+    ) -> Result<(), Fault> {
+        let laser = &mut console.scene.robot_from_laser;
+        let limits = &mut console.orders.limits;
+        match name {
+            "window" => self.window = value.flag()?,
+            "picture" => self.picture = in_run_folder(value.text()?),
+            "picture_period" => self.picture_period_s = value.number()?,
+            "width" => self.size[0] = value.integer()?.unsigned_abs() as usize,
+            "height" => self.size[1] = value.integer()?.unsigned_abs() as usize,
+            "buttons" => console.buttons = buttons(value.text()?)?,
+            "scale" => self.scale = value.number()?,
+            "speed" => limits.speed_mps = value.number()?,
+            "turn" => limits.turn_radps = value.number()?,
+            "tolerance" => limits.tolerance_m = value.number()?,
+            "robot_radius" => console.robot_radius_m = value.number()?,
+            "laser_x" => laser.x_m = value.number()?,
+            "laser_y" => laser.y_m = value.number()?,
+            "laser_yaw" => laser.yaw_rad = value.number()?,
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Most buttons: a hand's reach.
+const MAX_BUTTONS: usize = 32;
+
+/// The words of a text, each a name that a mission can wait for.
+fn buttons(text: &str) -> Result<Vec<String>, Fault> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    let of_ours = ["stopped", "released", "goal", "arrived", "driving", "done", "failed"];
+    let is_wrong =
+        |word: &&String| !armor_sdk::wire::name::is_name(word) || of_ours.contains(&word.as_str());
+    match words.iter().find(is_wrong) {
+        Some(word) => Err(format!(
+            "`{word}` cannot be a button: use letters, digits, _ and -, and none of {}",
+            of_ours.join(", ")
+        )
+        .into()),
+        None if words.len() > MAX_BUTTONS => Err(format!("more than {MAX_BUTTONS} buttons").into()),
+        None => Ok(words),
+    }
+}
+
+fn in_run_folder(text: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from);
+    (!text.is_empty()).then(|| folder.join(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buttons_are_words_that_a_mission_can_wait_for() {
+        assert_eq!(buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
+        for (text, wrong) in [("home done", "done"), ("a/b", "a/b"), ("home stopped", "stopped")] {
+            let error = buttons(text).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("`{wrong}` cannot")), "{error}");
+        }
+    }
+}
