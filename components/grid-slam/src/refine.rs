@@ -15,10 +15,6 @@ const DOUBT_SIGMAS: f64 = 2.0;
 /// Share of an independent measurement that a beam is worth: neighbours err together.
 pub(crate) const BEAM_WORTH: f64 = 0.15;
 const MOST_STEPS: usize = 12;
-/// Surfaces are looked up this often at most, and are the same within so little, metres and radians.
-const MOST_LANDSCAPES: usize = 6;
-const SAME_M: f64 = 2e-3;
-const SAME_RAD: f64 = 2e-4;
 const STILL_M: f64 = 2e-4;
 const STILL_RAD: f64 = 2e-5;
 
@@ -107,20 +103,13 @@ impl Landscape {
         self.elsewhere + self.seen.iter().map(of).sum::<f64>()
     }
 
-    /// Moves a pose to where the scan fits these surfaces best.
-    fn descend(&self, mut pose: Pose, expected: &Expected) -> Pose {
-        for _ in 0..MOST_STEPS {
-            let system = self.system(&pose);
-            let error = difference(&pose, &expected.pose);
-            let hessian = system.hessian + expected.information;
-            let gradient = system.gradient + expected.information * error;
-            let Some(step) = hessian.cholesky().map(|c| -c.solve(&gradient)) else { break };
-            pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
-            if is_still(&step) {
-                break;
-            }
-        }
-        pose
+    /// The step to where the scan fits these surfaces better (Gauss-Newton).
+    fn step(&self, pose: &Pose, expected: &Expected) -> Option<Vector3<f64>> {
+        let system = self.system(pose);
+        let error = difference(pose, &expected.pose);
+        let hessian = system.hessian + expected.information;
+        let gradient = system.gradient + expected.information * error;
+        hessian.cholesky().map(|c| -c.solve(&gradient))
     }
 
     fn system(&self, pose: &Pose) -> System {
@@ -144,28 +133,23 @@ struct Patch {
 
 /// Moves `start` to where `points` fit the surfaces of the map best.
 pub fn refine(grid: &Grid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
-    let mut landscape = Landscape::new(grid, points, &start);
-    let mut pose = landscape.descend(start, expected);
-    let mut seen_from = start;
-    // Which surfaces a point lies near changes as the pose moves.
-    for _ in 1..MOST_LANDSCAPES {
-        let moved = difference(&pose, &seen_from);
-        if moved.xy().norm() < SAME_M && moved.z.abs() < SAME_RAD {
+    let mut pose = start;
+    let mut landscape = Landscape::new(grid, points, &pose);
+    // Surfaces are looked up anew after every step: where they say nothing along a wall, those of
+    // the step before would hold the scan back.
+    for _ in 0..MOST_STEPS {
+        let Some(step) = landscape.step(&pose, expected) else { break };
+        pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
+        if step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD {
             break;
         }
-        seen_from = pose;
         landscape = Landscape::new(grid, points, &pose);
-        pose = landscape.descend(pose, expected);
     }
     let system = landscape.system(&pose);
     let all = system.hessian + expected.information;
     let covariance = all.cholesky().map_or_else(Matrix3::identity, |c| c.inverse());
     let support = system.supported / points.len().max(1) as f64;
     Refined { pose, covariance, information: system.hessian, support, landscape }
-}
-
-fn is_still(step: &Vector3<f64>) -> bool {
-    step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD
 }
 
 pub(crate) fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
