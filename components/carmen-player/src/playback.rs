@@ -30,6 +30,7 @@ pub struct Playback<R> {
     ready: VecDeque<Scan>,
     played: u64,
     last_fault: Option<LogError>,
+    damage: Option<LogError>,
 }
 
 impl<R: BufRead> Playback<R> {
@@ -45,6 +46,7 @@ impl<R: BufRead> Playback<R> {
             ready: VecDeque::new(),
             played: 0,
             last_fault: None,
+            damage: None,
         }
     }
 
@@ -53,7 +55,8 @@ impl<R: BufRead> Playback<R> {
     /// `Ok(None)`: nothing is due yet, or the log [has ended](Self::ended).
     ///
     /// # Errors
-    /// [`LogError::Io`] when the log cannot be read on; malformed lines are counted instead.
+    /// [`LogError::Io`] when the log cannot be read before its first scan; malformed lines are counted
+    /// instead, and a log that breaks off ends there.
     pub fn next_due(&mut self, now_s: f64) -> Result<Option<Scan>, LogError> {
         self.read_ahead()?;
         let due = self.ready.front().is_some_and(|scan| self.pace.is_due(scan.stamp_s, now_s));
@@ -93,6 +96,11 @@ impl<R: BufRead> Playback<R> {
         self.last_fault.take()
     }
 
+    /// Why the log broke off before its end, if it did.
+    pub fn damage(&self) -> Option<&LogError> {
+        self.damage.as_ref()
+    }
+
     /// Reads until a scan is ready or the log is at its end.
     fn read_ahead(&mut self) -> Result<(), LogError> {
         while self.ready.is_empty() {
@@ -101,7 +109,13 @@ impl<R: BufRead> Playback<R> {
                 Some(Ok(Record::Scan(scan))) if scan.mount == self.mount => self.scan(scan),
                 Some(Ok(Record::Odometry(odometry))) => self.odometry(odometry),
                 Some(Ok(_)) => {}
-                Some(Err(error @ LogError::Io { .. })) => return Err(error),
+                Some(Err(error @ LogError::Io { .. })) if self.log.tally().scans == 0 => {
+                    return Err(error);
+                }
+                Some(Err(error @ LogError::Io { .. })) => {
+                    self.damage = Some(error);
+                    return self.end_of_log();
+                }
                 Some(Err(malformed)) => self.last_fault = Some(malformed),
             }
         }
@@ -227,6 +241,38 @@ mod tests {
         assert_eq!((held.x_m, held.yaw_rad), (4.0, -3.0));
         assert_eq!(playback.next_due(0.0).unwrap(), None);
         assert!(playback.ended());
+    }
+
+    #[test]
+    fn a_log_that_breaks_off_is_played_up_to_there() {
+        use flate2::{Compression, read::GzDecoder, write::GzEncoder};
+        use std::io::{BufReader, Write};
+        let stamps: Vec<f64> = (0..5000).map(f64::from).collect();
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(text(&stamps).as_bytes()).unwrap();
+        let packed = encoder.finish().unwrap();
+        let play = |bytes: &[u8]| {
+            let log =
+                Log::new(BufReader::new(GzDecoder::new(std::io::Cursor::new(bytes.to_vec()))));
+            Playback::new(log, Mount::Front, OdometrySource::Scan, 0.0)
+        };
+        let mut playback = play(&packed[..packed.len() / 2]);
+        let played = std::iter::from_fn(|| playback.next_due(0.0).unwrap()).count();
+        assert!((1000..5000).contains(&played) && playback.ended(), "{played}");
+        let damage = playback.damage().unwrap().to_string();
+        assert!(damage.starts_with("line "), "{damage}");
+        assert!(play(&packed[..12]).next_due(0.0).is_err(), "nothing of it can be played");
+    }
+
+    #[test]
+    fn windows_line_ends_and_other_messages_change_nothing() {
+        let unix = format!("PARAM a b\nODOM 0 0 0 0 0 0 1 h 1\nSYNC x\n{}", text(&[1.0, 2.0]));
+        let windows = unix.replace('\n', "\r\n");
+        for text in [unix, windows] {
+            let mut playback = play(&text, OdometrySource::Scan, 0.0);
+            assert_eq!(due(&mut playback, 0.0), [1.0, 2.0]);
+            assert_eq!((playback.tally().malformed, playback.tally().unknown), (0, 1));
+        }
     }
 
     #[test]

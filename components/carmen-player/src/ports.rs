@@ -132,6 +132,10 @@ impl CarmenPlayer {
 
     fn end(&self, playback: &Playback<LogFile>) -> Result<Outcome, Fault> {
         let (count, tally) = (playback.played(), playback.tally());
+        if let Some(damage) = playback.damage() {
+            let file = self.file.display();
+            tracing::warn!("{file} breaks off: {damage}; the {count} scans before that are played");
+        }
         tracing::info!(
             scans = count,
             lines = tally.lines,
