@@ -13,6 +13,9 @@ const STEP_S: f64 = 0.1;
 /// A command takes effect this long after the senses it is based on, in seconds; until then the
 /// robot goes on as it does now.
 const DELAY_S: f64 = 0.1;
+/// The faster past a thing, the wider, in metres per metre per second: senses and commands are late,
+/// and a person takes a step.
+const CARE_S: f64 = 0.1;
 /// Speeds tried between the slowest and the fastest.
 const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
@@ -114,8 +117,8 @@ impl Window<'_> {
     fn nearest_on_arc(&self, velocity: Velocity) -> Option<(f64, f64)> {
         let start_m = self.nearest_m(Pose2::IDENTITY);
         // A robot that stands too close already may move, but no closer.
-        let keep_m = self.distances.keep_m.min(start_m - 0.005);
         let speed_mps = velocity.speed_mps.abs();
+        let keep_m = (self.distances.keep_m + CARE_S * speed_mps).min(start_m - 0.005);
         let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
         let mut nearest_m = start_m;
         let mut time_s = 0.0;
@@ -209,6 +212,16 @@ mod tests {
         let slow = Velocity { speed_mps: 0.2, turn_radps: 0.0 };
         let chosen = window(&post, slow).choose(Point2::new(0.8, -0.15), 0.6).unwrap();
         assert!(chosen.turn_radps < 0.0, "{chosen:?}");
+    }
+
+    #[test]
+    fn a_post_is_passed_closely_only_when_slow() {
+        let post = [Point2::new(0.4, 0.22)];
+        let slow = Velocity { speed_mps: 0.15, turn_radps: 0.0 };
+        assert!(window(&post, slow).is_safe(slow));
+        assert!(!window(&post, CRUISE).is_safe(CRUISE));
+        let further = [Point2::new(0.4, 0.26)];
+        assert!(window(&further, CRUISE).is_safe(CRUISE));
     }
 
     #[test]
