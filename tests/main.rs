@@ -16,6 +16,7 @@ mod meeting;
 mod missions;
 mod mutations;
 mod new_component;
+mod operated;
 mod operators;
 mod parameters;
 mod pictures;
