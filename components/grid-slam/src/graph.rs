@@ -7,8 +7,6 @@
 use crate::pose::{Pose, wrapped};
 use crate::sparse::System;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// Dynamic covariance scaling's Φ: closures with a larger squared error count less and less.
 const DOUBT: f64 = 10.0;
@@ -17,9 +15,6 @@ const DOUBT_STEP: f64 = 4.0;
 const MOST_STEPS: usize = 30;
 /// Steps smaller than this end it, metres and radians.
 const STILL: f64 = 1e-4;
-/// How far ahead a heading error is felt when paths are compared, metres.
-const LEVER_M: f64 = 10.0;
-
 /// What was measured between two keyframes.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
@@ -103,32 +98,9 @@ impl Graph {
         edge.covariance.cholesky().map_or(f64::INFINITY, |c| c.solve(&error).dot(&error))
     }
 
-    /// How well the pose of each keyframe is known as seen from one of them: covariances along the
-    /// best path of edges (Bosse et al.'s Dijkstra projection, IJRR 2004; never too small), each in
-    /// the frame of `root`.
-    pub fn seen_from(&self, root: usize) -> Vec<Matrix3<f64>> {
-        let mut known: Vec<Option<Matrix3<f64>>> = vec![None; self.poses.len()];
-        let mut waiting =
-            BinaryHeap::from([(Reverse(Length(0.0)), root, Matrix3::zeros())].map(By));
-        while let Some(By((Reverse(Length(length)), keyframe, covariance))) = waiting.pop() {
-            if known[keyframe].is_some() {
-                continue;
-            }
-            known[keyframe] = Some(covariance);
-            let here = self.between(root, keyframe);
-            for edge in self.at[keyframe].iter().map(|&number| &self.edges[number]) {
-                let next = if edge.from == keyframe { edge.to } else { edge.from };
-                if known[next].is_none() {
-                    let there = self.between(root, next);
-                    let step = if edge.to == next { edge.covariance } else { edge.backwards() };
-                    let grown = carried(&covariance, &here, &there) + turned(&step, there.yaw_rad);
-                    let added = step.m11 + step.m22 + LEVER_M * LEVER_M * step.m33;
-                    waiting.push(By((Reverse(Length(length + added)), next, grown)));
-                }
-            }
-        }
-        let unknown = Matrix3::identity() * 1e6;
-        known.into_iter().map(|covariance| covariance.unwrap_or(unknown)).collect()
+    /// The edges at a keyframe.
+    pub(crate) fn edges_at(&self, keyframe: usize) -> impl Iterator<Item = &Edge> {
+        self.at[keyframe].iter().map(|&number| &self.edges[number])
     }
 
     /// Moves the keyframes to where all edges fit best; the first one stays. Gives the longest way
@@ -174,16 +146,6 @@ impl Graph {
     }
 }
 
-impl Edge {
-    /// Covariance of the way back, in the frame of `from`.
-    fn backwards(&self) -> Matrix3<f64> {
-        let mut jacobian = turning(self.motion.yaw_rad);
-        jacobian[(0, 2)] = self.motion.y_m;
-        jacobian[(1, 2)] = -self.motion.x_m;
-        jacobian * self.covariance * jacobian.transpose()
-    }
-}
-
 /// Error of a pose in the frame of what was measured: x, y, heading.
 pub fn error(measured: &Pose, believed: &Pose) -> Vector3<f64> {
     let error = measured.inverse() * *believed;
@@ -196,15 +158,7 @@ pub fn turned(covariance: &Matrix3<f64>, yaw_rad: f64) -> Matrix3<f64> {
     turning * covariance * turning.transpose()
 }
 
-/// What doubt about `here` makes of a pose `there` that is fixed to it.
-fn carried(covariance: &Matrix3<f64>, here: &Pose, there: &Pose) -> Matrix3<f64> {
-    let mut jacobian = Matrix3::identity();
-    jacobian[(0, 2)] = here.y_m - there.y_m;
-    jacobian[(1, 2)] = there.x_m - here.x_m;
-    jacobian * covariance * jacobian.transpose()
-}
-
-fn turning(yaw_rad: f64) -> Matrix3<f64> {
+pub(crate) fn turning(yaw_rad: f64) -> Matrix3<f64> {
     let (sin, cos) = yaw_rad.sin_cos();
     Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }
@@ -223,57 +177,16 @@ fn jacobians(from: &Pose, to: &Pose, motion: &Pose) -> (Matrix3<f64>, Matrix3<f6
     (a, b)
 }
 
-/// A length that can be compared.
-#[derive(Clone, Copy, PartialEq)]
-struct Length(f64);
-
-impl Eq for Length {}
-
-impl PartialOrd for Length {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Length {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-/// A keyframe that waits with its covariance, ordered by the length of the way, then its number.
-struct By((Reverse<Length>, usize, Matrix3<f64>));
-
-impl PartialEq for By {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for By {}
-
-impl PartialOrd for By {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for By {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        (self.0.0, self.0.1).cmp(&(other.0.0, other.0.1))
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn covariance(sigma_m: f64, sigma_rad: f64) -> Matrix3<f64> {
+    pub(crate) fn covariance(sigma_m: f64, sigma_rad: f64) -> Matrix3<f64> {
         Matrix3::from_diagonal(&Vector3::new(sigma_m, sigma_m, sigma_rad).map(|s| s * s))
     }
 
     /// A square of 4 × `side` keyframes driven with a bend that the truth does not have.
-    fn bent_square(side: usize) -> (Vec<Pose>, Graph) {
+    pub(crate) fn bent_square(side: usize) -> (Vec<Pose>, Graph) {
         let (mut truth, mut graph) = (vec![Pose::default()], Graph::default());
         graph.extend(Pose::default(), Matrix3::identity());
         for step in 1..=4 * side {
@@ -338,19 +251,6 @@ mod tests {
         ] {
             assert!(error(&found, &expected).norm() < 1e-12, "{found:?}, not {expected:?}");
         }
-    }
-
-    #[test]
-    fn doubt_grows_along_the_chain_and_shrinks_by_a_closure() {
-        let (truth, mut graph) = bent_square(10);
-        let spread = |graph: &Graph, i: usize| graph.seen_from(40)[i].m11.sqrt();
-        let (near, far) = (spread(&graph, 35), spread(&graph, 5));
-        assert!(near < 0.5 * far && spread(&graph, 40) == 0.0, "{near} {far}");
-        let motion = truth[0].inverse() * truth[40];
-        let covariance = covariance(0.01, 0.003);
-        graph.connect(Edge { from: 0, to: 40, motion, covariance, is_closure: true });
-        graph.optimise();
-        assert!(spread(&graph, 5) < 0.5 * far, "{}", spread(&graph, 5));
     }
 
     /// Derivatives by hand agree with differences.

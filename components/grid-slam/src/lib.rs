@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod closing;
 pub mod config;
+mod doubt;
 pub mod evaluation;
 pub mod field;
 pub mod filter;
