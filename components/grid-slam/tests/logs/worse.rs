@@ -23,13 +23,14 @@ const BEARABLE: [f64; 2] = [0.35, 3.0];
 /// A revisit this far off is counted as one that was not recognised, metres.
 const LOST_M: f64 = 0.5;
 
-/// Where it is lost: two to four metres between scans in corridors and halls, and a sight of 8 m in
-/// halls far larger than that. Printed all the same.
-const LOST: [(&str, &str); 4] = [
+/// Where it is lost: one and a half to four metres between scans, in corridors and halls. Printed all
+/// the same.
+const LOST: [(&str, &str); 5] = [
+    ("aces", "every 2nd scan"),
     ("aces", "every 3rd scan"),
     ("edmonton", "every 3rd scan"),
+    ("acapulco", "every 2nd scan"),
     ("acapulco", "every 3rd scan"),
-    ("acapulco", "sees 8 m"),
 ];
 
 type Worse = (&'static str, fn(&[Recorded]) -> Vec<Recorded>);
