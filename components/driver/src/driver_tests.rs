@@ -360,7 +360,7 @@ fn a_thing_put_in_the_way_is_driven_around() {
 
 #[test]
 fn a_goal_that_cannot_be_reached_is_not_forced() {
-    let mut trial = Trial::new(two_rooms(0.4), TAU, EXACT);
+    let mut trial = Trial::new(two_rooms(0.3), TAU, EXACT);
     for _ in 0..600 {
         trial.tick(Some(TOUR[2]));
         assert!(trial.nearest_m > trial.driving.settings.radius_m);

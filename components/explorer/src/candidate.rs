@@ -59,18 +59,28 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// Spreads from the robot over the open cells; `None` if it stands nowhere near one.
-    pub(crate) fn new(map: &Grid<Occupancy>, robot: Pose2, settings: &Settings) -> Option<Self> {
+    /// Spreads from the robot over the cells that far from obstacles; `None` if it stands nowhere
+    /// near one.
+    pub(crate) fn new(map: &Grid<Occupancy>, robot: Pose2, clearance_m: f64) -> Option<Self> {
         let inflation = Inflation {
-            radius_m: settings.clearance_m,
-            comfort_m: settings.clearance_m + COMFORT_M,
+            radius_m: clearance_m,
+            comfort_m: clearance_m + COMFORT_M,
             weight: WEIGHT,
             unknown_weight: None,
         };
         let costs = CostMap::new(map, &inflation);
         let start = costs.nearest_open(robot.point(), ESCAPE_M)?;
         let travel_m = wavefront(&costs, start);
-        Some(Self { robot, travel_m, closed_m: settings.clearance_m })
+        Some(Self { robot, travel_m, closed_m: clearance_m })
+    }
+
+    /// Says whether the robot can get to a place, or as near to it as it may stand to a wall.
+    pub(crate) fn reaches(&self, place: Point2) -> bool {
+        let cells = (ESCAPE_M / self.travel_m.geometry().resolution_m) as i32;
+        let middle = self.travel_m.geometry().cell_at(place);
+        let around =
+            (-cells..=cells).flat_map(|r| (-cells..=cells).map(move |c| middle.offset(c, r)));
+        around.into_iter().any(|cell| self.is_reached(cell))
     }
 
     /// Returns one candidate for each reachable frontier that has a place away from `avoid`.

@@ -16,6 +16,8 @@ const PROGRESS_M: f64 = 0.2;
 const PROGRESS_M2: f64 = 0.25;
 /// This close to the goal the robot has arrived, in metres.
 const ARRIVED_M: f64 = 0.3;
+/// The part of the clearance that is kept where the map has closed the way back.
+const TIGHT: f64 = 0.7;
 /// Frontier cells within this distance of a given-up one are left alone, in metres.
 const GIVEN_UP_M: f64 = 0.6;
 
@@ -82,6 +84,8 @@ pub struct Exploration {
     map: Option<Grid<Occupancy>>,
     map_is_new: bool,
     robot: Option<Pose2>,
+    /// Where it was first: as it came from there, a way leads back.
+    start: Option<Point2>,
     evaluated_s: f64,
     pursuit: Option<Pursuit>,
     given_up: Vec<Point2>,
@@ -111,6 +115,7 @@ impl Exploration {
             map: None,
             map_is_new: false,
             robot: None,
+            start: None,
             evaluated_s: f64::NEG_INFINITY,
             pursuit: None,
             given_up: Vec::new(),
@@ -130,6 +135,7 @@ impl Exploration {
     /// Takes the robot's newest pose, in the map's frame.
     pub fn pose_seen(&mut self, world_from_robot: Pose2) {
         self.robot = Some(world_from_robot);
+        self.start.get_or_insert(world_from_robot.point());
     }
 
     /// Decides at time `now_s`.
@@ -165,7 +171,7 @@ impl Exploration {
         let Some(map) = &self.map else { return };
         self.evaluated_s = now_s;
         self.map_is_new = false;
-        let Some(reach) = Reach::new(map, robot, &self.settings) else { return };
+        let Some(reach) = self.reach(map, robot) else { return };
         let given_up = &self.given_up;
         let avoid = |place: Point2| given_up.iter().any(|g| g.distance_m(place) < GIVEN_UP_M);
         let pursued = self.pursuit.as_ref().map(|pursuit| pursuit.target);
@@ -182,6 +188,15 @@ impl Exploration {
                 self.nothing_since_s.get_or_insert(now_s);
             }
         }
+    }
+
+    /// The places the robot can get to. A map may be a cell thicker than the world and close a gap
+    /// that the robot came through: if there is no way back to the start, gaps count as wider.
+    fn reach(&self, map: &Grid<Occupancy>, robot: Pose2) -> Option<Reach> {
+        let leads_back = |reach: &Reach| self.start.is_none_or(|start| reach.reaches(start));
+        let clearance_m = self.settings.clearance_m;
+        let usual = Reach::new(map, robot, clearance_m).filter(leads_back);
+        usual.or_else(|| Reach::new(map, robot, TIGHT * clearance_m))
     }
 
     /// The cheapest candidate, the one being pursued preferred.

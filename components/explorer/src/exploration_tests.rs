@@ -59,6 +59,35 @@ fn a_closed_room_is_done() {
 }
 
 #[test]
+fn a_gap_that_the_map_has_closed_behind_the_robot_is_passed() {
+    let rows = [
+        "####################",
+        "#........#.......???",
+        "#........#.......???",
+        "#........#.......???",
+        "#................???",
+        "#...R............???",
+        "#................???",
+        "#........#.......???",
+        "#........#.......???",
+        "#........#.......???",
+        "####################",
+    ];
+    let drawing = Drawing::read(0.1, &rows);
+    let robot = drawing.robot.expect("the drawing has a robot");
+    let there = Pose2::new(robot.x_m, robot.y_m, 0.0);
+    let beyond = Pose2::new(robot.x_m + 0.9, robot.y_m, 0.0);
+    for (start, is_passed) in [(there, false), (beyond, true)] {
+        let mut exploration = Exploration::new(Settings { clearance_m: 0.25, ..SETTINGS });
+        exploration.map_seen(drawing.map.clone());
+        exploration.pose_seen(start);
+        exploration.pose_seen(there);
+        let decision = exploration.step(0.0);
+        assert_eq!(matches!(decision, Decision::Goto(_)), is_passed, "{decision:?} from {start:?}");
+    }
+}
+
+#[test]
 fn a_gap_too_narrow_is_not_reachable() {
     check(&[
         "#################",

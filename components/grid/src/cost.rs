@@ -1,7 +1,7 @@
 //! From an occupancy grid to what driving costs: cells closer to an obstacle than the robot's
 //! radius are closed, cells a little further off are dear, open space costs its length.
 
-use crate::{Cell, Geometry, Grid, Point2, distance_transform};
+use crate::{Cell, Geometry, Grid, Point2, distance_transform, traverse};
 
 /// What is known about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,7 +120,8 @@ impl CostMap {
         self.clearance_m.at(point).map_or(f64::INFINITY, |&m| f64::from(m))
     }
 
-    /// Returns the open cell nearest to a point within `reach_m`, the point's own first.
+    /// Returns the open cell nearest to a point within `reach_m`: the point's own first, then those
+    /// straight to which nothing stands, then any.
     pub fn nearest_open(&self, point: Point2, reach_m: f64) -> Option<Cell> {
         let middle = self.geometry().cell_at(point);
         if self.is_open(middle) {
@@ -133,8 +134,17 @@ impl CostMap {
             .filter(|&cell| self.is_open(cell))
             .map(|cell| (cell, self.geometry().centre(cell).distance_m(point)))
             .filter(|&(_, away_m)| away_m <= reach_m)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(cell, _)| cell)
+            .map(|(cell, away_m)| (self.is_walled_off(point, cell), away_m, cell))
+            .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+            .map(|(_, _, cell)| cell)
+    }
+}
+
+impl CostMap {
+    /// Whether something stands between a point and a cell.
+    fn is_walled_off(&self, from: Point2, to: Cell) -> bool {
+        traverse(self.geometry(), from, self.geometry().centre(to))
+            .any(|cell| self.clearance_m.get(cell) == Some(&0.0))
     }
 }
 
@@ -202,6 +212,10 @@ mod tests {
         assert_eq!(map.nearest_open(at_wall, 0.1), None);
         let open = Point2::new(0.55, 0.05);
         assert_eq!(map.nearest_open(open, 0.0), Some(Cell::new(5, 0)));
+        // Between two walls, the nearest open cell is behind one of them.
+        let rows = ["........", "........", "..#.....", "..#..#..", "..#..#.."];
+        let pocket = CostMap::new(&ascii_map(0.1, &rows), &INFLATION);
+        assert_eq!(pocket.nearest_open(Point2::new(0.35, 0.05), 0.5), Some(Cell::new(4, 3)));
         // As near to the centre of the cell before it as to that of its own.
         let on_edge = Point2::new(0.5, 0.05);
         assert_eq!(map.nearest_open(on_edge, 0.5), Some(map.geometry().cell_at(on_edge)));

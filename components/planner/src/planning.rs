@@ -53,18 +53,19 @@ pub struct Planning {
 impl Planning {
     /// Starts with nothing known.
     pub fn new(settings: Settings) -> Self {
-        let radius_m = settings.radius_m + settings.margin_m;
-        let inflation = Inflation {
+        let comfort_m = settings.radius_m + settings.margin_m + COMFORT_M;
+        let inflation = |radius_m| Inflation {
             radius_m,
-            comfort_m: radius_m + COMFORT_M,
+            comfort_m,
             weight: WALL_WEIGHT,
             unknown_weight: Some(UNKNOWN_WEIGHT),
         };
+        let inflations = [settings.radius_m + settings.margin_m, settings.radius_m].map(inflation);
         Self {
             timeout_s: settings.timeout_s,
             goals: [None; 3],
             robot: None,
-            way: Way::new(inflation),
+            way: Way::new(inflations),
             has_goal: false,
         }
     }

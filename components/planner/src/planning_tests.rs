@@ -74,9 +74,21 @@ fn it_leads_through_the_gap_and_ends_as_the_goal() {
 
 #[test]
 fn a_gap_that_the_robot_does_not_fit_through_is_no_way() {
-    // 0.23 m to either side must be free.
     assert!(!path(with_gap(0.55), FAR).is_empty());
-    assert_eq!(path(with_gap(0.4), FAR), []);
+    assert_eq!(path(with_gap(0.3), FAR), []);
+}
+
+#[test]
+fn a_gap_without_a_margin_is_a_way_if_there_is_no_other() {
+    // 0.23 m to either side would be free with the margin.
+    assert_eq!(path(with_gap(0.4), FAR).last(), Some(&FAR));
+    let two_gaps = drawn(|Point2 { x_m, y_m }| {
+        let is_gap = (y_m - 0.5).abs() < 0.2 || (y_m - 2.5).abs() < 0.3;
+        let is_wall = (1.9..2.1).contains(&x_m) && !is_gap;
+        if is_wall { Occupancy::Occupied } else { Occupancy::Free }
+    });
+    let around = path(two_gaps, FAR);
+    assert!(around.iter().any(|pose| (pose.x_m - 2.0).abs() < 0.05 && pose.y_m > 2.0));
 }
 
 #[test]

@@ -14,9 +14,12 @@ const BORDER_M: f64 = 0.5;
 /// The map and the way over it.
 #[derive(Debug)]
 pub(crate) struct Way {
-    inflation: Inflation,
+    /// With the margin and, where that leaves no way, without: a map may be a cell thicker than the
+    /// world, and close a gap that the robot came through.
+    inflations: [Inflation; 2],
     map: Option<Grid<Occupancy>>,
-    costs: Option<CostMap>,
+    /// What they cost on the map, as far as it was asked for.
+    costs: [Option<CostMap>; 2],
     /// Whether `costs` are older than `map`.
     map_changed: bool,
     goal: Option<Point2>,
@@ -25,11 +28,11 @@ pub(crate) struct Way {
 }
 
 impl Way {
-    pub(crate) fn new(inflation: Inflation) -> Self {
+    pub(crate) fn new(inflations: [Inflation; 2]) -> Self {
         Self {
-            inflation,
+            inflations,
             map: None,
-            costs: None,
+            costs: [None, None],
             map_changed: false,
             goal: None,
             planned_s: f64::NEG_INFINITY,
@@ -75,9 +78,14 @@ impl Way {
 
     fn plan(&mut self, goal: Point2, robot: Point2) {
         if std::mem::take(&mut self.map_changed) {
-            self.costs = self.map.as_ref().map(|map| CostMap::new(map, &self.inflation));
+            self.costs = [None, None];
         }
-        let points = self.costs.as_ref().and_then(|costs| search(costs, robot, goal));
+        let points = self.map.as_ref().and_then(|map| {
+            self.costs.iter_mut().zip(&self.inflations).find_map(|(costs, by)| {
+                let costs = costs.get_or_insert_with(|| CostMap::new(map, by));
+                search(costs, robot, goal)
+            })
+        });
         self.poses = looking_ahead(&points.unwrap_or_default());
         self.goal = Some(goal);
     }
