@@ -16,6 +16,8 @@ const DELAY_S: f64 = 0.1;
 /// The faster past a thing, the wider, in metres per metre per second: senses and commands are late,
 /// and a person takes a step.
 const CARE_S: f64 = 0.1;
+/// So much closer than it should be the robot may creep in a narrow place, in metres, and no more.
+const SLACK_M: f64 = 0.012;
 /// Speeds tried between the slowest and the fastest.
 const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
@@ -116,9 +118,10 @@ impl Window<'_> {
     /// long it can be driven; `None` if that comes too close.
     fn nearest_on_arc(&self, velocity: Velocity) -> Option<(f64, f64)> {
         let start_m = self.nearest_m(Pose2::IDENTITY);
-        // A robot that stands too close already may move, but no closer.
+        // A robot that stands too close already may move, but hardly closer.
         let speed_mps = velocity.speed_mps.abs();
-        let keep_m = (self.distances.keep_m + CARE_S * speed_mps).min(start_m - 0.005);
+        let slack_m = (start_m - 0.005).max(self.distances.keep_m - SLACK_M).min(start_m - 0.001);
+        let keep_m = (self.distances.keep_m + CARE_S * speed_mps).min(slack_m);
         let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
         let mut nearest_m = start_m;
         let mut time_s = 0.0;
@@ -222,6 +225,21 @@ mod tests {
         assert!(!window(&post, CRUISE).is_safe(CRUISE));
         let further = [Point2::new(0.4, 0.26)];
         assert!(window(&further, CRUISE).is_safe(CRUISE));
+    }
+
+    #[test]
+    fn it_does_not_creep_up_to_what_stands_in_the_way() {
+        let (mut ahead_m, mut now) = (0.4, Velocity::ZERO);
+        for _ in 0..400 {
+            let post = [Point2::new(ahead_m, 0.0)];
+            let window = Window { now, interval_s: 0.05, ..window(&post, now) };
+            let target = Point2::new(ahead_m + 0.5, 0.0);
+            now = window.choose(target, 0.6).unwrap_or(Velocity::ZERO);
+            now.turn_radps = 0.0;
+            ahead_m -= now.speed_mps * 0.05;
+        }
+        assert!(ahead_m > 0.2 - SLACK_M - 0.001, "{ahead_m} m");
+        assert!(now.speed_mps < 1e-9, "{now:?}");
     }
 
     #[test]
