@@ -119,13 +119,23 @@ fn every_stock_kind_keeps_to_the_schema() {
     for line in out.lines() {
         let mut described: Value = serde_json::from_str(line).expect("JSON Lines");
         let kind = described["kind"].as_str().expect("a kind").to_owned();
-        let (code, out, err) = ended(&mut folder.armor(&["component", &kind, "--describe"]));
+        let origin = described.as_object_mut().and_then(|members| members.remove("origin"));
+        let origin = origin.and_then(|origin| Some(origin.as_str()?.to_owned()));
+        // Our programs with a window are described where they lie beside `armor`.
+        let mut asked = match origin.expect("an origin").as_str() {
+            "stock" => folder.armor(&["component", &kind, "--describe"]),
+            program => {
+                let mut asked = Command::new(program);
+                asked.arg("--describe");
+                asked
+            }
+        };
+        let (code, out, err) = ended(&mut asked);
         assert_eq!(code, 0, "{err}");
         let own: Value = serde_json::from_str(&out).expect("JSON");
         assert_eq!(schema.check(&own), Ok(()), "{kind}");
         assert_eq!(accepted(&own), Ok(()), "{kind}");
-        let origin = described.as_object_mut().and_then(|members| members.remove("origin"));
-        assert_eq!((origin, described), (Some(json!("stock")), own));
+        assert_eq!(described, own);
     }
 }
 

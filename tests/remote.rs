@@ -22,8 +22,8 @@ const SYSTEM: &str = r#"<armor version="1">
       <parameter name="world" value="room.svg"/>
       <parameter name="start" value="blue"/>
     </component>
-    <link from="near.presence" to="far.other1"/>
-    <link from="far.presence" to="near.other1"/>
+    <link from="near.presence" to="far.other1" transport="tcp"/>
+    <link from="far.presence" to="near.other1" transport="tcp"/>
   </system>
 </armor>"#;
 

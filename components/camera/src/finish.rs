@@ -2,7 +2,7 @@
 //! that size already is not touched.
 
 use crate::jpeg;
-use crate::picture::{Layout, Picture, PictureError};
+use crate::picture::{Layout, Picture, PictureError, sides};
 use crate::scale::{Limits, shrunk};
 
 /// How every PNG file begins.
@@ -63,6 +63,8 @@ fn read_png(file: &[u8]) -> Result<Picture<'static>, PictureError> {
     let mut reader = decoder.read_info()?;
     let (width, height) = reader.info().size();
     let (width, height) = (width as usize, height as usize);
+    // Before there is memory for it: a header may claim any size.
+    sides(width, height)?;
     let len = reader.output_buffer_size().ok_or(PictureError::Size(width, height))?;
     let mut pixels = vec![0; len];
     let frame = reader.next_frame(&mut pixels)?;

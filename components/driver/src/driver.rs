@@ -126,22 +126,24 @@ impl Driving {
 
     /// Takes a pose on the map, valid at its stamp.
     pub fn pose_seen(&mut self, stamp_s: f64, map_from_robot: Pose2) {
-        if map_from_robot.is_finite() {
+        if stamp_s.is_finite() && map_from_robot.is_finite() {
             self.track.pose_seen(stamp_s, map_from_robot);
         }
     }
 
     /// Takes an odometry pose that came at `now_s`.
     pub fn odometry_seen(&mut self, now_s: f64, stamp_s: f64, odom_from_robot: Pose2) {
-        if odom_from_robot.is_finite() {
+        if stamp_s.is_finite() && odom_from_robot.is_finite() {
             self.track.odometry_seen(stamp_s, odom_from_robot);
             self.odometry_s = now_s;
         }
     }
 
-    /// Takes a scan that came at `now_s`.
+    /// Takes a scan that came at `now_s`; one that says nothing, as of a covered laser, does not count.
     pub fn scan_seen(&mut self, now_s: f64, scan: Scan) {
-        self.scan = Some(Received { at_s: now_s, value: scan });
+        if scan.says_something() {
+            self.scan = Some(Received { at_s: now_s, value: scan });
+        }
     }
 
     /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading at
@@ -303,8 +305,9 @@ impl Driving {
         received.as_ref().filter(|it| self.is_fresh(it.at_s, now_s)).map(|it| &it.value)
     }
 
+    /// What came in a future that time has gone back from is not fresh either.
     fn is_fresh(&self, at_s: f64, now_s: f64) -> bool {
-        now_s - at_s <= self.settings.timeout_s
+        (now_s - at_s).abs() <= self.settings.timeout_s
     }
 }
 

@@ -367,3 +367,34 @@ fn a_goal_that_cannot_be_reached_is_not_forced() {
     }
     assert!(trial.world.robot.x_m < 4.0);
 }
+
+#[test]
+fn what_came_before_time_went_back_does_not_count() {
+    let mut trial = Trial::new(two_rooms(1.0), TAU, EXACT);
+    for _ in 0..5 {
+        trial.tick_by_hand(Velocity { speed_mps: 0.3, turn_radps: 0.0 });
+    }
+    assert!(trial.driving.step(trial.now_s).speed_mps > 0.0, "the hand holds");
+    let before_s = trial.now_s - 30.0;
+    assert_eq!(trial.driving.step(before_s), Velocity::ZERO, "30 s before it was said");
+}
+
+#[test]
+fn a_covered_laser_is_no_free_world() {
+    let mut trial = Trial::new(two_rooms(1.0), TAU, EXACT);
+    let covered = |now_s: f64| Scan {
+        stamp_s: now_s,
+        robot_from_laser: Pose2::IDENTITY,
+        first_rad: 0.0,
+        step_rad: 0.1,
+        ranges_m: vec![f64::NAN; 63],
+    };
+    for _ in 0..20 {
+        let now_s = trial.now_s;
+        trial.driving.odometry_seen(now_s, now_s, trial.world.odometry);
+        trial.driving.pose_seen(now_s, trial.world.robot);
+        trial.driving.scan_seen(now_s, covered(now_s));
+        trial.driving.path_seen(now_s, vec![START, Pose2::new(2.0, 1.0, 0.0)]);
+        assert_eq!(trial.move_on(), Velocity::ZERO);
+    }
+}

@@ -192,14 +192,18 @@ fn grid(map: &OccupancyGrid) -> Result<Grid<Occupancy>, Fault> {
         width: map.info.width as usize,
         height: map.info.height as usize,
     };
-    Grid::classified(geometry, &map.data)
-        .ok_or_else(|| "the map has not as many cells as its width and height say".into())
+    Grid::classified(geometry, &map.data).ok_or_else(|| {
+        "the map has not as many cells as its width and height say, or they have no size".into()
+    })
 }
 
 fn as_scan(scan: &LaserScan, robot_from_laser: Pose2) -> Scan {
     let seen = scan.range_min..=scan.range_max;
-    let range_m =
-        |range: &f32| if seen.contains(range) { f64::from(*range) } else { f64::INFINITY };
+    let range_m = |range: &f32| match range {
+        range if seen.contains(range) => f64::from(*range),
+        range if *range > scan.range_max => f64::INFINITY,
+        _ => f64::NAN,
+    };
     Scan {
         stamp_s: scan.stamp,
         robot_from_laser,

@@ -77,7 +77,7 @@ impl Recovery {
         now_s: f64,
     ) -> Option<Velocity> {
         let back = Velocity { speed_mps: BACK_MPS, turn_radps: 0.0 };
-        match now_s - began_s {
+        match (now_s - began_s).abs() {
             since_s if since_s < BACK_S && has_path && window.is_safe(back) => Some(back),
             since_s if since_s < BACK_S + TURN_S => Some(Velocity::spin(side * TURN_RADPS)),
             _ => {

@@ -16,7 +16,8 @@ pub struct Scan {
     pub first_rad: f64,
     /// Turn from beam to beam, in radians.
     pub step_rad: f64,
-    /// Distances, in metres; not finite where nothing was seen.
+    /// Distances, in metres; infinite where nothing is in sight, not a number where the laser could
+    /// not tell.
     pub ranges_m: Vec<f64>,
 }
 
@@ -29,6 +30,12 @@ impl Scan {
                 self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
             },
         )
+    }
+
+    /// Says whether any beam was a reading.
+    pub(crate) fn says_something(&self) -> bool {
+        let angles = [self.stamp_s, self.first_rad, self.step_rad];
+        angles.iter().all(|value| value.is_finite()) && !self.ranges_m.iter().all(|r| r.is_nan())
     }
 
     /// Says whether a point in the robot's frame lies in the sector that the laser looks over.

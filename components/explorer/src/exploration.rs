@@ -134,8 +134,10 @@ impl Exploration {
 
     /// Takes the robot's newest pose, in the map's frame.
     pub fn pose_seen(&mut self, world_from_robot: Pose2) {
-        self.robot = Some(world_from_robot);
-        self.start.get_or_insert(world_from_robot.point());
+        if world_from_robot.is_finite() {
+            self.robot = Some(world_from_robot);
+            self.start.get_or_insert(world_from_robot.point());
+        }
     }
 
     /// Decides at time `now_s`.

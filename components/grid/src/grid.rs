@@ -68,6 +68,13 @@ impl Geometry {
         self.len() == 0
     }
 
+    /// Says whether the cells have a size, of a millimetre at least, and a place: with less, a metre
+    /// would be cells without end.
+    pub fn is_sound(&self) -> bool {
+        let Point2 { x_m, y_m } = self.origin;
+        self.resolution_m >= 1e-3 && [self.resolution_m, x_m, y_m].iter().all(|v| v.is_finite())
+    }
+
     /// Returns the cell a point falls into, which may be outside.
     pub fn cell_at(&self, point: Point2) -> Cell {
         let column = ((point.x_m - self.origin.x_m) / self.resolution_m).floor();
@@ -123,9 +130,10 @@ impl<T> Grid<T> {
         Self { geometry, values: vec![value; geometry.len()] }
     }
 
-    /// Takes row-major values; `None` if their number does not fit the geometry.
+    /// Takes row-major values; `None` if their number does not fit the geometry, or that is not sound.
     pub fn from_values(geometry: Geometry, values: Vec<T>) -> Option<Self> {
-        (values.len() == geometry.len()).then_some(Self { geometry, values })
+        let fits = geometry.is_sound() && values.len() == geometry.len();
+        fits.then_some(Self { geometry, values })
     }
 
     /// Makes a grid of the same geometry with each value passed through `change`.
@@ -232,5 +240,16 @@ mod tests {
         let grid = Grid::from_values(g, vec![1, 2, 3, 4, 5, 6]).unwrap();
         assert_eq!(grid[Cell::new(2, 1)], 6);
         assert_eq!(grid.at(Point2::new(0.05, 0.15)), Some(&4));
+    }
+
+    #[test]
+    fn cells_without_a_size_make_no_grid() {
+        let geometry =
+            Geometry { origin: Point2::default(), resolution_m: 0.0, width: 1, height: 1 };
+        for resolution_m in [0.0, 1e-9, -1.0, f64::NAN, f64::INFINITY] {
+            let geometry = Geometry { resolution_m, ..geometry };
+            assert!(Grid::from_values(geometry, vec![0]).is_none(), "{resolution_m}");
+        }
+        assert!(Grid::from_values(Geometry { resolution_m: 0.05, ..geometry }, vec![0]).is_some());
     }
 }

@@ -31,7 +31,9 @@ impl Homecoming {
 
     /// Takes the robot's pose on the map.
     pub fn pose_seen(&mut self, map_from_robot: Pose2) {
-        self.robot = Some(map_from_robot);
+        if map_from_robot.is_finite() {
+            self.robot = Some(map_from_robot);
+        }
     }
 
     /// Decides at time `now_s`.

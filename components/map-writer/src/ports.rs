@@ -131,6 +131,6 @@ fn snapshot(map: OccupancyGrid) -> Result<MapSnapshot, Fault> {
         height: map.info.height as usize,
     };
     let percent = Grid::from_values(geometry, map.data.into())
-        .ok_or("the map has not as many cells as its width and height say")?;
+        .ok_or("the map has not as many cells as its width and height say, or they have no size")?;
     Ok(MapSnapshot { stamp_s: map.stamp, percent })
 }

@@ -1,6 +1,8 @@
 //! All that the screen shows and the operator has ordered, in one place. Sockets fill it, the window
 //! looks at it; neither is needed to try it.
 
+use std::collections::BTreeSet;
+
 use crate::links::{Freshness, Link, Now, Number};
 use crate::orders::{Order, Orders, Say};
 use crate::scene::{Scene, SceneError};
@@ -14,8 +16,8 @@ pub struct Console {
     pub links: Vec<Link>,
     /// The orders that hold.
     pub orders: Orders,
-    /// An order that reached nobody, and why.
-    pub unheard: Option<String>,
+    /// The outputs whose last order reached nobody.
+    pub unheard: BTreeSet<&'static str>,
     /// The mission's own buttons.
     pub buttons: Vec<String>,
     /// Radius of the circle that is drawn for the robot, in metres.
@@ -65,7 +67,18 @@ impl Console {
             Say::Velocity { .. } => "velocity",
             Say::Stop(_) => "stop",
         };
-        self.unheard = (to == 0).then(|| format!("nobody hears it: no link takes `{output}`"));
+        if to == 0 {
+            self.unheard.insert(output);
+        } else {
+            self.unheard.remove(output);
+        }
+    }
+
+    /// What is ordered and reaches nobody; STOP before all.
+    pub fn unheard(&self) -> Option<String> {
+        let output =
+            ["stop", "velocity", "goal"].into_iter().find(|of| self.unheard.contains(of))?;
+        Some(format!("nobody hears it: no link takes `{output}`"))
     }
 
     /// The links that are silent though they should not be, each with its age in seconds.
@@ -105,9 +118,11 @@ mod tests {
     fn an_order_that_nobody_takes_is_told() {
         let mut console = Console::default();
         console.said(Say::Stop(true), 0);
-        assert_eq!(console.unheard.as_deref(), Some("nobody hears it: no link takes `stop`"));
+        // The hand that lets go in the same moment is heard, which makes STOP no better.
+        console.said(Say::Velocity { forward_mps: 0.0, turn_radps: 0.0 }, 1);
+        assert_eq!(console.unheard().as_deref(), Some("nobody hears it: no link takes `stop`"));
         console.said(Say::Stop(true), 1);
-        assert_eq!(console.unheard, None);
+        assert_eq!(console.unheard(), None);
     }
 
     #[test]

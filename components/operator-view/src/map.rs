@@ -140,13 +140,17 @@ impl Map {
         let is_same_place = layout == self.layout;
         let before = std::mem::replace(&mut self.cells, cells);
         self.layout = layout;
-        self.stamp_s = stamp_s;
         if is_same_place {
             self.mark_differences(&before);
         } else {
             let [across, up] = layout.blocks();
             self.revisions = vec![self.revision; across * up];
         }
+        if stamp_s < self.stamp_s {
+            // Time begins anew: what came before is of another run.
+            self.later.clear();
+        }
+        self.stamp_s = stamp_s;
         self.later.retain(|change| change.stamp_s > stamp_s);
         for change in std::mem::take(&mut self.later) {
             // One that does not fit belonged to another map.

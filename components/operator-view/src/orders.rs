@@ -177,6 +177,8 @@ impl Orders {
             }
             Order::Release => Vec::new(),
             Order::Press(name) => {
+                // Who gives the robot back to its mission wants it nowhere else.
+                self.goal = None;
                 self.tell(Event::Pressed(name.clone()));
                 self.pressed = Some((name, now_s));
                 Vec::new()
@@ -342,5 +344,14 @@ mod tests {
         assert_eq!(orders.give(goal(f64::NAN, false), 0.0), []);
         orders.give(Order::Drive { forward: 1.0, turn: 0.0 }, 0.0);
         assert_eq!(orders.give(Order::Drive { forward: f64::NAN, turn: 0.0 }, 0.1), [ZERO]);
+    }
+
+    #[test]
+    fn who_gives_the_robot_back_wants_it_nowhere_else() {
+        let mut orders = Orders::default();
+        orders.give(goal(3.0, false), 0.0);
+        orders.give(Order::Press("home".into()), 1.0);
+        assert!(orders.goal().is_none() && orders.again(9.0).is_none());
+        assert_eq!(events(&mut orders), [Event::Goal, Event::Pressed("home".into())]);
     }
 }

@@ -15,7 +15,8 @@ use rustix::process::{Signal, getpid, kill_process};
 use crate::console::Console;
 use crate::links::{Link, Now, Number};
 use crate::orders::{Order, Say};
-use crate::picture::Painter;
+use crate::picture::{Painter, PictureError};
+use crate::scene::SceneError;
 use crate::window::{Gone, Hands, Window};
 use settings::{PARAMETERS, Settings};
 
@@ -119,7 +120,8 @@ impl Component for OperatorView {
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        let seen = reading::read(header.id(), data)?;
+        let seen = reading::read(header.id(), data)
+            .unwrap_or_else(|fault| Err(SceneError::Bytes(fault.to_string())));
         let now = now(self.started, &self.armor);
         let number = Number { instance: header.instance, sequence: header.sequence };
         let mut console = locked(&self.console);
@@ -154,7 +156,7 @@ impl Component for OperatorView {
             self.say(say)?;
         }
         if now.host_s - self.pictured_s >= self.settings.picture_period_s {
-            self.take_picture()?;
+            self.take_picture();
         }
         let event = locked(&self.console).orders.next_event();
         Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(event.name(), 1.0)))
@@ -218,8 +220,9 @@ impl OperatorView {
         for say in says {
             self.say(say)?;
         }
+        let console = locked(&self.console).clone();
         if let Some(mut painter) = self.painter.take() {
-            painter.finish(locked(&self.console).clone(), now)?;
+            warn_of(painter.finish(console, now));
         }
         locked(&self.console).is_over = true;
         if let Some(window) = self.window.take() {
@@ -236,16 +239,22 @@ impl OperatorView {
 
     /// Has a picture painted of what is known now. Painting takes its time, during which neither
     /// data nor STOP wait.
-    fn take_picture(&mut self) -> Result<(), Fault> {
-        let Some(path) = &self.settings.picture else { return Ok(()) };
+    fn take_picture(&mut self) {
+        let Some(path) = &self.settings.picture else { return };
         let now = now(self.started, &self.armor);
         let ([width, height], scale) = (self.settings.size, self.settings.scale as f32);
         let painter =
             self.painter.get_or_insert_with(|| Painter::new(path.clone(), [width, height], scale));
         let console = locked(&self.console).clone();
-        painter.begin(console, now)?;
+        warn_of(painter.begin(console, now));
         self.pictured_s = now.host_s;
-        Ok(())
+    }
+}
+
+/// A full disk is no reason to take the screen away.
+fn warn_of(picture: Result<(), PictureError>) {
+    if let Err(error) = picture {
+        tracing::warn!("no picture: {error}");
     }
 }
 

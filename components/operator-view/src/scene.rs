@@ -24,6 +24,9 @@ pub enum SceneError {
     /// A pose whose numbers are no numbers.
     #[error("the pose is nowhere: its numbers are not finite")]
     Nowhere,
+    /// Bytes of another type.
+    #[error("the bytes are no message of this type: {0}")]
+    Bytes(String),
     /// A scan without angles.
     #[error("the scan's angles are not finite")]
     Angles,

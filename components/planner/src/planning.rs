@@ -116,7 +116,8 @@ impl Planning {
 
     /// The fresh goal of the highest rank.
     fn goal(&self, now_s: f64) -> Option<Pose2> {
-        let fresh = |&(at_s, _): &(f64, Pose2)| now_s - at_s <= self.timeout_s;
+        // What came in a future that time has gone back from is not fresh either.
+        let fresh = |&(at_s, _): &(f64, Pose2)| (now_s - at_s).abs() <= self.timeout_s;
         self.goals.iter().rev().find_map(|goal| goal.filter(fresh)).map(|(_, goal)| goal)
     }
 }

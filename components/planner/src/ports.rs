@@ -118,8 +118,9 @@ fn grid(map: &OccupancyGrid) -> Result<Grid<Occupancy>, Fault> {
         width: map.info.width as usize,
         height: map.info.height as usize,
     };
-    Grid::classified(geometry, &map.data)
-        .ok_or_else(|| "the map has not as many cells as its width and height say".into())
+    Grid::classified(geometry, &map.data).ok_or_else(|| {
+        "the map has not as many cells as its width and height say, or they have no size".into()
+    })
 }
 
 fn path(stamp: f64, frame: &str, poses: &[Pose2]) -> Path {

@@ -71,7 +71,7 @@ impl Way {
     }
 
     fn is_due(&self, goal: Point2, now_s: f64) -> bool {
-        let age_s = now_s - self.planned_s;
+        let age_s = (now_s - self.planned_s).abs();
         let moved = self.goal.is_none_or(|planned| planned.distance_m(goal) > GOAL_MOVED_M);
         moved || age_s >= RENEW_S || (self.map_changed && age_s >= CHANGED_S)
     }

@@ -32,8 +32,8 @@ pub(super) struct Area {
     follows: bool,
     /// The map is to be shown whole; so it is from the beginning until somebody looks elsewhere.
     fits: bool,
-    /// Where a goal is being drawn from.
-    stroke: Option<Pos2>,
+    /// Where a goal is being drawn from, on the screen and on the map, which may move meanwhile.
+    stroke: Option<(Pos2, Point2)>,
 }
 
 impl Default for Area {
@@ -165,28 +165,19 @@ impl Area {
         }
         let pointer = ui.input(|input| input.pointer.clone());
         if pointer.primary_pressed() && response.contains_pointer() && !is_covered {
-            self.stroke = pointer.interact_pos();
+            self.stroke = pointer.interact_pos().map(|at| (at, self.look.on_map(at)));
         }
-        let (from, to) = (self.stroke?, pointer.interact_pos()?);
-        let place = pose_of(self.look.on_map(from), self.look.on_map(to));
+        let ((from, point), to) = (self.stroke?, pointer.interact_pos()?);
+        let place = pose_of(point, self.look.on_map(to));
         let is_drawn = from.distance(to) >= STROKE;
         if pointer.primary_released() {
             let drawn = Order::Goal { place, has_heading: true };
-            orders.push(if is_drawn { drawn } else { self.clicked(from, console) });
+            orders.push(if is_drawn { drawn } else { clicked(point, console) });
         }
         if !pointer.primary_down() {
             self.stroke = None;
         }
         (is_drawn && self.stroke.is_some()).then_some(place)
-    }
-
-    /// A goal without a wish: the robot comes from where it is and stays so.
-    fn clicked(&self, at: Pos2, console: &Console) -> Order {
-        let point = self.look.on_map(at);
-        let robot = console.scene.robot();
-        let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
-        let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
-        Order::Goal { place, has_heading: false }
     }
 
     fn scale_bar(&self, painter: &Painter, pointer: Option<Pos2>) {
@@ -210,6 +201,14 @@ impl Area {
         let font = FontId::proportional(12.0);
         painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, colours::TEXT);
     }
+}
+
+/// A goal without a wish: the robot comes from where it is and stays so.
+fn clicked(point: Point2, console: &Console) -> Order {
+    let robot = console.scene.robot();
+    let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
+    let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
+    Order::Goal { place, has_heading: false }
 }
 
 /// What should come and does not, where it cannot be overlooked.

@@ -15,6 +15,8 @@ use crate::scene::Located;
 const ELLIPSE: f64 = 2.448;
 /// Smallest robot on the screen, in points.
 const MIN_ROBOT: f32 = 6.0;
+/// Further off the screen nothing is dashed, in points.
+const MARGIN: f32 = 4000.0;
 /// Length of a dash and of a gap, in points.
 const DASHES: (f32, f32) = (6.0, 4.0);
 
@@ -28,9 +30,10 @@ pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &
         way(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
     }
     if layers.has(Layer::Odometry) {
-        let points = look.line(scene.odometry.line());
         let stroke = Stroke::new(1.5, colours::ODOMETRY);
-        painter.extend(Shape::dashed_line(&points, stroke, DASHES.0, DASHES.1));
+        for points in near(&look.line(scene.odometry.line()), look.rect) {
+            painter.extend(Shape::dashed_line(points, stroke, DASHES.0, DASHES.1));
+        }
     }
     if layers.has(Layer::Trajectory) {
         way(look.line(scene.way()), 2.0, colours::TRAJECTORY);
@@ -56,6 +59,13 @@ pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &
     if let Some(goal) = console.orders.goal() {
         self::goal(painter, look, goal.place);
     }
+}
+
+/// The stretches of a line that are on the screen or near it: a line to the other end of the world
+/// would be cut into dashes without end.
+fn near(line: &[Pos2], rect: Rect) -> impl Iterator<Item = &[Pos2]> {
+    let around = rect.expand(MARGIN);
+    line.split(move |at| !around.contains(*at)).filter(|points| points.len() > 1)
 }
 
 /// Squares of one size, as one mesh: there may be thousands.
@@ -139,4 +149,19 @@ pub(super) fn goal(painter: &Painter, look: &Look, place: Pose2) {
     let (at, ahead) = (look.on_screen(place.point()), direction(place.yaw_rad));
     painter.circle_stroke(at, 7.0, stroke);
     painter.arrow(at + ahead * 7.0, ahead * 22.0, stroke);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eframe::egui::pos2;
+
+    #[test]
+    fn a_line_to_the_other_end_of_the_world_is_not_dashed() {
+        let rect = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 600.0));
+        let line =
+            [pos2(0.0, 0.0), pos2(9.0, 9.0), pos2(1e12, 0.0), pos2(20.0, 9.0), pos2(40.0, 9.0)];
+        let stretches: Vec<_> = near(&line, rect).map(<[Pos2]>::len).collect();
+        assert_eq!(stretches, [2, 2]);
+    }
 }

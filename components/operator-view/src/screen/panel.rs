@@ -114,7 +114,7 @@ fn stop(ui: &mut Ui, console: &Console, orders: &mut Vec<Order>) {
             ui.weak("Space stops, too");
         }
     });
-    if let Some(unheard) = &console.unheard {
+    if let Some(unheard) = console.unheard() {
         ui.colored_label(colours::GONE, unheard);
     }
 }
