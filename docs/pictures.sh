@@ -32,9 +32,22 @@ status=0
 cp "$out/operator/view.png" "$images/operator-view.png"
 
 if [ -n "${ARMOR_DATA:-}" ]; then
-  map_of map-from-log intel-map --set "player.file=$ARMOR_DATA/laser/intel.log.gz"
-  map_of map-from-log aces-map --set "player.file=$ARMOR_DATA/laser/aces.log.gz"
+  for log in intel aces freiburg-079 acapulco; do
+    map_of map-from-log "$log-map" --set "player.file=$ARMOR_DATA/laser/$log.log.gz"
+  done
   "$armor" eval "$out/aces-map/trajectory.csv" --plot "$images/aces-errors.svg" \
     --relations "$ARMOR_DATA/laser/aces.relations.csv" \
     --reference "$ARMOR_DATA/laser/aces.reference.csv"
+
+  cargo run --release --locked -p armor-carmen-player --example mines -- \
+    "$ARMOR_DATA/laser/mines-exp2.dat.gz" >"$out/mines.log"
+  map_of map-from-log mines-map --set "player.file=$out/mines.log"
+
+  mkdir "$out/curves"
+  ARMOR_PARTICLES=30 ARMOR_MAPS="$out/curves" cargo test --locked -p armor-grid-slam --test logs -- \
+    --test-threads 1
+  for log in intel aces freiburg-079 edmonton acapulco; do
+    cut -d, -f1,3,4 "$out/curves/$log.curve.csv" >"$out/curve.csv"
+    "$armor" eval --curve "$out/curve.csv" --plot "$images/$log-curve.png"
+  done
 fi
