@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use armor_executive::journal::Journal;
 use armor_executive::{Cause, DatePhase, Entry, Record};
-use armor_missions::Date;
+use armor_robotfile::Date;
 
 use crate::fixture::{Folder, ended, wait_for};
 use crate::resilience::system::Draft;

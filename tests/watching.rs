@@ -6,9 +6,9 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use armor_look::launch::{Plan, Run, Stage};
-use armor_look::log::{Line, Log, Tail};
-use armor_look::{Condition, Edge, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+use armor_inspect::launch::{Plan, Run, Stage};
+use armor_inspect::log::{Line, Log, Tail};
+use armor_inspect::{Condition, Edge, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
 use armor_sdk::control::Order;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -140,7 +140,7 @@ fn plan(folder: &Folder) -> Plan {
     }
 }
 
-fn running(run: &Run, log: &Log) -> armor_look::systems::Record {
+fn running(run: &Run, log: &Log) -> armor_inspect::systems::Record {
     wait_for("the run", || match run.stage() {
         Stage::Running(record) => Some(record),
         Stage::Starting => None,

@@ -11,21 +11,21 @@ use serde_json::Value;
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-wire-derive", &[]),
     ("armor-wire", &["armor-wire-derive"]),
-    ("armor-net", &["armor-wire"]),
-    ("armor-registry", &["armor-net", "armor-wire"]),
-    ("armor-missions", &["armor-wire"]),
-    ("armor-configd", &["armor-missions", "armor-net", "armor-wire"]),
+    ("armor-socket", &["armor-wire"]),
+    ("armor-registry", &["armor-socket", "armor-wire"]),
+    ("armor-robotfile", &["armor-wire"]),
+    ("armor-configd", &["armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
     ("armor-sdk", &["armor-wire"]),
-    ("armor-executive", &["armor-petri", "armor-missions", "armor-sdk"]),
-    ("armor-look", &["armor-executive", "armor-sdk", "armor-wire"]),
+    ("armor-executive", &["armor-petri", "armor-robotfile", "armor-sdk"]),
+    ("armor-inspect", &["armor-executive", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
     (
         "armor-designer",
         &[
             "armor-executive",
-            "armor-look",
-            "armor-missions",
+            "armor-inspect",
+            "armor-robotfile",
             "armor-petri",
             "armor-picture",
             "armor-sdk",
@@ -86,6 +86,34 @@ fn crates_import_only_what_the_architecture_allows() {
     for (name, _) in ARROWS {
         assert!(seen.contains(*name), "{name} is in the architecture but not in the workspace");
     }
+}
+
+/// The names of the crates are the map of the workspace; a folder of the same name elsewhere misleads.
+#[test]
+fn no_folder_inside_a_crate_carries_the_name_of_another_crate() {
+    let metadata = metadata();
+    let manifests = packages(&metadata).filter(|package| package["source"].is_null());
+    let crates: Vec<PathBuf> = manifests
+        .filter_map(|package| Path::new(package["manifest_path"].as_str()?).parent())
+        .map(Path::to_path_buf)
+        .collect();
+    let names: BTreeSet<_> = crates.iter().filter_map(|folder| folder.file_name()).collect();
+    let mut wrong = Vec::new();
+    for sources in crates.iter().map(|folder| folder.join("src")) {
+        let mut folders = vec![sources];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+                let path = entry.path();
+                if path.is_dir() {
+                    if names.contains(entry.file_name().as_os_str()) {
+                        wrong.push(path.display().to_string());
+                    }
+                    folders.push(path);
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "rename: {wrong:#?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use armor_missions::{Colours, Manifests, check, load};
+use armor_robotfile::{Colours, Manifests, check, load};
 use armor_wire::manifest::{
     MANIFEST_VERSION, Manifest, ParameterManifest, ParameterType, PortManifest,
 };
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn the_file_is_valid() {
-        let reading = armor_missions::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
+        let reading = armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
         let reading = check(reading, &[], Some(&manifests()));
         assert!(reading.is_valid(), "{}", reading.findings.render(Colours::No));
         let system = reading.configuration.expect("a configuration").system;

@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, anyhow};
 use armor_executive::Plan;
-use armor_net::Registration;
 use armor_sdk::prelude::*;
+use armor_socket::Registration;
 use armor_wire::registry::ComponentEntry;
 
 use crate::readings::monotonic_ns;
@@ -99,7 +99,7 @@ impl Component for Turn {
 
 /// The role that plays the mission of `file` until it is killed.
 pub fn play(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
-    let reading = armor_missions::check(armor_missions::load(file), &[], None);
+    let reading = armor_robotfile::check(armor_robotfile::load(file), &[], None);
     let configuration = reading.configuration.context("the file is not valid")?;
     let plan = Plan::of(&configuration).map_err(|_| anyhow!("the mission is not played"))?;
     let cut_at = armor_executive::journal::CUT_AT;
@@ -146,9 +146,9 @@ mod tests {
 
     #[test]
     fn the_mission_is_valid_and_played() {
-        let reading = armor_missions::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
-        let reading = armor_missions::check(reading, &[], None);
-        let text = reading.findings.render(armor_missions::Colours::No);
+        let reading = armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
+        let reading = armor_robotfile::check(reading, &[], None);
+        let text = reading.findings.render(armor_robotfile::Colours::No);
         assert!(reading.is_valid(), "{text}");
         let plan = Plan::of(&reading.configuration.expect("a configuration"));
         assert!(matches!(plan, Ok(Some(_))), "{text}");

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use armor_missions::mission::PlaceParameter;
-use armor_missions::model::{self, Component};
-use armor_missions::{Configuration, Manifests, Mission};
+use armor_robotfile::mission::PlaceParameter;
+use armor_robotfile::model::{self, Component};
+use armor_robotfile::{Configuration, Manifests, Mission};
 use armor_wire::config::{Assigned, InputSettings, ListedParameter, Settings, cut};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::keep::Transport;

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use armor_missions::{Reading, read, read_bytes, save};
+use armor_robotfile::{Reading, read, read_bytes, save};
 
 use crate::versions::Write;
 

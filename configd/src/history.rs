@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use armor_missions::{Configuration, Source, read};
+use armor_robotfile::{Configuration, Source, read};
 
 /// Accepted versions that are held: enough to see what a day of tuning did.
 pub const MAX_VERSIONS: usize = 32;
@@ -23,7 +23,7 @@ pub struct Kept {
 
 impl Kept {
     /// What these files say. They were valid once, so something is there.
-    pub(crate) fn reading(&self) -> armor_missions::Reading {
+    pub(crate) fn reading(&self) -> armor_robotfile::Reading {
         let first = self.files.first().map_or(Path::new(""), |(path, _)| path);
         read(first, &mut |path| {
             let found = self.files.iter().find(|(known, _)| known == path);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use armor_missions::Manifests;
+use armor_robotfile::Manifests;
 
 /// Looks for kinds beside the files given, and elsewhere.
 type Look = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;

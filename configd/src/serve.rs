@@ -5,8 +5,8 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armor_missions::{Colours, Configuration, Feature, Findings, Manifests, Override};
-use armor_net::{Limits, ListenError, Server, listen, random_id};
+use armor_robotfile::{Colours, Configuration, Feature, Findings, Manifests, Override};
+use armor_socket::{Limits, ListenError, Server, listen, random_id};
 use armor_wire::config::{Reply, Request};
 use thiserror::Error;
 use tokio::sync::mpsc;

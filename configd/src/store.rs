@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use armor_missions::read_bytes;
+use armor_robotfile::read_bytes;
 use tracing::warn;
 
 use crate::history::{Kept, MAX_VERSIONS};

@@ -1,6 +1,8 @@
 //! Findings and changes in the records of the protocol, and when a change takes effect.
 
-use armor_missions::{Change, Configuration, Difference, Findings, Location, Subject, differences};
+use armor_robotfile::{
+    Change, Configuration, Difference, Findings, Location, Subject, differences,
+};
 use armor_wire::config::{self, MAX_TOLD, cut};
 
 use crate::versions::Rules;

@@ -10,9 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use armor_missions::model::System;
-use armor_missions::{Configuration, Findings, Manifests, Reading};
-use armor_net::PeerId;
+use armor_robotfile::model::System;
+use armor_robotfile::{Configuration, Findings, Manifests, Reading};
+use armor_socket::PeerId;
 use armor_wire::config::{Assigned, Change, ConfigurationState, Reply, Request};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 
@@ -26,7 +26,7 @@ use setting::Settings;
 #[derive(Debug)]
 pub enum Event {
     /// Something on a connection.
-    Peer(armor_net::Event<Request>),
+    Peer(armor_socket::Event<Request>),
     /// The file was read again, because it is not what it was.
     Read(Box<Reading>),
     /// There are other kinds of components than before.
@@ -39,7 +39,7 @@ pub enum Event {
 #[derive(Debug)]
 pub enum Action {
     /// Something on a connection.
-    Peer(armor_net::Action<Reply>),
+    Peer(armor_socket::Action<Reply>),
     /// Tells whoever runs it.
     Tell(Notice),
     /// Writes into a file, and says in [`Event::Written`] what came of it. One at a time.
@@ -225,7 +225,7 @@ impl Versions {
 
     /// Takes an event in and says what is to be done.
     pub fn handle(&mut self, event: Event) -> Vec<Action> {
-        use armor_net::Event::{Beat, Closed, Connected, Message};
+        use armor_socket::Event::{Beat, Closed, Connected, Message};
         match event {
             Event::Peer(Connected { peer, address, hello }) => {
                 vec![self.connected(peer, address, &hello)]
@@ -247,13 +247,13 @@ impl Versions {
             tracing::warn!(%address, from = %hello.from, "refused: it did not come for configuration");
             let text = "this is configd; it serves configuration and nothing else";
             let refusal = Refusal::new(RefusalCode::WrongPurpose, text);
-            return Action::Peer(armor_net::Action::Refuse { peer, refusal });
+            return Action::Peer(armor_socket::Action::Refuse { peer, refusal });
         }
         // A component that the file does not hold yet may be there in its next version.
         self.clients.insert(peer, Client { component: hello.from.clone(), live: BTreeSet::new() });
         let welcome =
             Welcome { name: "configd".into(), instance: self.instance, schema: String::new() };
-        Action::Peer(armor_net::Action::Welcome { peer, welcome })
+        Action::Peer(armor_socket::Action::Welcome { peer, welcome })
     }
 
     fn request(&mut self, peer: PeerId, message: Request) -> Vec<Action> {
@@ -419,7 +419,7 @@ impl Versions {
 }
 
 fn send(peer: PeerId, message: Reply) -> Action {
-    Action::Peer(armor_net::Action::Send { peer, message })
+    Action::Peer(armor_socket::Action::Send { peer, message })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armor_designer::picture::Stage;
+use armor_designer::export::Stage;
 use armor_designer::{Command, Designer, Kinds, Settings, Start, View};
 use armor_wire::manifest::{Manifest, PortManifest};
 use eframe::egui::{

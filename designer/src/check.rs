@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use armor_missions::Findings;
+use armor_robotfile::Findings;
 
 use crate::kinds::{Kinds, KindsError, find_armor};
 use crate::project::{OpenError, Project};

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use armor_missions::tree::Element;
-use armor_missions::{Document, Item as Named, NewElement};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, Item as Named, NewElement};
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::{Decoration, Diagram};

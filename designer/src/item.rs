@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use armor_missions::mission::ArcKind;
-use armor_missions::tree::{Element, Tree};
+use armor_robotfile::mission::ArcKind;
+use armor_robotfile::tree::{Element, Tree};
 
 use crate::desk::View;
 
@@ -64,8 +64,8 @@ impl Item {
     }
 
     /// The same in the words of the file, if it has a name there.
-    pub fn named(&self) -> Option<armor_missions::Item<'_>> {
-        use armor_missions::Item as Named;
+    pub fn named(&self) -> Option<armor_robotfile::Item<'_>> {
+        use armor_robotfile::Item as Named;
         Some(match self {
             Self::Component(name) => Named::Component(name),
             Self::Link { from, to } => Named::Link { from, to },
@@ -150,7 +150,7 @@ mod tests {
             <link from=\"a.x\" to=\"a.y\"/></system>\
             <mission><place name=\"here\"/><check>never here</check><check>eventually here</check>\
             </mission></armor>";
-        let tree = armor_missions::parse_tree("a.xml".as_ref(), file.as_bytes()).unwrap();
+        let tree = armor_robotfile::parse_tree("a.xml".as_ref(), file.as_bytes()).unwrap();
         let at = |text: &str| Item::at(&tree, file.find(text).unwrap());
         assert_eq!(at("value=\"1\""), Some(Item::Component("a".into())));
         assert_eq!(at("a.x"), Some(Item::Link { from: "a.x".into(), to: "a.y".into() }));

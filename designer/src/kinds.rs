@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use armor_missions::Manifests;
+use armor_robotfile::Manifests;
 use armor_wire::manifest::Manifest;
 use serde_json::Value;
 

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use armor_missions::tree::Element;
-use armor_missions::{Document, ElementEdit, Item as Named, NewElement, Position};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, ElementEdit, Item as Named, NewElement, Position};
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::Decoration;

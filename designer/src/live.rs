@@ -4,7 +4,7 @@
 //! [`Session`] is what is watched, and belongs to the window; [`LiveView`] shows it: blocks and links
 //! by what they do (`blocks.rs`), the net by where it stands (`net.rs`), and beside them the log,
 //! plots, parameters and the mission. All that is asked of the running system is asked through
-//! `armor_look`, which says how it keeps from disturbing it.
+//! `armor_inspect`, which says how it keeps from disturbing it.
 
 mod blocks;
 mod firings;

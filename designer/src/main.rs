@@ -8,7 +8,7 @@ use armor_designer::arguments::{Arguments, HELP, Task};
 use armor_designer::check::check;
 use armor_designer::files::state_folder;
 use armor_designer::{Designer, Settings, Start, take_picture};
-use armor_missions::{Code, Colours, Findings, Severity};
+use armor_robotfile::{Code, Colours, Findings, Severity};
 use eframe::egui;
 use tracing_subscriber::EnvFilter;
 

@@ -31,7 +31,7 @@ pub use view::{MissionView, net};
 
 /// What a file says, in tests.
 #[cfg(test)]
-fn read_text(file: &str) -> armor_missions::Configuration {
-    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
+fn read_text(file: &str) -> armor_robotfile::Configuration {
+    let reading = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
     reading.configuration.expect("the file can be read")
 }

@@ -11,7 +11,7 @@ mod unread;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use armor_missions::{Configuration, Findings, Location, Reading};
+use armor_robotfile::{Configuration, Findings, Location, Reading};
 
 use crate::item::Item;
 use crate::kinds::Kinds;
@@ -273,15 +273,15 @@ impl Project {
     }
 
     /// Where the item of a drawing is, if the file says it.
-    pub fn position(&self, item: armor_missions::Item<'_>) -> Option<armor_missions::Position> {
+    pub fn position(&self, item: armor_robotfile::Item<'_>) -> Option<armor_robotfile::Position> {
         self.files.iter().find_map(|file| file.document()?.position(item))
     }
 
     /// The file that holds the system, or the mission.
     pub fn document_with(
         &self,
-        owner: armor_missions::Item<'_>,
-    ) -> Option<&armor_missions::Document> {
+        owner: armor_robotfile::Item<'_>,
+    ) -> Option<&armor_robotfile::Document> {
         let documents = self.files.iter().filter_map(OpenFile::document);
         documents.into_iter().find(|document| document.find(owner).is_some())
     }

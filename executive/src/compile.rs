@@ -9,12 +9,12 @@ use crate::dates::PlannedDates;
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use crate::values::GivenValue;
 use crate::version::Version;
-use armor_missions::mission::{
+use armor_petri::{Interval, PlaceId};
+use armor_robotfile::mission::{
     ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, Transition,
 };
-use armor_missions::model::Restart;
-use armor_missions::{Code, Configuration, Date, Feature, Finding, Findings, Spanned, System};
-use armor_petri::{Interval, PlaceId};
+use armor_robotfile::model::Restart;
+use armor_robotfile::{Code, Configuration, Date, Feature, Finding, Findings, Spanned, System};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 

@@ -5,8 +5,8 @@ use crate::authority::Consent;
 use crate::controller::Controller;
 use crate::ledger::Stage;
 use crate::record::Entry;
-use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{Class, TransitionId};
+use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
 impl Controller {

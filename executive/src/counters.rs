@@ -6,9 +6,9 @@ use crate::guards::{Operand, mission_of};
 use crate::ledger::{Ledger, LedgerError};
 use crate::plan::Plan;
 use crate::record::{GuardTurned, ValueSet};
-use armor_missions::guard::{Count, Name};
-use armor_missions::mission::Counts;
 use armor_petri::TransitionId;
+use armor_robotfile::guard::{Count, Name};
+use armor_robotfile::mission::Counts;
 use std::sync::Arc;
 
 /// A variable that transitions set.

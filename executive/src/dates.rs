@@ -5,9 +5,9 @@ use crate::controller::Controller;
 use crate::ledger::{Ledger, LedgerError};
 use crate::plan::Plan;
 use crate::record::{DatePhase, Entry};
-use armor_missions::Date;
-use armor_missions::mission::Missed;
 use armor_petri::{Class, TransitionId};
+use armor_robotfile::Date;
+use armor_robotfile::mission::Missed;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 

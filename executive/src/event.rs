@@ -8,8 +8,8 @@ use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
 use crate::values::GivenValue;
 use crate::version::Version;
-use armor_missions::Date;
-use armor_missions::guard::Scalar;
+use armor_robotfile::Date;
+use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 
 /// Something that happened.

@@ -2,8 +2,8 @@
 //! which are the variables that transitions set.
 
 use crate::builder::PlanBuilder;
-use armor_missions::guard::{Guard, Name, Scalar};
 use armor_petri::TransitionId;
+use armor_robotfile::guard::{Guard, Name, Scalar};
 
 /// A field of data that guards look at, numbered within a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

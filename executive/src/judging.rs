@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::proof::prove_from_here;
 use crate::run::RunError;
 use crate::version::{Version, in_words};
-use armor_missions::{Code, Configuration, Finding, Findings, Severity, differences};
+use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differences};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

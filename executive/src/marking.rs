@@ -12,9 +12,9 @@ use crate::record::Outcome;
 use crate::roster::{Doing, Presence};
 use crate::senses::in_words;
 use crate::values::GivenValue;
-use armor_missions::guard::Scalar;
-use armor_missions::mission::Autonomy;
 use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::guard::Scalar;
+use armor_robotfile::mission::Autonomy;
 use armor_sdk::Message;
 use std::time::Duration;
 

@@ -7,8 +7,8 @@ use crate::event::Action;
 use crate::ledger::Stage;
 use crate::order::{Giver, Judged, Order};
 use crate::record::Entry;
-use armor_missions::mission::Autonomy;
 use armor_petri::{Class, TransitionId};
+use armor_robotfile::mission::Autonomy;
 use armor_sdk::orders::GivenOrder;
 use std::time::Duration;
 

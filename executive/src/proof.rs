@@ -21,12 +21,12 @@ mod wording;
 
 use std::cell::OnceCell;
 
-use armor_missions::{Configuration, Findings, Location, Mission};
 use armor_petri::analysis::classes::{Classes, classes, is_possible};
 use armor_petri::analysis::invariants::{Bounds, Semiflows, place_semiflows};
 use armor_petri::analysis::runs::Graph;
 use armor_petri::analysis::{Budget, Ending, Exhausted, Exploration, explore};
 use armor_petri::{Net, PlaceId, TransitionId};
+use armor_robotfile::{Configuration, Findings, Location, Mission};
 
 use crate::plan::Plan;
 pub use analysed::Analysed;

@@ -15,7 +15,7 @@ use crate::record::{DatePhase, Entry, Outcome};
 use crate::values::GivenValue;
 use crate::wall_clock::{self, Calendar};
 use crate::watch::Watching;
-use armor_missions::Date;
+use armor_robotfile::Date;
 use armor_sdk::Latched;
 use armor_sdk::control::{Assigned, Command, GivenParameter};
 use armor_sdk::node::{Node, NodeOptions};

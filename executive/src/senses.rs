@@ -5,8 +5,8 @@ use crate::controller::Controller;
 use crate::guards::{Operand, PlannedGuard, WatchId};
 use crate::plan::Plan;
 use crate::record::{Entry, GuardTurned};
-use armor_missions::guard::Scalar;
 use armor_petri::TransitionId;
+use armor_robotfile::guard::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 //! holds of it, so that the plan can be made again whatever has become of the disk.
 
 use crate::plan::Plan;
-use armor_missions::{Colours, Configuration, Findings, check, read};
+use armor_robotfile::{Colours, Configuration, Findings, check, read};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub struct FileText {
 impl Version {
     /// What a configuration was read from.
     pub fn of(configuration: &Configuration, number: u64) -> Self {
-        let file = |source: &std::sync::Arc<armor_missions::Source>| FileText {
+        let file = |source: &std::sync::Arc<armor_robotfile::Source>| FileText {
             path: source.path().to_path_buf(),
             text: source.text().to_owned(),
         };

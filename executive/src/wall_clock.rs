@@ -3,7 +3,7 @@
 //! systemd-timesyncd are asked themselves.
 
 use crate::event::Event;
-use armor_missions::Date;
+use armor_robotfile::Date;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -5,7 +5,7 @@ use crate::event::Event;
 use crate::guards::WatchId;
 use crate::hub::Input;
 use crate::plan::Plan;
-use armor_missions::guard::Scalar;
+use armor_robotfile::guard::Scalar;
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::{Tap, TapData};
 use armor_sdk::wire::keep::Keep;

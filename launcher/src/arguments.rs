@@ -71,7 +71,7 @@ pub enum Command {
     Eval(crate::eval::Eval),
     /// Count, check and convert Petri nets in files: PNML, TINA's .net and missions.
     #[command(subcommand)]
-    Net(crate::net::arguments::Net),
+    Net(crate::petri_cli::arguments::Net),
     /// See, set and compare the parameters of a running system, or of a file.
     #[command(subcommand)]
     Param(Param),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_executive::{PLAYED, Plan, RunError};
-use armor_missions::{
+use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
     needed_paths, passed_dates,
 };
@@ -63,14 +63,14 @@ pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
 /// As [`run`]. What is wrong with the file is in the findings.
 pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Checked> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
-    let mut reading = armor_missions::load(file);
+    let mut reading = armor_robotfile::load(file);
     let (overrides, malformed) = overrides(sets, &folder);
     reading.findings.extend(malformed);
     let files = reading.files.clone();
     let catalogue = Catalogue::gather(&kinds.directories, files.iter().map(AsRef::as_ref))?;
     reading.findings.extend(catalogue.findings(reading.configuration.as_ref()));
     let manifests = catalogue.manifests();
-    let mut reading = armor_missions::check(reading, &overrides, Some(&manifests));
+    let mut reading = armor_robotfile::check(reading, &overrides, Some(&manifests));
     catalogue.point_to_broken(&mut reading.findings);
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);

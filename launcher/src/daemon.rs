@@ -53,7 +53,7 @@ fn entry(name: &str, address: SocketAddr) -> ComponentEntry {
     ComponentEntry {
         name: name.into(),
         kind: name.into(),
-        instance: armor_net::random_id(),
+        instance: armor_socket::random_id(),
         pid: std::process::id(),
         host,
         endpoint: address.to_string(),

@@ -19,7 +19,7 @@ use crate::arguments::Format;
 use crate::eval::drawing::Form;
 use crate::eval::maps::{Agreement, compared};
 use crate::exit::Ending;
-use crate::look::say;
+use crate::inspect_cli::say;
 
 #[derive(Args, Debug)]
 pub struct Eval {

@@ -3,12 +3,12 @@
 use std::io::IsTerminal;
 
 use anyhow::{Result, bail};
-use armor_missions::Code;
+use armor_robotfile::Code;
 use serde_json::json;
 
 use crate::arguments::Format;
 use crate::exit::Ending;
-use crate::look::{printed, say};
+use crate::inspect_cli::{printed, say};
 use crate::print;
 
 /// Prints the page of a code, or a line for each code.

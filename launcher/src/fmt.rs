@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use armor_missions::{Code, Colours, Finding, Findings, MAX_FILE_BYTES};
+use armor_robotfile::{Code, Colours, Finding, Findings, MAX_FILE_BYTES};
 use serde_json::json;
 
 use crate::arguments::{self, Format};
@@ -54,7 +54,7 @@ impl Formatter<'_> {
                     self.say(file, "would change")?;
                     ending = Ending::Failed;
                 }
-                Ok((_, new)) => match armor_missions::save(file, &new) {
+                Ok((_, new)) => match armor_robotfile::save(file, &new) {
                     Ok(()) => self.say(file, "formatted")?,
                     Err(error) => {
                         writeln!(self.err, "error: {error}")?;
@@ -74,7 +74,7 @@ impl Formatter<'_> {
             let read = self.stdin.take(limit).read_to_end(&mut bytes).map(|_| bytes);
             (Path::new("<stdin>"), read)
         } else {
-            (file, armor_missions::read_bytes(file))
+            (file, armor_robotfile::read_bytes(file))
         };
         let old = read.map_err(|error| {
             let message = format!("{} cannot be read: {error}", name.display());
@@ -83,7 +83,7 @@ impl Formatter<'_> {
             findings.push(finding.remedy("check the path and its permissions"));
             findings
         })?;
-        let new = armor_missions::format(name, &old)?;
+        let new = armor_robotfile::format(name, &old)?;
         Ok((old, new))
     }
 

@@ -16,7 +16,7 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use armor_missions::{Code, Configuration, Finding, Findings, Manifests};
+use armor_robotfile::{Code, Configuration, Finding, Findings, Manifests};
 use armor_wire::manifest::Manifest;
 
 pub use cache::Identity;

@@ -12,11 +12,11 @@ mod exit;
 mod explain;
 mod fmt;
 mod guard;
+mod inspect_cli;
 mod kinds;
-mod look;
-mod net;
 mod new;
 mod param;
+mod petri_cli;
 mod print;
 mod run;
 #[cfg(test)]
@@ -63,14 +63,14 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Check(arguments) => check::run(&arguments, format)?,
         Command::Explain { code } => explain::run(code.as_deref(), format)?,
         Command::Fmt(arguments) => fmt::run(&arguments, format)?,
-        Command::Ps(running) => look::ps::run(&running, format)?,
-        Command::Describe(arguments) => look::describe::run(&arguments, format)?,
-        Command::Graph(running) => look::graph::run(&running, format)?,
-        Command::Echo(arguments) => look::echo::run(&arguments)?,
-        Command::Hz(arguments) => look::hz::run(&arguments, format)?,
-        Command::Mission(mission) => look::mission::run(mission, format)?,
+        Command::Ps(running) => inspect_cli::ps::run(&running, format)?,
+        Command::Describe(arguments) => inspect_cli::describe::run(&arguments, format)?,
+        Command::Graph(running) => inspect_cli::graph::run(&running, format)?,
+        Command::Echo(arguments) => inspect_cli::echo::run(&arguments)?,
+        Command::Hz(arguments) => inspect_cli::hz::run(&arguments, format)?,
+        Command::Mission(mission) => inspect_cli::mission::run(mission, format)?,
         Command::Eval(arguments) => eval::run(&arguments, format)?,
-        Command::Net(arguments) => net::run(&arguments, format)?,
+        Command::Net(arguments) => petri_cli::run(&arguments, format)?,
         Command::Param(arguments) => param::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,
         Command::Completions { shell } => {

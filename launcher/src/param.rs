@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::arguments::Format;
 use crate::exit::Ending;
-use crate::look::{printed, say};
+use crate::inspect_cli::{printed, say};
 use crate::print;
 use arguments::{Diff, Get, List, Param, Set, Where};
 use desk::Desk;

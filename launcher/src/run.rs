@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::arguments::{self, Format};
 use crate::check;
 use crate::exit::Ending;
-use armor_look::systems::{self, Record, RunFile};
+use armor_inspect::systems::{self, Record, RunFile};
 use logs::Log;
 use plan::Plan;
 use port::Lease;

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use anyhow::{Result, bail};
 
 use crate::arguments::Running;
-use armor_look::systems::{self, Record};
+use armor_inspect::systems::{self, Record};
 
 /// Where the registry of the system that is meant listens: the one told, the one with that name, or
 /// the only one.

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use armor_net::{Action, Event, PeerId};
+use armor_socket::{Action, Event, PeerId};
 use armor_wire::codec::encoded_len;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use armor_net::{Limits, ListenError, Server, listen, random_id};
+use armor_socket::{Limits, ListenError, Server, listen, random_id};
 use armor_wire::registry::{DEFAULT_PORT, Reply, Request};
 use thiserror::Error;
 use tracing::info;

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_missions::Configuration;
+use armor_robotfile::Configuration;
 
 /// Whether the mission commands each component, by the first version that held it.
 #[derive(Debug, Default)]

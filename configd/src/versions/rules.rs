@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use armor_missions::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+use armor_robotfile::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
 use tracing::warn;
 
 use crate::history::Kept;
@@ -82,8 +82,8 @@ impl Rules {
 
 /// Whether two versions were read from the same bytes.
 pub(super) fn is_same(a: &Configuration, b: &Configuration) -> bool {
-    let same = |(a, b): (&std::sync::Arc<armor_missions::Source>, &std::sync::Arc<_>)| {
-        let b: &armor_missions::Source = b;
+    let same = |(a, b): (&std::sync::Arc<armor_robotfile::Source>, &std::sync::Arc<_>)| {
+        let b: &armor_robotfile::Source = b;
         a.path() == b.path() && a.text() == b.text()
     };
     a.sources.len() == b.sources.len() && a.sources.iter().zip(&b.sources).all(same)

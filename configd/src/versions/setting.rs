@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use armor_missions::{Code, Configuration, Document, Finding, Findings, Source};
-use armor_net::PeerId;
+use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
+use armor_socket::PeerId;
 use armor_wire::config::Reply;
 
 use super::{Action, Versions, Write, send};

@@ -6,8 +6,8 @@ mod tools;
 use std::path::Path;
 use std::time::Duration;
 
-use armor_missions::{Feature, Manifests, Override, read};
-use armor_net::CloseReason;
+use armor_robotfile::{Feature, Manifests, Override, read};
+use armor_socket::CloseReason;
 use armor_wire::config::{Assigned, InputSettings, Settings};
 use armor_wire::keep::{Keep, Transport, Wake};
 use armor_wire::manifest::Manifest;
@@ -56,10 +56,10 @@ fn connect(
     peer: u64,
     from: &str,
     purpose: Purpose,
-) -> armor_net::Action<Reply> {
+) -> armor_socket::Action<Reply> {
     let (peer, address) = (PeerId(peer), ([127, 0, 0, 1], 4000).into());
     let hello = Hello::new(from, 1, purpose);
-    let connected = armor_net::Event::Connected { peer, address, hello };
+    let connected = armor_socket::Event::Connected { peer, address, hello };
     match versions.handle(Event::Peer(connected)).pop() {
         Some(Action::Peer(action)) => action,
         other => panic!("{other:?}"),
@@ -68,9 +68,9 @@ fn connect(
 
 fn ask(versions: &mut Versions, peer: u64, message: Request) -> Reply {
     let (peer, arrived) = (PeerId(peer), Duration::ZERO);
-    let asked = armor_net::Event::Message { peer, arrived, message };
+    let asked = armor_socket::Event::Message { peer, arrived, message };
     match versions.handle(Event::Peer(asked)).pop() {
-        Some(Action::Peer(armor_net::Action::Send { peer: to, message })) => {
+        Some(Action::Peer(armor_socket::Action::Send { peer: to, message })) => {
             assert_eq!(to, peer);
             message
         }
@@ -153,7 +153,7 @@ fn who_is_not_in_the_file_is_told_so_until_it_is() {
 #[test]
 fn who_comes_for_something_else_is_refused() {
     let action = connect(&mut versions(), 1, "tool", Purpose::Registry { entry: None });
-    assert!(matches!(action, armor_net::Action::Refuse { .. }), "{action:?}");
+    assert!(matches!(action, armor_socket::Action::Refuse { .. }), "{action:?}");
 }
 
 #[test]
@@ -252,7 +252,7 @@ fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
     }
     let sent = |actions: Vec<Action>| -> Vec<_> {
         let messages = actions.into_iter().filter_map(|action| match action {
-            Action::Peer(armor_net::Action::Send { peer, message }) => Some((peer.0, message)),
+            Action::Peer(armor_socket::Action::Send { peer, message }) => Some((peer.0, message)),
             _ => None,
         });
         messages.collect()
@@ -265,7 +265,7 @@ fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
         }
         other => panic!("{other:?}"),
     }
-    versions.handle(Event::Peer(armor_net::Event::Closed {
+    versions.handle(Event::Peer(armor_socket::Event::Closed {
         peer: PeerId(1),
         reason: CloseReason::Ended,
     }));
@@ -374,7 +374,7 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
     assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 4, .. }))));
     // Who had asked for a live one, and runs with its last value, hears of it.
     let told = |action: &Action| {
-        let Action::Peer(armor_net::Action::Send { message, .. }) = action else { return false };
+        let Action::Peer(armor_socket::Action::Send { message, .. }) = action else { return false };
         matches!(message, Reply::Parameter { request: 0, name, .. } if name == "speed")
     };
     assert!(actions.iter().any(told), "{actions:?}");

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Notice, Options};
-use armor_missions::{check, read};
+use armor_robotfile::{check, read};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 

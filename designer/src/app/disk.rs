@@ -9,12 +9,12 @@ use eframe::egui::{self, Align2, Area, CentralPanel, FontId, Id, Order};
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
 use crate::desk::{Desk, View};
+use crate::export;
 use crate::files::examples::{self, Example};
 use crate::files::recovery::Kept;
 use crate::files::{Wish, own, put_back};
 use crate::help::welcome::{self, Chosen};
 use crate::panels::path::{self, PathChoice};
-use crate::picture;
 use crate::project::Project;
 
 impl Dialog {
@@ -168,7 +168,7 @@ impl Designer {
         const PIXELS_PER_POINT: f32 = 2.0;
         let is_dark = self.ctx.theme() == egui::Theme::Dark;
         let (pane, desk) = self.pane();
-        let saved = picture::export(pane.drawing(desk), path, is_dark, PIXELS_PER_POINT);
+        let saved = export::export(pane.drawing(desk), path, is_dark, PIXELS_PER_POINT);
         match saved {
             Ok(()) => {
                 let path = crate::text::path(path);

@@ -191,7 +191,7 @@ impl Designer {
 
     /// What is wrong, in a few words; a click shows it all.
     fn verdict(&mut self, ui: &mut egui::Ui) {
-        use armor_missions::Severity;
+        use armor_robotfile::Severity;
         let checked = self.desk.project.checked();
         let counted = |severity| checked.findings.counted(severity);
         let (text, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {

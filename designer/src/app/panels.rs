@@ -2,7 +2,7 @@
 
 pub(super) mod find;
 
-use armor_missions::{Finding, Severity};
+use armor_robotfile::{Finding, Severity};
 use eframe::egui::{
     self, Align2, Area, Frame, Id, Order, Panel, Rect, RichText, ScrollArea, Stroke, Vec2,
 };

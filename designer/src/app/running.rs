@@ -1,6 +1,6 @@
 //! Running the open file, and watching what runs already.
 
-use armor_look::systems::Record;
+use armor_inspect::systems::Record;
 
 use crate::app::Designer;
 use crate::app::dialogs::{Dialog, Then};

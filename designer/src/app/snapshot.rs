@@ -7,8 +7,8 @@ use eframe::egui::Context;
 
 use crate::app::{Designer, Start};
 use crate::arguments::{Arguments, Picture, Task};
+use crate::export::{ExportError, PngError, Stage, export, save_png};
 use crate::kinds::{Kinds, KindsError, find_armor};
-use crate::picture::{ExportError, PngError, Stage, export, save_png};
 use crate::project::{OpenError, Project};
 use crate::settings::Settings;
 use crate::theme::Colours;

@@ -82,7 +82,7 @@ pub fn unpack(folder: &Path) -> io::Result<()> {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent)?;
         }
-        armor_missions::save(&path, bytes).map_err(io::Error::other)?;
+        armor_robotfile::save(&path, bytes).map_err(io::Error::other)?;
     }
     Ok(())
 }
@@ -97,7 +97,7 @@ mod tests {
         let folder = Scratch::new();
         unpack(folder.path()).expect("written");
         for example in EXAMPLES {
-            let reading = armor_missions::load(&folder.path().join(example.file));
+            let reading = armor_robotfile::load(&folder.path().join(example.file));
             assert!(reading.is_valid(), "{}: {:?}", example.file, reading.findings);
             for file in reading.files {
                 assert!(file.exists(), "{} is not carried along", file.display());

@@ -204,7 +204,7 @@ impl Keeper {
         // Files that are named but not open: sub-missions, or a system file that is missing.
         let others = project.reading().files.iter();
         let others = others.filter(|path| open().all(|(known, _)| known != path.as_path()));
-        let read = |path: &PathBuf| armor_missions::read_bytes(path).ok().map(Into::into);
+        let read = |path: &PathBuf| armor_robotfile::read_bytes(path).ok().map(Into::into);
         watch.follow(of_open.chain(others.map(|path| (path.clone(), read(path)))));
     }
 

@@ -7,7 +7,7 @@ mod lines;
 use std::ops::Range;
 use std::path::Path;
 
-use armor_missions::Document;
+use armor_robotfile::Document;
 
 use lines::changes;
 

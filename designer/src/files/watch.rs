@@ -93,7 +93,7 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 fn read(path: &Path) -> std::io::Result<OnDisk> {
-    match armor_missions::read_bytes(path) {
+    match armor_robotfile::read_bytes(path) {
         Ok(bytes) => Ok(Some(bytes.into())),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(error),
@@ -200,7 +200,7 @@ mod tests {
         fs::write(&path, "one").expect("written");
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
-        armor_missions::save(&path, b"two").expect("saved");
+        armor_robotfile::save(&path, b"two").expect("saved");
         assert_eq!(looked(&mut looker), [News { path: path.clone(), now: on_disk("two") }]);
         assert_eq!(looked(&mut looker), []);
         fs::remove_file(&path).expect("removed");
@@ -223,7 +223,7 @@ mod tests {
         fs::write(&path, "one").expect("written");
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
-        armor_missions::save(&path, b"two").expect("saved");
+        armor_robotfile::save(&path, b"two").expect("saved");
         looker.follow([(path, on_disk("two"))]);
         assert_eq!(looked(&mut looker), []);
     }

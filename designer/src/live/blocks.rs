@@ -1,7 +1,7 @@
 //! The drawing of the system with what runs in it: blocks by state, links by what they carry.
 
-use armor_look::words::lasting;
-use armor_look::{Edge, Picture, Process};
+use armor_inspect::words::lasting;
+use armor_inspect::{Edge, Picture, Process};
 use eframe::egui::Color32;
 
 use super::tone::{self, Tone};

@@ -1,7 +1,7 @@
 //! What has fired, and what was ordered by whom.
 
-use armor_look::History;
-use armor_look::words::lasting;
+use armor_inspect::History;
+use armor_inspect::words::lasting;
 use eframe::egui::{self, RichText, ScrollArea};
 
 use super::watched::Watched;

@@ -1,7 +1,7 @@
 //! What is selected, while it runs.
 
-use armor_look::words::{lasting, short};
-use armor_look::{CONFIGD, CONFIGURATION, Edge, Picture, Process};
+use armor_inspect::words::{lasting, short};
+use armor_inspect::{CONFIGD, CONFIGURATION, Edge, Picture, Process};
 use armor_sdk::control::Status;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText};
 

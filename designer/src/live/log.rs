@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use armor_look::log::{Line, Log};
+use armor_inspect::log::{Line, Log};
 use eframe::egui::{
     self, ComboBox, Label, Rect, RichText, ScrollArea, TextEdit, TextStyle, UiBuilder, vec2,
 };

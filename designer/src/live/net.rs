@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use armor_executive::{EnabledTransition, MarkedPlace, Marking};
-use armor_look::words::{clock_s, lasting, when};
+use armor_inspect::words::{clock_s, lasting, when};
 
 use crate::canvas::{Badge, Diagram, Mark, Node, Outline, Shape};
 use crate::item::Item;

@@ -1,7 +1,7 @@
 //! The parameters of a component that runs, and setting them: configd judges the file as it would
 //! be, writes it and says when the change takes effect.
 
-use armor_look::{ParameterDesk, Told};
+use armor_inspect::{ParameterDesk, Told};
 use armor_wire::config::ListedParameter;
 use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, vec2};
 

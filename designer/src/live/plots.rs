@@ -1,7 +1,7 @@
 //! Values over time.
 
-use armor_look::Values;
-use armor_look::words::lasting;
+use armor_inspect::Values;
+use armor_inspect::words::lasting;
 use eframe::egui::{self, RichText, ScrollArea, Vec2b};
 use egui_plot::{Line, Plot, PlotPoints, PlotUi};
 

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use armor_look::launch::{LaunchError, Plan, Run, Stage};
-use armor_look::log::{Line, Log, Tail};
-use armor_look::systems::{self, Record};
-use armor_look::{MissionLook, MissionWatch, ParameterDesk, Picture, Wake, Watch, this_user};
+use armor_inspect::launch::{LaunchError, Plan, Run, Stage};
+use armor_inspect::log::{Line, Log, Tail};
+use armor_inspect::systems::{self, Record};
+use armor_inspect::{MissionLook, MissionWatch, ParameterDesk, Picture, Wake, Watch, this_user};
 use armor_sdk::control::Order;
 use eframe::egui;
 

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use armor_look::Picture;
-use armor_look::systems::Record;
+use armor_inspect::Picture;
+use armor_inspect::systems::Record;
 use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 
 use super::session::{Session, Standing, running};

@@ -1,7 +1,7 @@
 //! How a state looks: by colour, by the border of the block, and in words, so that no one of them
 //! is needed to tell states apart.
 
-use armor_look::{Condition, Picture, Process};
+use armor_inspect::{Condition, Picture, Process};
 use eframe::egui::Color32;
 
 use crate::canvas::{Mark, Outline};

@@ -1,6 +1,6 @@
 //! The values of one output, as they arrive.
 
-use armor_look::{ValueLook, Values};
+use armor_inspect::{ValueLook, Values};
 use armor_wire::schema::{Glimpse, Scalar, Seen};
 use eframe::egui::{self, Grid};
 

@@ -3,9 +3,9 @@
 use std::io;
 use std::sync::Arc;
 
-use armor_look::log::Tail;
-use armor_look::systems::Record;
-use armor_look::{MissionLook, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+use armor_inspect::log::Tail;
+use armor_inspect::systems::Record;
+use armor_inspect::{MissionLook, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
 
 /// Under which name the window looks at a system.
 pub const TOOL: &str = "designer";
@@ -123,7 +123,7 @@ impl Watched {
 
 #[cfg(test)]
 mod tests {
-    use armor_look::Picture;
+    use armor_inspect::Picture;
 
     use super::*;
 

@@ -1,7 +1,7 @@
 //! Everything the panels change, as data: a field that is being typed in holds the change it will
 //! make, so that nothing is lost when something else is selected meanwhile.
 
-use armor_missions::mission::ArcKind;
+use armor_robotfile::mission::ArcKind;
 
 use super::edits::{self, Decides, Timing};
 use crate::desk::View;
@@ -167,6 +167,6 @@ impl Change {
     }
 }
 
-fn named(item: &Item) -> Result<armor_missions::Item<'_>, Refused> {
+fn named(item: &Item) -> Result<armor_robotfile::Item<'_>, Refused> {
     item.named().ok_or_else(|| Refused::Rule(format!("{item} has no name in the file")))
 }

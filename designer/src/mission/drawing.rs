@@ -4,8 +4,8 @@ mod arcs;
 mod nodes;
 mod positions;
 
-use armor_missions::mission::{ArcKind, Mission};
 use armor_petri::PlaceId;
+use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::Pos2;
 
 use super::marks::Marks;

@@ -6,8 +6,8 @@ mod removal;
 mod sets;
 mod words;
 
-use armor_missions::mission::ArcKind;
-use armor_missions::{Document, EditError, Item, NewElement, Position};
+use armor_robotfile::mission::ArcKind;
+use armor_robotfile::{Document, EditError, Item, NewElement, Position};
 
 pub use arcs::{add_arc, arc_element, lead_arc, remove_arc, set_arc_kind, set_weight};
 pub use removal::remove;

@@ -255,7 +255,7 @@ pub fn is_date(text: &str) -> Result<(), String> {
     if text.trim().is_empty() {
         return Ok(());
     }
-    text.trim().parse::<armor_missions::Date>().map(|_| ())
+    text.trim().parse::<armor_robotfile::Date>().map(|_| ())
 }
 
 /// Whether a text is a guard; empty is none. A mistake is shown with what stands there.
@@ -263,7 +263,7 @@ pub fn is_guard(text: &str) -> Result<(), String> {
     if text.trim().is_empty() {
         return Ok(());
     }
-    match armor_missions::guard::Guard::parse(text) {
+    match armor_robotfile::guard::Guard::parse(text) {
         Ok(_) => Ok(()),
         Err(error) => {
             let place = text.get(error.at.clone()).filter(|place| !place.trim().is_empty());
@@ -278,12 +278,12 @@ pub fn is_count(text: &str) -> Result<(), String> {
     if text.trim().is_empty() {
         return Ok(());
     }
-    armor_missions::guard::Count::parse(text).map(|_| ()).map_err(|error| error.to_string())
+    armor_robotfile::guard::Count::parse(text).map(|_| ()).map_err(|error| error.to_string())
 }
 
 /// Whether a text is a check.
 pub fn is_check(text: &str) -> Result<(), String> {
-    match armor_missions::claim::Claim::parse(text) {
+    match armor_robotfile::claim::Claim::parse(text) {
         Ok(_) => Ok(()),
         Err(error) => Err(error.to_string()),
     }

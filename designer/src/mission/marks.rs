@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use armor_executive::time_in_words as time;
-use armor_missions::{Code, Finding, Findings, Location, Severity, Takes};
+use armor_robotfile::{Code, Finding, Findings, Location, Severity, Takes};
 
 use crate::canvas::{Badge, Mark};
 use crate::item::Item;
@@ -100,7 +100,7 @@ pub fn takes_words(takes: &Takes) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_missions::{Source, Span};
+    use armor_robotfile::{Source, Span};
 
     #[test]
     fn findings_stand_at_both_places_that_they_are_about() {

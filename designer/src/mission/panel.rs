@@ -10,8 +10,8 @@ mod transition;
 mod waits;
 mod whole;
 
-use armor_missions::mission::{ArcKind, Mission};
-use armor_missions::{Configuration, Finding, Severity};
+use armor_robotfile::mission::{ArcKind, Mission};
+use armor_robotfile::{Configuration, Finding, Severity};
 use eframe::egui::{self, RichText};
 
 use super::form::Form;
@@ -43,7 +43,7 @@ pub enum Wish {
     /// Show this.
     Show(Item),
     /// Play these firings, at their earliest or latest moments.
-    Play(armor_missions::Way),
+    Play(armor_robotfile::Way),
 }
 
 impl Shown<'_> {

@@ -13,8 +13,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_missions::guard::Scalar;
 use armor_petri::{State, TransitionId};
+use armor_robotfile::guard::Scalar;
 
 use super::schedule::is_enabled;
 use super::stage::{Act, Stage};

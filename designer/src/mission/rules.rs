@@ -1,7 +1,7 @@
 //! What may be joined in a net, and why not: the drawing asks before it draws, and shows the
 //! answer beside the pointer.
 
-use armor_missions::mission::{ArcKind, Mission};
+use armor_robotfile::mission::{ArcKind, Mission};
 
 /// An end of an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,10 +9,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_missions::guard::Guard;
-use armor_missions::mission::{ArcKind, Autonomy, Class, Mission, Transition};
-use armor_missions::{Configuration, Spanned};
 use armor_petri::{Interval, Net, NetBuilder, PlaceId, TransitionId};
+use armor_robotfile::guard::Guard;
+use armor_robotfile::mission::{ArcKind, Autonomy, Class, Mission, Transition};
+use armor_robotfile::{Configuration, Spanned};
 
 /// What a transition of the stage's net stands for; the numbers are those of the flattened mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl Stage {
     /// # Errors
     /// If there is no mission, or its pieces make no net (two places of one name).
     pub fn of(configuration: &Configuration) -> Result<Self, StageError> {
-        let first = |findings: armor_missions::Findings| {
+        let first = |findings: armor_robotfile::Findings| {
             findings.iter().next().map(|finding| finding.message.clone()).unwrap_or_default()
         };
         let mission = configuration.flattened().map_err(|found| StageError::NoNet(first(found)))?;

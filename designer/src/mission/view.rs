@@ -12,7 +12,7 @@ mod simulator;
 
 use std::sync::Arc;
 
-use armor_missions::mission::{ArcKind, Mission};
+use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{self, Pos2};
 
 use super::changes::Change;
@@ -324,7 +324,7 @@ impl crate::canvas::Rules for Nothing {
     }
 }
 
-fn configuration_of(desk: &Desk) -> Option<(&armor_missions::Configuration, &Mission)> {
+fn configuration_of(desk: &Desk) -> Option<(&armor_robotfile::Configuration, &Mission)> {
     let configuration = desk.project.configuration()?;
     Some((configuration, configuration.mission.as_ref()?))
 }
@@ -343,7 +343,7 @@ pub fn net(desk: &Desk, colours: &Colours) -> Diagram {
 }
 
 fn layout_of(desk: &Desk) -> Layout {
-    let document = desk.project.document_with(armor_missions::Item::Mission);
+    let document = desk.project.document_with(armor_robotfile::Item::Mission);
     document.map(|document| layout::read(document, View::Mission)).unwrap_or_default()
 }
 

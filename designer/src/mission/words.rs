@@ -1,7 +1,7 @@
 //! What a net's drawing says in words: conditions of transitions, components of places.
 
 use armor_executive::time_in_words as time;
-use armor_missions::mission::{Autonomy, Class, Interval, LostLink, Missed, Place, Transition};
+use armor_robotfile::mission::{Autonomy, Class, Interval, LostLink, Missed, Place, Transition};
 
 /// What a transition waits for, a line for each condition, as the file says it.
 pub fn conditions(transition: &Transition) -> Vec<String> {

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use armor_executive::{PLAYED, Plan};
-use armor_missions::{Findings, NeededPath, Reading, needed_paths, passed_dates};
+use armor_robotfile::{Findings, NeededPath, Reading, needed_paths, passed_dates};
 
 use crate::kinds::Kinds;
 use crate::project::Checked;
@@ -137,7 +137,7 @@ impl Thread {
 fn read_off(disk: &mut Disk, wanted: &Wanted) -> Reading {
     let reading = disk.read_snapshot(&wanted.files);
     let manifests = wanted.kinds.manifests();
-    let mut reading = armor_missions::check(reading, &[], manifests);
+    let mut reading = armor_robotfile::check(reading, &[], manifests);
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         if let Some(manifests) = manifests {

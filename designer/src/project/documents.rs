@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use armor_missions::{Document, EditError, Item, NewElement};
+use armor_robotfile::{Document, EditError, Item, NewElement};
 
 use crate::project::files::OpenFile;
 

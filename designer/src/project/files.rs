@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use armor_missions::{Document, Item, Reading};
+use armor_robotfile::{Document, Item, Reading};
 
 /// A robot that is drawn from nothing.
 pub(super) const NEW_FILE: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -36,7 +36,7 @@ impl OpenFile {
     }
 
     pub(super) fn read(path: &Path) -> io::Result<Self> {
-        let bytes = armor_missions::read_bytes(path)?;
+        let bytes = armor_robotfile::read_bytes(path)?;
         let mut file = Self::untitled(&String::from_utf8_lossy(&bytes));
         file.set_path(path.to_path_buf());
         if std::str::from_utf8(&bytes).is_err() {
@@ -142,13 +142,11 @@ impl Disk {
     /// The same of texts.
     pub(super) fn read_snapshot(&mut self, open: &[(PathBuf, Arc<[u8]>)]) -> Reading {
         let Some((first, _)) = open.first() else { unreachable!("a file is always open") };
-        armor_missions::read(
-            first,
-            &mut |path| match open.iter().find(|(known, _)| known == path) {
-                Some((_, bytes)) => Ok(bytes.to_vec()),
-                None => self.bytes(path),
-            },
-        )
+        armor_robotfile::read(first, &mut |path| match open.iter().find(|(known, _)| known == path)
+        {
+            Some((_, bytes)) => Ok(bytes.to_vec()),
+            None => self.bytes(path),
+        })
     }
 
     fn bytes(&mut self, path: &Path) -> io::Result<Vec<u8>> {
@@ -159,7 +157,7 @@ impl Disk {
         {
             return Ok(bytes.clone());
         }
-        let bytes = armor_missions::read_bytes(path)?;
+        let bytes = armor_robotfile::read_bytes(path)?;
         self.known.insert(path.to_path_buf(), (changed, bytes.clone()));
         Ok(bytes)
     }

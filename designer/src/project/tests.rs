@@ -1,5 +1,5 @@
 use super::*;
-use armor_missions::Item as Named;
+use armor_robotfile::Item as Named;
 
 const FILE: &str = "<armor version=\"1\">\n  <!-- mine -->\n  <system>\n    \
     <component name=\"a\"  kind=\"k\"/>\n  </system>\n</armor>\n";
@@ -92,7 +92,7 @@ fn what_is_wrong_is_not_saved_and_the_reasons_are_told() {
         .edit("link", |documents| {
             let document = documents.system()?;
             let path = document.find(Named::System).unwrap();
-            let link = armor_missions::NewElement::new("link")
+            let link = armor_robotfile::NewElement::new("link")
                 .attribute("from", "a.x")
                 .attribute("to", "ghost.y");
             Ok(document.insert_element(&path, 1, &link)?)

@@ -1,6 +1,6 @@
 //! What the files say and could not be read, so that it is shown where it can be mended.
 
-use armor_missions::{Code, Document, Item};
+use armor_robotfile::{Code, Document, Item};
 
 use crate::project::Project;
 

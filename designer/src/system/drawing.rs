@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use armor_missions::model::{Component, Link, LinkMode, Transport};
-use armor_missions::{Code, Severity};
+use armor_robotfile::model::{Component, Link, LinkMode, Transport};
+use armor_robotfile::{Code, Severity};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
@@ -46,7 +46,7 @@ pub struct Drawing {
 /// Draws the system of a project as it is now.
 pub fn draw(project: &Project) -> Drawing {
     let Some(configuration) = project.configuration() else { return Drawing::default() };
-    let document = project.document_with(armor_missions::Item::System);
+    let document = project.document_with(armor_robotfile::Item::System);
     let layout = document.map(|document| layout::read(document, View::System)).unwrap_or_default();
     let system = &configuration.system;
     let kinds = Arc::clone(project.kinds());
@@ -255,7 +255,7 @@ fn size(name: &str, kind: &str, ports: &[Port], rows: usize) -> Vec2 {
 fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> Vec<Wire> {
     let mut wires: Vec<Wire> = Vec::new();
     for link in links {
-        let end = |port: &armor_missions::model::Port, direction: Direction| {
+        let end = |port: &armor_robotfile::model::Port, direction: Direction| {
             let node = *names.get(port.component.value.as_str())?;
             let ends = &joints.ports[node];
             let is_it =

@@ -1,8 +1,8 @@
 //! The edits of a system, each on the files as a whole: pure, so that any sequence of them can be
 //! tried without a window.
 
-use armor_missions::tree::Element;
-use armor_missions::{Document, Item as Named};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, Item as Named};
 use armor_wire::name::{MAX_NAME_LEN, is_name};
 use eframe::egui::{Pos2, Rect};
 

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use armor_missions::tree::Element;
-use armor_missions::{Item as Named, NewElement};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Item as Named, NewElement};
 use armor_wire::name::split_data;
 use eframe::egui::{Pos2, Rect};
 

@@ -5,7 +5,7 @@ mod component;
 mod editors;
 mod link;
 
-use armor_missions::Item as Named;
+use armor_robotfile::Item as Named;
 use eframe::egui::{self, Button, ComboBox, ScrollArea};
 
 use crate::commands::{Command, about};
@@ -174,7 +174,7 @@ pub(super) fn write(documents: &mut Documents, field: &Field, text: &str) -> Res
     }
 }
 
-fn set_clock(document: &mut armor_missions::Document, source: &str) -> Result<(), Refused> {
+fn set_clock(document: &mut armor_robotfile::Document, source: &str) -> Result<(), Refused> {
     let missing = || Refused::Absent { what: "<system>" };
     let mut path = document.find(Named::System).ok_or_else(missing)?;
     let system = document.tree().element(&path).ok_or_else(missing)?;
@@ -190,7 +190,7 @@ fn set_clock(document: &mut armor_missions::Document, source: &str) -> Result<()
         }
         (None, true) => {}
         (None, false) => {
-            let new = armor_missions::NewElement::new("clock").attribute("source", source);
+            let new = armor_robotfile::NewElement::new("clock").attribute("source", source);
             document.insert_element(&path, 0, &new)?;
         }
     }

@@ -1,6 +1,6 @@
 //! What to do about a component whose kind changed or vanished.
 
-use armor_missions::model::{Component, Link};
+use armor_robotfile::model::{Component, Link};
 use armor_wire::manifest::{Manifest, PortManifest};
 use eframe::egui::{self, ComboBox, Frame, Stroke};
 

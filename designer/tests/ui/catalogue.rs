@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use armor_designer::{Designer, Settings, Start, View};
-use armor_missions::Severity;
+use armor_robotfile::Severity;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use crate::bench_kinds;
 
 fn files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/tests/errors");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robotfile/tests/errors");
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let is_xml = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "xml");
     let mut files: Vec<_> = entries.filter(is_xml).collect();

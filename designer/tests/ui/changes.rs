@@ -6,7 +6,7 @@ use std::sync::Arc;
 use armor_designer::Item;
 use armor_designer::mission::{Change, Decides, Timing};
 use armor_designer::project::Project;
-use armor_missions::mission::ArcKind;
+use armor_robotfile::mission::ArcKind;
 use proptest::prelude::*;
 
 use crate::bench_kinds;

@@ -28,7 +28,7 @@ fn outside(window: &Window, from: &str, to: &str) {
     let path = window.path("robot.xml");
     let text = read(&path);
     assert!(text.contains(from), "{text}");
-    armor_missions::save(&path, text.replace(from, to).as_bytes()).unwrap();
+    armor_robotfile::save(&path, text.replace(from, to).as_bytes()).unwrap();
 }
 
 fn rename(window: &mut Window, from: &str, to: &str) {

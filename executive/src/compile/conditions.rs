@@ -1,8 +1,8 @@
 //! Guards, variables and what transitions set, resolved to the data and counters they speak of.
 
-use armor_missions::guard::{Count, Guard, Name};
-use armor_missions::mission::{SetVariable, Transition, Variable};
-use armor_missions::{Code, Location, Spanned};
+use armor_robotfile::guard::{Count, Guard, Name};
+use armor_robotfile::mission::{SetVariable, Transition, Variable};
+use armor_robotfile::{Code, Location, Spanned};
 
 use super::Compiler;
 use crate::counters::{PlannedCounter, PlannedSet};

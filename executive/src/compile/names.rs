@@ -1,7 +1,7 @@
 //! Names of the file looked up, and findings about those that lead nowhere.
 
-use armor_missions::{Code, Finding, Location, Spanned};
 use armor_petri::PlaceId;
+use armor_robotfile::{Code, Finding, Location, Spanned};
 
 use super::Compiler;
 use crate::plan::ComponentId;
@@ -14,7 +14,7 @@ impl Compiler {
         self.findings.borrow_mut().push(finding.remedy(remedy));
     }
 
-    /// What [`armor_missions::check`] says with more words; nobody compiles what it refuses.
+    /// What [`armor_robotfile::check`] says with more words; nobody compiles what it refuses.
     pub(super) fn report(&self, code: Code, at: &Location, message: &str) {
         let finding = Finding::new(code, at, message).remedy("correct it; armor check says how");
         self.findings.borrow_mut().push(finding);

@@ -1,7 +1,7 @@
 //! Missions compiled, and what is refused.
 
-use armor_missions::guard::Guard;
-use armor_missions::mission::{LostLink, Missed};
+use armor_robotfile::guard::Guard;
+use armor_robotfile::mission::{LostLink, Missed};
 
 use super::*;
 use crate::guards::{Operand, PlannedVariable, WatchId};
@@ -11,7 +11,7 @@ fn compiled(mission: &str) -> Result<Plan, Findings> {
         r#"<armor version="1"><system><component name="a" kind="k"/><component name="b" kind="k"/>
         <component name="free" kind="k"/></system><mission name="m" {mission}</mission></armor>"#
     );
-    let reading = armor_missions::read("m.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
+    let reading = armor_robotfile::read("m.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
     assert!(!reading.findings.has_errors(), "{:?}", reading.findings);
     let configuration = reading.configuration.expect("a configuration");
     Plan::of(&configuration).map(|plan| plan.expect("a mission"))
@@ -139,7 +139,7 @@ fn what_is_not_played_is_refused_where_it_stands() {
         <component name="b" kind="k"/><link from="a.o" to="b.i" mode="pull"/></system>
         <mission><place name="x" initial="true"/></mission></armor>"#;
     let mut open = |_: &std::path::Path| Ok(file.as_bytes().to_vec());
-    let reading = armor_missions::read("m.xml".as_ref(), &mut open);
+    let reading = armor_robotfile::read("m.xml".as_ref(), &mut open);
     let findings = Plan::of(&reading.configuration.expect("a configuration"));
     let findings = findings.expect_err("a pulling link is not played");
     let found = findings.iter().next().expect("one finding");
@@ -159,7 +159,7 @@ fn a_sub_mission_s_values_and_counters_are_its_own() {
         <parameter component="a" name="q" value="1"/></place>
         <transition name="t" from="p" to="g" when="n &gt; 1"><set variable="n" value="n - 1"/>
         </transition></mission></armor>"#;
-    let reading = armor_missions::read("m.xml".as_ref(), &mut |path| {
+    let reading = armor_robotfile::read("m.xml".as_ref(), &mut |path| {
         let text = if path.ends_with("dock.xml") { dock } else { main };
         Ok(text.as_bytes().to_vec())
     });

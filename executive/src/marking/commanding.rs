@@ -3,8 +3,8 @@
 use crate::authority::Consent;
 use crate::controller::Controller;
 use crate::operator::Link;
-use armor_missions::mission::Autonomy;
 use armor_petri::TransitionId;
+use armor_robotfile::mission::Autonomy;
 use armor_sdk::Message;
 use std::time::Duration;
 

@@ -2,9 +2,9 @@
 
 use crate::controller::Controller;
 use crate::record::DatePhase;
-use armor_missions::Date;
-use armor_missions::mission::Missed;
 use armor_petri::TransitionId;
+use armor_robotfile::Date;
+use armor_robotfile::mission::Missed;
 use armor_sdk::Message;
 
 /// A transition with dates, and where they stand.

@@ -1,7 +1,7 @@
 //! The net of a mission as it is analysed.
 
-use armor_missions::mission::LostLink;
 use armor_petri::{Interval, Net, NetBuilder, NetError, PlaceId, TransitionId};
+use armor_robotfile::mission::LostLink;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 

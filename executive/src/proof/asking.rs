@@ -1,8 +1,8 @@
 //! Transitions that ask before they fire, as they are analysed: silence fires or declines them when
 //! the time for an answer is over. A person who declines what silence fires is not thought of.
 
-use armor_missions::mission::{Autonomy, LostLink};
 use armor_petri::{NetBuilder, PlaceId, Transition, TransitionId};
+use armor_robotfile::mission::{Autonomy, LostLink};
 use std::collections::BTreeMap;
 use std::time::Duration;
 

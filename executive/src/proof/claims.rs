@@ -1,7 +1,7 @@
 //! The checks of a mission file: each holds, does not, or is not decided; never is one passed over.
 
-use armor_missions::claim::{Claim, Statement};
-use armor_missions::{Code, Finding, Findings, Spanned};
+use armor_robotfile::claim::{Claim, Statement};
+use armor_robotfile::{Code, Finding, Findings, Spanned};
 
 use super::Proof;
 use super::verdict::Verdict;

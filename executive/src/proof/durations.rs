@@ -1,8 +1,8 @@
 //! How soon the goal can come, and how late the mission must be over: worth knowing, where it is
 //! cheap to find out.
 
-use armor_missions::{Code, Finding, Takes};
 use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
+use armor_robotfile::{Code, Finding, Takes};
 
 use super::Proof;
 use super::wording::time_in_words as time;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use armor_missions::claim;
 use armor_petri::PlaceId;
+use armor_robotfile::claim;
 
 use super::Analysed;
 use crate::plan::Plan;

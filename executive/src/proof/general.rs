@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use armor_missions::{Code, Finding, Findings, Location};
 use armor_petri::PlaceId;
 use armor_petri::analysis::Ending;
 use armor_petri::analysis::boundedness::Pumping;
 use armor_petri::analysis::components::components;
 use armor_petri::analysis::rules::Rules;
 use armor_petri::analysis::runs::{Graph, lost};
+use armor_robotfile::{Code, Finding, Findings, Location};
 
 use super::{Proof, Seen};
 use crate::plan::ComponentId;

@@ -1,12 +1,12 @@
 //! What is proven of a mission with more states than can be looked at: deadlocks by stubborn sets,
 //! exclusions and second tokens by sums of tokens. What neither decides is said to be open.
 
-use armor_missions::{Code, Finding, Findings};
 use armor_petri::PlaceId;
 use armor_petri::analysis::Exhausted;
 use armor_petri::analysis::invariants::{Bounds, excludes};
 use armor_petri::analysis::rules::Rules;
 use armor_petri::analysis::stubborn::deadlocks_that;
+use armor_robotfile::{Code, Finding, Findings};
 
 use super::{Analysed, Proof, Seen};
 

@@ -1,10 +1,10 @@
 //! Variables that transitions set, in what is proven: values outside of their domains, variables that
 //! are not followed, and clocks that are followed only loosely because of them.
 
-use armor_missions::claim::{Claim, Statement};
-use armor_missions::{Code, Finding, Findings, Location};
 use armor_petri::TransitionId;
 use armor_petri::analysis::rules::Rules;
+use armor_robotfile::claim::{Claim, Statement};
+use armor_robotfile::{Code, Finding, Findings, Location};
 
 use super::Proof;
 use super::verdict::Verdict;

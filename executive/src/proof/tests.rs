@@ -1,5 +1,5 @@
 use super::*;
-use armor_missions::{Code, Colours, Finding, check, read};
+use armor_robotfile::{Code, Colours, Finding, check, read};
 
 mod claims;
 mod large;

@@ -3,8 +3,8 @@
 //! greatest. A transition whose guard or values speak of variables is copied for each box of values
 //! that they treat alike; the copy fires in its box, and moves tokens between the pairs.
 
-use armor_missions::guard::Scalar;
 use armor_petri::{NetBuilder, PlaceId, TransitionBuilder, TransitionId};
+use armor_robotfile::guard::Scalar;
 
 use crate::counters::{PlannedCounter, PlannedSet};
 use crate::guards::Operand;

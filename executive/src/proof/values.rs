@@ -1,7 +1,7 @@
 //! Places that can be marked together and give a parameter of a component different values: which of
 //! them it has would depend on the order in the file.
 
-use armor_missions::{Code, Finding, Findings};
+use armor_robotfile::{Code, Finding, Findings};
 
 use super::Proof;
 use crate::values::Contradiction;

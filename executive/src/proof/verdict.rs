@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use armor_missions::Way;
-use armor_missions::claim::{Relation, Statement};
 use armor_petri::analysis::durations::{Latest, longest, shortest};
 use armor_petri::analysis::runs::{Escape, Graph, escape, lost};
 use armor_petri::analysis::{Ending, Exhausted};
 use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::Way;
+use armor_robotfile::claim::{Relation, Statement};
 
 use super::formula::Formula;
 use super::sums::exclude;

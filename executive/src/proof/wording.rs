@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use armor_missions::Way;
 use armor_petri::analysis::{Ending, Exhausted};
 use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::Way;
 
 use super::{Proof, Seen};
 

@@ -8,7 +8,7 @@ use crate::order::{Order, TokenMove};
 use crate::record::Entry;
 use crate::roster::Doing;
 use crate::version::{FileText, Version};
-use armor_missions::guard::Scalar;
+use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 use std::time::Duration;
 

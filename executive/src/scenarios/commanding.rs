@@ -4,7 +4,7 @@ use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::order::Order;
 use crate::record::{Outcome, Report};
 use crate::simulation::draft::Way;
-use armor_missions::mission::{Autonomy, LostLink};
+use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
 fn fire(name: &str) -> Order {

@@ -8,7 +8,7 @@ use crate::guards::{PlannedVariable, WatchId};
 use crate::ledger::Ledger;
 use crate::record::{Entry, Report};
 use crate::simulation::draft::Way;
-use armor_missions::guard::Scalar;
+use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 use std::time::Duration;
 

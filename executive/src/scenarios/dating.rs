@@ -6,7 +6,7 @@ use crate::event::Event;
 use crate::order::Order;
 use crate::record::{DatePhase, Entry};
 use crate::simulation::draft::{Way, noon};
-use armor_missions::mission::{Autonomy, Missed};
+use armor_robotfile::mission::{Autonomy, Missed};
 use std::time::Duration;
 
 /// The office with a transition home that has dates, in seconds after noon; the mission begins at

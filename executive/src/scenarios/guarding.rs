@@ -7,7 +7,7 @@ use crate::guards::{PlannedVariable, WatchId};
 use crate::record::{Entry, Record};
 use crate::roster::Doing;
 use crate::simulation::draft::Way;
-use armor_missions::guard::Scalar;
+use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 use std::time::Duration;
 

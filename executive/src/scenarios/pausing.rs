@@ -7,7 +7,7 @@ use crate::plan::OnResume;
 use crate::record::Report;
 use crate::roster::Doing;
 use crate::simulation::draft::Way;
-use armor_missions::mission::Autonomy;
+use armor_robotfile::mission::Autonomy;
 
 fn moves(them: &[(&str, &str, u32)]) -> Order {
     let one = |&(from, to, tokens): &(&str, &str, u32)| TokenMove {

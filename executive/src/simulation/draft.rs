@@ -7,10 +7,10 @@ use crate::dates::PlannedDates;
 use crate::guards::{PlannedGuard, PlannedVariable, Watch};
 use crate::plan::{ComponentId, OnResume, Plan, PlannedTransition};
 use crate::values::GivenValue;
-use armor_missions::Date;
-use armor_missions::guard::{Count, Guard};
-use armor_missions::mission::{Autonomy, Counts, LostLink, Missed};
 use armor_petri::{Class, Interval, PlaceId};
+use armor_robotfile::Date;
+use armor_robotfile::guard::{Count, Guard};
+use armor_robotfile::mission::{Autonomy, Counts, LostLink, Missed};
 use std::time::Duration;
 
 /// A transition for a test: from, to, and the terms in words.

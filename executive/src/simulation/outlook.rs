@@ -5,7 +5,7 @@ use super::dice::Dice;
 use crate::event::Event;
 use crate::guards::{Operand, PlannedGuard, WatchId};
 use crate::plan::Plan;
-use armor_missions::guard::Scalar;
+use armor_robotfile::guard::Scalar;
 use std::collections::BTreeMap;
 use std::time::Duration;
 

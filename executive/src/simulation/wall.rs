@@ -7,9 +7,9 @@ use super::draft::noon;
 use crate::event::Event;
 use crate::ledger::{Ledger, Stage};
 use crate::record::{DatePhase, Entry, Record};
-use armor_missions::Date;
-use armor_missions::mission::Missed;
 use armor_petri::{Class, TransitionId};
+use armor_robotfile::Date;
+use armor_robotfile::mission::Missed;
 use std::collections::BTreeSet;
 use std::time::Duration;
 

@@ -57,7 +57,7 @@ fn main() -> ExitCode {
 }
 
 fn plan() -> Plan {
-    let read = armor_missions::read("swing.xml".as_ref(), &mut |_| Ok(MISSION.into()));
+    let read = armor_robotfile::read("swing.xml".as_ref(), &mut |_| Ok(MISSION.into()));
     let read = read.configuration.filter(|_| !read.findings.has_errors()).expect("it reads");
     Plan::of(&read).expect("it compiles").expect("a mission")
 }
@@ -94,12 +94,12 @@ fn configd(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
             let entry = ComponentEntry {
                 name: "configd".into(),
                 kind: "configd".into(),
-                instance: armor_net::random_id(),
+                instance: armor_socket::random_id(),
                 pid: std::process::id(),
                 host: "here".into(),
                 endpoint: address.to_string(),
             };
-            registrations.push(armor_net::Registration::keep(registry, entry));
+            registrations.push(armor_socket::Registration::keep(registry, entry));
         }
     };
     let served = runtime.expect("a runtime").block_on(armor_configd::serve(options, tell));

@@ -10,12 +10,12 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use armor_configd::{Kinds, Notice, Options};
 use armor_executive::PLAYED;
-use armor_look::CONFIGURATION;
-use armor_missions::{Colours, Finding, Severity};
-use armor_net::Registration;
+use armor_inspect::CONFIGURATION;
+use armor_robotfile::{Colours, Finding, Severity};
 use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::prelude::Latched;
+use armor_socket::Registration;
 use armor_wire::config::Change;
 use tracing::{debug, error, info, warn};
 
@@ -46,7 +46,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     }
     let versions = arguments.versions.clone().or_else(default_versions);
     // The file may be broken by now; the kinds are those of the version that will be in force.
-    let mut files = armor_missions::load(&arguments.file).files;
+    let mut files = armor_robotfile::load(&arguments.file).files;
     files.extend(versions.iter().flat_map(|kept| armor_configd::kept_files(kept, &arguments.file)));
     let files: Vec<_> = files.into_iter().collect();
     let directories = arguments.kinds.directories.clone();

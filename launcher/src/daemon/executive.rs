@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use armor_executive::{FileText, Newer, Options, Outcome, Plan, Version};
-use armor_missions::{Colours, Findings, Override};
+use armor_robotfile::{Colours, Findings, Override};
 
 use super::asked_to_end;
 use super::configd::default_versions;
@@ -81,7 +81,7 @@ fn first_kept(newer: &Newer, stop: &AtomicBool) -> Option<Version> {
 /// The plan of the file as it is now.
 fn plan_of(file: &Path, overrides: &[Override]) -> Result<Plan, String> {
     let in_words = |findings: &Findings| findings.render(Colours::No).trim_end().to_owned();
-    let reading = armor_missions::check(armor_missions::load(file), overrides, None);
+    let reading = armor_robotfile::check(armor_robotfile::load(file), overrides, None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
         return Err(in_words(&reading.findings));
     };

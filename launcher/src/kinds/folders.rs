@@ -7,7 +7,7 @@ use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use armor_missions::{Code, Finding};
+use armor_robotfile::{Code, Finding};
 
 /// Folder beside the system file that is looked into without being told.
 const BESIDE: &str = "components";

@@ -9,7 +9,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use armor_missions::{Code, Finding};
+use armor_robotfile::{Code, Finding};
 use armor_wire::manifest::{MANIFEST_VERSION, Manifest};
 use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process_group};

@@ -116,7 +116,7 @@ fn a_kind_claimed_twice_names_both_and_is_an_error_where_it_is_used() {
     assert!(unused.len() == 1 && unused[0].contains("W0130"), "{unused:#?}");
     assert!(unused[0].contains("one") && unused[0].contains("two"), "{unused:#?}");
     let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
-    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+    let reading = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
     let used = catalogue.findings(reading.configuration.as_ref());
     assert!(used.len() == 1 && used[0].code == Code::KindTwice, "{used:#?}");
     assert_eq!(used[0].at.as_ref().map(|at| at.text()), Some("arm"));
@@ -210,10 +210,10 @@ fn one_that_hangs_costs_its_seconds_once_until_it_is_touched() {
     }
     assert_eq!(times_asked(&scratch), 1);
     let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
-    let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+    let reading = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
     let catalogue = catalogue();
     let manifests = catalogue.manifests();
-    let mut reading = armor_missions::check(reading, &[], Some(&manifests));
+    let mut reading = armor_robotfile::check(reading, &[], Some(&manifests));
     catalogue.point_to_broken(&mut reading.findings);
     let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
     let remedy = unknown.map(|finding| finding.remedy.as_str()).unwrap_or_default();
@@ -254,8 +254,8 @@ fn our_programs_with_a_window_are_found_beside_this_one_or_it_is_said_how_to_get
     assert!(both.kinds["operator-view"].rivals.is_empty(), "the same one is no second one");
     let remedy = |catalogue: &Catalogue| {
         let file = br#"<armor version="1"><system><component name="a" kind="operator-view"/></system></armor>"#;
-        let reading = armor_missions::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
-        let mut reading = armor_missions::check(reading, &[], Some(&catalogue.manifests()));
+        let reading = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+        let mut reading = armor_robotfile::check(reading, &[], Some(&catalogue.manifests()));
         catalogue.point_to_broken(&mut reading.findings);
         let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
         unknown.map(|finding| finding.remedy.clone()).unwrap_or_default()

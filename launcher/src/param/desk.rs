@@ -7,12 +7,12 @@ use std::time::Duration;
 use anyhow::{Context, Result, anyhow, bail};
 use armor_configd::{Action, Event, Notice, Rules, Versions, write};
 use armor_executive::PLAYED;
-use armor_missions::{Colours, Findings};
-use armor_net::PeerId;
+use armor_robotfile::{Colours, Findings};
 use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Differences, Parameters, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
+use armor_socket::PeerId;
 use armor_wire::config::{Reply, Request};
 use armor_wire::hello::{Hello, Purpose};
 
@@ -53,7 +53,7 @@ impl Desk {
     /// What changed from one file to another.
     pub fn between(old: &Path, new: &Path, kinds: &Kinds) -> Result<Differences> {
         let mut alone = Alone::open(old, &[new], kinds)?;
-        let reading = armor_missions::load(new);
+        let reading = armor_robotfile::load(new);
         for action in alone.versions.handle(Event::Read(Box::new(reading))) {
             if let Action::Tell(Notice::Refused { findings, .. }) = action {
                 return Err(invalid(new, &findings));
@@ -111,7 +111,7 @@ const US: PeerId = PeerId(1);
 impl Alone {
     /// Reads the file; `others` are files whose folders may hold kinds too.
     fn open(file: &Path, others: &[&Path], kinds: &Kinds) -> Result<Self> {
-        let reading = armor_missions::load(file);
+        let reading = armor_robotfile::load(file);
         let files: Vec<_> =
             reading.files.iter().map(AsRef::as_ref).chain(others.iter().copied()).collect();
         let catalogue = Catalogue::gather(&kinds.directories, files)?;
@@ -126,7 +126,7 @@ impl Alone {
             .map_err(|findings| invalid(file, &findings))?;
         let hello = Hello::new("param", 1, Purpose::Config);
         let address = ([127, 0, 0, 1], 0).into();
-        let connected = armor_net::Event::Connected { peer: US, address, hello };
+        let connected = armor_socket::Event::Connected { peer: US, address, hello };
         versions.handle(Event::Peer(connected));
         Ok(Self { versions })
     }
@@ -138,13 +138,13 @@ impl Questions for Alone {
     /// Asks, and writes what is to be written.
     fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply> {
         let (arrived, message) = (Duration::ZERO, request(1));
-        let asked = armor_net::Event::Message { peer: US, arrived, message };
+        let asked = armor_socket::Event::Message { peer: US, arrived, message };
         let mut actions = self.versions.handle(Event::Peer(asked));
         loop {
             let mut next = Vec::new();
             for action in actions {
                 match action {
-                    Action::Peer(armor_net::Action::Send { message, .. }) => {
+                    Action::Peer(armor_socket::Action::Send { message, .. }) => {
                         return match message {
                             Reply::Refused { refusal, .. } => Err(anyhow!("{}", refusal.text)),
                             reply => Ok(reply),

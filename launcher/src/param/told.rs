@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use armor_missions::{Code, Colours, Finding, Location, Source, Span};
+use armor_robotfile::{Code, Colours, Finding, Location, Source, Span};
 use armor_wire::message::WireType;
 use armor_wire::{Message, codec, config, schema};
 use serde_json::{Value, json};
 
 use crate::arguments::Format;
-use crate::look::say;
+use crate::inspect_cli::say;
 use crate::print;
 
 /// The record as JSON.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, anyhow, bail};
 use armor_executive::journal::{self, JournalError, Story};
 use armor_executive::{Ledger, Plan};
-use armor_missions::Configuration;
+use armor_robotfile::Configuration;
 
 use super::supervisor::Level;
 use crate::arguments;

@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use armor_missions::Configuration;
-use armor_missions::model::{Component, Restart};
+use armor_robotfile::Configuration;
+use armor_robotfile::model::{Component, Restart};
 use armor_wire::name::is_name;
 
 use super::past;

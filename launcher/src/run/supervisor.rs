@@ -11,7 +11,7 @@ mod tests;
 
 use std::time::Duration;
 
-use armor_missions::model::Restart;
+use armor_robotfile::model::Restart;
 
 use child::{Child, State};
 pub use event::{Action, ChildId, Duty, Event, Exit, Level, Request, Role, Verdict};

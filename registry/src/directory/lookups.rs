@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_net::PeerId;
+use armor_socket::PeerId;
 use armor_wire::hello::Refusal;
 use armor_wire::name::{is_name, split_data};
 

@@ -2,7 +2,7 @@
 
 mod oracle;
 
-use armor_net::CloseReason;
+use armor_socket::CloseReason;
 use armor_wire::WireType;
 
 use super::*;

@@ -9,8 +9,8 @@ mod restart;
 
 use std::net::SocketAddr;
 
-use armor_net::Limits;
 use armor_registry::{Background, Options};
+use armor_socket::Limits;
 use armor_wire::hello::{HandshakeError, Purpose, RefusalCode};
 use armor_wire::registry::{Reply, Request};
 use client::{Client, entry, scan};

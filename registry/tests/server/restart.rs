@@ -2,7 +2,7 @@
 
 use std::net::TcpListener;
 
-use armor_net::{Registration, Standing};
+use armor_socket::{Registration, Standing};
 use armor_wire::registry::ComponentEntry;
 use client::DEADLINE;
 

@@ -12,12 +12,12 @@ fn set(versions: &mut Versions, request: u64, parameter: &str, value: Option<&st
         value: value.map(Into::into),
     };
     let (peer, arrived) = (PeerId(1), Duration::ZERO);
-    versions.handle(Event::Peer(armor_net::Event::Message { peer, arrived, message }))
+    versions.handle(Event::Peer(armor_socket::Event::Message { peer, arrived, message }))
 }
 
 fn replies(actions: &[Action]) -> Vec<&Reply> {
     let replies = actions.iter().filter_map(|action| match action {
-        Action::Peer(armor_net::Action::Send { message, .. }) => Some(message),
+        Action::Peer(armor_socket::Action::Send { message, .. }) => Some(message),
         _ => None,
     });
     replies.collect()

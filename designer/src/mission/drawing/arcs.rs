@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_missions::mission::{Arc, ArcKind, Transition};
+use armor_robotfile::mission::{Arc, ArcKind, Transition};
 
 use super::{IN, OUT, Scene, WHOLE};
 use crate::canvas::{End, Mark, Node, PortAt, Wire};

@@ -1,7 +1,7 @@
 //! The nodes of the drawing.
 
 use armor_executive::time_in_words as time;
-use armor_missions::mission::{Autonomy, Class, Place, Submission, Transition};
+use armor_robotfile::mission::{Autonomy, Class, Place, Submission, Transition};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
@@ -42,7 +42,7 @@ impl Scene<'_> {
     fn place(&self, place: &Place) -> Node {
         let name = &place.name.value;
         let item = Item::Place(name.clone());
-        let is = |role: &Option<armor_missions::Spanned<String>>| {
+        let is = |role: &Option<armor_robotfile::Spanned<String>>| {
             role.as_ref().is_some_and(|role| role.value == *name)
         };
         let (is_goal, is_safe) = (is(&self.mission.goal), is(&self.mission.safe));

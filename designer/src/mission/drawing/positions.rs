@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_missions::mission::{ArcKind, Mission};
+use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
@@ -51,7 +51,7 @@ fn move_to(node: &mut Node, at: Pos2) {
 fn beside_its_places(nodes: &mut [Node], number: usize, scene: &Scene<'_>) -> bool {
     let Item::Submission(submission) = nodes[number].item else { return false };
     let submission = &scene.mission.submissions[submission];
-    let of = |name: &Option<armor_missions::Spanned<String>>| {
+    let of = |name: &Option<armor_robotfile::Spanned<String>>| {
         let item = Item::Place(name.as_ref()?.value.clone());
         scene.position(&item)?;
         nodes.iter().find(|node| node.item == item).map(|node| node.rect)
@@ -129,7 +129,7 @@ fn edges(
     }
     for (number, submission) in mission.submissions.iter().enumerate() {
         let Some(own) = numbers.get(&Item::Submission(number)) else { continue };
-        let place = |name: &Option<armor_missions::Spanned<String>>| {
+        let place = |name: &Option<armor_robotfile::Spanned<String>>| {
             name.as_ref().and_then(|name| of_place(&name.value))
         };
         edges.extend(place(&submission.enter).map(|from| (from, *own)));

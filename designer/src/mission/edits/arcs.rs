@@ -1,8 +1,8 @@
 //! Arcs: in the short form `from`/`to` while their weight is 1, else as child elements.
 
-use armor_missions::mission::ArcKind;
-use armor_missions::tree::Element;
-use armor_missions::{Document, EditError, Item};
+use armor_robotfile::mission::ArcKind;
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, EditError, Item};
 
 use super::{new_arc, set_list, words};
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use armor_missions::mission::ArcKind;
-use armor_missions::tree::Element;
-use armor_missions::{Document, ElementEdit, Item as Named};
+use armor_robotfile::mission::ArcKind;
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, ElementEdit, Item as Named};
 
 use super::{arcs, words};
 use crate::desk::View;

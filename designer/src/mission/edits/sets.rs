@@ -1,7 +1,7 @@
 //! What has no block of its own: exclusive sets, variables, checks, sub-missions. Those without a
 //! name are addressed by their number among their sort.
 
-use armor_missions::{Document, EditError, Item, NewElement};
+use armor_robotfile::{Document, EditError, Item, NewElement};
 
 use super::{free_name, words};
 

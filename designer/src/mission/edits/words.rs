@@ -1,7 +1,7 @@
 //! What an edit reads of a file before it changes it.
 
-use armor_missions::tree::Element;
-use armor_missions::{Document, EditError, Item};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, EditError, Item};
 
 use crate::fragment::Names;
 

@@ -1,6 +1,6 @@
 //! The arcs of a transition, and one that is selected by itself.
 
-use armor_missions::mission::{Arc, ArcKind, Transition};
+use armor_robotfile::mission::{Arc, ArcKind, Transition};
 use eframe::egui;
 
 use super::{Shown, Wish, arc_word, go_to, section};
@@ -90,7 +90,7 @@ pub(super) fn show_one(ui: &mut egui::Ui, shown: &Shown<'_>, item: &Item, form: 
 /// What the file says of the weight, if that is not understood.
 fn unread_weight<'a>(shown: &'a Shown<'_>, item: &Item) -> Option<&'a str> {
     let Item::Arc { transition, place, kind } = item else { return None };
-    let document = shown.project.document_with(armor_missions::Item::Mission)?;
+    let document = shown.project.document_with(armor_robotfile::Item::Mission)?;
     let path = arc_element(document, transition, place, *kind)?;
     shown.project.unread_at(document, &path, "weight")
 }

@@ -1,6 +1,6 @@
 //! The checks: what is to be proven, and whether it is.
 
-use armor_missions::{Code, Finding};
+use armor_robotfile::{Code, Finding};
 use eframe::egui::{self, RichText};
 
 use super::{Shown, Wish, section, tell};
@@ -58,7 +58,7 @@ fn verdict(ui: &mut egui::Ui, shown: &Shown<'_>, found: &[&Finding]) {
 /// Checks that fit this mission.
 fn proposals(shown: &Shown<'_>) -> Vec<String> {
     let mission = shown.mission;
-    let name = |place: &Option<armor_missions::Spanned<String>>| {
+    let name = |place: &Option<armor_robotfile::Spanned<String>>| {
         place.as_ref().map(|place| place.value.clone())
     };
     let ends: Vec<_> = [name(&mission.goal), name(&mission.safe)].into_iter().flatten().collect();

@@ -1,6 +1,6 @@
 //! The fields of data that guards may speak of.
 
-use armor_missions::Configuration;
+use armor_robotfile::Configuration;
 use armor_wire::schema::{self, FieldPath, Schema};
 
 use crate::kinds::Kinds;

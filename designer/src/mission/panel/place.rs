@@ -1,6 +1,6 @@
 //! A place: its name and role, the components that it activates, the values that it gives them.
 
-use armor_missions::mission::{ArcKind, Place};
+use armor_robotfile::mission::{ArcKind, Place};
 use eframe::egui::{self, RichText};
 
 use super::{Shown, Wish, go_to, section};
@@ -47,7 +47,7 @@ fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
             attribute("initial", is_set.then(|| "true".into()))
         });
     }
-    let is = |role: &Option<armor_missions::Spanned<String>>| {
+    let is = |role: &Option<armor_robotfile::Spanned<String>>| {
         role.as_ref().is_some_and(|place| place.value == *name)
     };
     let of_mission =
@@ -58,7 +58,7 @@ fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
     form.flag(ui, "Safe: where it goes when something fails", is(&shown.mission.safe), |is_set| {
         of_mission("safe", is_set)
     });
-    let is_safety = place.class == armor_missions::mission::Class::Safety;
+    let is_safety = place.class == armor_robotfile::mission::Class::Safety;
     let form = form.unread(shown.unread(&item, "class"));
     form.flag(ui, "Safety class: goes first, and on in a pause", is_safety, |is_set| {
         attribute("class", is_set.then(|| "safety".into()))

@@ -1,6 +1,6 @@
 //! When a transition fires, counted from when it is enabled.
 
-use armor_missions::mission::Transition;
+use armor_robotfile::mission::Transition;
 use eframe::egui;
 
 use super::Shown;

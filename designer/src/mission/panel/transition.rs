@@ -1,6 +1,6 @@
 //! A transition: its name, its arcs, and when it fires.
 
-use armor_missions::mission::{Autonomy, Class, LostLink, Missed, Transition};
+use armor_robotfile::mission::{Autonomy, Class, LostLink, Missed, Transition};
 use eframe::egui::{self, RichText};
 
 use super::{Shown, Wish, arcs, section, timing, waits};

@@ -1,6 +1,6 @@
 //! What a transition waits for beside time: a report, a guard.
 
-use armor_missions::mission::Transition;
+use armor_robotfile::mission::Transition;
 use eframe::egui;
 
 use super::Shown;
@@ -51,7 +51,7 @@ pub(super) fn report(
 /// The components that are active in a place this transition starts from, and the others.
 fn reporters(shown: &Shown<'_>, transition: &Transition) -> (Vec<String>, Vec<String>) {
     let starts =
-        transition.arcs.iter().filter(|arc| arc.kind != armor_missions::mission::ArcKind::Put);
+        transition.arcs.iter().filter(|arc| arc.kind != armor_robotfile::mission::ArcKind::Put);
     let places: Vec<_> = starts.filter_map(|arc| shown.mission.place(&arc.place.value)).collect();
     shown.components().into_iter().partition(|component| {
         !shown.mission.controls(component) || places.iter().any(|place| place.activates(component))
@@ -98,8 +98,8 @@ pub(super) fn guard(
     });
 }
 
-fn is_of_guard(code: armor_missions::Code) -> bool {
-    use armor_missions::Code;
+fn is_of_guard(code: armor_robotfile::Code) -> bool {
+    use armor_robotfile::Code;
     matches!(
         code,
         Code::GuardType

@@ -2,8 +2,8 @@
 //! drawing.
 
 use armor_executive::time_in_words as time;
-use armor_missions::mission::{Mission, Resume};
-use armor_missions::{Severity, Spanned, Takes, Way};
+use armor_robotfile::mission::{Mission, Resume};
+use armor_robotfile::{Severity, Spanned, Takes, Way};
 use eframe::egui::{self, RichText};
 
 use super::{Shown, Wish, claims, section, sets, tell};
@@ -84,7 +84,7 @@ fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
     };
     ui.label(RichText::new(verdict).color(colour));
     let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
-    for finding in with_ways.filter(|found| found.code != armor_missions::Code::CheckFails) {
+    for finding in with_ways.filter(|found| found.code != armor_robotfile::Code::CheckFails) {
         tell(ui, finding, wishes);
     }
     if let Some(takes) = shown.marks.takes() {

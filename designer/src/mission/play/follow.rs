@@ -4,8 +4,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_missions::Way;
 use armor_petri::TransitionId;
+use armor_robotfile::Way;
 
 use super::{Happened, Play, Standing};
 use crate::mission::schedule::{Pace, schedule};

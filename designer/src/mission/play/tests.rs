@@ -1,5 +1,5 @@
 use super::*;
-use armor_missions::Way;
+use armor_robotfile::Way;
 
 const SURVEY: &str = r#"<armor version="1"><system><component name="explorer" kind="e"/>
     <component name="homing" kind="h"/><component name="power" kind="p"/></system>

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use armor_missions::guard::{Count, Name, Scalar};
 use armor_petri::{State, TransitionId};
+use armor_robotfile::guard::{Count, Name, Scalar};
 use armor_wire::quantity;
 
 use crate::mission::stage::{Act, Stage};
@@ -136,7 +136,7 @@ impl World {
             let mission = name.rfind('.').map_or("", |dot| &name[..=dot]);
             let own = format!("{mission}{}", set.variable.value);
             let counts = stage.mission.variables.iter().find(|known| known.name.value == own);
-            let counts = counts.and_then(armor_missions::mission::Variable::counts);
+            let counts = counts.and_then(armor_robotfile::mission::Variable::counts);
             if let (Some(value), Some(counts)) = (count.of(&values), counts) {
                 let value = value.clamp(counts.minimum, counts.maximum);
                 self.values.insert(own, Scalar::Number(value as f64));

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use armor_missions::tree::Element;
-use armor_missions::{Document, Item as Named, NewElement};
+use armor_robotfile::tree::Element;
+use armor_robotfile::{Document, Item as Named, NewElement};
 use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::Diagram;

@@ -1,7 +1,7 @@
 //! What the user does in the drawing, as edits of the file.
 
-use armor_missions::Position;
-use armor_missions::mission::ArcKind;
+use armor_robotfile::Position;
+use armor_robotfile::mission::ArcKind;
 use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
 
 use super::palette::Dragged;

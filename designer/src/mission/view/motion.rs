@@ -7,7 +7,7 @@ use super::MissionView;
 use crate::canvas::{Wire, curve, wire_ends};
 use crate::item::Item;
 use crate::theme::Colours;
-use armor_missions::mission::ArcKind;
+use armor_robotfile::mission::ArcKind;
 
 /// The radius of a token, in the drawing.
 const TOKEN: f32 = 6.5;

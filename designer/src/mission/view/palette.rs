@@ -1,6 +1,6 @@
 //! What a mission is built from, dragged into the drawing or added by a click.
 
-use armor_missions::mission::ArcKind;
+use armor_robotfile::mission::ArcKind;
 use eframe::egui::{self, Label, RichText, ScrollArea, Sense, UiBuilder};
 
 use super::{MissionView, mission_of};

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use armor_executive::time_in_words as time;
-use armor_missions::Way;
 use armor_petri::TransitionId;
+use armor_robotfile::Way;
 use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
 
 use super::MissionView;

@@ -10,7 +10,7 @@ use crate::item::Item;
 use crate::mission::drawing::{IN, WHOLE};
 use crate::mission::edits;
 use crate::panels::pick::{Entry, Picked, Picker};
-use armor_missions::mission::ArcKind;
+use armor_robotfile::mission::ArcKind;
 
 /// What is done with what is picked.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_missions::Way;
 use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::Way;
 
 use crate::desk::Desk;
 use crate::mission::play::{Chance, Happened, NotNow, Outcome, Play, Step, scalar};

@@ -1,6 +1,6 @@
 //! A component: its name, how it is run, its parameters and its ports.
 
-use armor_missions::model::{Component, Restart};
+use armor_robotfile::model::{Component, Restart};
 use armor_wire::manifest::Manifest;
 use eframe::egui::{self, ComboBox, RichText};
 
@@ -74,7 +74,7 @@ impl SystemView {
 
     fn running(&mut self, ui: &mut egui::Ui, desk: &Desk, component: &Component) {
         let item = Item::Component(component.name.value.clone());
-        let document = desk.project.document_with(armor_missions::Item::System);
+        let document = desk.project.document_with(armor_robotfile::Item::System);
         let written = |attribute: &str| {
             let document = document?;
             let path = document.find(item.named()?)?;

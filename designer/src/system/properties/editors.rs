@@ -1,6 +1,6 @@
 //! A fitting editor for each type of parameter. What is wrong with a value is said beside it.
 
-use armor_missions::model::Component;
+use armor_robotfile::model::Component;
 use armor_wire::manifest::{ParameterManifest, ParameterType};
 use armor_wire::quantity::{self, Unit};
 use eframe::egui::{self, Color32, ComboBox, RichText, Slider};

@@ -1,6 +1,6 @@
 //! A link: who feeds whom, and what a slow consumer gets.
 
-use armor_missions::model::{LinkMode, Transport};
+use armor_robotfile::model::{LinkMode, Transport};
 use armor_wire::keep::{Keep, Wake};
 use eframe::egui::{self, ComboBox};
 
@@ -41,7 +41,7 @@ impl SystemView {
         }
         let item = Item::Link { from: from.to_owned(), to: to.to_owned() };
         let unread = |attribute| {
-            let named = armor_missions::Item::Link { from, to };
+            let named = armor_robotfile::Item::Link { from, to };
             desk.project.unread(named, attribute).map(str::to_owned)
         };
         self.keep(ui, &item, link.keep, unread("keep"));

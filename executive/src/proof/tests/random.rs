@@ -99,7 +99,7 @@ fn said(file: &str, effort: Effort) -> (Analysed, Plan, Vec<(String, Option<Find
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
     let findings = prove_within(&configuration, &plan, effort, &|| false);
     let checks = &configuration.mission.as_ref().expect("a mission").checks;
-    let of = |text: &armor_missions::Spanned<String>| {
+    let of = |text: &armor_robotfile::Spanned<String>| {
         let is_its = |f: &&Finding| {
             matches!(f.code, Code::CheckFails | Code::CheckUndecided)
                 && f.at.as_ref().is_some_and(|at| at.span == text.at.span)
@@ -130,7 +130,7 @@ fn claims_of_random_missions_are_judged_as_plain_enumeration_does() {
         // Nets that grow or are too large for plain enumeration are left out.
         let Some(truth) = Enumeration::of(&analysed.net) else { continue };
         for ((text, finding), (_, little)) in whole.into_iter().zip(scarce) {
-            let claim = armor_missions::claim::Claim::parse(&text).expect("a claim");
+            let claim = armor_robotfile::claim::Claim::parse(&text).expect("a claim");
             let Some(expected) = truth.judge(&claim.statement, &plan, &analysed) else { continue };
             let code = finding.as_ref().map_or("", |finding| finding.code.as_str());
             let wanted = if expected { "" } else { "E0252" };

@@ -148,7 +148,7 @@ fn may_hold(plan: &Plan, planned: &crate::PlannedTransition, counters: &[i64]) -
         let value = names.map(|name| {
             let counter = plan.counters.iter().position(|it| it.name == name.as_str());
             let number = counter.map_or(data, |index| Some(counters[index] as f64));
-            number.map(armor_missions::guard::Scalar::Number)
+            number.map(armor_robotfile::guard::Scalar::Number)
         });
         guard.guard.holds(&value.collect::<Vec<_>>()) == Some(true)
     })

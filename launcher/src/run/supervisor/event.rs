@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use armor_missions::model::Restart;
+use armor_robotfile::model::Restart;
 use armor_wire::control::RunState;
 
 /// A process by its place in the list of duties.

@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use armor_missions::Way;
-use armor_missions::claim::{Relation, Statement};
 use armor_petri::{Net, TransitionId};
+use armor_robotfile::Way;
+use armor_robotfile::claim::{Relation, Statement};
 
 use crate::plan::Plan;
 use crate::proof::Analysed;

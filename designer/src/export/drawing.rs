@@ -1,0 +1,99 @@
+//! A whole drawing at its own size, as a file for documents.
+
+use std::path::{Path, PathBuf};
+
+use armor_picture::svg;
+use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference};
+
+use super::{Format, PngError, Stage, save_png};
+use crate::canvas::{Canvas, Diagram, PortAt, Rules};
+use crate::theme::{self, Colours};
+
+/// Points around the drawing; wires reach a little beyond the blocks.
+const MARGIN: f32 = 60.0;
+/// Frames until the canvas has found its place.
+const FRAMES: usize = 4;
+/// Most pixels in a row or column of a PNG.
+const MAX_PIXELS: f32 = 16_384.0;
+
+/// Why a drawing was not exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The name says no format.
+    #[error("{path} ends neither in .svg nor in .png", path = path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+    },
+    /// There is nothing to be seen.
+    #[error("there is nothing drawn yet")]
+    Empty,
+    /// As pixels it would be giant.
+    #[error(
+        "the drawing has {side} pixels from edge to edge, a PNG may have 16384: export it as .svg"
+    )]
+    TooLarge {
+        /// Its longer side.
+        side: u32,
+    },
+    /// The file cannot be written.
+    #[error(transparent)]
+    Png(#[from] PngError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Save(#[from] armor_robotfile::SaveError),
+}
+
+/// Saves the drawing as the file at `path`, in the format that its ending says, with `scale` pixels
+/// of a PNG for each point.
+///
+/// # Errors
+/// If the ending says no format, there is nothing to be seen, or the file cannot be written.
+pub fn export(
+    diagram: &Diagram,
+    path: &Path,
+    is_dark: bool,
+    scale: f32,
+) -> Result<(), ExportError> {
+    let format = Format::of(path).ok_or_else(|| ExportError::Format { path: path.into() })?;
+    let bounds = diagram.extent().ok_or(ExportError::Empty)?;
+    let size = (bounds.size() + 2.0 * eframe::egui::Vec2::splat(MARGIN)).ceil();
+    let pixels = size * scale;
+    if format == Format::Png && pixels.max_elem() > MAX_PIXELS {
+        return Err(ExportError::TooLarge { side: pixels.max_elem() as u32 });
+    }
+    let context = Context::default();
+    theme::apply(&context);
+    context.set_theme(if is_dark { ThemePreference::Dark } else { ThemePreference::Light });
+    let mut canvas = Canvas::new("drawing");
+    canvas.minimap = false;
+    canvas.is_editable = false;
+    canvas.has_dots = false;
+    canvas.drawing_changed(diagram);
+    let mut stage =
+        Stage::new(context, pixels.x.round() as usize, pixels.y.round() as usize, scale);
+    stage.settle(FRAMES, |ui| {
+        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+            canvas.show(ui, diagram, &Still);
+        });
+    });
+    let under = if is_dark { Colours::DARK.background } else { Colours::LIGHT.background };
+    match format {
+        Format::Png => save_png(&stage.pixels(under), path)?,
+        Format::Svg => {
+            let text =
+                svg::svg(stage.shapes(), Rect::from_min_size(Default::default(), size), under);
+            armor_robotfile::save(path, text.as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// Nothing is joined in a picture.
+struct Still;
+
+impl Rules for Still {
+    fn may_join(&self, _: PortAt, _: PortAt) -> Result<(), String> {
+        Err("a picture is not edited".into())
+    }
+}

@@ -1,0 +1,148 @@
+//! `armor graph`: every link of a running system, with what it sent, dropped and lost.
+
+use std::fmt::Write;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Result;
+use armor_inspect::{Edge, Sighting, links, looks};
+use armor_wire::control::Status;
+
+use super::{printed, say};
+use crate::arguments::{Format, Running};
+use crate::exit::Ending;
+use crate::print;
+
+/// Time between the two looks that the rates come from.
+const RATE_OVER: Duration = Duration::from_secs(1);
+
+/// Prints one row per link.
+///
+/// # Errors
+/// If no system is found or its registry does not answer.
+pub fn run(running: &Running, format: Format) -> Result<Ending> {
+    let observed = super::find(running, "graph")?;
+    let before = said(observed.statuses()?);
+    let statuses = if format == Format::Dot {
+        before.clone()
+    } else {
+        thread::sleep(RATE_OVER);
+        said(observed.statuses()?)
+    };
+    let edges = links(&looks(&before, &statuses));
+    printed(match format {
+        Format::Json => edges.iter().try_for_each(|edge| say(serde_json::to_string(edge)?)),
+        Format::Dot => say(dot(&statuses, &edges)),
+        Format::Text => {
+            let headings = [
+                "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
+                "QUEUED", "WAITING", "STATE",
+            ];
+            let rows: Vec<_> = edges.iter().map(row).collect();
+            say(print::table(&headings, &rows).trim_end())
+        }
+    })
+}
+
+fn said(sightings: Vec<Sighting>) -> Vec<Status> {
+    sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
+}
+
+fn row(edge: &Edge) -> Vec<String> {
+    let state = match edge {
+        Edge { problem, .. } if !problem.is_empty() => problem.clone(),
+        Edge { connected: false, .. } => "not connected".into(),
+        Edge { paused: true, .. } => "paused".into(),
+        _ => "up".into(),
+    };
+    vec![
+        edge.from.clone(),
+        edge.to.clone(),
+        edge.type_name.clone(),
+        edge.keep.clone(),
+        edge.rate_hz.map_or("-".into(), |hz| format!("{hz:.1} Hz")),
+        edge.sent.to_string(),
+        edge.received.to_string(),
+        edge.dropped.to_string(),
+        edge.lost.to_string(),
+        edge.queued.to_string(),
+        edge.waiting.to_string(),
+        state,
+    ]
+}
+
+fn dot(statuses: &[Status], edges: &[Edge]) -> String {
+    let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
+    for Status { name, kind, .. } in statuses {
+        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}\"];");
+    }
+    for Edge { from, to, keep, connected, .. } in edges {
+        let component = |port: &str| port.split('.').next().unwrap_or_default().to_owned();
+        let style = if *connected { "solid" } else { "dashed" };
+        let (tail, head) = (component(from), component(to));
+        let _ = writeln!(
+            out,
+            "  {tail:?} -> {head:?} [label=\"{from} -> {to}\\n{keep}\", style={style}];"
+        );
+    }
+    out.push('}');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_wire::control::RunState;
+
+    fn status(name: &str) -> Status {
+        Status {
+            name: name.into(),
+            kind: "simulator".into(),
+            state: RunState::Active,
+            activation: 0,
+            controllable: true,
+            uptime_s: 1.0,
+            exec_calls: 0,
+            clock_offset_s: 0.0,
+            clock_error_s: None,
+            last_error: String::new(),
+            outputs: Vec::new(),
+            inputs: Vec::new(),
+        }
+    }
+
+    fn edge(problem: &str) -> Edge {
+        Edge {
+            from: "laser.scan".into(),
+            to: "slam.scan".into(),
+            type_name: "LaserScan".into(),
+            keep: "latest".into(),
+            connected: problem.is_empty(),
+            paused: false,
+            sent: 140,
+            dropped: 7,
+            lost: 2,
+            queued: 1,
+            waiting: 5,
+            received: 131,
+            rate_hz: Some(20.0),
+            problem: problem.into(),
+        }
+    }
+
+    #[test]
+    fn a_link_is_a_row_and_an_arrow() {
+        let cells = row(&edge(""));
+        let expected = ["laser.scan", "slam.scan", "LaserScan", "latest", "20.0 Hz", "140", "131"];
+        assert_eq!(cells[..7], expected);
+        assert_eq!(cells[7..], ["7", "2", "1", "5", "up"]);
+        let drawn = dot(&[status("laser"), status("slam")], &[edge("")]);
+        assert!(drawn.contains("\"laser\" -> \"slam\""), "{drawn}");
+    }
+
+    #[test]
+    fn a_link_that_is_down_says_why() {
+        let cells = row(&edge("nobody provides laser.scan"));
+        assert_eq!(cells.last().map(String::as_str), Some("nobody provides laser.scan"));
+    }
+}

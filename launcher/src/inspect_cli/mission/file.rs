@@ -1,0 +1,95 @@
+//! The mission file on the disk, where it is not what is played: configd says so.
+
+use std::time::Duration;
+
+use armor_sdk::messages::ConfigurationState;
+use armor_wire::WireType;
+use armor_wire::codec;
+
+use armor_inspect::Observed;
+
+/// How the configuration stands, latched.
+const STATE: &str = "configuration.state";
+/// How long it may take to come: it is there already.
+const WITHIN: Duration = Duration::from_secs(1);
+/// Findings that are named; `armor check` shows all.
+const MAX_NAMED: usize = 3;
+
+/// That the file is not valid, in words; none if it is, or nobody knows.
+pub fn problem(observed: &Observed, played: u64) -> Option<String> {
+    // Not waited for: a mission can be played without configd.
+    observed.list().ok()?.data.iter().find(|entry| entry.data == STATE)?;
+    let mut tap = observed.tap(STATE).ok()?;
+    if tap.schema().hash() != ConfigurationState::schema().hash() {
+        return None;
+    }
+    in_words(&codec::decode(&tap.next(WITHIN).ok()??.payload).ok()?, played)
+}
+
+fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
+    if !state.refused {
+        return None;
+    }
+    let errors: Vec<_> = state.findings.iter().filter(|it| it.severity == "error").collect();
+    let named = errors.iter().take(MAX_NAMED).map(|it| match it.line {
+        0 => format!("{} in {}", it.code, it.file),
+        line => format!("{} at {}:{line}", it.code, it.file),
+    });
+    let mut named: Vec<_> = named.collect();
+    let more = errors.len().saturating_sub(MAX_NAMED) + state.findings_left_out as usize;
+    if more > 0 {
+        named.push(format!("{more} more"));
+    }
+    Some(format!(
+        "the file on the disk is not valid ({}): version {played} goes on; see `armor check`",
+        named.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_wire::config::Finding;
+
+    #[test]
+    fn a_file_that_is_refused_is_named_with_its_errors() {
+        let finding = |severity: &str, code: &str, line| Finding {
+            severity: severity.into(),
+            code: code.into(),
+            message: String::new(),
+            remedy: String::new(),
+            file: "office.xml".into(),
+            line,
+            column: 1,
+            end_line: line,
+            end_column: 1,
+            text: String::new(),
+            source_line: String::new(),
+        };
+        let mut state = ConfigurationState {
+            stamp: 0.0,
+            version: 2,
+            files: vec!["office.xml".into()],
+            refused: true,
+            findings: vec![
+                finding("warning", "W0211", 3),
+                finding("error", "E0101", 7),
+                finding("error", "E0201", 0),
+            ],
+            findings_left_out: 0,
+            changes: Vec::new(),
+            changes_left_out: 0,
+        };
+        assert_eq!(
+            in_words(&state, 2).as_deref(),
+            Some(
+                "the file on the disk is not valid (E0101 at office.xml:7, E0201 in office.xml): \
+                 version 2 goes on; see `armor check`"
+            )
+        );
+        state.findings = vec![finding("error", "E0101", 7); 5];
+        assert!(in_words(&state, 2).is_some_and(|it| it.contains("office.xml:7, 2 more)")));
+        state.refused = false;
+        assert_eq!(in_words(&state, 2), None);
+    }
+}

@@ -1,0 +1,242 @@
+//! Orders to the executive: one at a time, or many while holding the command.
+
+use std::io::{self, BufRead};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use armor_inspect::systems::{self, Record};
+use armor_inspect::{Observed, this_user};
+use armor_sdk::control::{Order, TokenMove};
+use armor_sdk::operator::{Operator, OrderError, Verdict};
+use serde_json::json;
+use tokio::signal::unix::{SignalKind, signal};
+
+use super::super::{find, printed, say};
+use crate::arguments::{By, Format, Running};
+use crate::exit::Ending;
+use crate::system;
+
+/// How often to look whether the executive is still there.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+/// How long the way back is tried at a time, while there is no executive.
+const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
+/// How long neither executive nor registry of another host answer before they count as gone.
+const GONE_AFTER: Duration = Duration::from_secs(10);
+
+/// What `operate` reads.
+const WORDS: &str = "fire T, pause, resume, safe, move FROM TO [N], confirm T, decline T";
+
+/// Gives one order; fails if it is refused.
+///
+/// # Errors
+/// If there is no answer.
+pub fn give(by: &By, order: &Order, format: Format) -> Result<Ending> {
+    let mut operator = operator(by)?;
+    let verdict = operator.order(by.take, order, by.within)?;
+    report(&verdict, None, format)?;
+    Ok(if verdict.accepted { Ending::Fine } else { Ending::Failed })
+}
+
+/// Holds the command until stdin ends, the system does, or it is asked to end, and gives the orders
+/// that are read. Fails if one of them was refused.
+///
+/// # Errors
+/// If the command is not to be had, or somebody takes it over.
+pub fn operate(by: &By, format: Format) -> Result<Ending> {
+    let mut commanded = Commanded::find(&by.running)?;
+    let mut operator = operator(by)?;
+    let taken = operator.order(by.take, &Order::Lease, by.within)?;
+    if !taken.accepted {
+        report(&taken, None, format)?;
+        return Ok(Ending::Failed);
+    }
+    printed(report(&taken, None, format))?;
+    let inputs = inputs()?;
+    let mut ending = Ending::Fine;
+    loop {
+        match inputs.recv_timeout(LOOK_EVERY) {
+            Ok(Input::Line(line)) if line.trim().is_empty() => {}
+            Ok(Input::Line(line)) => {
+                if !carry_out(&mut operator, line.trim(), by, format)? {
+                    ending = Ending::Failed;
+                }
+            }
+            Ok(Input::Interrupted) => {
+                ending = Ending::Interrupted;
+                break;
+            }
+            Ok(Input::End) | Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        if operator.is_connected() {
+            commanded.away_since = None;
+        } else if !commanded.come_back(&mut operator)? {
+            eprintln!("the system that was commanded has ended");
+            return Ok(ending);
+        }
+        if let Some(why) = operator.lost() {
+            bail!("the command is lost: {why}");
+        }
+    }
+    let released = operator.order(false, &Order::Release, by.within)?;
+    report(&released, None, format)?;
+    Ok(ending)
+}
+
+/// Gives the order that stands in a line. Answers whether it is accepted.
+fn carry_out(operator: &mut Operator, line: &str, by: &By, format: Format) -> Result<bool> {
+    let Some(order) = read(line) else {
+        eprintln!("`{line}` is no order; there are: {WORDS}");
+        return Ok(false);
+    };
+    let verdict = operator.order(false, &order, by.within)?;
+    report(&verdict, Some(line), format)?;
+    Ok(verdict.accepted)
+}
+
+/// The system whose mission is commanded, and no other that comes after it in its place.
+struct Commanded {
+    observed: Observed,
+    /// As the launcher has written it down, if this user runs it on this host.
+    record: Option<Record>,
+    /// Since when there is no way to its executive.
+    away_since: Option<Instant>,
+}
+
+impl Commanded {
+    fn find(running: &Running) -> Result<Self> {
+        let observed = find(running, "mission")?;
+        Ok(Self { observed, record: system::record(running).ok(), away_since: None })
+    }
+
+    /// The executive was restarted, or the link broke: the command goes on if one is back in time.
+    /// Answers whether the system is still there.
+    fn come_back(&mut self, operator: &mut Operator) -> Result<bool> {
+        if self.has_ended()? {
+            return Ok(false);
+        }
+        match operator.order(false, &Order::Rejoin, COME_BACK_WITHIN) {
+            // Whether it is lost stands in `lost`.
+            Ok(_) | Err(OrderError::Lost(_)) => self.away_since = None,
+            Err(error) => {
+                if self.away_since.is_none() {
+                    self.away_since = Some(Instant::now());
+                    eprintln!("no link to the executive: {error}; trying on");
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn has_ended(&self) -> Result<bool> {
+        match &self.record {
+            Some(Record { pid, registry, .. }) => {
+                let mut running = systems::running(&systems::directory()?)?.into_iter();
+                Ok(!running.any(|it| it.pid == *pid && it.registry == *registry))
+            }
+            // Of another host only this is known.
+            None => {
+                let away = self.away_since.map(|since| since.elapsed());
+                Ok(away.is_some_and(|away| away > GONE_AFTER) && self.observed.list().is_err())
+            }
+        }
+    }
+}
+
+fn operator(by: &By) -> Result<Operator> {
+    let observed = find(&by.running, "mission")?;
+    let author = by.author.clone().unwrap_or_else(this_user);
+    let from = format!("armor mission, process {}", std::process::id());
+    Ok(Operator::new(observed.directory().clone(), &from, &author))
+}
+
+fn report(verdict: &Verdict, order: Option<&str>, format: Format) -> Result<()> {
+    let Verdict { accepted, text } = verdict;
+    match format {
+        Format::Json => say(json!({ "order": order, "accepted": accepted, "text": text })),
+        _ if *accepted => say(text),
+        _ => {
+            let how = if text.ends_with("take it over") { " with --take" } else { "" };
+            eprintln!("refused: {text}{how}");
+            Ok(())
+        }
+    }
+}
+
+enum Input {
+    Line(String),
+    End,
+    Interrupted,
+}
+
+/// Lines of stdin and its end, SIGINT and SIGTERM. SIGHUP is not among them: a terminal that is cut
+/// off is a lost link.
+fn inputs() -> Result<Receiver<Input>> {
+    let (sender, inputs) = mpsc::channel();
+    let asked = sender.clone();
+    let read = move || {
+        for line in io::stdin().lock().lines() {
+            let Ok(line) = line else { break };
+            if sender.send(Input::Line(line)).is_err() {
+                return;
+            }
+        }
+        let _ = sender.send(Input::End);
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let (mut interrupt, mut terminate) = {
+        let _entered = runtime.enter();
+        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
+    };
+    let wait = move || {
+        runtime.block_on(async {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+        });
+        let _ = asked.send(Input::Interrupted);
+    };
+    thread::Builder::new().name("stdin".into()).spawn(read).context("no thread")?;
+    thread::Builder::new().name("signals".into()).spawn(wait).context("no thread")?;
+    Ok(inputs)
+}
+
+/// An order as people write it.
+fn read(line: &str) -> Option<Order> {
+    let words: Vec<_> = line.split_whitespace().collect();
+    let name = |name: &str| name.to_owned();
+    Some(match words[..] {
+        ["fire", transition] => Order::Fire { transition: name(transition) },
+        ["confirm", transition] => Order::Confirm { transition: name(transition) },
+        ["decline", transition] => Order::Decline { transition: name(transition) },
+        ["pause"] => Order::Pause,
+        ["resume"] => Order::Resume,
+        ["safe"] => Order::Safe,
+        ["move", from, to] => moved(from, to, 1),
+        ["move", from, to, tokens] => moved(from, to, tokens.parse().ok()?),
+        _ => return None,
+    })
+}
+
+fn moved(from: &str, to: &str, tokens: u32) -> Order {
+    let (from, to) = (from.to_owned(), to.to_owned());
+    Order::Move { moves: vec![TokenMove { from, to, tokens }] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_are_read_as_people_write_them() {
+        assert_eq!(read(" fire  recall "), Some(Order::Fire { transition: "recall".into() }));
+        assert_eq!(read("move a b"), Some(moved("a", "b", 1)));
+        assert_eq!(read("move a b 3"), Some(moved("a", "b", 3)));
+        for nothing in ["", "fire", "fire a b", "move a", "move a b many", "fly"] {
+            assert_eq!(read(nothing), None, "{nothing:?}");
+        }
+    }
+}

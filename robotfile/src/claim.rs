@@ -1,0 +1,217 @@
+//! Claims: what `<check>` says. A small language of statements about the net of a mission, over
+//! formulas of tokens, places and components. Read here from its text; who proves missions decides
+//! it. `docs/file-format.md` has the grammar. Pure, linear in the text, no panics whatever the text.
+//!
+//! ```
+//! use armor_robotfile::claim::{Claim, Statement};
+//!
+//! let claim = Claim::parse("duration(home or hold) <= 20min").unwrap();
+//! assert!(matches!(claim.statement, Statement::Duration { .. }));
+//! assert_eq!(claim.names()[1].1.as_str(), "hold");
+//! ```
+
+mod parse;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+use std::ops::Range;
+use std::time::Duration;
+
+/// A claim as read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Claim {
+    /// What it states.
+    pub statement: Statement,
+}
+
+/// What can be stated of a mission.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Statement {
+    /// In every marking that can come.
+    Always(Formula),
+    /// In no marking that can come.
+    Never(Formula),
+    /// In some marking that can come.
+    Reachable(Formula),
+    /// Whatever has fired, some firings more lead to it.
+    AlwaysReachable(Formula),
+    /// Every run comes to it.
+    Eventually(Formula),
+    /// Every run that comes to the first comes to the second, then or later.
+    LeadsTo(Formula, Formula),
+    /// The time from the start to the first marking of the kind.
+    Duration {
+        /// What ends it.
+        until: Formula,
+        /// `<` and `<=` bound the longest, `>` and `>=` the shortest.
+        relation: Relation,
+        /// By this.
+        limit: Duration,
+    },
+    /// A transition that can fire.
+    Fires(Name),
+    /// A transition that never fires.
+    Dead(Name),
+    /// A place that never holds more than so many tokens; without a number, not ever more and more.
+    Bounded(Name, Option<u32>),
+}
+
+/// What holds of a marking or not.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Formula {
+    /// `true`, `false`.
+    Truth(bool),
+    /// A place holds a token.
+    Marked(Name),
+    /// A place is marked that activates the component.
+    Active(Name),
+    /// Counts of tokens, or values of variables, are compared.
+    Compare(Sum, Relation, Sum),
+    /// It does not hold.
+    Not(Box<Formula>),
+    /// Both hold.
+    And(Box<Formula>, Box<Formula>),
+    /// One of them holds, or both.
+    Or(Box<Formula>, Box<Formula>),
+}
+
+/// The tokens of places and the values of variables, each as often as it is named, and a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sum {
+    /// Places and variables that transitions set.
+    pub places: Vec<Name>,
+    /// Added to them.
+    pub number: u64,
+}
+
+/// How two counts or times stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// `<`
+    Less,
+    /// `<=`
+    LessOrEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterOrEqual,
+    /// `==`
+    Equal,
+    /// `!=`
+    Unequal,
+}
+
+/// A name in a claim: `home`, or `dock.near` of a sub-mission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Name {
+    text: String,
+    /// The bytes of the text where it stands.
+    pub(crate) at: Range<usize>,
+}
+
+/// Of what sort a thing is that is named.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sort {
+    /// A place.
+    Place,
+    /// A place, whose tokens are meant, or a variable that transitions set.
+    Count,
+    /// A transition.
+    Transition,
+    /// A component.
+    Component,
+}
+
+/// Why a text is not a claim.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message} ({remedy})")]
+pub struct ClaimError {
+    /// The bytes of the text that it is about.
+    pub at: Range<usize>,
+    /// What is wrong there.
+    pub message: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl Claim {
+    /// Everything it names, in the order of the text.
+    pub fn names(&self) -> Vec<(Sort, &Name)> {
+        let mut names = Vec::new();
+        match &self.statement {
+            Statement::Always(formula)
+            | Statement::Never(formula)
+            | Statement::Reachable(formula)
+            | Statement::AlwaysReachable(formula)
+            | Statement::Eventually(formula)
+            | Statement::Duration { until: formula, .. } => formula.gather(&mut names),
+            Statement::LeadsTo(from, to) => {
+                from.gather(&mut names);
+                to.gather(&mut names);
+            }
+            Statement::Fires(name) | Statement::Dead(name) => names.push((Sort::Transition, name)),
+            Statement::Bounded(place, _) => names.push((Sort::Place, place)),
+        }
+        names
+    }
+}
+
+impl Formula {
+    /// Recursion is bounded by the depth and length that are read.
+    fn gather<'a>(&'a self, names: &mut Vec<(Sort, &'a Name)>) {
+        match self {
+            Self::Truth(_) => {}
+            Self::Marked(place) => names.push((Sort::Place, place)),
+            Self::Active(component) => names.push((Sort::Component, component)),
+            Self::Compare(left, _, right) => {
+                let places = left.places.iter().chain(&right.places);
+                names.extend(places.map(|place| (Sort::Count, place)));
+            }
+            Self::Not(inner) => inner.gather(names),
+            Self::And(left, right) | Self::Or(left, right) => {
+                left.gather(names);
+                right.gather(names);
+            }
+        }
+    }
+}
+
+impl Name {
+    /// It as written.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+}
+
+impl Relation {
+    /// It as written.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Less => "<",
+            Self::LessOrEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterOrEqual => ">=",
+            Self::Equal => "==",
+            Self::Unequal => "!=",
+        }
+    }
+}
+
+impl Sort {
+    /// How people call it.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Place => "place",
+            Self::Count => "place or variable",
+            Self::Transition => "transition",
+            Self::Component => "component",
+        }
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}

@@ -1,0 +1,81 @@
+//! The mission file: read with positions, checked as a whole, described by a typed model.
+//!
+//! [`load`] reads a file and what it includes; [`check`] proves the whole; a [`Configuration`]
+//! without errors is what the rest of the system runs. On the way: bytes → [`tree`] (quick-xml's
+//! events, with limits) → [`model`] and [`mission`] → findings, each with its place and remedy.
+//!
+//! ```
+//! use armor_robotfile::{check, read};
+//!
+//! let file = br#"<armor version="1"><system><component name="sim" kind="simulator"/></system></armor>"#;
+//! let reading = read("a.xml".as_ref(), &mut |_| Ok(file.to_vec()));
+//! let reading = check(reading, &[], None);
+//! assert!(reading.is_valid());
+//! assert_eq!(reading.configuration.unwrap().system.components[0].kind.value, "simulator");
+//! ```
+
+mod check;
+pub mod claim;
+mod code;
+mod date;
+mod difference;
+mod doubts;
+mod edit;
+mod features;
+mod fields;
+mod finding;
+mod flatten;
+mod format;
+pub mod guard;
+mod load;
+pub mod mission;
+pub mod model;
+mod namespaces;
+mod nearest;
+mod overrides;
+mod read;
+mod recover;
+mod render;
+mod save;
+mod source;
+mod tag;
+pub mod tree;
+mod way;
+mod xml;
+
+use std::path::Path;
+
+pub use check::{Manifests, NeededPath, check, needed_paths, passed_dates};
+pub use code::Code;
+pub use date::Date;
+pub use difference::{Change, Difference, Subject, differences};
+pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
+pub use features::Feature;
+pub use finding::{Finding, Findings, MAX_FINDINGS, Severity};
+pub use format::format;
+pub use load::{Reading, load, read, read_bytes};
+pub use mission::Mission;
+pub use model::{Configuration, System};
+pub use overrides::Override;
+pub use read::{MAX_ELEMENTS, MAX_LINKS};
+pub use render::Colours;
+pub use save::{SaveError, save};
+pub use source::{Location, Source, Span, Spanned};
+pub use way::{Takes, Way};
+pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES};
+
+/// The schema of the format, for other XML tools.
+pub const SCHEMA: &str = include_str!("../armor.xsd");
+
+/// Reads the bytes of the file called `path` as a tree, without asking what they mean.
+///
+/// # Errors
+/// The findings, if they are no XML or break a limit.
+pub fn parse_tree(path: &Path, bytes: &[u8]) -> Result<tree::Tree, Findings> {
+    let mut findings = Findings::default();
+    let (_, tree) = xml::parse(path, bytes, &mut findings);
+    match tree.filter(|_| !findings.has_errors()) {
+        Some(tree) => Ok(tree),
+        None => Err(findings.finish()),
+    }
+}

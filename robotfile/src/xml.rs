@@ -1,0 +1,375 @@
+//! Bytes → tree: quick-xml's events, with the limits it does not have itself. Whatever the bytes,
+//! the work is linear in their number and the tree no deeper than [`MAX_DEPTH`].
+
+use std::path::Path;
+use std::sync::Arc;
+
+use quick_xml::events::Event;
+use quick_xml::reader::Reader;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::nearest::did_you_mean;
+use crate::source::{Location, Source, Span};
+use crate::tag::{TagReader, unescape};
+use crate::tree::{Element, Node, Tree};
+
+/// Longest file in bytes: a thousand components take a fifth of it.
+pub const MAX_FILE_BYTES: usize = 1 << 20;
+/// Deepest nesting of elements; the format itself needs five.
+pub const MAX_DEPTH: usize = 32;
+/// Most pieces (elements, texts, comments) of one file. A long file has a third of it; beyond, short
+/// elements would cost a hundred times their length in memory.
+pub const MAX_PIECES: usize = 100_000;
+/// Most attributes of one element; the format itself needs twenty.
+pub const MAX_ATTRIBUTES: usize = 64;
+
+/// Reads the bytes of the file called `path`. The tree is missing if they are no XML at all or
+/// break a limit; what is wrong is added to `findings`.
+pub(crate) fn parse(
+    path: &Path,
+    bytes: &[u8],
+    findings: &mut Findings,
+) -> (Arc<Source>, Option<Tree>) {
+    if bytes.len() > MAX_FILE_BYTES {
+        let head = String::from_utf8_lossy(&bytes[..256]).into_owned();
+        let source = Source::new(path, head);
+        let message = format!("the file has {} bytes; at most 1 MiB is read", bytes.len());
+        findings.push(
+            Finding::new(Code::TooLong, &Location::new(&source, Span::new(0, 0)), message)
+                .remedy("split it: the mission may name its system by system=\"…\""),
+        );
+        return (source, None);
+    }
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            // Up to the first bad byte the lossy text has the same offsets.
+            let source = Source::new(path, String::from_utf8_lossy(bytes));
+            let at = Span::new(error.valid_up_to(), error.valid_up_to() + '\u{fffd}'.len_utf8());
+            let at = Location::new(&source, at);
+            let finding = Finding::new(Code::NotUtf8, &at, "this byte is not UTF-8");
+            findings.push(finding.remedy("save the file as UTF-8"));
+            return (source, None);
+        }
+    };
+    let source = Source::new(path, text);
+    if let Some(marks) = conflict(&source) {
+        findings.push(marks);
+        return (source, None);
+    }
+    let tree = Builder::new(&source, findings).run();
+    (source, tree)
+}
+
+/// The marks that git leaves at the start of lines where two versions contradict each other.
+pub(crate) fn conflict(source: &Arc<Source>) -> Option<Finding> {
+    let mark_of = |line: &str| {
+        ["<<<<<<<", "=======", ">>>>>>>"].into_iter().find(|mark| line.starts_with(mark))
+    };
+    let mut marks = Vec::new();
+    let mut start = 0;
+    for line in source.text().split_inclusive('\n') {
+        if let Some(mark) = mark_of(line) {
+            marks.push(Location::new(source, Span::new(start, start + mark.len())));
+        }
+        start += line.len();
+    }
+    let ours = marks.iter().position(|at| at.text().starts_with('<'))?;
+    marks.iter().skip(ours).find(|at| at.text().starts_with('>'))?;
+    let message = "the file has marks of a merge conflict: <<<<<<<, ======= and >>>>>>>";
+    let finding = Finding::new(Code::Malformed, &marks[ours], message)
+        .remedy("keep what is right between them, and remove the lines of the marks");
+    let others = marks.iter().skip(ours + 1).take(2);
+    Some(others.fold(finding, |finding, at| finding.related(at, "and here")))
+}
+
+/// The elements that are open, and what was found on the way.
+struct Builder<'a> {
+    source: &'a Arc<Source>,
+    findings: &'a mut Findings,
+    open: Vec<Element>,
+    before: Vec<Node>,
+    root: Option<Element>,
+    after: Vec<Node>,
+    pieces: usize,
+    /// Whether the tree still says what the file says; if not, it is not handed on.
+    sound: bool,
+}
+
+impl<'a> Builder<'a> {
+    fn new(source: &'a Arc<Source>, findings: &'a mut Findings) -> Self {
+        Self {
+            source,
+            findings,
+            open: Vec::new(),
+            before: Vec::new(),
+            root: None,
+            after: Vec::new(),
+            pieces: 0,
+            sound: true,
+        }
+    }
+
+    fn run(mut self) -> Option<Tree> {
+        self.refuse_bad_characters();
+        let text = self.source.text();
+        let base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        // The reader passes over one byte order mark itself and counts from behind it.
+        let mut reader = Reader::from_str(text);
+        let config = reader.config_mut();
+        config.check_end_names = false;
+        config.allow_unmatched_ends = true;
+        config.allow_dangling_amp = true;
+        loop {
+            let start = base + position(reader.buffer_position());
+            let event = reader.read_event();
+            let span = Span::new(start, base + position(reader.buffer_position()));
+            match event {
+                Ok(Event::Eof) => break,
+                Ok(event) => {
+                    if !self.event(&event, span) {
+                        return None;
+                    }
+                }
+                Err(error) => {
+                    let at = base + position(reader.error_position());
+                    let at = Span::new(at, at.max(span.start() + 1));
+                    let finding = self.finding(Code::Malformed, at, error.to_string());
+                    self.report(finding.remedy("close what is open, and write < as &lt;"));
+                    return None;
+                }
+            }
+        }
+        self.end_of_file()
+    }
+
+    /// Takes one event; false if reading on makes no sense.
+    fn event(&mut self, event: &Event<'_>, span: Span) -> bool {
+        self.pieces += 1;
+        if self.pieces > MAX_PIECES {
+            let message =
+                format!("the file has more than {MAX_PIECES} elements, texts and comments");
+            let finding =
+                self.finding(Code::TooMany, Span::new(span.start(), span.start() + 1), message);
+            self.report(finding.remedy("this is the format's limit"));
+            return false;
+        }
+        match event {
+            Event::Start(_) | Event::Empty(_) => {
+                return self.start(matches!(event, Event::Empty(_)), span);
+            }
+            Event::End(_) => self.end(span),
+            Event::Text(_) | Event::GeneralRef(_) => self.text(span),
+            Event::CData(data) => self.push_text(data.to_string(), span),
+            Event::Comment(_) => self.comment(span),
+            Event::PI(_) => self.push(Node::Instruction(span)),
+            Event::Decl(_) => self.declaration(span),
+            Event::DocType(_) => {
+                let at = Span::new(span.start(), span.end().min(span.start() + "<!DOCTYPE".len()));
+                let finding =
+                    self.finding(Code::Doctype, at, "a document type declaration is not read");
+                self.report(finding.remedy("remove it; robotfile/armor.xsd describes the format"));
+                return false;
+            }
+            Event::Eof => {}
+        }
+        true
+    }
+
+    fn start(&mut self, empty: bool, span: Span) -> bool {
+        let tag = TagReader::new(self.source, span).read(self.findings);
+        let too_many = tag.too_many_attributes;
+        let element = tag.element;
+        self.sound &= tag.sound;
+        if too_many {
+            return false;
+        }
+        if self.open.len() >= MAX_DEPTH {
+            let message = format!("elements are nested more than {MAX_DEPTH} deep here");
+            let finding = self.finding(Code::TooDeep, element.name_span, message);
+            self.report(finding.remedy("no Armor file needs this; is an end tag missing?"));
+            return false;
+        }
+        if self.open.is_empty() && self.root.is_some() {
+            let finding = self.finding(Code::Malformed, element.name_span, "a second root element");
+            self.report(finding.remedy("put everything into one <armor> element"));
+            return false;
+        }
+        self.open.push(element);
+        if empty {
+            self.close();
+        }
+        true
+    }
+
+    fn end(&mut self, span: Span) {
+        let text = self.source.slice(span);
+        let name = text.trim_start_matches("</").trim_end_matches('>').trim_end().to_owned();
+        match self.open.iter().rposition(|element| element.name == name) {
+            None if self.is_misspelt(&name) => self.misspelt(&name, span),
+            None => {
+                let message = format!("</{name}> closes nothing");
+                let finding = self.finding(Code::EndTag, span, message);
+                self.report(finding.remedy("remove it, or write the start tag that it belongs to"));
+                self.sound = false;
+            }
+            Some(at) => {
+                while self.open.len() > at + 1 {
+                    self.unclosed();
+                    self.close();
+                }
+                if let Some(top) = self.open.last_mut() {
+                    top.span = Span::new(top.span.start(), span.end());
+                }
+                self.close();
+            }
+        }
+    }
+
+    /// Whether the end tag means the element that is open.
+    fn is_misspelt(&self, name: &str) -> bool {
+        let meant = self.open.last().map(|top| top.name.as_str());
+        did_you_mean(name, meant.into_iter()).is_some()
+    }
+
+    fn misspelt(&mut self, name: &str, span: Span) {
+        let Some(top) = self.open.last_mut() else { return };
+        top.span = Span::new(top.span.start(), span.end());
+        let (message, remedy) = (
+            format!("</{name}> does not close <{}>", top.name),
+            format!("did you mean </{}>?", top.name),
+        );
+        let start = Location::new(self.source, top.name_span);
+        let finding = self.finding(Code::EndTag, span, message).remedy(remedy);
+        self.report(finding.related(&start, "opened here"));
+        self.sound = false;
+        self.close();
+    }
+
+    fn unclosed(&mut self) {
+        let Some(top) = self.open.last() else { return };
+        let message = format!("<{}> is not closed", top.name);
+        let remedy = format!("write </{}> where it ends, or /> if nothing is in it", top.name);
+        let finding = self.finding(Code::EndTag, top.name_span, message);
+        self.report(finding.remedy(remedy));
+        self.sound = false;
+    }
+
+    fn close(&mut self) {
+        let Some(element) = self.open.pop() else { return };
+        match self.open.last_mut() {
+            Some(parent) => parent.children.push(Node::Element(element)),
+            None => self.root = Some(element),
+        }
+    }
+
+    fn text(&mut self, span: Span) {
+        let at = Location::new(self.source, span);
+        let text = unescape(&at, self.findings);
+        self.push_text(text, span);
+        if let Some(end) = at.text().find("]]>") {
+            let at = Span::new(span.start() + end, span.start() + end + 3);
+            let finding = self.finding(Code::Malformed, at, "]]> may not stand in text");
+            self.report(finding.remedy("write it as ]]&gt;"));
+        }
+    }
+
+    fn push_text(&mut self, text: String, span: Span) {
+        if self.open.is_empty() && !text.trim().is_empty() {
+            let finding = self.finding(Code::Malformed, span, "text outside the root element");
+            self.report(finding.remedy("remove it, or make it a comment"));
+        }
+        self.push(Node::Text(text, span));
+    }
+
+    fn comment(&mut self, span: Span) {
+        let text = self.source.slice(span);
+        let inner = text.trim_start_matches("<!").trim_end_matches('>');
+        let inner = inner.get(2..inner.len().saturating_sub(2)).unwrap_or_default();
+        if inner.contains("--") || inner.ends_with('-') {
+            let finding = self.finding(Code::Malformed, span, "-- may not stand in a comment");
+            self.report(finding.remedy("use a single dash"));
+        }
+        self.push(Node::Comment(span));
+    }
+
+    fn declaration(&mut self, span: Span) {
+        if span.start() > '\u{feff}'.len_utf8() || self.root.is_some() || !self.open.is_empty() {
+            let finding =
+                self.finding(Code::Malformed, span, "the XML declaration is not at the start");
+            self.report(finding.remedy("put it on the first line, or remove it"));
+        }
+        self.push(Node::Instruction(span));
+        let tag = TagReader::declaration(self.source, span).read(self.findings);
+        self.sound &= tag.sound;
+        let given: Vec<_> =
+            tag.element.attributes.iter().map(|a| (a.name.as_str(), a.value.as_str())).collect();
+        let (version, rest) = given.split_first().unwrap_or((&("", ""), &[]));
+        let (encoding, rest) = match rest {
+            [("encoding", encoding), rest @ ..] => (*encoding, rest),
+            rest => ("UTF-8", rest),
+        };
+        let standalone = matches!(rest, [] | [("standalone", "yes" | "no")]);
+        if !matches!(version, ("version", "1.0" | "1.1")) || !standalone {
+            let finding = self.finding(Code::Malformed, span, "this is not an XML declaration");
+            self.report(
+                finding.remedy("write <?xml version=\"1.0\" encoding=\"UTF-8\"?>, or remove it"),
+            );
+        }
+        if !encoding.eq_ignore_ascii_case("utf-8") {
+            let finding =
+                self.finding(Code::NotUtf8, span, "another encoding than UTF-8 is declared");
+            self.report(finding.remedy("save the file as UTF-8 and say encoding=\"UTF-8\""));
+        }
+    }
+
+    fn push(&mut self, node: Node) {
+        match self.open.last_mut() {
+            Some(top) => top.children.push(node),
+            None if self.root.is_none() => self.before.push(node),
+            None => self.after.push(node),
+        }
+    }
+
+    fn end_of_file(mut self) -> Option<Tree> {
+        while !self.open.is_empty() {
+            self.unclosed();
+            self.close();
+        }
+        if self.root.is_none() {
+            let finding = self.finding(Code::Malformed, Span::new(0, 0), "there is no element");
+            self.report(finding.remedy("an Armor file starts with <armor version=\"1\">"));
+        }
+        let root = self.root.filter(|_| self.sound)?;
+        Some(Tree::new(Arc::clone(self.source), self.before, root, self.after))
+    }
+
+    fn refuse_bad_characters(&mut self) {
+        let bad =
+            |c: char| (c < ' ' && !"\t\n\r".contains(c)) || matches!(c, '\u{fffe}' | '\u{ffff}');
+        let source = Arc::clone(self.source);
+        for (at, c) in source.text().char_indices().filter(|(_, c)| bad(*c)) {
+            if self.findings.is_full() {
+                return;
+            }
+            let message = format!("the character U+{:04X} is not allowed in XML", u32::from(c));
+            let finding =
+                self.finding(Code::BadCharacter, Span::new(at, at + c.len_utf8()), message);
+            self.report(finding.remedy("remove it"));
+        }
+    }
+
+    fn finding(&self, code: Code, span: Span, message: impl Into<String>) -> Finding {
+        Finding::new(code, &Location::new(self.source, span), message)
+    }
+
+    fn report(&mut self, finding: Finding) {
+        self.findings.push(finding);
+    }
+}
+
+/// Positions fit `usize` because the text is in memory.
+fn position(at: u64) -> usize {
+    usize::try_from(at).unwrap_or(usize::MAX)
+}

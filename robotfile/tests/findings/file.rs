@@ -1,0 +1,107 @@
+//! The file itself: bytes, XML, vocabulary, and the other files that it names.
+
+use std::path::Path;
+
+use armor_robotfile::read;
+
+use super::{mission, one, system};
+
+#[test]
+fn bytes_and_xml() {
+    one("E0004", "");
+    one("E0004", "<armor version=\"1\"><system/></armor>[[<]]");
+    one("E0004", "<armor version=\"1\"><system/></armor><[[armor]]/>");
+    one("E0004", "<armor version=\"1\"><system/></armor>[[more]]");
+    one("E0004", &system(r#"<component [[name]] kind="k"/>"#));
+    one(
+        "E0004",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="1[[<]]2"/></component>"#,
+        ),
+    );
+    one("E0004", &system(r#"<component name="a"[[kind]]="k"/>"#));
+    one("E0004", &system("[[<!-- a -- b -->]]"));
+    one("E0005", "[[<!DOCTYPE]] armor [<!ENTITY a \"b\">]><armor version=\"1\"><system/></armor>");
+    one(
+        "E0009",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="[[&nbsp;]]"/></component>"#,
+        ),
+    );
+    one(
+        "E0009",
+        &system(
+            r#"<component name="a" kind="k"><parameter name="p" value="a [[&]] b"/></component>"#,
+        ),
+    );
+    one("E0010", &system("<!-- [[\u{7}]] -->"));
+    one("E0011", &system(r#"<component name="a" kind="k" [[name]]="b"/>"#));
+    one("E0012", "<armor version=\"1\"><[[system]]></armor>");
+    one("E0012", &system("[[</component>]]"));
+    one("E0013", &system(r#"<component name="a" kind="k" [[my:note]]="x"/>"#));
+    one("E0013", "<armor version=\"1\" [[xmlns]]=\"urn:a\"><system/></armor>");
+}
+
+#[test]
+fn vocabulary() {
+    one("E0014", &system("[[hello]]"));
+    one("E0015", &system("<[[componant]]/>"));
+    one("E0016", &system(r#"<component name="a" kind="k" [[kond]]="x"/>"#));
+    one("E0017", &system(r#"<[[component]] name="a"/>"#));
+    one("E0018", &system(r#"<component name="[[a b]]" kind="k"/>"#));
+    one("E0018", &system(r#"<component name="a" kind="[[]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" rate="[[10]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" rate="[[10s]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" restart="[[maybe]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" watchdog="[[0s]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k" controllable="[[yes]]"/>"#));
+    one("E0019", &system(r#"<component name="a" kind="k"/><link from="[[a]]" to="a.x"/>"#));
+    one(
+        "E0019",
+        &system(r#"<component name="a" kind="k"/><link from="a.x" to="a.y" keep="[[none]]"/>"#),
+    );
+    one("E0019", &mission(r#"<transition name="t" from="a" timeout="[[1e300h]]"/>"#));
+    one("E0019", &mission(r#"<transition name="t" from="a" interval="[[5s]]"/>"#));
+    one("E0019", &mission(r#"<transition name="t" from="a" not-before="[[tomorrow]]"/>"#));
+    one("E0019", &mission("<[[check]]> </check>"));
+    one("E0020", "<[[robot]]/>");
+    one("E0020", "<armor version=\"[[2]]\"><system/></armor>");
+    one("E0021", "<armor version=\"1\"><system/><[[system]]/></armor>");
+    one("E0022", "<[[armor]] version=\"1\"/>");
+    one("E0026", &mission(r#"<transition name="t" from="a" timeout="1s" [[after]]="2s"/>"#));
+}
+
+#[test]
+fn other_files() {
+    one("E0023", "<armor version=\"1\"><mission system=\"[[gone.xml]]\"/></armor>");
+    one("E0024", "<armor version=\"1\"><mission system=\"[[./a.xml]]\"/></armor>");
+    one(
+        "E0025",
+        "<armor version=\"1\"><system/><mission safe=\"a\" system=\"[[b.xml]]\"><place name=\"a\" initial=\"true\"/></mission></armor>",
+    );
+    let reading = read(Path::new("a.xml"), &mut |path| {
+        let other = if path.ends_with("a.xml") { "b.xml" } else { "a.xml" };
+        Ok(format!("<armor version=\"1\"><mission system=\"{other}\"/></armor>").into())
+    });
+    let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    assert_eq!(codes, ["E0024"]);
+    let reading = read(Path::new("a.xml"), &mut |_| Err(std::io::ErrorKind::NotFound.into()));
+    assert_eq!(reading.findings.iter().next().unwrap().code.as_str(), "E0003");
+}
+
+#[test]
+fn what_is_read_is_bounded_however_many_files_are_named() {
+    let mut asked = 0;
+    let reading = read(Path::new("0.xml"), &mut |path| {
+        asked += 1;
+        let n: u32 = path.file_stem().unwrap().to_str().unwrap().parse().unwrap();
+        Ok(format!(
+            r#"<armor version="1"><mission safe="a"><place name="a" initial="true"/><submission ref="{}.xml"/><submission ref="{}.xml"/></mission></armor>"#,
+            n + 1,
+            n + 2
+        )
+        .into())
+    });
+    let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
+    assert!(codes.contains(&"E0008") && asked == 64, "{asked} {codes:?}");
+}

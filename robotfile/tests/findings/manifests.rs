@@ -1,0 +1,122 @@
+//! Systems against what their kinds say of themselves.
+
+use armor_robotfile::{Colours, Manifests};
+use armor_wire::manifest::Manifest;
+
+use super::{one_with, reading, system};
+
+fn manifests() -> Manifests {
+    let port = |id: &str, name: &str, required: bool| {
+        format!(
+            r#"{{"id":"{id}","type":"{name}","schema":"{name}{{}}","schema_hash":"00000000000000{:02x}","required":{required}}}"#,
+            name.len()
+        )
+    };
+    let text = format!(
+        r#"{{"armor_manifest":1,"kind":"k","summary":"","inputs":[{},{}],"outputs":[{},{},{},{}],"parameters":[
+            {{"name":"speed","type":"number","unit":"m/s","default":"1","minimum":0.1,"maximum":2}},
+            {{"name":"colour","type":"choice","choices":["red","blue"],"default":"red"}},
+            {{"name":"count","type":"integer","default":"3"}},
+            {{"name":"file","type":"path","doc":"the log"}}]}}"#,
+        port("in", "Scan", true),
+        port("extra", "Map", false),
+        port("out", "Scan", false),
+        port("map", "Map", false),
+        port("old-clock", "Clock", false),
+        port("clock", "Clock", false).replace("Clock{}", "Clock{clock:f64(s)}"),
+    );
+    let manifest: Manifest = serde_json::from_str(&text).unwrap();
+    Manifests::from([("k".into(), manifest)])
+}
+
+#[test]
+fn the_time_is_given_by_an_output_that_is_a_clock() {
+    let file = system(
+        r#"<clock source="a.clock"/><component name="a" kind="k"><parameter name="file" value="x"/></component><link from="a.out" to="a.in"/>"#,
+    );
+    let (fine, _) = reading(&file, Some(&manifests()));
+    assert!(!fine.findings.has_errors(), "{}", fine.findings.render(Colours::No));
+    let (reading, _) = reading(&file.replace("a.clock", "a.old-clock"), Some(&manifests()));
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("a.old-clock cannot be the clock"), "{shown}");
+    assert!(shown.contains("the time is given by: a.clock"), "{shown}");
+}
+
+#[test]
+fn systems_against_manifests() {
+    let manifests = manifests();
+    let with = |code: &str, parameters: &str, links: &str| {
+        let file = format!(
+            r#"<component name="a" kind="k"><parameter name="file" value="x"/>{parameters}</component>{links}"#
+        );
+        one_with(code, &system(&file), Some(&manifests));
+    };
+    let fed = r#"<link from="a.out" to="a.in"/>"#;
+    with("E0106", "", &format!(r#"{fed}<link from="a.[[oot]]" to="a.extra"/>"#));
+    with("E0107", "", &format!(r#"{fed}<link from="[[a.in]]" to="a.extra"/>"#));
+    with("E0108", "", &format!(r#"{fed}<link from="a.out" to="[[a.extra]]"/>"#));
+    with("E0108", "", &format!(r#"{fed}<clock source="[[a.out]]"/>"#));
+    with("E0108", "", &format!(r#"{fed}<clock source="[[a.old-clock]]"/>"#));
+    with("E0106", "", &format!(r#"{fed}<clock source="a.[[clok]]"/>"#));
+    with("E0110", r#"<parameter name="[[sped]]" value="1"/>"#, fed);
+    with("E0112", r#"<parameter name="speed" value="[[fast]]"/>"#, fed);
+    with("E0112", r#"<parameter name="speed" value="[[1m]]"/>"#, fed);
+    with("E0112", r#"<parameter name="count" value="[[1.5]]"/>"#, fed);
+    with("E0113", r#"<parameter name="speed" value="[[3m/s]]"/>"#, fed);
+    with("E0113", r#"<parameter name="colour" value="[[green]]"/>"#, fed);
+    let exchanged = r#"<component name="b" kind="k"><parameter name="file" value="x"/></component><link from="[[b.in]]" to="a.out"/>"#;
+    with("E0107", "", &format!("{fed}{exchanged}"));
+    // A slip in a name, and not also that what it meant is missing.
+    with("E0106", "", r#"<link from="a.out" to="a.[[inn]]"/>"#);
+    with("E0103", "", r#"<link from="a.out" to="[[aa]].in"/>"#);
+    with("E0019", "", r#"<link from="[[a]]" to="a.in"/>"#);
+    with("E0019", "", r#"<link from="a.out" to="[[a]]"/>"#);
+    with("E0017", "", r#"<[[link]] from="a.out"/>"#);
+    with("E0015", "", r#"<[[lnik]] from="a.out" to="a.in"/>"#);
+    with("E0101", "", &format!(r#"{fed}<component name="[[a]]" kind="other"/>"#));
+    for kind in ["[[]]", "[[k ]]"] {
+        let malformed = format!(r#"<component name="a" kind="{kind}"/>{fed}"#);
+        one_with("E0018", &system(&malformed), Some(&manifests));
+    }
+    one_with(
+        "E0110",
+        &system(&format!(
+            r#"<component name="a" kind="k"><parameter name="[[fille]]" value="x"/></component>{fed}"#
+        )),
+        Some(&manifests),
+    );
+    one_with("E0105", &system(r#"<component name="a" kind="[[kk]]"/>"#), Some(&manifests));
+    let no_input =
+        r#"<component name="[[a]]" kind="k"><parameter name="file" value="x"/></component>"#;
+    one_with("E0109", &system(no_input), Some(&manifests));
+    let no_file = format!(r#"<component name="[[a]]" kind="k"/>{fed}"#);
+    one_with("E0111", &system(&no_file), Some(&manifests));
+    let right = r#"<component name="a" kind="k"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
+    let all = format!(r#"{right}{fed}<link from="a.map" to="a.extra"/>"#);
+    let (reading, _) = reading(&system(&all), Some(&manifests));
+    assert!(reading.findings.is_empty(), "{}", reading.findings.render(Colours::No));
+}
+
+#[test]
+fn two_builds_of_one_message_are_told_apart_by_their_fields() {
+    let port = |schema: &str, hash: u32| {
+        format!(
+            r#"{{"id":"p","type":"Scan","schema":"{schema}","schema_hash":"{hash:016x}","required":true}}"#
+        )
+    };
+    let kind = |kind: &str, inputs: &str, outputs: &str| -> Manifest {
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[{inputs}],"outputs":[{outputs}],"parameters":[]}}"#
+        );
+        serde_json::from_str(&text).unwrap()
+    };
+    let old = kind("old", "", &port("Scan{ranges:[f32]}", 1));
+    let new = kind("new", &port("Scan{ranges:[f64],stamp:f64}", 2), "");
+    let manifests = Manifests::from([("old".into(), old), ("new".into(), new)]);
+    let file = r#"<component name="a" kind="old"/><component name="b" kind="new"/><link from="a.p" to="b.p"/>"#;
+    let (reading, _) = reading(&system(file), Some(&manifests));
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("E0108") && shown.contains("both call it Scan"), "{shown}");
+    assert!(shown.contains("ranges[]: a.p has f32, b.p has f64"), "{shown}");
+    assert!(shown.contains("stamp"), "{shown}");
+}

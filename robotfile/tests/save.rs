@@ -1,0 +1,132 @@
+//! A file is saved whole or not at all.
+// A test may panic where a program may not.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use armor_robotfile::save;
+
+/// An empty folder for one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("save").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn mode(path: &Path) -> u32 {
+    fs::metadata(path).unwrap().permissions().mode() & 0o7777
+}
+
+#[test]
+fn a_new_version_has_the_mode_of_the_old_and_nothing_is_left_beside_it() {
+    let folder = folder("mode");
+    let path = folder.join("a.xml");
+    save(&path, b"new").unwrap();
+    for wanted in [0o600, 0o640, 0o664] {
+        fs::set_permissions(&path, fs::Permissions::from_mode(wanted)).unwrap();
+        save(&path, format!("{wanted:o}").as_bytes()).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{wanted:o}"));
+        assert_eq!(mode(&path), wanted);
+    }
+    assert_eq!(names(&folder), ["a.xml"]);
+    save(&folder.join("x".repeat(255)), b"new").unwrap();
+}
+
+#[test]
+fn links_stay_and_what_they_lead_to_is_replaced() {
+    let folder = folder("links");
+    fs::create_dir(folder.join("robots")).unwrap();
+    fs::write(folder.join("robots/rover.xml"), "old").unwrap();
+    symlink("robots/rover.xml", folder.join("middle.xml")).unwrap();
+    symlink(folder.join("middle.xml"), folder.join("mine.xml")).unwrap();
+    save(&folder.join("mine.xml"), b"new").unwrap();
+    assert_eq!(fs::read_to_string(folder.join("robots/rover.xml")).unwrap(), "new");
+    assert!(fs::symlink_metadata(folder.join("mine.xml")).unwrap().is_symlink());
+    assert_eq!(names(&folder.join("robots")), ["rover.xml"]);
+
+    symlink("robots/next.xml", folder.join("dangling.xml")).unwrap();
+    save(&folder.join("dangling.xml"), b"first").unwrap();
+    assert_eq!(fs::read_to_string(folder.join("robots/next.xml")).unwrap(), "first");
+
+    symlink("circle.xml", folder.join("circle.xml")).unwrap();
+    let error = save(&folder.join("circle.xml"), b"").unwrap_err();
+    assert!(error.to_string().contains("in a circle"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_saved_is_said_and_stays_as_it_was() {
+    let folder = folder("refused");
+    let said = |path: &Path| save(path, b"x").unwrap_err().to_string();
+    let missing = folder.join("gone/a.xml");
+    let text = said(&missing);
+    assert!(text.starts_with(&format!("{} was not saved: ", missing.display())), "{text}");
+    assert!(text.contains("No such file"), "{text}");
+    assert!(said(&folder).contains("not a regular file"));
+    assert!(said(Path::new("/")).contains("not a regular file"));
+    assert!(said(Path::new("/dev/null")).contains("not a regular file"));
+    assert!(said(Path::new("")).contains("names no file"));
+    fs::write(folder.join("a.xml"), "a").unwrap();
+    assert!(said(&folder.join("a.xml/b.xml")).contains("Not a directory"));
+    assert_eq!(names(&folder), ["a.xml"]);
+    assert_eq!(fs::read_to_string(folder.join("a.xml")).unwrap(), "a");
+}
+
+/// Root may write what is read-only, so this shows something only to other users.
+#[test]
+fn what_is_read_only_is_not_replaced() {
+    let folder = folder("read-only");
+    let path = folder.join("a.xml");
+    fs::write(&path, "old").unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+    if fs::OpenOptions::new().write(true).open(&path).is_ok() {
+        println!("skipped: this user may write read-only files");
+        return;
+    }
+    assert!(save(&path, b"new").unwrap_err().to_string().contains("cannot be written"));
+    assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+}
+
+#[test]
+fn a_reader_finds_one_version_or_the_other() {
+    let folder = folder("readers");
+    let path = folder.join("a.xml");
+    let versions = ["a".repeat(100_000), "b".repeat(30_000)];
+    save(&path, versions[0].as_bytes()).unwrap();
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            let mut seen = 0;
+            while !over.load(Ordering::Acquire) || seen == 0 {
+                let text = fs::read_to_string(&path).unwrap();
+                assert!(versions.contains(&text), "{} bytes", text.len());
+                seen += 1;
+            }
+            seen
+        });
+        // Two writers at once, each with its own temporary file.
+        let writers: Vec<_> = versions
+            .iter()
+            .map(|version| {
+                let path = &path;
+                scope.spawn(move || (0..50).for_each(|_| save(path, version.as_bytes()).unwrap()))
+            })
+            .collect();
+        writers.into_iter().for_each(|writer| writer.join().unwrap());
+        over.store(true, Ordering::Release);
+        assert!(reader.join().unwrap() > 0);
+    });
+    assert_eq!(names(&folder), ["a.xml"]);
+}

@@ -1,0 +1,208 @@
+//! A server of typed messages: one loop of the daemon takes events from it and gives actions to it.
+//!
+//! ```no_run
+//! # use armor_socket::{Action, Event, Limits, Server, listen};
+//! # async fn daemon(mut handle: impl FnMut(Event<u64>, std::time::Duration) -> Vec<Action<u64>>)
+//! # -> Result<(), armor_socket::ListenError> {
+//! let listener = listen(([127, 0, 0, 1], 7411).into()).await?;
+//! let mut server = Server::<u64, u64>::new(listener, Limits::default());
+//! loop {
+//!     let event = server.event().await;
+//!     for action in handle(event, server.now()) {
+//!         server.act(action);
+//!     }
+//! }
+//! # }
+//! ```
+
+use std::collections::HashMap;
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::time::Duration;
+
+use armor_wire::frame::{self, FrameKind};
+use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::message::WireType;
+use socket2::SockRef;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc;
+use tokio::task::{JoinHandle, JoinSet};
+use tokio::time::{self, Instant};
+use tracing::{debug, error};
+
+use crate::connection::{Connection, Told};
+use crate::event::{Action, CloseReason, Event, PeerId};
+use crate::faults::Faults;
+use crate::limits::{ACCEPT_REST, Limits, MAX_EVENTS};
+use crate::listen::tune;
+use crate::outgoing::Outgoing;
+use crate::seats::{Seat, Seats};
+
+/// A listening server whose peers ask with `Q` and are answered with `R`. Dropping it closes
+/// everything.
+pub struct Server<Q, R> {
+    events: mpsc::Receiver<(PeerId, Told<Q>)>,
+    peers: HashMap<PeerId, Arc<Outgoing>>,
+    epoch: Instant,
+    accepting: JoinHandle<()>,
+    answers: PhantomData<fn(R)>,
+}
+
+impl<Q: WireType + Send, R: WireType> Server<Q, R> {
+    /// Starts to accept, in a task of its own on the current tokio runtime.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime.
+    pub fn new(listener: TcpListener, limits: Limits) -> Self {
+        let (telling, events) = mpsc::channel(MAX_EVENTS);
+        let epoch = Instant::now();
+        let seats = Seats::new(limits.connections, limits.connections_per_address);
+        let mut acceptor = Acceptor {
+            limits,
+            epoch,
+            telling,
+            seats,
+            faults: Arc::default(),
+            connections: JoinSet::new(),
+            last_peer: 0,
+        };
+        let accepting = tokio::spawn(async move { acceptor.run(listener).await });
+        Self { events, peers: HashMap::new(), epoch, accepting, answers: PhantomData }
+    }
+
+    /// The time since the server started, on a monotonic clock.
+    pub fn now(&self) -> Duration {
+        self.epoch.elapsed()
+    }
+
+    /// Waits for the next event. Nothing is lost if the wait is given up.
+    pub async fn event(&mut self) -> Event<Q> {
+        loop {
+            let Some((peer, told)) = self.events.recv().await else {
+                // Every sender is gone: the acceptor has ended, and it never does by itself.
+                std::future::pending::<()>().await;
+                continue;
+            };
+            match told {
+                Told::Hello { address, hello, outgoing } => {
+                    self.peers.insert(peer, outgoing);
+                    return Event::Connected { peer, address, hello };
+                }
+                Told::Closed { reason } => {
+                    if self.peers.remove(&peer).is_some() {
+                        return Event::Closed { peer, reason };
+                    }
+                }
+                _ if !self.peers.contains_key(&peer) => {}
+                Told::Message { arrived, message } => {
+                    return Event::Message { peer, arrived, message };
+                }
+                Told::Beat => return Event::Beat { peer },
+            }
+        }
+    }
+
+    /// Carries an action out, without waiting.
+    pub fn act(&mut self, action: Action<R>) {
+        match action {
+            Action::Welcome { peer, welcome } => self.send(peer, FrameKind::Welcome, &welcome),
+            Action::Send { peer, message } => self.send(peer, FrameKind::Control, &message),
+            Action::Refuse { peer, refusal } => {
+                self.send(peer, FrameKind::Refusal, &refusal);
+                self.end(peer, refusal.text);
+            }
+            Action::Close { peer, reason } => self.end(peer, reason),
+        }
+    }
+
+    fn send<T: WireType>(&self, peer: PeerId, kind: FrameKind, value: &T) {
+        if let Some(outgoing) = self.peers.get(&peer) {
+            outgoing.send(kind, value);
+        }
+    }
+
+    fn end(&mut self, peer: PeerId, reason: String) {
+        if let Some(outgoing) = self.peers.remove(&peer) {
+            debug!(peer = peer.0, %reason, "connection ended");
+            outgoing.end(CloseReason::Daemon(reason));
+        }
+    }
+}
+
+impl<Q, R> Drop for Server<Q, R> {
+    fn drop(&mut self) {
+        // Takes the connections' tasks along.
+        self.accepting.abort();
+    }
+}
+
+struct Acceptor<Q> {
+    limits: Limits,
+    epoch: Instant,
+    telling: mpsc::Sender<(PeerId, Told<Q>)>,
+    seats: Seats,
+    faults: Arc<Faults>,
+    connections: JoinSet<()>,
+    last_peer: u64,
+}
+
+impl<Q: WireType + Send> Acceptor<Q> {
+    async fn run(&mut self, listener: TcpListener) {
+        let mut resting = false;
+        loop {
+            tokio::select! {
+                accepted = listener.accept() => match accepted {
+                    Ok((stream, _)) => {
+                        resting = false;
+                        self.admit(stream);
+                    }
+                    Err(problem) => {
+                        if !std::mem::replace(&mut resting, true) {
+                            error!(%problem, "cannot accept connections; trying on");
+                        }
+                        time::sleep(ACCEPT_REST).await;
+                    }
+                },
+                Some(_) = self.connections.join_next() => {}
+            }
+        }
+    }
+
+    fn admit(&mut self, mut stream: TcpStream) {
+        // A peer that is gone already needs no answer.
+        let Ok(address) = stream.peer_addr() else { return };
+        let Some(seat) = self.seats.take(address.ip()) else {
+            self.faults.report(address, &CloseReason::Crowded);
+            turn_away(&stream);
+            return;
+        };
+        if tune(&stream).is_err() {
+            return;
+        }
+        self.last_peer += 1;
+        let connection = Connection {
+            peer: PeerId(self.last_peer),
+            address,
+            limits: self.limits,
+            epoch: self.epoch,
+            telling: self.telling.clone(),
+        };
+        let faults = Arc::clone(&self.faults);
+        self.connections.spawn(async move {
+            let _seat: Seat = seat;
+            connection.serve(&mut stream, &faults).await;
+        });
+    }
+}
+
+/// Says why, as far as that is possible without waiting.
+fn turn_away(stream: &TcpStream) {
+    let refusal = Refusal::new(RefusalCode::Limit, "there are too many connections already");
+    if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal) {
+        // A fresh socket has room for it; tokio does not know yet whether it is writable.
+        let _ = SockRef::from(stream).send(&bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests;
