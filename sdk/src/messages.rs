@@ -23,4 +23,4 @@ pub use sensing::{
     BatteryState, CompressedImage, Image, Imu, LaserScan, NavSatFix, NavSatService, NavSatStatus,
     PowerSupplyStatus,
 };
-pub use standard::{Count, Flag, Log, Number, Text};
+pub use standard::{Count, Flag, Log, Number, Progress, Text};

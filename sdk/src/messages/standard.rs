@@ -1,4 +1,4 @@
-//! Single values (`std_msgs`) and log records (`rcl_interfaces/Log`).
+//! Single values (`std_msgs`), log records (`rcl_interfaces/Log`) and the progress of a task.
 
 use armor_wire::Message;
 
@@ -53,4 +53,49 @@ pub struct Log {
     pub function: String,
     /// Line in the file.
     pub line: u32,
+}
+
+/// How far a component's task has come (our own; ROS has no such message).
+///
+/// A component whose task takes long may publish it, by convention on an output named `progress`, at
+/// about once per second and whenever `task` changes. `armor run` shows the newest one.
+#[derive(Clone, Debug, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Progress {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// What is being done, such as `exploring`; empty while no task is active.
+    pub task: String,
+    /// Share of the task that is done, 0 … 1 (no unit); NaN if unknown.
+    pub fraction: f32,
+    /// Details for people, such as `84 % explored, 3.2 m to go`; may be empty.
+    pub detail: String,
+}
+
+impl Default for Progress {
+    /// No task, and an unknown fraction.
+    fn default() -> Self {
+        Self { stamp: 0.0, task: String::new(), fraction: f32::NAN, detail: String::new() }
+    }
+}
+
+impl Progress {
+    /// The fraction limited to 0..=1; `None` if unknown.
+    pub fn known_fraction(&self) -> Option<f32> {
+        self.fraction.is_finite().then(|| self.fraction.clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fraction_of_a_task_is_limited_and_may_be_unknown() {
+        let known = |fraction| Progress { fraction, ..Progress::default() }.known_fraction();
+        assert_eq!(Progress::default().known_fraction(), None);
+        assert_eq!((known(0.25), known(1.5), known(-0.1)), (Some(0.25), Some(1.0), Some(0.0)));
+        assert_eq!(known(f32::INFINITY), None);
+    }
 }
