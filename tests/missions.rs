@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use armor_evaluation::map_score::{MapScore, score_map};
 use armor_grid::{Geometry, Grid, Occupancy, Point2};
-use armor_simulator::truth::{MapScore, score};
 use armor_simulator::world::World;
 
 use crate::fixture::{Folder, ended};
@@ -56,7 +56,7 @@ fn the_office_is_explored_mapped_and_left_for_home() {
     let truth = world.free_space(drawn.geometry().resolution_m).expect("its free space");
     // Two cells: what the robot's own estimate of its pose and a cell's edge may be off.
     let MapScore { wall_recall, wall_precision, free_recall, free_precision } =
-        score(&drawn, &truth, 2.0);
+        score_map(&drawn, &truth, 2.0);
     println!(
         "office: {seconds:.0} s; walls {:.1} % found, {:.1} % right; free space {:.1} % found, {:.1} % right",
         wall_recall * 100.0,
@@ -82,7 +82,7 @@ fn a_hall_with_people_is_explored_and_mapped_at_four_times_the_speed_of_life() {
     let world = World::read(&root().join("missions/worlds/hall.svg")).expect("the world");
     let drawn = map(&folder.path().join("hall"));
     let truth = world.free_space(drawn.geometry().resolution_m).expect("its free space");
-    let MapScore { wall_precision, free_recall, .. } = score(&drawn, &truth, 2.0);
+    let MapScore { wall_precision, free_recall, .. } = score_map(&drawn, &truth, 2.0);
     println!(
         "hall: walls {:.1} % right, free space {:.1} % found",
         wall_precision * 100.0,

@@ -33,6 +33,8 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("armor-picture", &[]),
+    ("armor-evaluation", &["armor-grid", "armor-grid-slam", "armor-picture"]),
+    ("armor-map-writer", &["armor-sdk", "armor-grid", "armor-picture"]),
     ("armor-operator-view", &["armor-sdk", "armor-grid", "armor-picture"]),
 ];
 /// What every component may import.

@@ -67,8 +67,8 @@ pub enum Command {
     /// Look at the mission of a running system, and command it.
     #[command(subcommand)]
     Mission(Mission),
-    /// Measure a trajectory against what is known of it: relations between scans, a reference.
-    Eval(crate::eval::Eval),
+    /// Measure a trajectory by relations between scans or a reference, and a map by another map.
+    Eval(crate::evaluate_cli::EvalArguments),
     /// Count, check and convert Petri nets in files: PNML, TINA's .net and missions.
     #[command(subcommand)]
     Net(crate::petri_cli::arguments::Net),

@@ -7,7 +7,7 @@
 mod arguments;
 mod check;
 mod daemon;
-mod eval;
+mod evaluate_cli;
 mod exit;
 mod explain;
 mod fmt;
@@ -69,7 +69,7 @@ fn dispatch(command: Command, format: Format) -> Result<ExitCode> {
         Command::Echo(arguments) => inspect_cli::echo::run(&arguments)?,
         Command::Hz(arguments) => inspect_cli::hz::run(&arguments, format)?,
         Command::Mission(mission) => inspect_cli::mission::run(mission, format)?,
-        Command::Eval(arguments) => eval::run(&arguments, format)?,
+        Command::Eval(arguments) => evaluate_cli::run(&arguments, format)?,
         Command::Net(arguments) => petri_cli::run(&arguments, format)?,
         Command::Param(arguments) => param::run(&arguments, format)?,
         Command::New(arguments) => new::run(&arguments)?,

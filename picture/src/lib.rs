@@ -1,14 +1,29 @@
-//! Pictures without a window: what egui would show, as pixels painted by ourselves or as an SVG.
-//! No display and no GPU are needed, and the same shapes give the same bytes on every machine.
-//! Start with [`Stage`], which runs frames; `raster` paints their triangles.
+//! Pictures without a window or a GPU. The same content gives the same bytes on every machine.
+//!
+//! [`canvas`] is an RGB image with a few shapes; [`plot_sheet`] and [`chart`] draw curves, histograms
+//! and trajectories as SVG or PNG. With the feature `egui`, `Stage` runs frames of an egui user
+//! interface, `raster` paints their triangles, and `svg` writes their shapes.
 
+pub mod canvas;
+pub mod chart;
+pub mod plot_sheet;
+
+#[cfg(feature = "egui")]
 mod pixels;
+#[cfg(feature = "egui")]
 mod png;
+#[cfg(feature = "egui")]
 mod raster;
+#[cfg(feature = "egui")]
 mod stage;
+#[cfg(feature = "egui")]
 pub mod svg;
 
+#[cfg(feature = "egui")]
+pub use crate::png::EncodeError;
+#[cfg(feature = "egui")]
 pub use pixels::{Pixels, Textures};
-pub use png::EncodeError;
+#[cfg(feature = "egui")]
 pub use raster::paint;
+#[cfg(feature = "egui")]
 pub use stage::Stage;

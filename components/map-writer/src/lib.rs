@@ -1,8 +1,7 @@
-//! Writes what a robot has mapped: a picture to look at (`picture`, drawn on `canvas`), a map for
+//! Writes what a robot has mapped: a picture to look at (`picture`), a map for
 //! `map_server` (`map_server`), the trajectory as text (`trajectory`). `record` says what is to be
 //! written when, `files` puts it on the disk; `ports` is all there is of messages.
 
-pub mod canvas;
 mod files;
 mod map_server;
 mod picture;

@@ -2,8 +2,7 @@
 //! scale bar in metres.
 
 use armor_grid::{Cell, Grid, Point2};
-
-use crate::canvas::{Canvas, Colour, LETTER};
+use armor_picture::canvas::{Colour, LETTER, RgbCanvas};
 
 /// The longer side of the map is drawn with at least this many pixels, ...
 const SMALL: usize = 800;
@@ -30,14 +29,14 @@ pub(crate) fn picture(
     map: &Grid<i8>,
     way: impl Iterator<Item = Point2> + Clone,
     truth: impl Iterator<Item = Point2> + Clone,
-) -> Canvas {
+) -> RgbCanvas {
     let view = View::of(map, way.clone().chain(truth.clone()));
     let width = view.width().max(STRIP_WIDTH);
-    let mut canvas = Canvas::new(width, view.height() + STRIP, UNKNOWN);
+    let mut canvas = RgbCanvas::new(width, view.height() + STRIP, UNKNOWN);
     view.draw_map(&mut canvas, map);
     let truth: Vec<_> = truth.map(|point| view.pixel(point)).collect();
     for pair in truth.windows(2) {
-        canvas.line(pair[0], pair[1], 0, TRUTH);
+        canvas.draw_line(pair[0], pair[1], 0, TRUTH);
     }
     draw_way(&mut canvas, &way.map(|point| view.pixel(point)).collect::<Vec<_>>());
     draw_strip(&mut canvas, &view, width as i32);
@@ -128,13 +127,13 @@ impl View {
         ((point.x_m - left_m) * per_metre - 0.5, self.height() as f64 - up - 0.5)
     }
 
-    fn draw_map(&self, canvas: &mut Canvas, map: &Grid<i8>) {
+    fn draw_map(&self, canvas: &mut RgbCanvas, map: &Grid<i8>) {
         let height = self.height();
         for y in 0..height {
             for x in 0..self.width() {
                 if let Some(percent) = self.percent(map, x, height - 1 - y) {
                     let grey = 255 - (f32::from(percent.min(100)) * 2.3) as u8;
-                    canvas.set(x as i32, y as i32, [grey; 3]);
+                    canvas.set_pixel(x as i32, y as i32, [grey; 3]);
                 }
             }
         }
@@ -156,9 +155,9 @@ impl View {
     }
 }
 
-fn draw_way(canvas: &mut Canvas, way: &[(f64, f64)]) {
+fn draw_way(canvas: &mut RgbCanvas, way: &[(f64, f64)]) {
     for (index, pair) in way.windows(2).enumerate() {
-        canvas.line(pair[0], pair[1], 1, way_colour(index as f64 / way.len() as f64));
+        canvas.draw_line(pair[0], pair[1], 1, way_colour(index as f64 / way.len() as f64));
     }
     if let (Some(first), Some(last)) = (way.first(), way.last()) {
         let at = |place: &(f64, f64)| (place.0.round() as i32, place.1.round() as i32);
@@ -167,39 +166,39 @@ fn draw_way(canvas: &mut Canvas, way: &[(f64, f64)]) {
     }
 }
 
-fn draw_start(canvas: &mut Canvas, (x, y): (i32, i32)) {
-    canvas.disc(x, y, 8, [255; 3]);
-    canvas.disc(x, y, 6, START);
+fn draw_start(canvas: &mut RgbCanvas, (x, y): (i32, i32)) {
+    canvas.fill_disc(x, y, 8, [255; 3]);
+    canvas.fill_disc(x, y, 6, START);
 }
 
-fn draw_end(canvas: &mut Canvas, (x, y): (i32, i32)) {
+fn draw_end(canvas: &mut RgbCanvas, (x, y): (i32, i32)) {
     // Larger than the start: where a robot comes home, both are to be seen.
-    canvas.rectangle(x - 11, y - 11, 23, 23, [255; 3]);
-    canvas.rectangle(x - 9, y - 9, 19, 19, END);
+    canvas.fill_rectangle(x - 11, y - 11, 23, 23, [255; 3]);
+    canvas.fill_rectangle(x - 9, y - 9, 19, 19, END);
 }
 
 /// Below the map: the scale bar on the left, on the right what the marks mean.
-fn draw_strip(canvas: &mut Canvas, view: &View, width: i32) {
+fn draw_strip(canvas: &mut RgbCanvas, view: &View, width: i32) {
     let top = view.height() as i32;
     let middle = top + STRIP as i32 / 2;
-    canvas.rectangle(0, top, width, STRIP as i32, [255; 3]);
+    canvas.fill_rectangle(0, top, width, STRIP as i32, [255; 3]);
     let (bar_m, bar) = scale_bar(view.pixels_per_metre(), f64::from(width) / 4.0);
-    canvas.rectangle(16, middle + 6, bar, 5, INK);
-    canvas.rectangle(16, middle, 3, 17, INK);
-    canvas.rectangle(16 + bar - 3, middle, 3, 17, INK);
-    canvas.text(16, middle - 18, &format!("{bar_m} m"), INK);
+    canvas.fill_rectangle(16, middle + 6, bar, 5, INK);
+    canvas.fill_rectangle(16, middle, 3, 17, INK);
+    canvas.fill_rectangle(16 + bar - 3, middle, 3, 17, INK);
+    canvas.draw_text(16, middle - 18, &format!("{bar_m} m"), INK);
 
     let text = middle - LETTER / 2;
     let end = width - 16 - 3 * LETTER;
-    canvas.text(end, text, "end", INK);
+    canvas.draw_text(end, text, "end", INK);
     draw_end(canvas, (end - 20, middle));
     let ribbon = (end - 180, 130);
     for step in 0..ribbon.1 {
         let colour = way_colour(f64::from(step) / f64::from(ribbon.1));
-        canvas.rectangle(ribbon.0 + step, middle - 2, 1, 5, colour);
+        canvas.fill_rectangle(ribbon.0 + step, middle - 2, 1, 5, colour);
     }
     draw_start(canvas, (ribbon.0 - 18, middle));
-    canvas.text(ribbon.0 - 34 - 5 * LETTER, text, "start", INK);
+    canvas.draw_text(ribbon.0 - 34 - 5 * LETTER, text, "start", INK);
 }
 
 /// The longest of 1, 2, 5, 10 ... metres (or 0.1, 0.2, 0.5) that fits, and its pixels.

@@ -10,8 +10,8 @@ struct Decoded {
 }
 
 impl Decoded {
-    fn of(canvas: &Canvas) -> Self {
-        let bytes = canvas.png().unwrap();
+    fn of(canvas: &RgbCanvas) -> Self {
+        let bytes = canvas.encode_png().unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut rgb).unwrap();

@@ -177,7 +177,7 @@ impl Record {
         let finite = |point: &Point2| point.x_m.is_finite() && point.y_m.is_finite();
         let way = self.trajectory.line().filter(finite);
         let truth = self.truth.line().filter(finite);
-        let png = picture(map, way, truth).png().map_err(|error| WriteError {
+        let png = picture(map, way, truth).encode_png().map_err(|error| WriteError {
             path: path.to_owned(),
             source: std::io::Error::other(error),
         })?;

@@ -3,7 +3,7 @@
 //! Pure and without a clock: [`drawing`] and `map_server` read worlds, [`world`] answers rays and
 //! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with [`steering`]
 //! and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins them in fixed
-//! steps, [`pace`] says how fast time passes, [`truth`] scores maps. `ports` alone knows the SDK.
+//! steps, [`pace`] says how fast time passes, [`truth`] is the world as a raster. `ports` alone knows the SDK.
 
 pub mod battery;
 pub mod camera;

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use armor_driver::{Driving, Scan as DriverScan, Velocity};
+use armor_evaluation::map_score::{MapScore, score_map};
 use armor_explorer::{Decision, Exploration};
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_grid_slam::config::Config;
@@ -16,7 +17,6 @@ use armor_planner::{Planning, Rank};
 use armor_simulator::laser::{LaserModel, RANGE_MIN_M};
 use armor_simulator::random::{Random, Stream};
 use armor_simulator::simulation::{Models, Reading, Simulation, Stamped};
-use armor_simulator::truth::{MapScore, score};
 use armor_simulator::world::World;
 
 use crate::delivery::{Delays, Delivery};
@@ -164,7 +164,7 @@ impl Trial {
 
     fn score(&self) -> MapScore {
         let truth = self.simulation.world().free_space(0.05).expect("a raster");
-        score(&self.map(Thresholds::default()), &truth, 1.5)
+        score_map(&self.map(Thresholds::default()), &truth, 1.5)
     }
 
     fn now_s(&self) -> f64 {

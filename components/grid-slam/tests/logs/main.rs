@@ -10,8 +10,9 @@
 mod recorded;
 mod worse;
 
+use armor_evaluation::relations::{judge_relations, summarize_by_kind};
+use armor_evaluation::trajectory::Trajectory;
 use armor_grid_slam::config::Config;
-use armor_grid_slam::evaluation::{Trajectory, by_kind, judge};
 use armor_grid_slam::slam::Slam;
 use recorded::{Recorded, recorded};
 use rustix::time::{ClockId, clock_gettime};
@@ -73,7 +74,7 @@ fn check(name: &str, bounds: [f64; 4]) {
     let processor_s = cpu_s() - before_s;
     let (seconds, span) = (begun.elapsed().as_secs_f64(), poses.values().map(|(stamp, _)| *stamp));
     let recorded_s = span.clone().fold(f64::MIN, f64::max) - span.fold(f64::MAX, f64::min);
-    let kinds = by_kind(&judge(&poses, &relations).unwrap());
+    let kinds = summarize_by_kind(&judge_relations(&poses, &relations).unwrap());
     let found = ["next", "revisit"].map(|kind| [kinds[kind].metres.mean, kinds[kind].degrees.mean]);
     println!(
         "{name:>13}: next {:.3} m {:.2} deg, revisit {:.3} m {:.2} deg; {} closures, \

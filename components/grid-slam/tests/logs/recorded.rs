@@ -2,7 +2,8 @@
 
 use armor_carmen_player::log::Log;
 use armor_carmen_player::record::{self, Record};
-use armor_grid_slam::evaluation::{Relation, Trajectory, relations};
+use armor_evaluation::relations::{Relation, read_relations};
+use armor_evaluation::trajectory::Trajectory;
 use armor_grid_slam::pose::Pose;
 use armor_grid_slam::scan::Scan;
 use armor_grid_slam::slam::Slam;
@@ -31,7 +32,7 @@ pub fn recorded(name: &str) -> Option<(Vec<Recorded>, Vec<Relation>)> {
     let scans = records.filter_map(|r| if let Record::Scan(scan) = r { Some(scan) } else { None });
     let scans = scans.enumerate().map(|(number, scan)| understood(number, &scan)).collect();
     let text = std::fs::read_to_string(folder.join(format!("{name}.relations.csv"))).unwrap();
-    Some((scans, relations(&text).unwrap()))
+    Some((scans, read_relations(&text).unwrap()))
 }
 
 fn understood(number: usize, scan: &record::Scan) -> Recorded {

@@ -5,7 +5,7 @@
 
 use crate::config;
 use crate::recorded::{Recorded, numbered, recorded};
-use armor_grid_slam::evaluation::{Relation, by_kind, judge};
+use armor_evaluation::relations::{Relation, judge_relations, summarize_by_kind};
 use armor_grid_slam::pose::Pose;
 use armor_grid_slam::slam::Slam;
 use rand_chacha::ChaCha8Rng;
@@ -95,8 +95,8 @@ fn judged(scans: &[Recorded], relations: &[Relation]) -> (String, bool) {
     for one in scans {
         slam.add(one.odometry, &one.scan);
     }
-    let judged = judge(&numbered(scans, &slam), relations).unwrap();
-    let kinds = by_kind(&judged);
+    let judged = judge_relations(&numbered(scans, &slam), relations).unwrap();
+    let kinds = summarize_by_kind(&judged);
     let revisits = judged.iter().filter(|one| one.relation.kind == "revisit");
     let lost = revisits.clone().filter(|one| one.metres > LOST_M).count();
     let lost = 100.0 * lost as f64 / revisits.count().max(1) as f64;

@@ -1,5 +1,5 @@
-//! A picture in memory with the few shapes that a map needs. Positions are in pixels from the top
-//! left corner; what lies outside is not drawn.
+//! An RGB image in memory with the few shapes that maps and plots need. Positions are in pixels from
+//! the top left corner; what lies outside the image is not drawn.
 
 use font8x8::legacy::BASIC_LEGACY;
 
@@ -11,22 +11,22 @@ const LETTER_SCALE: i32 = 2;
 /// Width and height of a letter, in pixels.
 pub const LETTER: i32 = 8 * LETTER_SCALE;
 
-/// A picture of `width` x `height` pixels.
+/// An RGB image of `width` × `height` pixels.
 #[derive(Debug)]
-pub struct Canvas {
+pub struct RgbCanvas {
     width: usize,
     height: usize,
     rgb: Vec<u8>,
 }
 
-impl Canvas {
-    /// A picture of one colour.
+impl RgbCanvas {
+    /// Makes an image of one colour.
     pub fn new(width: usize, height: usize, background: Colour) -> Self {
         Self { width, height, rgb: background.repeat(width * height) }
     }
 
-    /// Colours a pixel.
-    pub fn set(&mut self, x: i32, y: i32, colour: Colour) {
+    /// Sets the colour of a pixel.
+    pub fn set_pixel(&mut self, x: i32, y: i32, colour: Colour) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let at = (y * self.width + x) * 3;
@@ -35,55 +35,55 @@ impl Canvas {
     }
 
     /// Fills a rectangle from its top left corner.
-    pub fn rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: Colour) {
+    pub fn fill_rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: Colour) {
         for row in y..y + height {
             for column in x..x + width {
-                self.set(column, row, colour);
+                self.set_pixel(column, row, colour);
             }
         }
     }
 
     /// Fills a circle.
-    pub fn disc(&mut self, x: i32, y: i32, radius: i32, colour: Colour) {
+    pub fn fill_disc(&mut self, x: i32, y: i32, radius: i32, colour: Colour) {
         for dy in -radius..=radius {
             for dx in -radius..=radius {
                 if dx * dx + dy * dy <= radius * radius + radius / 2 {
-                    self.set(x + dx, y + dy, colour);
+                    self.set_pixel(x + dx, y + dy, colour);
                 }
             }
         }
     }
 
     /// Draws a line with a round pen.
-    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: Colour) {
+    pub fn draw_line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: Colour) {
         let length = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
         for step in 0..=length as u32 {
             let along = f64::from(step) / length;
             let x = from.0 + (to.0 - from.0) * along;
             let y = from.1 + (to.1 - from.1) * along;
-            self.disc(x.round() as i32, y.round() as i32, pen, colour);
+            self.fill_disc(x.round() as i32, y.round() as i32, pen, colour);
         }
     }
 
     /// Writes ASCII text from its top left corner.
-    pub fn text(&mut self, x: i32, y: i32, text: &str, colour: Colour) {
+    pub fn draw_text(&mut self, x: i32, y: i32, text: &str, colour: Colour) {
         for (position, letter) in (0_i32..).zip(text.bytes()) {
             let Some(glyph) = BASIC_LEGACY.get(usize::from(letter)) else { continue };
             for (row, bits) in (0_i32..).zip(glyph) {
                 for column in (0..8).filter(|column| bits >> column & 1 == 1) {
                     let left = x + position * LETTER + column * LETTER_SCALE;
                     let top = y + row * LETTER_SCALE;
-                    self.rectangle(left, top, LETTER_SCALE, LETTER_SCALE, colour);
+                    self.fill_rectangle(left, top, LETTER_SCALE, LETTER_SCALE, colour);
                 }
             }
         }
     }
 
-    /// Returns the picture as a PNG file.
+    /// Returns the image as a PNG file.
     ///
     /// # Errors
-    /// If it has no pixels.
-    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+    /// If the image has no pixels.
+    pub fn encode_png(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
@@ -99,8 +99,8 @@ mod tests {
     use super::*;
 
     /// Draws on a small canvas and compares it with a drawing: `#` where it is not white.
-    fn check(draw: impl Fn(&mut Canvas), expected: &[&str]) {
-        let mut canvas = Canvas::new(expected[0].len(), expected.len(), [255; 3]);
+    fn check(draw: impl Fn(&mut RgbCanvas), expected: &[&str]) {
+        let mut canvas = RgbCanvas::new(expected[0].len(), expected.len(), [255; 3]);
         draw(&mut canvas);
         let row = |pixels: &[u8]| -> String {
             pixels.chunks(3).map(|p| if p == [255; 3] { '.' } else { '#' }).collect()
@@ -111,23 +111,23 @@ mod tests {
 
     #[test]
     fn shapes_end_at_the_edge() {
-        check(|c| c.rectangle(-1, 1, 3, 9, [0; 3]), &["....", "##..", "##.."]);
+        check(|c| c.fill_rectangle(-1, 1, 3, 9, [0; 3]), &["....", "##..", "##.."]);
     }
 
     #[test]
     fn a_line_reaches_both_ends() {
-        check(|c| c.line((0.0, 2.0), (3.0, 0.0), 0, [0; 3]), &["...#", ".##.", "#..."]);
+        check(|c| c.draw_line((0.0, 2.0), (3.0, 0.0), 0, [0; 3]), &["...#", ".##.", "#..."]);
     }
 
     #[test]
     fn a_disc_is_round() {
-        check(|c| c.disc(2, 2, 2, [0; 3]), &[".###.", "#####", "#####", "#####", ".###."]);
+        check(|c| c.fill_disc(2, 2, 2, [0; 3]), &[".###.", "#####", "#####", "#####", ".###."]);
     }
 
     #[test]
     fn letters_are_upright_and_twice_the_size_of_the_font() {
-        let mut canvas = Canvas::new(16, 16, [255; 3]);
-        canvas.text(0, 0, "L", [0; 3]);
+        let mut canvas = RgbCanvas::new(16, 16, [255; 3]);
+        canvas.draw_text(0, 0, "L", [0; 3]);
         let dark = |row: usize| {
             canvas.rgb[row * 48..(row + 1) * 48].chunks(3).filter(|p| *p == [0; 3]).count()
         };
