@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 use armor_designer::export::Stage;
 use armor_designer::files::recovery::orphans;
 use armor_designer::{Designer, Kinds, Settings, Start};
+use armor_robotfile::Code;
 use eframe::egui::Context;
 
 const DESIGNER: &str = env!("CARGO_BIN_EXE_armor-designer");
@@ -30,19 +31,25 @@ fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Output {
 #[test]
 fn the_designer_finds_what_armor_check_finds() {
     let Some(armor) = armor() else { return };
-    let files = ["office.xml", "survey.xml", "meeting.xml", "appointment.xml"].into_iter();
-    let wrong =
-        ["E0002", "E0004", "E0103", "E0105", "E0109", "E0111", "E0201", "E0205", "W0213", "W0218"];
-    let wrong = wrong.map(|code| format!("tests/errors/{code}.xml"));
-    for file in files.map(str::to_owned).chain(wrong) {
-        let path = missions().join(&file);
+    let folder = scratch("findings");
+    let valid = ["office.xml", "survey.xml", "meeting.xml", "appointment.xml"];
+    let mut paths: Vec<_> = valid.iter().map(|file| missions().join(file)).collect();
+    for code in
+        ["E0002", "E0004", "E0103", "E0105", "E0109", "E0111", "E0201", "E0205", "W0213", "W0218"]
+    {
+        let example = Code::named(code).and_then(Code::faulty_example).expect("an example");
+        let path = folder.join(format!("{code}.xml"));
+        std::fs::write(&path, example.file("robot.xml").expect("a file")).expect("it is written");
+        paths.push(path);
+    }
+    for path in paths {
         assert!(path.exists(), "{} is missing", path.display());
         let path = path.to_str().expect("UTF-8");
         let (ours, theirs) = (run(DESIGNER, &["--check", path]), run(&armor, &["check", path]));
         let said = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(said(&ours), said(&theirs), "{file}");
-        assert_eq!(ours.stdout, theirs.stdout, "{file}");
-        assert_eq!(ours.status.code(), theirs.status.code(), "{file}");
+        assert_eq!(said(&ours), said(&theirs), "{path}");
+        assert_eq!(ours.stdout, theirs.stdout, "{path}");
+        assert_eq!(ours.status.code(), theirs.status.code(), "{path}");
     }
 }
 

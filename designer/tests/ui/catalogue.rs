@@ -3,19 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use armor_designer::{Designer, Settings, Start, View};
-use armor_robotfile::Severity;
+use armor_robotfile::{Code, Severity};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use crate::bench_kinds;
 
-fn files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robotfile/tests/errors");
-    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let is_xml = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "xml");
-    let mut files: Vec<_> = entries.filter(is_xml).collect();
-    files.sort();
-    files
+/// Writes the examples of all pages, each with the files that it names into a folder of its own,
+/// and returns the paths of the main files.
+fn write_examples(name: &str) -> Vec<PathBuf> {
+    let folder = std::env::temp_dir().join(format!("armor-designer-{name}-{}", std::process::id()));
+    let mut paths = Vec::new();
+    for code in Code::ALL {
+        let examples = [("faulty", code.faulty_example()), ("fixed", code.fixed_example())];
+        for (form, example) in examples {
+            let folder = folder.join(code.as_str()).join(form);
+            std::fs::create_dir_all(&folder).unwrap();
+            let Some(example) = example else { continue };
+            for (name, bytes) in &example.files {
+                std::fs::write(folder.join(name), bytes).unwrap();
+            }
+            paths.push(folder.join("robot.xml"));
+        }
+    }
+    paths
 }
 
 fn window(file: &Path, view: View) -> Harness<'static, Designer> {
@@ -37,7 +48,7 @@ fn window(file: &Path, view: View) -> Harness<'static, Designer> {
 
 #[test]
 fn what_is_wrong_with_an_invalid_file_is_shown() {
-    let files = files();
+    let files = write_examples("findings");
     assert!(files.len() > 150, "there are {} only", files.len());
     for file in &files {
         let mut harness = window(file, View::System);
@@ -53,7 +64,7 @@ fn what_is_wrong_with_an_invalid_file_is_shown() {
 
 #[test]
 fn an_invalid_file_is_shown_in_every_view() {
-    for file in files() {
+    for file in write_examples("views") {
         for view in [View::Mission, View::Live] {
             window(&file, view);
         }
