@@ -9,21 +9,23 @@ use serde_json::Value;
 
 /// Crate, and the crates of the workspace it may import. What only tests import does not count.
 const ARROWS: &[(&str, &[&str])] = &[
+    ("armor-files", &[]),
     ("armor-wire-derive", &[]),
     ("armor-wire", &["armor-wire-derive"]),
     ("armor-socket", &["armor-wire"]),
     ("armor-registry", &["armor-socket", "armor-wire"]),
     ("armor-robotfile", &["armor-wire"]),
-    ("armor-configd", &["armor-robotfile", "armor-socket", "armor-wire"]),
+    ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
     ("armor-sdk", &["armor-wire"]),
-    ("armor-executive", &["armor-petri", "armor-robotfile", "armor-sdk"]),
-    ("armor-inspect", &["armor-executive", "armor-sdk", "armor-wire"]),
+    ("armor-executive", &["armor-files", "armor-petri", "armor-robotfile", "armor-sdk"]),
+    ("armor-inspect", &["armor-executive", "armor-files", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
     (
         "armor-designer",
         &[
             "armor-executive",
+            "armor-files",
             "armor-inspect",
             "armor-robotfile",
             "armor-petri",
@@ -34,11 +36,11 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("armor-picture", &[]),
     ("armor-evaluation", &["armor-grid", "armor-grid-slam", "armor-picture"]),
-    ("armor-map-writer", &["armor-sdk", "armor-grid", "armor-picture"]),
-    ("armor-operator-view", &["armor-sdk", "armor-grid", "armor-picture"]),
+    ("armor-map-writer", &["armor-sdk", "armor-files", "armor-grid", "armor-picture"]),
+    ("armor-operator-view", &["armor-sdk", "armor-files", "armor-grid", "armor-picture"]),
 ];
 /// What every component may import.
-const COMPONENT: &[&str] = &["armor-sdk", "armor-grid"];
+const COMPONENT: &[&str] = &["armor-sdk", "armor-files", "armor-grid"];
 /// What stands above everything and is imported by nobody.
 const TOP: &[&str] = &["armor", "armor-bench"];
 

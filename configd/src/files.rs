@@ -3,7 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use armor_robotfile::{Reading, read, read_bytes, save};
+use armor_files::save_atomically;
+use armor_robotfile::{Reading, read, read_bytes};
 
 use crate::versions::Write;
 
@@ -78,7 +79,7 @@ pub fn write(wanted: &Write) -> Result<(), String> {
             ));
         }
     }
-    save(file, text.as_bytes()).map_err(|error| error.to_string())
+    save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())
 }
 
 /// Whether every file is there and has something in it. One that is not may be between two steps of

@@ -4,10 +4,11 @@
 //! A version is there whole or not at all: it is written beside, synced, and renamed.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
+use armor_files::save_folder_atomically;
 use armor_robotfile::read_bytes;
 use tracing::warn;
 
@@ -86,10 +87,8 @@ impl Store {
     /// As the operating system says; what was kept before is untouched.
     pub(crate) fn keep(&self, kept: &Kept) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
-        let beside = self.folder.join(format!(".{}.new", kept.number));
-        remove(&beside)?;
-        fs::create_dir(&beside)?;
         let mut index = String::new();
+        let mut files = Vec::new();
         for (number, (path, text)) in kept.files.iter().enumerate() {
             let file_name = path.file_name().and_then(|name| name.to_str()).unwrap_or("file");
             // Two files of different folders may have one name.
@@ -97,24 +96,16 @@ impl Store {
             let path = path.to_str().filter(|path| !path.contains(['\n', '\t']));
             let path = path.ok_or_else(|| io::Error::other("a path that no index can hold"))?;
             index += &format!("{name}\t{path}\n");
-            write_synced(&beside.join(name), text)?;
+            files.push((name, text.clone().into_bytes()));
         }
-        write_synced(&beside.join(INDEX), &index)?;
-        let folder = self.folder.join(kept.number.to_string());
-        remove(&folder)?;
-        fs::rename(&beside, &folder)?;
-        File::open(&self.folder)?.sync_all()?;
+        files.push((INDEX.to_owned(), index.into_bytes()));
+        save_folder_atomically(&self.folder.join(kept.number.to_string()), &files)
+            .map_err(|error| error.reason)?;
         match kept.number.checked_sub(MAX_VERSIONS as u64) {
             Some(old) => remove(&self.folder.join(old.to_string())),
             None => Ok(()),
         }
     }
-}
-
-fn write_synced(path: &Path, text: &str) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(text.as_bytes())?;
-    file.sync_all()
 }
 
 fn remove(folder: &Path) -> io::Result<()> {

@@ -9,6 +9,7 @@
 
 use crate::record::{Entry, Record};
 use crate::version::Version;
+use armor_files::{Durability, PendingFile, SaveError};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -198,16 +199,12 @@ impl Journal {
             serde_json::to_writer(&mut text, &line).map_err(|e| self.failed(e.into()))?;
             text.push(b'\n');
         }
-        let beside = self.path.with_added_extension("new");
         let write = || {
-            let mut file = File::create(&beside)?;
-            file.write_all(&text)?;
-            file.sync_all()?;
-            std::fs::rename(&beside, &self.path)?;
-            sync_folder(&self.path)?;
-            Ok(file)
+            let mut pending = PendingFile::create(&self.path)?;
+            pending.write(&text)?;
+            pending.commit(Durability::Synced)
         };
-        self.file = write().map_err(|error| self.failed(error))?;
+        self.file = write().map_err(|error: SaveError| self.failed(error.reason))?;
         (self.len, self.cut_len, self.unsynced) = (text.len() as u64, text.len() as u64, false);
         Ok(())
     }

@@ -2,11 +2,12 @@
 //! launcher holds a lock on its file: whose lock can be taken is dead, and its file is removed.
 
 use std::fs::{self, DirBuilder, File};
-use std::io::{self, Write};
+use std::io;
 use std::net::SocketAddr;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
+use armor_files::{Durability, PendingFile, SaveError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -113,14 +114,15 @@ impl RunFile {
     /// If the file cannot be written.
     pub fn write(directory: &Path, record: &Record) -> Result<Self, SystemsError> {
         let path = directory.join(format!("{}-{}.json", record.system, record.pid));
-        let draft = path.with_extension("draft");
         let write = || -> io::Result<File> {
-            let mut file = File::create(&draft)?;
-            // Locked before it has its name: nobody sees it without the lock.
-            file.try_lock()?;
-            file.write_all(serde_json::to_string_pretty(record)?.as_bytes())?;
-            fs::rename(&draft, &path)?;
-            Ok(file)
+            let failed = |error: SaveError| error.reason;
+            let mut pending = PendingFile::create(&path).map_err(failed)?;
+            // Locked before it has its name: no reader finds it without the lock.
+            pending.file().try_lock()?;
+            let text = serde_json::to_string_pretty(record)?;
+            pending.write(text.as_bytes()).map_err(failed)?;
+            // Not synced: the record ends with the process.
+            pending.commit(Durability::Unsynced).map_err(failed)
         };
         match write() {
             Ok(lock) => Ok(Self { path, _lock: lock }),

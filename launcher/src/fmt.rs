@@ -54,7 +54,7 @@ impl Formatter<'_> {
                     self.say(file, "would change")?;
                     ending = Ending::Failed;
                 }
-                Ok((_, new)) => match armor_robotfile::save(file, &new) {
+                Ok((_, new)) => match armor_files::save_atomically(file, &new) {
                     Ok(()) => self.say(file, "formatted")?,
                     Err(error) => {
                         writeln!(self.err, "error: {error}")?;

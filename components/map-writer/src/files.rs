@@ -1,8 +1,10 @@
 //! Files that are complete or not there: written beside their place, then renamed into it.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+use armor_files::save_atomically;
 
 /// A file that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -16,16 +18,8 @@ pub struct WriteError {
 
 /// Replaces a file at once: readers see the old content or the new one, never a part.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), WriteError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let written = File::create(&beside)
-        .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_data()))
-        .and_then(|()| fs::rename(&beside, path));
-    written.map_err(|source| {
-        // What is left of it would only take up the space that is missing.
-        let _ = fs::remove_file(&beside);
-        WriteError { path: path.to_owned(), source }
-    })
+    save_atomically(path, content)
+        .map_err(|error| WriteError { path: path.to_owned(), source: error.reason })
 }
 
 /// Adds to the end of a file, which is made if it does not exist; all of it or nothing.

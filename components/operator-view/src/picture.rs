@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
+use armor_files::replace_atomically;
 use armor_picture::{EncodeError, Stage};
 use eframe::egui::Context;
 
@@ -122,11 +123,9 @@ fn made(
 /// # Errors
 /// If it or its folder cannot be written.
 fn save(path: &Path, content: &[u8]) -> Result<(), PictureError> {
-    let part = path.with_extension("part");
     let folder = path.parent().unwrap_or(Path::new(""));
     let written = fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&part, content))
-        .and_then(|()| fs::rename(&part, path));
+        .and_then(|()| replace_atomically(path, content).map_err(|error| error.reason));
     written.map_err(|source| PictureError::Write { path: path.into(), source })
 }
 

@@ -41,7 +41,7 @@ pub enum ExportError {
     Png(#[from] PngError),
     /// The file cannot be written.
     #[error(transparent)]
-    Save(#[from] armor_robotfile::SaveError),
+    Save(#[from] armor_files::SaveError),
 }
 
 /// Saves the drawing as the file at `path`, in the format that its ending says, with `scale` pixels
@@ -83,7 +83,7 @@ pub fn export(
         Format::Svg => {
             let text =
                 svg::svg(stage.shapes(), Rect::from_min_size(Default::default(), size), under);
-            armor_robotfile::save(path, text.as_bytes())?;
+            armor_files::save_atomically(path, text.as_bytes())?;
         }
     }
     Ok(())

@@ -12,7 +12,7 @@ pub enum PngError {
     Encode(#[from] EncodeError),
     /// The file cannot be written.
     #[error(transparent)]
-    Save(#[from] armor_robotfile::SaveError),
+    Save(#[from] armor_files::SaveError),
 }
 
 /// Saves a picture as the file at `path`, whole or not at all.
@@ -20,5 +20,5 @@ pub enum PngError {
 /// # Errors
 /// If it cannot be encoded, or the file cannot be written.
 pub fn save_png(pixels: &Pixels, path: &Path) -> Result<(), PngError> {
-    Ok(armor_robotfile::save(path, &pixels.png()?)?)
+    Ok(armor_files::save_atomically(path, &pixels.png()?)?)
 }

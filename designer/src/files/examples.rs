@@ -82,7 +82,7 @@ pub fn unpack(folder: &Path) -> io::Result<()> {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent)?;
         }
-        armor_robotfile::save(&path, bytes).map_err(io::Error::other)?;
+        armor_files::save_atomically(&path, bytes).map_err(io::Error::other)?;
     }
     Ok(())
 }

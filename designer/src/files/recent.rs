@@ -66,7 +66,7 @@ impl Recent {
         if let Some(folder) = self.file.parent() {
             fs::create_dir_all(folder)?;
         }
-        armor_robotfile::save(&self.file, &bytes).map_err(io::Error::other)
+        armor_files::save_atomically(&self.file, &bytes).map_err(io::Error::other)
     }
 }
 

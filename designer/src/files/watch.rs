@@ -200,7 +200,7 @@ mod tests {
         fs::write(&path, "one").expect("written");
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
-        armor_robotfile::save(&path, b"two").expect("saved");
+        armor_files::save_atomically(&path, b"two").expect("saved");
         assert_eq!(looked(&mut looker), [News { path: path.clone(), now: on_disk("two") }]);
         assert_eq!(looked(&mut looker), []);
         fs::remove_file(&path).expect("removed");
@@ -223,7 +223,7 @@ mod tests {
         fs::write(&path, "one").expect("written");
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
-        armor_robotfile::save(&path, b"two").expect("saved");
+        armor_files::save_atomically(&path, b"two").expect("saved");
         looker.follow([(path, on_disk("two"))]);
         assert_eq!(looked(&mut looker), []);
     }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use armor_robotfile::{Finding, SaveError, Severity};
+use armor_files::SaveError;
+use armor_robotfile::{Finding, Severity};
 
 use crate::project::Project;
 
@@ -99,7 +100,7 @@ impl Project {
         }
         let is_elsewhere = to.is_some();
         if let Some(path) = to {
-            armor_robotfile::save(&path, self.files[0].text().as_bytes())?;
+            armor_files::save_atomically(&path, self.files[0].text().as_bytes())?;
             let text = Arc::clone(self.files[0].text());
             self.files[0].set_path(path);
             self.files[0].set_saved(text);
@@ -108,7 +109,7 @@ impl Project {
         for (number, file) in self.files.iter_mut().enumerate() {
             let Some(path) = file.path().map(ToOwned::to_owned) else { continue };
             if file.is_dirty() {
-                armor_robotfile::save(&path, file.text().as_bytes())?;
+                armor_files::save_atomically(&path, file.text().as_bytes())?;
                 file.set_saved(Arc::clone(file.text()));
                 saved.files.push(path);
             } else if number == 0 {

@@ -28,7 +28,7 @@ fn outside(window: &Window, from: &str, to: &str) {
     let path = window.path("robot.xml");
     let text = read(&path);
     assert!(text.contains(from), "{text}");
-    armor_robotfile::save(&path, text.replace(from, to).as_bytes()).unwrap();
+    armor_files::save_atomically(&path, text.replace(from, to).as_bytes()).unwrap();
 }
 
 fn rename(window: &mut Window, from: &str, to: &str) {

@@ -4,12 +4,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use armor_files::replace_atomically;
 use armor_wire::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use tracing::debug;
@@ -162,12 +163,7 @@ fn read(file: &Path) -> io::Result<Known> {
 fn replace(file: &Path, known: &Known) -> io::Result<()> {
     let folder = file.parent().ok_or_else(|| io::Error::other("it has no folder"))?;
     fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
-    let new = folder.join(format!(".manifests.{}", std::process::id()));
-    let write = || {
-        File::create(&new)?.write_all(&serde_json::to_vec(known)?)?;
-        fs::rename(&new, file)
-    };
-    write().inspect_err(|_| {
-        let _ = fs::remove_file(&new);
-    })
+    let text = serde_json::to_vec(known)?;
+    // Not synced: the executables can be asked again.
+    replace_atomically(file, &text).map_err(|error| error.reason)
 }

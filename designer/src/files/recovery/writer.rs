@@ -116,7 +116,7 @@ fn perform(job: &Job, file: &Path) -> Result<(), String> {
     match job {
         Job::Write(work) => {
             let text = serde_json::to_vec(work).map_err(|error| error.to_string())?;
-            armor_robotfile::save(file, &text)
+            armor_files::save_atomically(file, &text)
                 .map_err(|error| format!("unsaved work is not kept: {error}"))
         }
         Job::Remove => match fs::remove_file(file) {

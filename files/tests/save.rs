@@ -7,7 +7,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use armor_robotfile::save;
+use armor_files::save_atomically as save;
 
 /// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {

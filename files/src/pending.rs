@@ -1,0 +1,152 @@
+//! A file that does not have its name yet.
+
+use std::fs::{self, File, Metadata, OpenOptions, Permissions};
+use std::io::{self, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::{SaveError, folder_of, sync_folder};
+
+/// The number of symbolic links that are followed from one to the next, as in Linux itself.
+const MAX_SYMLINKS: usize = 40;
+/// The permission bits that a new version takes from the old one: not the set-id bits, which a file
+/// of data does not need.
+const PERMISSION_BITS: u32 = 0o777;
+
+/// What a saved file survives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Durability {
+    /// A power cut: file and folder are synced.
+    Synced,
+    /// The end of the process. After a power cut the file may be empty.
+    Unsynced,
+}
+
+/// A new version of a file, under a temporary name in its folder until [`PendingFile::commit`]. If
+/// it is dropped before, it is removed.
+#[derive(Debug)]
+pub struct PendingFile {
+    /// The path given by the caller, for the error message.
+    path: PathBuf,
+    /// The path that is replaced: `path` with its symbolic links followed.
+    target: PathBuf,
+    old: Option<Metadata>,
+    temporary: NamedTempFile,
+}
+
+impl PendingFile {
+    /// Creates the new version of the file at `path`, empty.
+    ///
+    /// # Errors
+    /// If the file is read-only or not a regular file, or its folder does not exist or is
+    /// read-only.
+    pub fn create(path: &Path) -> Result<Self, SaveError> {
+        let failed = |step| move |reason| SaveError { path: path.to_path_buf(), step, reason };
+        let target = follow_symlinks(path).map_err(failed("its link cannot be followed"))?;
+        let old = writable_metadata(&target).map_err(failed("it cannot be written"))?;
+        let temporary = create_temporary(&target, old.as_ref())
+            .map_err(failed("no file can be made in its folder"))?;
+        Ok(Self { path: path.to_path_buf(), target, old, temporary })
+    }
+
+    /// Appends bytes.
+    ///
+    /// # Errors
+    /// If the disk is full or broken.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), SaveError> {
+        let written = self.temporary.as_file_mut().write_all(bytes);
+        written.map_err(|reason| self.new_version_failed(reason))
+    }
+
+    /// Returns the open file, to lock it before it has its name.
+    pub fn file(&self) -> &File {
+        self.temporary.as_file()
+    }
+
+    /// Gives the new version its name, and returns the open file.
+    ///
+    /// # Errors
+    /// If the disk is full or broken. The old version is unchanged, unless the folder cannot be
+    /// synced.
+    pub fn commit(self, durability: Durability) -> Result<File, SaveError> {
+        if let Some(old) = &self.old {
+            let file = self.temporary.as_file();
+            // Only root may give a file away. For others it becomes their own, as in any editor.
+            let _ = fchown(file, Some(old.uid()), Some(old.gid()));
+            let mode = Permissions::from_mode(old.mode() & PERMISSION_BITS);
+            file.set_permissions(mode).map_err(|reason| self.new_version_failed(reason))?;
+        }
+        if durability == Durability::Synced {
+            // Before the rename: else the name may reach the disk before the bytes.
+            let synced = self.temporary.as_file().sync_all();
+            synced.map_err(|reason| self.new_version_failed(reason))?;
+        }
+        let Self { path, target, temporary, .. } = self;
+        let failed = |step| move |reason| SaveError { path, step, reason };
+        let file = match temporary.persist(&target) {
+            Ok(file) => file,
+            Err(error) => return Err(failed("it cannot be replaced")(error.error)),
+        };
+        if durability == Durability::Synced {
+            sync_folder(folder_of(&target))
+                .map_err(failed("it is replaced, but its folder cannot be synced"))?;
+        }
+        Ok(file)
+    }
+
+    fn new_version_failed(&self, reason: io::Error) -> SaveError {
+        let step = "the new version cannot be written";
+        SaveError { path: self.path.clone(), step, reason }
+    }
+}
+
+/// Returns where the symbolic links at `path` lead. The last one may point to no file yet.
+fn follow_symlinks(path: &Path) -> io::Result<PathBuf> {
+    let mut target = path.to_path_buf();
+    for _ in 0..MAX_SYMLINKS {
+        match fs::symlink_metadata(&target) {
+            Ok(metadata) if metadata.is_symlink() => {
+                let next = fs::read_link(&target)?;
+                target = target.parent().unwrap_or(Path::new("")).join(next);
+            }
+            Ok(_) => return Ok(target),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(target),
+            Err(error) => return Err(error),
+        }
+    }
+    Err(io::Error::other("symbolic links lead in a circle"))
+}
+
+/// Returns the metadata of the old version, if there is one. A rename would replace a read-only
+/// file too, so the file is first opened for writing.
+fn writable_metadata(target: &Path) -> io::Result<Option<Metadata>> {
+    let metadata = match fs::metadata(target) {
+        Ok(metadata) => metadata,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    if !metadata.is_file() {
+        return Err(io::Error::other("it is not a regular file"));
+    }
+    OpenOptions::new().write(true).open(target)?;
+    Ok(Some(metadata))
+}
+
+/// Creates the temporary file. If there is an old version, other users cannot read the new one
+/// before it has the old one's mode.
+fn create_temporary(target: &Path, old: Option<&Metadata>) -> io::Result<NamedTempFile> {
+    if target.file_name().is_none() {
+        return Err(io::Error::other("the path names no file"));
+    }
+    let mode = if old.is_some() { 0o600 } else { 0o666 };
+    // The name does not contain the file's own, which may be as long as a name can be.
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".armor-").suffix(".new");
+    // Opened here, not by `tempfile`: its error would name the temporary file.
+    let open = |path: &Path| {
+        OpenOptions::new().read(true).write(true).create_new(true).mode(mode).open(path)
+    };
+    builder.make_in(folder_of(target), open)
+}
