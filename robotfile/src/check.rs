@@ -4,6 +4,7 @@
 mod claims;
 mod dates;
 mod endless;
+mod graph;
 mod guards;
 mod links;
 mod manifests;
@@ -25,9 +26,9 @@ use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings, short};
 use crate::load::Reading;
 use crate::model::{Configuration, System};
-use crate::nearest::did_you_mean;
 use crate::overrides::{self, Override};
 use crate::source::{Location, Spanned};
+use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
 pub use paths::{NeededPath, needed_paths};
@@ -144,7 +145,7 @@ impl<'a> Names<'a> {
     }
 
     fn guess(&self, name: &str) -> Option<String> {
-        did_you_mean(name, self.known.keys().copied())
+        suggest_similar(name, self.known.keys().copied())
     }
 
     fn listed(&self) -> String {

@@ -1,12 +1,16 @@
-//! Moments of the world's calendar: dates in UTC as the file writes them. Pure: nothing here asks
-//! what time it is.
+//! Dates in UTC as the file writes them. Pure: nothing here asks for the current time. The calendar
+//! is `jiff`'s.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
+use jiff::SignedDuration;
+use jiff::civil::DateTime;
+
 const SECOND_NS: i128 = 1_000_000_000;
-const DAY_S: i64 = 86_400;
+/// The moment from which dates are counted.
+const EPOCH: DateTime = DateTime::constant(1970, 1, 1, 0, 0, 0, 0);
 
 /// A moment in UTC, to the nanosecond; days without leap seconds, as the clocks of computers have
 /// them.
@@ -54,17 +58,24 @@ impl FromStr for Date {
     fn from_str(text: &str) -> Result<Self, String> {
         let fraction = fraction(text)
             .ok_or("a date in UTC is expected, such as 2026-11-21T14:30:00Z".to_owned())?;
+        // Only digits are at these places; without seconds there are none at the last.
         let number = |at: usize, len: usize| {
-            text.get(at..at + len).and_then(|digits| digits.parse::<i64>().ok()).unwrap_or(0)
+            text.get(at..at + len).and_then(|digits| digits.parse::<i16>().ok()).unwrap_or(0)
         };
-        let (year, month, day) = (number(0, 4), number(5, 2), number(8, 2));
-        let (hour, minute, second) = (number(11, 2), number(14, 2), number(17, 2));
-        if !(1..=days_of(year, month)).contains(&day) || hour > 23 || minute > 59 || second > 59 {
-            return Err("there is no such day or no such time of day".into());
-        }
-        let seconds = day_number(year, month, day) * DAY_S + hour * 3600 + minute * 60 + second;
+        let pair = |at: usize| number(at, 2) as i8;
         let digits: String = fraction.chars().chain("000000000".chars()).take(9).collect();
-        Ok(Self { ns: i128::from(seconds) * SECOND_NS + digits.parse().unwrap_or(0) })
+        let subsecond_ns = digits.parse().unwrap_or(0);
+        let civil = DateTime::new(
+            number(0, 4),
+            pair(5),
+            pair(8),
+            pair(11),
+            pair(14),
+            pair(17),
+            subsecond_ns,
+        )
+        .map_err(|_| "there is no such day or no such time of day".to_owned())?;
+        Ok(Self { ns: civil.duration_since(EPOCH).as_nanos() })
     }
 }
 
@@ -89,56 +100,11 @@ fn fraction(text: &str) -> Option<&str> {
 /// As it is written, with seconds, and with a fraction where there is one.
 impl fmt::Display for Date {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (seconds, ns) = (self.ns.div_euclid(SECOND_NS), self.ns.rem_euclid(SECOND_NS));
-        let seconds = seconds as i64;
-        let (day, rest) = (seconds.div_euclid(DAY_S), seconds.rem_euclid(DAY_S));
-        let (year, month, day) = civil(day);
-        let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
-        write!(f, "{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}")?;
-        if ns > 0 {
-            write!(f, ".{}", format!("{ns:09}").trim_end_matches('0'))?;
-        }
-        f.write_str("Z")
+        let seconds = i64::try_from(self.ns.div_euclid(SECOND_NS)).unwrap_or(i64::MAX);
+        let ns = self.ns.rem_euclid(SECOND_NS) as i32;
+        let civil = EPOCH.saturating_add(SignedDuration::new(seconds, ns));
+        write!(f, "{}", civil.strftime("%Y-%m-%dT%H:%M:%S%.fZ"))
     }
-}
-
-fn is_leap(year: i64) -> bool {
-    year % 4 == 0 && year % 100 != 0 || year % 400 == 0
-}
-
-fn days_of(year: i64, month: i64) -> i64 {
-    match month {
-        1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
-        4 | 6 | 9 | 11 => 30,
-        2 => 28 + i64::from(is_leap(year)),
-        _ => 0,
-    }
-}
-
-/// The first day of a year, counted from that of 1970: in the Gregorian calendar, backwards too.
-fn year_number(year: i64) -> i64 {
-    let leaps = |years: i64| years.div_euclid(4) - years.div_euclid(100) + years.div_euclid(400);
-    (year - 1970) * 365 + leaps(year - 1) - leaps(1969)
-}
-
-fn day_number(year: i64, month: i64, day: i64) -> i64 {
-    year_number(year) + (1..month).map(|month| days_of(year, month)).sum::<i64>() + day - 1
-}
-
-/// Year, month and day of the day so many days after the first of 1970.
-fn civil(day: i64) -> (i64, i64, i64) {
-    // 400 years have 146,097 days; this is one year too late at most.
-    let mut year = 1970 + day.saturating_mul(400).div_euclid(146_097) + 1;
-    while year_number(year) > day {
-        year -= 1;
-    }
-    let mut rest = day - year_number(year);
-    let mut month = 1;
-    while rest >= days_of(year, month) {
-        rest -= days_of(year, month);
-        month += 1;
-    }
-    (year, month, rest + 1)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use armor_wire::name::is_name;
 
-use crate::nearest::did_you_mean;
+use crate::suggestion::suggest_similar;
 use crate::tree::Element;
 
 /// What is doubtful in a system or a mission.
@@ -62,7 +62,7 @@ impl Doubts {
     /// Whether an element that is not known was probably meant as a `wanted`.
     pub(crate) fn is_meant(element: &Element, wanted: &str) -> bool {
         let name = element.name.to_ascii_lowercase();
-        element.name != wanted && did_you_mean(&name, std::iter::once(wanted)).is_some()
+        element.name != wanted && suggest_similar(&name, std::iter::once(wanted)).is_some()
     }
 
     /// Whether something of that name may be there.

@@ -12,8 +12,8 @@ use armor_wire::quantity::{self, QuantityError};
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::model::Port;
-use crate::nearest::did_you_mean;
 use crate::source::{Location, Source, Spanned};
+use crate::suggestion::suggest_similar;
 use crate::tree::{Attribute, Element, Node};
 
 /// The attributes of one element, being read.
@@ -56,7 +56,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         let mut others = self.element.attributes.iter();
         let is_misspelt = others.any(|other| {
             let other = other.name.to_ascii_lowercase();
-            did_you_mean(&other, std::iter::once(name)).is_some()
+            suggest_similar(&other, std::iter::once(name)).is_some()
         });
         if value.is_none() && !is_misspelt {
             let message = format!("<{}> has no attribute {name}", self.element.name);
@@ -294,11 +294,12 @@ impl<'a, 'f> Fields<'a, 'f> {
 
     fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
         let message = format!("<{}> is not known in <{}>", short(&child.name), self.element.name);
-        let remedy = match did_you_mean(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
-            Some(guess) => guess,
-            None if allowed.is_empty() => "nothing may stand there".into(),
-            None => format!("known there: {}", allowed.join(", ")),
-        };
+        let remedy =
+            match suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
+                Some(guess) => guess,
+                None if allowed.is_empty() => "nothing may stand there".into(),
+                None => format!("known there: {}", allowed.join(", ")),
+            };
         let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
         self.report(finding.remedy(remedy));
     }
@@ -312,7 +313,7 @@ impl<'a, 'f> Fields<'a, 'f> {
             }
             let message = format!("<{}> has no attribute {}", element.name, short(&attribute.name));
             let guess =
-                did_you_mean(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
+                suggest_similar(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
             let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
                 [] => "it has none".into(),
                 known => {

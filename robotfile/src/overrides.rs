@@ -8,8 +8,8 @@ use armor_wire::name::split_data;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::model::{Configuration, Parameter};
-use crate::nearest::did_you_mean;
 use crate::source::{Location, Source, Span, Spanned};
+use crate::suggestion::suggest_similar;
 
 /// What stands for a file name where a value comes from the command line.
 pub(crate) const OVERRIDE: &str = "--set";
@@ -66,7 +66,7 @@ pub fn apply(configuration: &mut Configuration, overrides: &[Override], findings
             components.iter_mut().find(|component| component.name.value == over.component.value);
         let Some(component) = found else {
             let message = format!("no component is called {}", over.component.value);
-            let guess = did_you_mean(&over.component.value, names.iter().map(String::as_str));
+            let guess = suggest_similar(&over.component.value, names.iter().map(String::as_str));
             let finding = Finding::new(Code::UnknownComponent, &over.component.at, message);
             findings.push(
                 finding.remedy(guess.unwrap_or_else(|| format!("there are {}", names.join(", ")))),

@@ -8,6 +8,9 @@
 //!    |                                ^^^^^^^^^
 //!    = help: remove one of the two links
 //! ```
+//!
+//! Not `annotate-snippets`: it takes 32 ms for a finding in a line of 1 MiB (so 16 s for 500 of
+//! them), and of a line that is cut before it would print the wrong column.
 
 use std::fmt::Write;
 

@@ -9,8 +9,8 @@ use quick_xml::reader::Reader;
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::nearest::did_you_mean;
 use crate::source::{Location, Source, Span};
+use crate::suggestion::suggest_similar;
 use crate::tag::{TagReader, unescape};
 use crate::tree::{Element, Node, Tree};
 
@@ -230,7 +230,7 @@ impl<'a> Builder<'a> {
     /// Whether the end tag means the element that is open.
     fn is_misspelt(&self, name: &str) -> bool {
         let meant = self.open.last().map(|top| top.name.as_str());
-        did_you_mean(name, meant.into_iter()).is_some()
+        suggest_similar(name, meant.into_iter()).is_some()
     }
 
     fn misspelt(&mut self, name: &str, span: Span) {

@@ -2,7 +2,9 @@
 //! in sub-missions. Whether it holds is for whoever knows the net.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
+use crate::check::graph::CheckGraph;
 use crate::check::guards::within;
 use crate::check::listed;
 use crate::claim::{Claim, Name, Sort};
@@ -11,8 +13,8 @@ use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings, short};
 use crate::mission::Mission;
 use crate::model::Configuration;
-use crate::nearest::did_you_mean;
 use crate::source::Spanned;
+use crate::suggestion::suggest_similar;
 
 pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     for mission in configuration.missions().filter(|mission| !mission.checks.is_empty()) {
@@ -26,26 +28,23 @@ pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     }
 }
 
-/// Whether sub-missions put each other in, in a circle: a finding already, and never put together.
+/// Returns whether the mission has a sub-mission that contains itself. That is a finding already,
+/// and such a mission cannot be flattened.
 fn contains_itself(configuration: &Configuration, mission: &Mission) -> bool {
-    let within = |mission: &Mission| -> Vec<_> {
-        mission.submissions.iter().map(|submission| submission.path.clone()).collect()
-    };
-    // What is put in at any depth, and from each of these the same again: files are few.
-    let below = |mission: &Mission| {
-        let (mut known, mut waiting) = (BTreeSet::new(), within(mission));
-        while let Some(path) = waiting.pop() {
-            let inner = configuration.included.get(&path);
-            if known.insert(path) {
-                waiting.extend(inner.into_iter().flat_map(within));
-            }
-        }
-        known
-    };
-    let is_below_itself = |path: &_| {
-        configuration.included.get(path).is_some_and(|inner| below(inner).contains(path))
-    };
-    below(mission).iter().any(is_below_itself)
+    let included = || configuration.included.iter().map(|(path, inner)| (path.as_path(), inner));
+    let nodes = std::iter::once(None).chain(included().map(|(path, _)| Some(path)));
+    let inner = included().flat_map(|(path, inner)| submission_edges(Some(path), inner));
+    let edges = submission_edges(None, mission).chain(inner);
+    CheckGraph::new(nodes, edges).has_circle_below(None)
+}
+
+/// Returns the edges from a mission to its sub-missions; `file` is none for the one that is checked.
+fn submission_edges<'a>(
+    file: Option<&'a Path>,
+    mission: &'a Mission,
+) -> impl Iterator<Item = (Option<&'a Path>, Option<&'a Path>, ())> {
+    let submissions = mission.submissions.iter();
+    submissions.map(move |submission| (file, Some(submission.path.as_path()), ()))
 }
 
 fn check_one(text: &Spanned<String>, known: &Known<'_>, findings: &mut Findings) {
@@ -123,7 +122,7 @@ impl<'a> Known<'a> {
         };
         let all = || known.iter().copied();
         let remedy =
-            did_you_mean(own, all()).unwrap_or_else(|| self.remedy(sort, own, listed(all())));
+            suggest_similar(own, all()).unwrap_or_else(|| self.remedy(sort, own, listed(all())));
         let at = within(text, name.at.clone());
         findings.push(Finding::new(code, &at, message).remedy(remedy));
     }

@@ -4,55 +4,50 @@
 //! hence a warning.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::check::graph::CheckGraph;
 use crate::check::listed;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
+use crate::mission::{ArcKind, Autonomy, Class, Mission, Place, Transition};
 
 /// Transitions of a circle that are shown beside its first one.
 const MAX_SHOWN: usize = 8;
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
-    let next = next(mission);
-    let mut seen = BTreeMap::new();
-    for start in next.keys().copied() {
-        let mut way = Vec::new();
-        let mut here = start;
-        while let Some(&(to, transition)) = next.get(here).filter(|_| !seen.contains_key(here)) {
-            seen.insert(here, start);
-            way.push((here, transition));
-            here = to;
-        }
-        // Where the way comes back to itself, and not to an earlier one, a circle closes.
-        if let Some(since) = way.iter().position(|(place, _)| *place == here) {
-            report(mission, &way[since..], findings);
-        }
+    let places: BTreeMap<&str, &Place> =
+        mission.places.iter().map(|place| (place.name.value.as_str(), place)).collect();
+    let moves = find_immediate_moves(mission, &places);
+    let edges = moves.iter().map(|(from, (to, transition))| (*from, *to, (*from, *transition)));
+    for circle in CheckGraph::new(places.keys().copied(), edges).find_circles(usize::MAX) {
+        report(mission, &circle, findings);
     }
 }
 
-/// Where a token in a place goes at once, and what moves it: of several, the one that goes first.
-fn next(mission: &Mission) -> BTreeMap<&str, (&str, &Transition)> {
-    let names = |places: &mut dyn Iterator<Item = &'_ crate::mission::Place>| -> BTreeSet<String> {
-        places.map(|place| place.name.value.clone()).collect()
-    };
+/// Returns for each place where a token moves immediately, and the transition that moves it: of
+/// several transitions, the one that fires first.
+fn find_immediate_moves<'a>(
+    mission: &'a Mission,
+    places: &BTreeMap<&str, &Place>,
+) -> BTreeMap<&'a str, (&'a str, &'a Transition)> {
+    let place_is = |name: &str, is: fn(&Place) -> bool| places.get(name).is_some_and(|it| is(it));
+    let is_safety = |name: &str| place_is(name, |place| place.class == Class::Safety);
     // To stop and to start a component takes time.
-    let slow = names(&mut mission.places.iter().filter(|place| !place.components.is_empty()));
-    let safety = names(&mut mission.places.iter().filter(|place| place.class == Class::Safety));
-    let rank = |(to, transition): (&str, &Transition)| {
-        (transition.class == Class::Safety || safety.contains(to), transition.priority)
+    let takes_time = |name: &str| place_is(name, |place| !place.components.is_empty());
+    let rank = |to: &str, transition: &Transition| {
+        (transition.class == Class::Safety || is_safety(to), transition.priority)
     };
-    let mut ways: Vec<_> = mission.transitions.iter().filter_map(moved_at_once).collect();
-    // Stable: among equals the first of the file stays the first.
-    ways.sort_by_key(|(_, to, transition)| Reverse(rank((to, transition))));
-    let mut next = BTreeMap::new();
-    for (from, to, transition) in ways {
-        next.entry(from).or_insert((to, transition));
+    let mut moves: Vec<_> = mission.transitions.iter().filter_map(moved_at_once).collect();
+    // A stable sort: among equals the first of the file stays the first.
+    moves.sort_by_key(|(_, to, transition)| Reverse(rank(to, transition)));
+    let mut first = BTreeMap::new();
+    for (from, to, transition) in moves {
+        first.entry(from).or_insert((to, transition));
     }
-    next.retain(|from, (to, _)| !slow.contains(*from) && !slow.contains(*to));
-    next
+    first.retain(|from, (to, _)| !takes_time(from) && !takes_time(to));
+    first
 }
 
 /// The places between which the transition moves a token as soon as it is there, if it wants

@@ -15,8 +15,8 @@ use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Meaning, Name, Type, judge};
 use crate::mission::Mission;
 use crate::model::Configuration;
-use crate::nearest::did_you_mean;
 use crate::source::{Location, Spanned};
+use crate::suggestion::suggest_similar;
 
 pub(super) fn check(
     configuration: &Configuration,
@@ -129,7 +129,7 @@ fn known_variable(
         |known: &&str| name.as_str().strip_prefix(*known).is_some_and(|rest| rest.starts_with('-'));
     let remedy = match known.clone().find(before_minus) {
         Some(_) => "put spaces around a minus: without, it belongs to the name".into(),
-        None => did_you_mean(name.as_str(), known.clone()).unwrap_or_else(|| {
+        None => suggest_similar(name.as_str(), known.clone()).unwrap_or_else(|| {
             format!(
                 "declare a <variable>, or name a field of data as component.output.field; \
                  variables: {}",

@@ -1,17 +1,18 @@
-//! Links as they work together: who is never called, who may wait for whom, which queue may be too
-//! short. Only what the file by itself makes certain is a warning.
+//! The interplay of links: components that are never called, components that may wait for each
+//! other, queues that may be too short. Only what the file alone makes certain is a warning.
 
 use std::collections::BTreeMap;
 
 use armor_wire::keep::Keep;
 
+use crate::check::graph::CheckGraph;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, LinkMode, System};
 
-/// Links of a circle that are shown beside its last one.
+/// Links of a circle that are shown in addition to its last one.
 const MAX_SHOWN: usize = 8;
-/// Circles that are reported: whoever breaks these sees the next ones.
+/// Circles that are reported. When these are broken, the next ones are.
 const MAX_CIRCLES: usize = 8;
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
@@ -21,7 +22,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     for link in &system.links {
         short_queue(link, &components, findings);
     }
-    Circles::of(system).report(findings);
+    check_circles(system, findings);
 }
 
 /// Without a rate a component is called after data; a link that pulls brings it some only then.
@@ -66,70 +67,26 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
     }
 }
 
-/// The links with `keep="all"`, by the number of the component they start from.
-struct Circles<'a> {
-    links: Vec<Vec<(usize, &'a Link)>>,
-}
-
-impl<'a> Circles<'a> {
-    fn of(system: &'a System) -> Self {
-        let numbers: BTreeMap<&str, usize> =
-            system.components.iter().zip(0..).map(|(c, n)| (c.name.value.as_str(), n)).collect();
-        let number = |name: &str| numbers.get(name).copied();
-        let mut links = vec![Vec::new(); system.components.len()];
-        for link in &system.links {
-            let ends = (number(&link.from.component.value), number(&link.to.component.value));
-            if let ((Some(from), Some(to)), Keep::All, LinkMode::Push) =
-                (ends, link.keep, link.mode)
-            {
-                links[from].push((to, link));
-            }
-        }
-        Self { links }
-    }
-
-    /// Walks in depth; a link back to where the walk came from closes a circle.
-    fn report(&self, findings: &mut Findings) {
-        let mut is_done = vec![false; self.links.len()];
-        let mut on_way = vec![None; self.links.len()];
-        let mut circles = 0;
-        for start in 0..self.links.len() {
-            // Each step: a component, how many of its links were followed, and the one led here.
-            let mut way: Vec<(usize, usize, Option<&Link>)> = Vec::new();
-            if !is_done[start] {
-                on_way[start] = Some(0);
-                way.push((start, 0, None));
-            }
-            while let Some((here, followed, _)) = way.last_mut() {
-                let here = *here;
-                let Some(&(next, link)) = self.links[here].get(*followed) else {
-                    is_done[here] = true;
-                    on_way[here] = None;
-                    way.pop();
-                    continue;
-                };
-                *followed += 1;
-                if let Some(since) = on_way[next] {
-                    let others = way[since + 1..].iter().filter_map(|(_, _, link)| *link);
-                    report_circle(link, others, findings);
-                    circles += 1;
-                    if circles == MAX_CIRCLES {
-                        return;
-                    }
-                } else if !is_done[next] {
-                    on_way[next] = Some(way.len());
-                    way.push((next, 0, Some(link)));
-                }
-            }
+/// Links that drop nothing make their sender wait. In a circle of them, each component may wait for
+/// the next one.
+fn check_circles(system: &System, findings: &mut Findings) {
+    let names = system.components.iter().map(|component| component.name.value.as_str());
+    let waiting =
+        system.links.iter().filter(|link| (link.keep, link.mode) == (Keep::All, LinkMode::Push));
+    let edges = waiting
+        .map(|link| (link.from.component.value.as_str(), link.to.component.value.as_str(), link));
+    for circle in CheckGraph::new(names, edges).find_circles(MAX_CIRCLES) {
+        if let Some((last, others)) = circle.split_last() {
+            report_circle(last, others, findings);
         }
     }
 }
 
-fn report_circle<'a>(last: &Link, others: impl Iterator<Item = &'a Link>, findings: &mut Findings) {
+fn report_circle(last: &Link, others: &[&Link], findings: &mut Findings) {
     let message = "these links drop nothing and go in a circle: when all are full, everybody waits for everybody";
     let mut finding = Finding::new(Code::KeepAllCircle, &last.from.at, message)
         .remedy("write keep=\"latest\" or a number on one of them");
-    for link in others.take(MAX_SHOWN) {
+    for link in others.iter().take(MAX_SHOWN) {
         finding = finding.related(&link.from.at, "and from here");
     }
     findings.push(finding);

@@ -10,8 +10,8 @@ use crate::check::{Manifests, listed, ports};
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::model::{Component, Configuration, Parameter};
-use crate::nearest::did_you_mean;
 use crate::source::Spanned;
+use crate::suggestion::suggest_similar;
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let system = &configuration.system;
@@ -62,7 +62,7 @@ pub(super) fn unknown<'a>(
     findings: &mut Findings,
 ) {
     let message = format!("there is no {noun} called {}", short(&name.value));
-    let guess = if findings.is_full() { None } else { did_you_mean(&name.value, known.clone()) };
+    let guess = if findings.is_full() { None } else { suggest_similar(&name.value, known.clone()) };
     let remedy = guess.unwrap_or_else(|| match known.clone().next() {
         None => "there is none at all".into(),
         Some(_) => format!("there are: {}", listed(known)),
@@ -97,7 +97,7 @@ fn check_parameters(
 fn is_misspelt(wanted: &ParameterManifest, component: &Component, manifest: &Manifest) -> bool {
     let given = component.parameters.iter().map(|parameter| parameter.name.value.as_str());
     let mut unknown = given.filter(|name| !manifest.parameters.iter().any(|p| p.name == *name));
-    unknown.any(|name| did_you_mean(name, std::iter::once(wanted.name.as_str())).is_some())
+    unknown.any(|name| suggest_similar(name, std::iter::once(wanted.name.as_str())).is_some())
 }
 
 fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findings) {

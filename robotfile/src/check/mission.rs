@@ -8,8 +8,8 @@ use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
 use crate::model::{Configuration, System};
-use crate::nearest::did_you_mean;
 use crate::source::Spanned;
+use crate::suggestion::suggest_similar;
 
 pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     let system = &configuration.system;
@@ -216,7 +216,7 @@ fn misspelt_report(event: &Spanned<String>, findings: &mut Findings) {
     if SENT.contains(&event.value.as_str()) {
         return;
     }
-    if let Some(guess) = did_you_mean(&name, SENT.into_iter()) {
+    if let Some(guess) = suggest_similar(&name, SENT.into_iter()) {
         let message =
             format!("the report {} is almost called as one of done and failed", event.value);
         let finding = Finding::new(Code::ReportMisspelt, &event.at, message);

@@ -9,7 +9,7 @@ use super::bounds;
 use super::measure::{Measure, by, in_words, times};
 use super::{Guard, Kind, Node, Operator};
 use crate::code::Code;
-use crate::nearest::did_you_mean;
+use crate::suggestion::suggest_similar;
 
 /// What a value is.
 #[derive(Clone, Debug, PartialEq)]
@@ -174,7 +174,7 @@ impl Judge<'_> {
             return;
         }
         let message = format!("it is never '{text}'");
-        let guess = did_you_mean(text, choices.iter().map(String::as_str));
+        let guess = suggest_similar(text, choices.iter().map(String::as_str));
         let remedy = guess.unwrap_or_else(|| format!("it is one of {}", choices.join(", ")));
         self.report(Code::GuardType, node, message, remedy);
     }

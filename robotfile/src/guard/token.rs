@@ -5,7 +5,7 @@ use std::ops::Range;
 use armor_wire::quantity::{UNITS, Unit};
 
 use super::{GuardError, Operator};
-use crate::nearest::did_you_mean;
+use crate::suggestion::suggest_similar;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Token {
@@ -180,7 +180,7 @@ impl<'a> Lexer<'a> {
         Err(GuardError {
             at: start..self.at,
             message: format!("`{word}` is not a unit"),
-            remedy: did_you_mean(word, known()).unwrap_or_else(list),
+            remedy: suggest_similar(word, known()).unwrap_or_else(list),
         })
     }
 }

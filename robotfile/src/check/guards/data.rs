@@ -15,8 +15,8 @@ use crate::finding::{Finding, Findings};
 use crate::guard::{Meaning, Measure, Name, Type};
 use crate::mission::Variable;
 use crate::model::System;
-use crate::nearest::did_you_mean;
 use crate::source::{Location, Spanned};
+use crate::suggestion::suggest_similar;
 
 /// The data that guards may name.
 pub(super) struct Data<'a> {
@@ -173,7 +173,7 @@ fn unknown<'a>(
     let remedy = if known.clone().any(before_minus) {
         "put spaces around a minus: without, it belongs to the name".into()
     } else {
-        let guess = did_you_mean(name, known.clone());
+        let guess = suggest_similar(name, known.clone());
         guess.unwrap_or_else(|| format!("there are: {}", listed(known)))
     };
     findings.push(Finding::new(code, at, message).remedy(remedy));

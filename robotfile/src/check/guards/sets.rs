@@ -9,7 +9,7 @@ use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Count, Meaning, range_of};
 use crate::mission::{Mission, SetVariable, Transition, Variable};
-use crate::nearest::did_you_mean;
+use crate::suggestion::suggest_similar;
 
 /// Whether all could be read. What values speak of is added to `used`.
 pub(super) fn check(
@@ -99,7 +99,7 @@ impl Sets<'_> {
             let names = || self.variables.keys().copied();
             if !self.mission.doubts.may_hold(name) {
                 let message = format!("there is no variable called {name}");
-                let remedy = did_you_mean(name, names()).unwrap_or_else(|| {
+                let remedy = suggest_similar(name, names()).unwrap_or_else(|| {
                     format!("declare a <variable>; variables: {}", listed(names()))
                 });
                 let finding = Finding::new(Code::UnknownVariable, &set.variable.at, message);
