@@ -7,31 +7,31 @@ use armor_wire::manifest::{MANIFEST_VERSION, Manifest, ParameterManifest, PortMa
 use armor_wire::schema;
 
 use crate::armor::Armor;
-use crate::component::{Component, Fault};
-use crate::shared::Shared;
+use crate::call::Fault;
+use crate::component::Component;
+use crate::identity::ProcessIdentity;
+use crate::participant::Participant;
 
 /// The manifest of a kind.
 ///
 /// # Errors
 /// If its constructor fails, or asks for a parameter that it does not declare.
 pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
-    let shared = Arc::new(Shared::new("describe", C::KIND, 1, declared::<C>(), true)?);
-    C::new(Armor { shared: Arc::clone(&shared) })?;
+    let identity = ProcessIdentity { name: "describe".into(), kind: C::KIND.into(), instance: 1 };
+    let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), true)?);
+    C::new(Armor { participant: Arc::clone(&participant) })?;
     let doc = |id: &str| {
         let found = C::PORTS.iter().find(|(port, _)| *port == id);
         found.map(|(_, doc)| (*doc).to_owned()).unwrap_or_default()
     };
-    if let Some(unknown) = shared
-        .parameters
-        .asked()
-        .iter()
-        .find(|asked| shared.declared.iter().all(|p| p.name != **asked))
-    {
+    let parameters = &participant.parameters;
+    let asked = parameters.unanswered();
+    if let Some(unknown) = asked.iter().find(|name| parameters.declaration(name).is_none()) {
         return Err(
             format!("the constructor asks for `{unknown}`, which is not in PARAMETERS").into()
         );
     }
-    let (inputs, outputs) = (shared.inputs(), shared.outputs());
+    let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
         doc: doc(&input.id),
         id: input.id.clone(),
@@ -57,11 +57,11 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         summary: C::SUMMARY.into(),
         inputs,
         outputs,
-        parameters: declared::<C>(),
+        parameters: declared_parameters::<C>(),
     })
 }
 
 /// The parameters a kind declares.
-pub(crate) fn declared<C: Component>() -> Vec<ParameterManifest> {
+pub(crate) fn declared_parameters<C: Component>() -> Vec<ParameterManifest> {
     C::PARAMETERS.iter().map(crate::parameter::Parameter::manifest).collect()
 }

@@ -145,7 +145,11 @@ impl Directory {
     }
 
     /// Asks who provides `data` of the given schema (empty: any). The answer comes when there is one.
-    pub(crate) fn look(&self, data: &str, schema: &str) -> mpsc::Receiver<Result<Found, Refusal>> {
+    pub(crate) fn request_provider(
+        &self,
+        data: &str,
+        schema: &str,
+    ) -> mpsc::Receiver<Result<Found, Refusal>> {
         let (answer, receiver) = mpsc::channel();
         self.ask(data, schema, true, answer);
         receiver

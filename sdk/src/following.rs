@@ -10,7 +10,7 @@ use armor_wire::codec;
 use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 
-use crate::shared::Shared;
+use crate::participant::Participant;
 use crate::tap::{Tap, TapError};
 use crate::timeline::{Passage, Reading};
 
@@ -29,12 +29,12 @@ pub fn time_link(name: &str) -> String {
 /// From now on the time of this process follows `data`; `hear` is told of every reading that means
 /// something, in order.
 pub(crate) fn start(
-    shared: &Arc<Shared>,
+    participant: &Arc<Participant>,
     data: &str,
     hear: impl FnMut(Reading, Passage) + Send + 'static,
 ) -> std::io::Result<()> {
-    shared.clock.follow();
-    let follower = Follower { shared: Arc::clone(shared), data: data.into(), hear };
+    participant.clock.follow();
+    let follower = Follower { participant: Arc::clone(participant), data: data.into(), hear };
     std::thread::Builder::new()
         .name("time".into())
         .stack_size(256 << 10)
@@ -43,7 +43,7 @@ pub(crate) fn start(
 }
 
 struct Follower<F> {
-    shared: Arc<Shared>,
+    participant: Arc<Participant>,
     data: String,
     hear: F,
 }
@@ -51,7 +51,7 @@ struct Follower<F> {
 impl<F: FnMut(Reading, Passage)> Follower<F> {
     fn run(mut self) {
         let mut said = String::new();
-        while !self.shared.is_gone() {
+        while !self.participant.lifecycle.has_left() {
             let problem = match self.link() {
                 Ok(tap) => {
                     said.clear();
@@ -59,7 +59,7 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
                 }
                 Err(problem) => problem,
             };
-            if !self.shared.is_gone() && said != problem {
+            if !self.participant.lifecycle.has_left() && said != problem {
                 tracing::warn!("time stands still, it follows {}: {problem}", self.data);
                 said = problem;
             }
@@ -68,8 +68,9 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
     }
 
     fn link(&self) -> Result<Tap, String> {
-        let from = (time_link(&self.shared.name), self.shared.instance);
-        let directory = self.shared.directory();
+        let identity = &self.participant.identity;
+        let from = (time_link(&identity.name), identity.instance);
+        let directory = self.participant.directory();
         let tap = Tap::open_from(directory, &self.data, from, Keep::Latest, PROVIDER_LIMIT)
             .map_err(|error| error.to_string())?;
         if tap.schema().to_string() == Clock::schema().to_string() {
@@ -80,7 +81,7 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
 
     /// Reads until the link ends; why it did.
     fn follow(&mut self, mut tap: Tap) -> String {
-        while !self.shared.is_gone() {
+        while !self.participant.lifecycle.has_left() {
             match self.read(&mut tap) {
                 Ok(()) => {}
                 Err(error) => return error.to_string(),
@@ -94,11 +95,11 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
         let said: Clock = codec::decode(&data.payload)
             .map_err(|error| TapError::Ended(format!("it cannot be read: {error}")))?;
         let reading = Reading { stamp_s: said.clock, instance: data.header.instance };
-        if let Some(passage) = self.shared.clock.read(reading) {
+        if let Some(passage) = self.participant.clock.read(reading) {
             if passage == Passage::Jumps {
                 tracing::info!("time jumps to {:.3} s, as {} says", said.clock, self.data);
             }
-            self.shared.wake_main();
+            self.participant.wakers.wake_main();
             (self.hear)(reading, passage);
         }
         Ok(())

@@ -16,14 +16,17 @@ use armor_wire::registry::DEFAULT_PORT;
 use lexopt::prelude::{Long, ValueExt};
 
 use crate::armor::Armor;
-use crate::component::{Component, Fault};
+use crate::call::Fault;
+use crate::component::Component;
 use crate::configuration;
-use crate::describe::{declared, manifest_of};
+use crate::describe::{declared_parameters, manifest_of};
 use crate::following;
+use crate::identity::ProcessIdentity;
+use crate::link::input_reader::InputReader;
 use crate::log;
-use crate::node::{self, NodeOptions};
+use crate::node;
+use crate::participant::Participant;
 use crate::runtime::Runtime;
-use crate::shared::Shared;
 use crate::socket::fresh_instance;
 
 /// How long the registry and configd may take at the start.
@@ -161,25 +164,18 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
 }
 
 fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
-    let instance = fresh_instance();
-    let shared = Arc::new(Shared::new(&options.name, C::KIND, instance, declared::<C>(), false)?);
-    end_on_signals(&shared)?;
-    let node = NodeOptions { registry: options.registry.clone(), ..NodeOptions::default() };
-    node::connect(&shared, &node, START_LIMIT)?;
-    let settings = if options.alone { None } else { Some(configuration::start(&shared)?) };
-    let armor = Armor { shared: Arc::clone(&shared) };
-    let alone = options.alone.then(|| Arc::clone(&shared)).map(|shared| {
-        let set = options.set.clone();
-        // The constructor may wait for its parameters: answer from beside it.
-        std::thread::spawn(move || {
-            while shared.state().0 == armor_wire::control::RunState::Starting {
-                configuration::answer_alone(&shared, &set);
-                std::thread::sleep(Duration::from_millis(1));
-            }
-        })
-    });
-    let user = C::new(armor)?;
-    shared.parameters.wait(START_LIMIT)?;
+    let (name, kind) = (options.name.clone(), C::KIND.into());
+    let identity = ProcessIdentity { name, kind, instance: fresh_instance() };
+    let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), false)?);
+    end_on_signals(&participant)?;
+    node::connect(&participant, &options.registry, START_LIMIT)?;
+    let settings =
+        if options.alone { None } else { Some(configuration::client::start(&participant)?) };
+    if options.alone {
+        answer_parameters_alone(&participant, options.set.clone());
+    }
+    let user = C::new(Armor { participant: Arc::clone(&participant) })?;
+    participant.parameters.wait_for_all(START_LIMIT)?;
     let settings = match settings {
         Some(settings) => settings
             .recv_timeout(START_LIMIT)
@@ -191,69 +187,79 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
             ..Settings::default()
         },
     };
-    apply(&shared, &settings)?;
+    apply_settings(&participant, &settings)?;
     if let Some(data) = &settings.clock {
-        following::start(&shared, data, |_, _| {})?;
+        following::start(&participant, data, |_, _| {})?;
     }
-    node::serve_outputs(&shared);
-    let runtime = Arc::new(Runtime::new(Box::new(user), Arc::clone(&shared), settings.rate_hz));
-    for (index, input) in shared.inputs().into_iter().enumerate() {
-        let runtime = Arc::clone(&runtime);
-        std::thread::Builder::new()
-            .name(format!("in {}", input.id))
-            .spawn(move || input.run(index, &runtime))?;
-    }
-    let crashed = runtime.run();
-    drop(alone);
-    leave(&shared);
-    Ok(if crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
+    node::provide_outputs(&participant);
+    let runtime =
+        Arc::new(Runtime::new(Box::new(user), Arc::clone(&participant), settings.rate_hz));
+    start_input_readers(&runtime)?;
+    let has_crashed = runtime.run();
+    leave(&participant);
+    Ok(if has_crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
 }
 
-fn apply(shared: &Shared, settings: &Settings) -> Result<(), Fault> {
-    shared.set_controlled(settings.controlled);
-    let inputs = shared.inputs();
+/// Answers from the command line, on a thread of its own: the constructor may wait for its parameters.
+fn answer_parameters_alone(participant: &Arc<Participant>, set: HashMap<String, String>) {
+    let participant = Arc::clone(participant);
+    std::thread::spawn(move || {
+        while participant.lifecycle.is_starting() {
+            participant.parameters.answer_from_command_line(&set);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    });
+}
+
+fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
+    for (index, input) in runtime.participant.ports.inputs().into_iter().enumerate() {
+        let name = format!("in {}", input.id);
+        if let Some(reader) = InputReader::new(input, index, Arc::clone(runtime)) {
+            std::thread::Builder::new().name(name).spawn(move || reader.run())?;
+        }
+    }
+    Ok(())
+}
+
+fn apply_settings(participant: &Participant, settings: &Settings) -> Result<(), Fault> {
+    participant.lifecycle.set_controlled(settings.controlled);
+    let (name, kind) = (&participant.identity.name, &participant.identity.kind);
+    let inputs = participant.ports.inputs();
     for fed in &settings.inputs {
         let input = inputs.iter().find(|input| input.id == fed.id).ok_or_else(|| {
-            format!(
-                "the file feeds input `{}.{}`, which `{}` does not have",
-                shared.name, fed.id, shared.kind
-            )
+            format!("the file feeds input `{name}.{}`, which `{kind}` does not have", fed.id)
         })?;
         input.connect(fed.clone());
     }
     for input in inputs.iter().filter(|input| input.required && input.data().is_none()) {
-        tracing::warn!("input `{}.{}` is required but nothing feeds it", shared.name, input.id);
+        tracing::warn!("input `{name}.{}` is required but nothing feeds it", input.id);
     }
     Ok(())
 }
 
 /// SIGTERM and SIGINT end the component in order: its actuators come to rest first.
-fn end_on_signals(shared: &Arc<Shared>) -> std::io::Result<()> {
+fn end_on_signals(participant: &Arc<Participant>) -> std::io::Result<()> {
     let (mut reader, writer) = UnixStream::pair()?;
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, writer.try_clone()?)?;
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGINT, writer)?;
-    let shared = Arc::clone(shared);
+    let participant = Arc::clone(participant);
     std::thread::Builder::new().name("signals".into()).stack_size(64 << 10).spawn(move || {
         let mut byte = [0];
         while std::io::Read::read(&mut reader, &mut byte).is_ok_and(|len| len > 0) {
-            shared.end();
+            participant.lifecycle.request_end();
         }
     })?;
     Ok(())
 }
 
-/// Gives the last data and reports time to leave, then leaves the registry.
-fn leave(shared: &Shared) {
+/// Gives the last data and reports time to be sent, then leaves the registry.
+fn leave(participant: &Participant) {
     let deadline = Instant::now() + LEAVE_LIMIT;
     while Instant::now() < deadline {
-        let mut flushed = true;
-        for output in shared.outputs() {
-            flushed &= output.flush();
-        }
-        if flushed && shared.reports().waiting.is_empty() {
+        if participant.ports.flush_outputs() && participant.reports.is_empty() {
             break;
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    shared.leave();
+    participant.leave();
 }

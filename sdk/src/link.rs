@@ -1,17 +1,10 @@
 //! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
 
-mod inbox;
-mod input;
-mod output;
-mod publishing;
-mod queue;
+pub(crate) mod inbox;
+pub(crate) mod input;
+pub(crate) mod input_reader;
+pub(crate) mod output;
+pub(crate) mod publishing;
+pub(crate) mod queue;
 mod stream;
-mod wire_out;
-
-pub(crate) use inbox::turn;
-pub(crate) use input::Input;
-pub use output::Sent;
-pub(crate) use output::{Output, PublishError};
-pub(crate) use publishing::Publish;
-pub(crate) use queue::Queue;
-pub(crate) use wire_out::LinkOut;
+pub(crate) mod wire_out;

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-use armor_wire::control::Answer;
+use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
 use crate::armor::Armor;
-use crate::component::Fault;
+use crate::call::Fault;
 use crate::directory::Directory;
 use crate::following;
+use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
+use crate::participant::Participant;
 use crate::service;
-use crate::shared::Shared;
 use crate::socket::{self, fresh_instance};
 use crate::timeline::{Passage, Reading};
 
@@ -38,7 +39,7 @@ impl Default for NodeOptions {
 
 /// A registered process with outputs. Dropping it leaves the registry.
 pub struct Node {
-    shared: Arc<Shared>,
+    participant: Arc<Participant>,
 }
 
 impl Node {
@@ -51,25 +52,25 @@ impl Node {
         limit: Duration,
         declare: impl FnOnce(&Armor) -> Result<(), Fault>,
     ) -> Result<Self, Fault> {
-        let instance = fresh_instance();
-        let shared =
-            Arc::new(Shared::new(&options.name, &options.kind, instance, Vec::new(), false)?);
-        shared.set_non_controllable();
-        declare(&Armor { shared: Arc::clone(&shared) })?;
-        connect(&shared, options, limit)?;
-        serve_outputs(&shared);
-        shared.publish_state(armor_wire::control::RunState::Active, 0);
-        Ok(Self { shared })
+        let (name, kind) = (options.name.clone(), options.kind.clone());
+        let identity = ProcessIdentity { name, kind, instance: fresh_instance() };
+        let participant = Arc::new(Participant::new(identity, Vec::new(), false)?);
+        participant.lifecycle.set_non_controllable();
+        declare(&Armor { participant: Arc::clone(&participant) })?;
+        connect(&participant, &options.registry, limit)?;
+        provide_outputs(&participant);
+        participant.lifecycle.enter_state(RunState::Active, 0);
+        Ok(Self { participant })
     }
 
     /// The functions of a component; those that publish and tell the time are of use here.
     pub fn armor(&self) -> Armor {
-        Armor { shared: Arc::clone(&self.shared) }
+        Armor { participant: Arc::clone(&self.participant) }
     }
 
     /// Its connection to the registry.
     pub fn directory(&self) -> &Directory {
-        self.shared.directory()
+        self.participant.directory()
     }
 
     /// From now on the time of this process follows `data`; `hear` is told, on a thread of its own, of
@@ -82,57 +83,58 @@ impl Node {
         data: &str,
         hear: impl FnMut(Reading, Passage) + Send + 'static,
     ) -> std::io::Result<()> {
-        following::start(&self.shared, data, hear)
+        following::start(&self.participant, data, hear)
     }
 
     /// From now on operators may give orders to this process, in the order they arrive; without it
     /// they are refused. Each wants [`Self::answer`].
     pub fn orders(&self) -> Receiver<OrderEvent> {
-        self.shared.desk.take()
+        self.participant.operator_orders.take()
     }
 
     /// Answers order number `request` on the connection it came on. Who has left does not hear it.
     pub fn answer(&self, connection: u64, request: u64, accepted: bool, text: String) {
-        self.shared.answer_order(connection, Answer::Ordered { request, accepted, text });
+        self.participant.answer_order(connection, Answer::Ordered { request, accepted, text });
     }
 
     /// Whether somebody has ordered this process to end.
     pub fn is_ending(&self) -> bool {
-        self.shared.is_ending()
+        self.participant.lifecycle.is_ending()
     }
 }
 
 impl Drop for Node {
     fn drop(&mut self) {
-        self.shared.leave();
+        self.participant.leave();
     }
 }
 
 /// Listens, registers and serves.
 pub(crate) fn connect(
-    shared: &Arc<Shared>,
-    options: &NodeOptions,
+    participant: &Arc<Participant>,
+    registry: &str,
     limit: Duration,
 ) -> Result<(), Fault> {
-    let listener = socket::listen(shared.instance)?;
+    let identity = &participant.identity;
+    let listener = socket::listen(identity.instance)?;
     let entry = ComponentEntry {
-        name: shared.name.clone(),
-        kind: shared.kind.clone(),
-        instance: shared.instance,
+        name: identity.name.clone(),
+        kind: identity.kind.clone(),
+        instance: identity.instance,
         pid: std::process::id(),
         host: socket::host_name(),
         endpoint: listener.local_addr()?.to_string(),
     };
-    let directory = Directory::register(&options.registry, entry, Arc::clone(&shared.clock));
-    shared.set_directory(directory.clone());
-    service::start(shared, listener)?;
+    let directory = Directory::register(registry, entry, Arc::clone(&participant.clock));
+    participant.set_directory(directory.clone());
+    service::start(participant, listener)?;
     directory.wait_connected(limit)?;
     Ok(())
 }
 
-/// Tells the registry of every output.
-pub(crate) fn serve_outputs(shared: &Arc<Shared>) {
-    for output in shared.outputs() {
-        shared.directory().provide(output.entry.clone());
+/// Declares every output to the registry.
+pub(crate) fn provide_outputs(participant: &Participant) {
+    for output in participant.ports.outputs() {
+        participant.directory().provide(output.entry.clone());
     }
 }

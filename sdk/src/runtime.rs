@@ -1,431 +1,218 @@
-//! The running component: its code, guarded so that only one thread is ever in it, and the loop that
-//! ticks it and changes its state.
+//! The loop that ticks a component and changes its state, and the threads of its inputs, which run its
+//! code on data: all through one [call gate](crate::call_gate).
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::Arc;
+use std::sync::atomic::{Ordering, fence};
 use std::time::Duration;
 
-use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
-use armor_wire::name::is_name;
+use parking_lot::MutexGuard;
 
-use crate::component::{Call, Component, Data, Fault, Header, Outcome};
-use crate::link::{Input, turn};
-use crate::parameter::Value;
-use crate::shared::{Begin, Shared, Wanted};
+use crate::call::Call;
+use crate::call_gate::CallGate;
+use crate::link::inbox::next_turn;
+use crate::link::input::InputPort;
+use crate::participant::Participant;
+use crate::running_component::RunningComponent;
 use crate::timeline::Beat;
+use crate::user_code::UserCode;
 
-/// How often a component without a rate and without a connected input is called.
+/// Period of a component without a rate and without a connected input.
 const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
-/// How long the main loop sleeps at most.
+/// The main loop sleeps no longer than this.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
-/// A component without its type.
-pub(crate) trait UserCode: Send {
-    fn parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault>;
-    fn data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault>;
-    fn exec(&mut self, call: Call) -> Result<Outcome, Fault>;
-}
+/// A thread inside the component. After it is dropped, [`Runtime::after_release`] takes care of what
+/// arrived meanwhile.
+pub(crate) struct EnteredComponent<'a>(MutexGuard<'a, RunningComponent>);
 
-impl<C: Component> UserCode for C {
-    fn parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        self.parameter_received(name, value)
-    }
-    fn data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        self.data_received(header, data)
-    }
-    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
-        Component::exec(self, call)
+impl EnteredComponent<'_> {
+    /// Hands data of input `index` to the component, if it is active.
+    pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+        self.0.deliver_data(index, header, lost, payload);
     }
 }
 
-/// The component and what only the thread inside it may touch.
-pub(crate) struct Core {
-    user: Box<dyn UserCode>,
-    shared: Arc<Shared>,
-    inputs: Vec<(Arc<Input>, String)>,
-    state: RunState,
-    activation: u64,
-    /// `exec` follows each data.
-    on_data: bool,
-    /// The activation that begins as soon as the time is known.
-    awaits_time: Option<Begin>,
-}
-
-/// Holds the component; releasing it may find more to do, see [`Runtime::after_release`].
-pub(crate) struct Guard<'a>(MutexGuard<'a, Core>);
-
-impl Guard<'_> {
-    /// Hands data to the component, if it is active.
-    pub fn data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
-        self.0.data(index, header, lost, payload);
-    }
-}
-
-/// A component at work.
+/// A component and its threads.
 pub(crate) struct Runtime {
-    pub shared: Arc<Shared>,
-    core: Mutex<Core>,
-    inputs: Vec<Arc<Input>>,
-    /// Somebody has put data into an inbox that may not have been seen yet.
-    backlog: AtomicUsize,
-    /// How many data have been put into inboxes.
-    arrivals: AtomicU64,
-    /// The main loop wants the component next.
-    main_waits: AtomicBool,
+    pub participant: Arc<Participant>,
+    gate: CallGate<RunningComponent>,
+    inputs: Vec<Arc<InputPort>>,
     period: Option<Duration>,
 }
 
 impl Runtime {
-    pub fn new(user: Box<dyn UserCode>, shared: Arc<Shared>, rate_hz: Option<f64>) -> Self {
-        let inputs = shared.inputs();
-        let named: Vec<_> = inputs
-            .iter()
-            .map(|input| (Arc::clone(input), input.data().unwrap_or_default()))
-            .collect();
-        let fed = named.iter().any(|(_, data)| !data.is_empty());
+    pub fn new(
+        code: Box<dyn UserCode>,
+        participant: Arc<Participant>,
+        rate_hz: Option<f64>,
+    ) -> Self {
+        let inputs = participant.ports.inputs();
+        let is_fed = inputs.iter().any(|input| input.data().is_some());
         let period = match rate_hz {
             Some(rate_hz) => Some(Duration::from_secs_f64(1.0 / rate_hz)),
-            None if fed => None,
+            None if is_fed => None,
             None => Some(DEFAULT_PERIOD),
         };
-        let core = Core {
-            user,
-            shared: Arc::clone(&shared),
-            inputs: named,
-            state: RunState::Starting,
-            activation: 0,
-            on_data: period.is_none(),
-            awaits_time: None,
-        };
-        Self {
-            shared,
-            core: Mutex::new(core),
-            inputs,
-            backlog: AtomicUsize::new(0),
-            arrivals: AtomicU64::new(0),
-            main_waits: AtomicBool::new(false),
-            period,
-        }
+        let component = RunningComponent::new(code, Arc::clone(&participant), period.is_none());
+        Self { participant, gate: CallGate::new(component), inputs, period }
     }
 
-    /// Enters the component if nobody is in it.
-    pub fn try_enter(&self) -> Option<Guard<'_>> {
-        if self.main_waits() {
-            return None;
-        }
-        match self.core.try_lock() {
-            Ok(core) => Some(Guard(core)),
-            Err(TryLockError::Poisoned(poisoned)) => Some(Guard(poisoned.into_inner())),
-            Err(TryLockError::WouldBlock) => None,
-        }
+    /// Enters the component if no thread is inside and the main loop does not wait.
+    pub fn try_enter(&self) -> Option<EnteredComponent<'_>> {
+        self.gate.try_enter().map(EnteredComponent)
     }
 
+    /// Whether the main loop wants to enter.
     pub fn main_waits(&self) -> bool {
-        self.main_waits.load(Ordering::Relaxed)
+        self.gate.main_waits()
     }
 
-    /// The place of data that are put into an inbox among those of all inputs.
-    pub fn arrival(&self) -> u64 {
-        self.arrivals.fetch_add(1, Ordering::Relaxed)
+    /// The place of data that are put into an inbox, in the order of all inputs' data.
+    pub fn next_arrival(&self) -> u64 {
+        self.gate.next_arrival()
     }
 
-    /// Called after putting data into an inbox: whoever is or was in the component will see it.
-    pub fn backlog_grew(&self) {
-        self.backlog.fetch_add(1, Ordering::SeqCst);
+    /// Called after putting data into an inbox: the thread that is or was inside the component will
+    /// deliver them.
+    pub fn add_backlog(&self) {
+        self.gate.add_backlog();
         self.after_release();
     }
 
-    /// Called after leaving the component: takes care of what arrived while its lock was held.
+    /// Called after leaving the component: delivers what arrived while its lock was held.
     ///
-    /// The adder adds, then tries the lock; the holder unlocks, then looks at the count. Whichever
-    /// comes last sees the other's step, so nothing is left lying. What arrives meanwhile is for the
-    /// main loop: whoever reads an input must come back to it.
+    /// A reader adds to the backlog, then tries the lock; the thread inside unlocks, then reads the
+    /// backlog. The later of the two sees the other's step, so no data stay behind. Data that arrive
+    /// during the delivery are for the main loop: the calling thread must return to its input.
     pub fn after_release(&self) {
-        let end = self.arrivals.load(Ordering::SeqCst);
+        let end = self.gate.arrivals();
         loop {
             fence(Ordering::SeqCst);
-            if self.backlog.load(Ordering::SeqCst) == 0 || self.main_waits() {
+            if !self.gate.has_backlog() || self.main_waits() {
                 return;
             }
-            let Some(mut guard) = self.try_enter() else { return };
-            if self.drain(&mut guard.0, end, || false) {
-                return self.nudge();
+            let Some(mut entered) = self.try_enter() else { return };
+            if self.deliver_backlog(&mut entered.0, end, || false) {
+                return self.wake_main();
             }
         }
     }
 
-    /// Delivers what waits and arrived before `end`, in that order: an input that is filled faster
-    /// than it is emptied must not keep the others waiting. More data than the component can take
-    /// must not keep it from its orders and ticks: then the rest stays in the backlog. Whether there
+    /// Delivers the waiting data that arrived before `end`, in the order of their arrival over all
+    /// inputs: an input that is filled faster than it is emptied must not keep the others waiting.
+    ///
+    /// Stops early for the main loop, for orders and for a due tick, so that more data than the
+    /// component can take do not delay these; the rest stays in the backlog. Returns whether there
     /// may be a rest.
-    fn drain(&self, core: &mut Core, end: u64, is_tick_due: impl Fn() -> bool) -> bool {
-        self.backlog.swap(0, Ordering::SeqCst);
-        let next = || turn(self.inputs.iter().map(|input| input.oldest()));
-        while let Some((index, oldest, others)) = next() {
-            // Whoever comes after these may have waited longer than what comes here after these.
-            let turn_end = end.min(others).min(self.arrivals.load(Ordering::SeqCst));
-            let enough = oldest >= end
-                || self.inputs[index].drain(turn_end, |item| {
-                    core.data(index, item.header, item.lost, &item.bytes);
-                    self.main_waits() || self.shared.has_orders() || is_tick_due()
+    fn deliver_backlog(
+        &self,
+        component: &mut RunningComponent,
+        end: u64,
+        is_tick_due: impl Fn() -> bool,
+    ) -> bool {
+        self.gate.clear_backlog();
+        let find_turn = || next_turn(self.inputs.iter().map(|input| input.oldest_arrival()));
+        while let Some(turn) = find_turn() {
+            // Stop at the next input's oldest arrival: newer data here must not overtake it.
+            let turn_end = end.min(turn.end).min(self.gate.arrivals());
+            let has_rest = turn.oldest >= end
+                || self.inputs[turn.input].deliver_waiting(turn_end, |item| {
+                    component.deliver_data(turn.input, item.header, item.lost, &item.bytes);
+                    self.main_waits() || self.participant.lifecycle.has_orders() || is_tick_due()
                 });
-            if enough {
-                self.backlog.fetch_add(1, Ordering::SeqCst);
+            if has_rest {
+                self.gate.add_backlog();
                 return true;
             }
         }
         false
     }
 
-    /// Wakes the main loop.
-    pub fn nudge(&self) {
-        self.shared.wake_main();
+    pub fn wake_main(&self) {
+        self.participant.wakers.wake_main();
     }
 
-    /// Runs the component until it is told to end. Returns whether its code has panicked.
+    /// Runs the component until it is ordered to end. Returns whether its code has panicked.
     pub fn run(&self) -> bool {
-        self.shared.set_main(std::thread::current());
-        let clock = &self.shared.clock;
-        let mut beat = self.period.map(Beat::new);
-        let mut initial = Some(self.shared.starts_active());
-        let mut jumps_seen = 0;
+        self.participant.wakers.set_main(std::thread::current());
+        let lifecycle = &self.participant.lifecycle;
+        let mut main_loop = MainLoop {
+            runtime: self,
+            beat: self.period.map(Beat::new),
+            initially_active: Some(lifecycle.starts_active()),
+            jumps_seen: 0,
+        };
         loop {
-            self.main_waits.store(true, Ordering::SeqCst);
-            let mut core = self.core.lock().unwrap_or_else(PoisonError::into_inner);
-            self.main_waits.store(false, Ordering::SeqCst);
-            core.parameters();
-            let was_active = core.state == RunState::Active;
-            self.begin(&mut core, &mut initial);
-            self.obey(&mut core);
-            let (now, jumps) = clock.ticking();
-            let is_active = core.state == RunState::Active;
-            let has_jumped = std::mem::replace(&mut jumps_seen, jumps) != jumps;
-            if let Some(beat) = &mut beat
-                && ((is_active && !was_active) || has_jumped)
-            {
-                beat.start(now);
+            let mut component = self.gate.enter_from_main();
+            let wait = main_loop.turn(&mut component);
+            let (has_crashed, is_ending) = (lifecycle.has_crashed(), lifecycle.is_ending());
+            if is_ending && !has_crashed {
+                component.end();
             }
-            let ticks = beat.as_ref().filter(|_| is_active);
-            self.drain(&mut core, u64::MAX, || {
-                ticks.is_some_and(|beat| beat.is_due(clock.ticking().0))
-            });
-            let mut wait = LONGEST_WAIT;
-            if core.state == RunState::Active
-                && let Some(beat) = &mut beat
-            {
-                let now = clock.ticking().0;
-                if beat.is_due(now) {
-                    core.exec(Call::Tick);
-                    beat.ticked(now);
-                }
-                // Simulated time wakes this thread when it passes.
-                if clock.runs_by_itself() {
-                    wait = wait.min(beat.left(clock.ticking().0));
-                }
+            if has_crashed || is_ending {
+                return has_crashed;
             }
-            let (crashed, ending) = (self.shared.has_crashed(), self.shared.is_ending());
-            if crashed || ending {
-                if ending && !crashed {
-                    core.stop();
-                    // Data may arrive until the links are closed; they are for nobody any more.
-                    core.enter_state(RunState::Frozen, &self.inputs);
-                }
-                return crashed;
-            }
-            drop(core);
+            drop(component);
+            // Orders this thread's unlock before its look at the backlog, as in `after_release`.
             fence(Ordering::SeqCst);
             // Parking for no time at all still costs the kernel's timer slack.
-            if self.backlog.load(Ordering::SeqCst) == 0
-                && !self.shared.has_orders()
-                && !wait.is_zero()
-            {
+            if !self.gate.has_backlog() && !lifecycle.has_orders() && !wait.is_zero() {
                 std::thread::park_timeout(wait);
             }
         }
     }
-
-    /// Begins to live, as soon as the time is known if it is to be active.
-    fn begin(&self, core: &mut Core, initial: &mut Option<bool>) {
-        let is_known = self.shared.clock.is_known();
-        if let Some(active) = initial.take_if(|active| is_known || !*active) {
-            if active {
-                core.activate(Begin { activation: 0, parameters: Vec::new() }, &self.inputs);
-            } else {
-                core.enter_state(RunState::Frozen, &self.inputs);
-            }
-        }
-        if is_known && let Some(begin) = core.awaits_time.take() {
-            core.activate(begin, &self.inputs);
-        }
-    }
-
-    fn obey(&self, core: &mut Core) {
-        while let Some(wanted) = self.shared.take_wanted() {
-            match wanted {
-                Wanted::Activate(begin) if self.shared.clock.is_known() => {
-                    core.activate(begin, &self.inputs);
-                }
-                Wanted::Activate(begin) => core.awaits_time = Some(begin),
-                Wanted::Freeze(activation) => {
-                    core.awaits_time = None;
-                    core.stop();
-                    core.activation = activation.max(core.activation);
-                    core.enter_state(RunState::Frozen, &self.inputs);
-                }
-            }
-        }
-    }
 }
 
-impl Core {
-    fn data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
-        if self.shared.has_parameters() {
-            self.parameters();
-        }
-        if self.state != RunState::Active {
-            return;
-        }
-        let (input, name) = &self.inputs[index];
-        let header = Header {
-            id: &input.id,
-            data: name,
-            sequence: header.sequence,
-            stamp_s: header.stamp_s,
-            instance: header.instance,
-            lost,
+/// What the main loop remembers from one turn to the next.
+struct MainLoop<'a> {
+    runtime: &'a Runtime,
+    /// When the next tick is due; `None` if the component has no period.
+    beat: Option<Beat>,
+    /// The state to begin with, until the component has entered it.
+    initially_active: Option<bool>,
+    /// Jumps of the time so far; after a jump ticks start again.
+    jumps_seen: u64,
+}
+
+impl MainLoop<'_> {
+    /// One turn inside the component: parameters, orders, waiting data, then a tick if one is due.
+    /// Returns how long there is nothing to do.
+    fn turn(&mut self, component: &mut RunningComponent) -> Duration {
+        component.deliver_parameters();
+        let was_active = component.is_active();
+        self.initially_active.take_if(|active| component.begin(*active));
+        component.activate_when_time_is_known();
+        component.obey_orders();
+        self.restart_beat(component.is_active() && !was_active);
+        let clock = &self.runtime.participant.clock;
+        let beat = self.beat.as_ref().filter(|_| component.is_active());
+        let is_tick_due = || beat.is_some_and(|beat| beat.is_due(clock.ticking().0));
+        self.runtime.deliver_backlog(component, u64::MAX, is_tick_due);
+        let Some(beat) = self.beat.as_mut().filter(|_| component.is_active()) else {
+            return LONGEST_WAIT;
         };
-        let user = &mut self.user;
-        let on_data = self.on_data;
-        let shared = &self.shared;
-        let result = call(shared, || {
-            user.data(&header, &Data { bytes: payload })?;
-            if on_data {
-                shared.counted_exec(|| user.exec(Call::Data))
-            } else {
-                Ok(Outcome::CarryOn)
-            }
-        });
-        self.conclude(result);
-    }
-
-    fn parameters(&mut self) {
-        while let Some((name, value)) = self.shared.take_parameter() {
-            let user = &mut self.user;
-            let result = call(&self.shared, || {
-                user.parameter(&name, &value)
-                    .map(|()| Outcome::CarryOn)
-                    .map_err(|fault| format!("parameter `{name}`: {fault}").into())
-            });
-            self.conclude(result);
+        let now = clock.ticking().0;
+        if beat.is_due(now) {
+            component.execute(Call::Tick);
+            beat.ticked(now);
         }
-    }
-
-    fn exec(&mut self, why: Call) {
-        let user = &mut self.user;
-        let shared = &self.shared;
-        let result = call(shared, || shared.counted_exec(|| user.exec(why)));
-        if why == Call::Stopping {
-            // Its activation is over: nothing it returns can matter any more, except a failure.
-            if let Err(failure) = result {
-                self.shared.failed(&failure);
-            }
+        // Simulated time wakes this thread when it passes.
+        if clock.runs_by_itself() {
+            LONGEST_WAIT.min(beat.left(clock.ticking().0))
         } else {
-            self.conclude(result);
+            LONGEST_WAIT
         }
     }
 
-    /// The values of the activation come before its first call. One that cannot be taken fails it.
-    fn activate(&mut self, begin: Begin, inputs: &[Arc<Input>]) {
-        self.activation = begin.activation;
-        let running = self.state == RunState::Active;
-        if !running {
-            self.state = RunState::Frozen;
-        }
-        if let Err(problem) = self.shared.parameters.give(&self.shared, begin.parameters, !running)
+    /// Ticks count from an activation, and again from a jump of the time.
+    fn restart_beat(&mut self, has_activated: bool) {
+        let (now, jumps) = self.runtime.participant.clock.ticking();
+        let has_jumped = std::mem::replace(&mut self.jumps_seen, jumps) != jumps;
+        if let Some(beat) = &mut self.beat
+            && (has_activated || has_jumped)
         {
-            self.conclude(Err(problem));
-        }
-        self.parameters();
-        if self.state == RunState::Failed {
-            return;
-        }
-        self.enter_state(RunState::Active, inputs);
-        if !running {
-            self.exec(Call::Started);
-        }
-    }
-
-    /// The last call before the component is frozen or ended.
-    fn stop(&mut self) {
-        if matches!(self.state, RunState::Active | RunState::Done | RunState::Failed) {
-            self.exec(Call::Stopping);
-        }
-    }
-
-    fn enter_state(&mut self, state: RunState, inputs: &[Arc<Input>]) {
-        let was_active = self.state == RunState::Active;
-        self.state = state;
-        self.shared.publish_state(state, self.activation);
-        if was_active != (state == RunState::Active) {
-            for input in inputs {
-                input.pause(state != RunState::Active);
-            }
-        }
-    }
-
-    fn conclude(&mut self, result: Result<Outcome, String>) {
-        let (state, report) = match result.and_then(well_named) {
-            Ok(Outcome::CarryOn) => return,
-            Ok(Outcome::Event { name, value }) => {
-                self.shared.report(self.activation, ReportKind::Event { name, value });
-                return;
-            }
-            Ok(Outcome::Done) => {
-                tracing::info!("done");
-                (RunState::Done, ReportKind::Done)
-            }
-            Ok(Outcome::Failed(reason)) | Err(reason) => {
-                self.shared.failed(&reason);
-                (RunState::Failed, ReportKind::Failed { reason })
-            }
-        };
-        self.shared.report(self.activation, report);
-        let inputs: Vec<_> = self.inputs.iter().map(|(input, _)| Arc::clone(input)).collect();
-        self.enter_state(state, &inputs);
-    }
-}
-
-/// An event needs a name that a mission can wait for and that means nothing else there.
-fn well_named(outcome: Outcome) -> Result<Outcome, String> {
-    match &outcome {
-        Outcome::Event { name, .. }
-            if !is_name(name) || ["done", "failed"].contains(&name.as_str()) =>
-        {
-            Err(format!(
-                "`{name}` is not a name for an event; `done` and `failed` are reports of their own"
-            ))
-        }
-        _ => Ok(outcome),
-    }
-}
-
-/// Runs user code; a panic in it becomes an error, and the process ends after reporting it.
-fn call(shared: &Shared, run: impl FnOnce() -> Result<Outcome, Fault>) -> Result<Outcome, String> {
-    let in_call = shared.begin_call();
-    let result = catch_unwind(AssertUnwindSafe(run));
-    drop(in_call);
-    match result {
-        Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
-        Err(panic) => {
-            let text = panic
-                .downcast_ref::<&str>()
-                .map(|text| (*text).to_owned())
-                .or_else(|| panic.downcast_ref::<String>().cloned())
-                .unwrap_or_default();
-            shared.set_crashed();
-            Err(format!("panicked: {text}"))
+            beat.start(now);
         }
     }
 }

@@ -16,7 +16,7 @@ use armor_wire::liveness::BEAT;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::local;
-use crate::shared::Shared;
+use crate::participant::Participant;
 use control::ControlServer;
 use handshake::Handshakes;
 
@@ -24,16 +24,16 @@ use handshake::Handshakes;
 const GATHER_PERIOD: Duration = Duration::from_millis(1);
 
 /// Starts the thread.
-pub(crate) fn start(shared: &Arc<Shared>, listener: TcpListener) -> io::Result<()> {
+pub(crate) fn start(participant: &Arc<Participant>, listener: TcpListener) -> io::Result<()> {
     listener.set_nonblocking(true)?;
-    let local = local::listen(shared.instance)?;
-    let shared = Arc::clone(shared);
+    let local = local::listen(participant.identity.instance)?;
+    let participant = Arc::clone(participant);
     let service = Service {
-        handshakes: Handshakes::new(Arc::clone(&shared)),
-        control: ControlServer::new(Arc::clone(&shared)),
+        handshakes: Handshakes::new(Arc::clone(&participant)),
+        control: ControlServer::new(Arc::clone(&participant)),
         listener,
         local,
-        shared,
+        participant,
         last_beat: Instant::now(),
         accept_after: None,
     };
@@ -45,7 +45,7 @@ pub(crate) fn start(shared: &Arc<Shared>, listener: TcpListener) -> io::Result<(
 }
 
 struct Service {
-    shared: Arc<Shared>,
+    participant: Arc<Participant>,
     listener: TcpListener,
     /// For links within this host.
     local: UnixListener,
@@ -58,16 +58,16 @@ struct Service {
 
 impl Service {
     fn run(mut self) {
-        while !self.shared.is_gone() {
+        while !self.participant.lifecycle.has_left() {
             let links = self.wait();
-            let _ = rustix::io::read(self.shared.wake_fd(), &mut [0u8; 8]);
+            self.participant.wakers.clear_service();
             self.accept();
             for admitted in self.handshakes.serve() {
                 // What an earlier executive has still said counts before a new one takes over.
                 self.control.serve();
                 self.control.add(admitted);
             }
-            if links || self.last_beat.elapsed() >= BEAT || self.shared.is_gathering() {
+            if links || self.last_beat.elapsed() >= BEAT || self.participant.ports.is_gathering() {
                 self.serve_links();
             }
             self.control.serve();
@@ -77,12 +77,15 @@ impl Service {
     /// Waits until there is something to do; whether it concerns an output's link.
     fn wait(&self) -> bool {
         let mut links = Vec::new();
-        for output in self.shared.outputs() {
+        for output in self.participant.ports.outputs() {
             output.streams(&mut links);
         }
         let mut fds: Vec<PollFd<'_>> = links.iter().map(|(s, waits)| watched(s, *waits)).collect();
         let count = fds.len();
-        fds.push(PollFd::from_borrowed_fd(self.shared.wake_fd().as_fd(), PollFlags::IN));
+        fds.push(PollFd::from_borrowed_fd(
+            self.participant.wakers.service_fd().as_fd(),
+            PollFlags::IN,
+        ));
         if self.accept_after.is_none_or(|after| Instant::now() >= after) {
             fds.push(PollFd::from_borrowed_fd(self.listener.as_fd(), PollFlags::IN));
             fds.push(PollFd::from_borrowed_fd(self.local.as_fd(), PollFlags::IN));
@@ -90,7 +93,7 @@ impl Service {
         self.handshakes.watch(&mut fds);
         self.control.watch(&mut fds);
         let mut timeout = BEAT.saturating_sub(self.last_beat.elapsed());
-        if self.shared.is_gathering() {
+        if self.participant.ports.is_gathering() {
             timeout = timeout.min(GATHER_PERIOD);
         }
         let timeout = Timespec {
@@ -125,18 +128,18 @@ impl Service {
     }
 
     fn serve_links(&mut self) {
-        if self.shared.running_call().is_none() {
+        if self.participant.calls.running_call().is_none() {
             // A thread of the user's own may have added to what a call gathered, after its flush.
-            self.shared.flush_gathered();
+            self.participant.ports.flush_gathered();
         }
-        let now = self.shared.clock.monotonic();
+        let now = self.participant.clock.monotonic();
         let beat = frame::signal(FrameKind::Beat);
-        for output in self.shared.outputs() {
+        for output in self.participant.ports.outputs() {
             output.serve(now, &beat);
         }
         if self.last_beat.elapsed() >= BEAT {
             self.last_beat = Instant::now();
-            for input in self.shared.inputs() {
+            for input in self.participant.ports.inputs() {
                 input.beat();
             }
         }

@@ -6,35 +6,18 @@ use std::time::{Duration, Instant};
 use armor_wire::codec;
 use armor_wire::config::{Reply, Request};
 use armor_wire::frame::{self, FrameKind};
-use armor_wire::hello::{Hello, Purpose, Refusal};
+use armor_wire::hello::{Hello, Purpose};
 use armor_wire::liveness::BEAT;
-use thiserror::Error;
 
-use super::CONFIGD;
-use super::questions::Questions;
-use crate::directory::{Directory, DirectoryError};
+use super::questions::{ConfigdError, Questions};
+use crate::directory::Directory;
 use crate::session::is_timeout;
-use crate::socket::{self, ConnectError, Dialled, fresh_instance};
+use crate::socket::{self, Dialled, fresh_instance};
 
+/// Name under which configd is registered.
+pub(crate) const CONFIGD: &str = "configd";
 /// How long an answer may take: a busy disk writes a file within it.
 const ANSWER_LIMIT: Duration = Duration::from_secs(10);
-
-/// Why configd gave no answer.
-#[derive(Debug, Error)]
-pub enum ConfigdError {
-    /// The registry does not know it.
-    #[error(transparent)]
-    Directory(#[from] DirectoryError),
-    /// It cannot be reached.
-    #[error(transparent)]
-    Connect(#[from] ConnectError),
-    /// It cannot answer that, with its reason.
-    #[error("{}", .0.text)]
-    Refused(Refusal),
-    /// The connection ended before the answer.
-    #[error("configd gave no answer: {0}")]
-    Ended(String),
-}
 
 /// A connection to configd.
 pub struct ConfigdConnection {

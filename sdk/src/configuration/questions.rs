@@ -2,8 +2,28 @@
 //! it is reached, is another matter: the configd of a running system, or one over a file alone.
 
 use armor_wire::config::{Change, Finding, ListedParameter, Reply, Request};
+use armor_wire::hello::Refusal;
+use thiserror::Error;
 
-use super::connection::ConfigdError;
+use crate::directory::DirectoryError;
+use crate::socket::ConnectError;
+
+/// Why configd gave no answer.
+#[derive(Debug, Error)]
+pub enum ConfigdError {
+    /// The registry does not know it.
+    #[error(transparent)]
+    Directory(#[from] DirectoryError),
+    /// It cannot be reached.
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    /// It cannot answer that, with its reason.
+    #[error("{}", .0.text)]
+    Refused(Refusal),
+    /// The connection ended before the answer.
+    #[error("configd gave no answer: {0}")]
+    Ended(String),
+}
 
 /// The parameters of a system.
 #[derive(Clone, Debug, PartialEq)]

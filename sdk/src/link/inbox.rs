@@ -9,7 +9,7 @@ use armor_wire::keep::Keep;
 const ALL_LEN: usize = 1 << 20;
 
 /// One data, kept.
-pub(crate) struct Item {
+pub(crate) struct InboxItem {
     /// Its place in the order in which the data of all inputs arrived.
     pub arrival: u64,
     pub header: DataHeader,
@@ -20,7 +20,7 @@ pub(crate) struct Item {
 /// The data that wait for one input.
 pub(crate) struct Inbox {
     keep: Keep,
-    items: VecDeque<Item>,
+    items: VecDeque<InboxItem>,
     len: usize,
 }
 
@@ -55,7 +55,7 @@ impl Inbox {
     /// Adds one; returns how many older ones were dropped for it. Whoever follows a dropped one
     /// takes its place: else the newest of a fast publisher would never come before what waits
     /// longer at another input.
-    pub fn push(&mut self, item: Item) -> u64 {
+    pub fn push(&mut self, item: InboxItem) -> u64 {
         self.len += item.bytes.len().max(1);
         self.items.push_back(item);
         let most = match self.keep {
@@ -77,7 +77,7 @@ impl Inbox {
     }
 
     /// Takes the oldest.
-    pub fn pop(&mut self) -> Option<Item> {
+    pub fn pop(&mut self) -> Option<InboxItem> {
         let item = self.items.pop_front()?;
         self.len -= item.bytes.len().max(1);
         Some(item)
@@ -92,9 +92,19 @@ impl Inbox {
     }
 }
 
-/// The inbox, by its index, whose oldest has waited longest of all; the arrival of that; and the
-/// arrival from which on it is another's turn.
-pub(crate) fn turn(oldest: impl Iterator<Item = Option<u64>>) -> Option<(usize, u64, u64)> {
+/// The inbox whose data are delivered next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct InboxTurn {
+    /// Index of the input.
+    pub input: usize,
+    /// The arrival of its oldest data, which have waited longest of all.
+    pub oldest: u64,
+    /// The oldest arrival at any other input: from there on it is another input's turn.
+    pub end: u64,
+}
+
+/// Finds the inbox whose oldest data have waited longest, from the oldest arrival of each.
+pub(crate) fn next_turn(oldest: impl Iterator<Item = Option<u64>>) -> Option<InboxTurn> {
     let mut first: Option<(usize, u64)> = None;
     let mut end = u64::MAX;
     for (index, arrival) in oldest.enumerate() {
@@ -104,16 +114,16 @@ pub(crate) fn turn(oldest: impl Iterator<Item = Option<u64>>) -> Option<(usize, 
             _ => end = first.replace((index, arrival)).map_or(end, |(_, earlier)| earlier),
         }
     }
-    first.map(|(index, arrival)| (index, arrival, end))
+    first.map(|(input, oldest)| InboxTurn { input, oldest, end })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn item(sequence: u64, len: usize) -> Item {
+    fn item(sequence: u64, len: usize) -> InboxItem {
         let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
-        Item { arrival: 10 + sequence, header, lost: 0, bytes: vec![0; len] }
+        InboxItem { arrival: 10 + sequence, header, lost: 0, bytes: vec![0; len] }
     }
 
     fn check(keep: Keep, expected: &[u64]) {
@@ -132,9 +142,10 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_turn_of_who_waits_longest_until_another_has_waited_longer() {
-        let check = |oldest: &[Option<u64>], expected| {
-            assert_eq!(turn(oldest.iter().copied()), expected, "{oldest:?}");
+    fn the_input_whose_data_have_waited_longest_has_its_turn_until_another_has_waited_longer() {
+        let check = |oldest: &[Option<u64>], expected: Option<(usize, u64, u64)>| {
+            let expected = expected.map(|(input, oldest, end)| InboxTurn { input, oldest, end });
+            assert_eq!(next_turn(oldest.iter().copied()), expected, "{oldest:?}");
         };
         check(&[], None);
         check(&[None, None], None);

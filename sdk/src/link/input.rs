@@ -1,75 +1,62 @@
-//! An input: finds who provides its data, links to it, reads, and comes back when it is lost.
-//!
-//! One thread per input reads and, when the component is free, runs its code then and there: no hand
-//! over between threads on the way of a message.
+//! An input: the data that wait for the component, the state of its link, and its counters. Its thread
+//! is in `input_reader.rs`.
 
 use std::net::{Shutdown, TcpStream};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 
-use armor_wire::backoff::Backoff;
 use armor_wire::config::InputSettings;
 use armor_wire::control::InputStatus;
-use armor_wire::frame::{self, DataHeader, FrameKind};
-use armor_wire::hello::{Hello, LinkRequest, Purpose, Welcome};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::frame::{self, FrameKind};
+use armor_wire::hello::Welcome;
+use armor_wire::keep::Keep;
 use armor_wire::liveness::MISSED_BEATS;
 use armor_wire::message::Message;
 use armor_wire::schema;
-use rustix::net::{RecvFlags, SendFlags, recv, send};
+use parking_lot::{Condvar, Mutex, MutexGuard};
+use rustix::net::{SendFlags, send};
 
-use super::inbox::{Inbox, Item};
-use crate::runtime::Runtime;
-use crate::session::is_timeout;
-use crate::shared::increment;
-use crate::socket::{self, Dialled};
-
-/// How often a spinning reader looks whether the component is still active, in polls.
-const SPINS_PER_LOOK: u32 = 1 << 12;
+use super::inbox::{Inbox, InboxItem};
+use crate::counter::SingleWriterCounter;
 
 /// An input of this process.
-pub(crate) struct Input {
+pub(crate) struct InputPort {
     pub id: String,
     pub required: bool,
     pub type_name: &'static str,
     pub schema: String,
-    state: Mutex<State>,
+    state: Mutex<InputState>,
     inbox: Mutex<Inbox>,
-    /// Whether the inbox holds data. Only the reader puts some in, so if it reads `false` while it
-    /// is in the component, nothing older is left to deliver.
-    waiting: AtomicBool,
-    room: Condvar,
-    /// The reader waits for the publisher, and how often it has heard it: kept by the reader without
-    /// a clock, judged by the service thread at every beat.
-    listening: AtomicBool,
-    reads: AtomicU64,
+    /// Whether the inbox holds data. Only the reader adds some, so if it reads `false` while it is in
+    /// the component, there are no older data to deliver first.
+    pub(super) waiting: AtomicBool,
+    /// Notified when a full inbox has room again.
+    pub(super) room: Condvar,
+    /// Whether the reader waits for bytes, and how many times it has received some. The reader keeps
+    /// both without reading a clock; the service thread judges them at every beat.
+    pub(super) listening: AtomicBool,
+    pub(super) reads: SingleWriterCounter,
     /// The component has been frozen since the last data: what was published meanwhile is not lost.
-    was_paused: AtomicBool,
-    received: AtomicU64,
-    lost: AtomicU64,
-    dropped: AtomicU64,
+    pub(super) was_paused: AtomicBool,
+    /// Counted by the thread inside the component.
+    pub(super) received: SingleWriterCounter,
+    pub(super) lost: AtomicU64,
+    pub(super) dropped: AtomicU64,
 }
 
+/// The state of an input's link.
 #[derive(Default)]
-struct State {
+pub(super) struct InputState {
     settings: Option<InputSettings>,
-    stream: Option<Arc<TcpStream>>,
-    connections: u64,
-    problem: String,
-    /// How often the publisher had been heard at the last beat, and for how many beats no more.
+    pub stream: Option<Arc<TcpStream>>,
+    pub connections: u64,
+    pub problem: String,
+    /// Reads up to the last beat, and for how many beats there was none.
     reads_before: u64,
-    quiet_beats: u32,
+    pub quiet_beats: u32,
 }
 
-/// The last data that arrived.
-#[derive(Clone, Copy)]
-struct Last {
-    instance: u64,
-    sequence: u64,
-}
-
-impl Input {
+impl InputPort {
     pub fn new<T: Message>(id: &str, required: bool) -> Self {
         Self {
             id: id.into(),
@@ -81,26 +68,31 @@ impl Input {
             waiting: AtomicBool::new(false),
             room: Condvar::new(),
             listening: AtomicBool::new(false),
-            reads: AtomicU64::new(0),
+            reads: SingleWriterCounter::default(),
             was_paused: AtomicBool::new(false),
-            received: AtomicU64::new(0),
+            received: SingleWriterCounter::default(),
             lost: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(super) fn lock(&self) -> MutexGuard<'_, InputState> {
+        self.state.lock()
     }
 
-    fn inbox(&self) -> MutexGuard<'_, Inbox> {
-        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(super) fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock()
     }
 
-    /// How the file feeds this input.
+    /// Sets what feeds this input, as the file specifies.
     pub fn connect(&self, settings: InputSettings) {
         self.inbox().set_keep(settings.keep);
         self.lock().settings = Some(settings);
+    }
+
+    /// What feeds this input; `None` if nothing does.
+    pub fn settings(&self) -> Option<InputSettings> {
+        self.lock().settings.clone()
     }
 
     /// System-wide name of the data that feeds it.
@@ -116,7 +108,7 @@ impl Input {
             id: self.id.clone(),
             data: settings.map(|s| s.data.clone()).unwrap_or_default(),
             connected: state.stream.is_some(),
-            received: self.received.load(Ordering::Relaxed),
+            received: self.received.count(),
             waiting,
             lost: self.lost.load(Ordering::Relaxed),
             dropped: self.dropped.load(Ordering::Relaxed),
@@ -125,17 +117,17 @@ impl Input {
         }
     }
 
-    /// Tells the publisher to stop or to go on sending.
+    /// Asks the publisher to pause, or to continue.
     pub fn pause(&self, pause: bool) {
         let state = self.lock();
         if pause {
             self.was_paused.store(true, Ordering::Relaxed);
         }
         let kind = if pause { FrameKind::Pause } else { FrameKind::Resume };
-        signal(state.stream.as_deref(), kind);
+        send_signal(state.stream.as_deref(), kind);
         drop(state);
         if pause {
-            // Whatever still waits belongs to the activation that has ended.
+            // The data that still wait belong to the activation that has ended.
             let mut inbox = self.inbox();
             inbox.clear();
             self.waiting.store(false, Ordering::Relaxed);
@@ -144,13 +136,13 @@ impl Input {
         }
     }
 
-    /// Says to the publisher that this process is alive, and ends the link if the publisher has not
-    /// said so for too long; called by the service thread at every beat.
+    /// Sends the publisher a beat, and ends the link if nothing has come from the publisher for too
+    /// long; called by the service thread at every beat.
     pub fn beat(&self) {
         let mut state = self.lock();
-        signal(state.stream.as_deref(), FrameKind::Beat);
-        let reads = self.reads.load(Ordering::Relaxed);
-        // A reader that is busy in the component's code does not listen: that is no silence.
+        send_signal(state.stream.as_deref(), FrameKind::Beat);
+        let reads = self.reads.count();
+        // A reader that is busy in the component's code does not listen: that is not the publisher's silence.
         let is_quiet = self.listening.load(Ordering::Relaxed) && reads == state.reads_before;
         state.quiet_beats = if is_quiet { state.quiet_beats + 1 } else { 0 };
         state.reads_before = reads;
@@ -168,14 +160,14 @@ impl Input {
         }
     }
 
-    /// The arrival of the data that have waited longest.
-    pub fn oldest(&self) -> Option<u64> {
+    /// The arrival of the data that have waited longest; `None` if none wait.
+    pub fn oldest_arrival(&self) -> Option<u64> {
         if self.waiting.load(Ordering::Relaxed) { self.inbox().oldest() } else { None }
     }
 
-    /// Hands waiting data that arrived before `end` to `deliver` until there are none or it says
-    /// that it has enough; whether it does.
-    pub fn drain(&self, end: u64, mut deliver: impl FnMut(&Item) -> bool) -> bool {
+    /// Hands waiting data that arrived before `end` to `deliver` until there are none or it returns
+    /// `true` because it must stop. Returns whether it did.
+    pub fn deliver_waiting(&self, end: u64, mut deliver: impl FnMut(&InboxItem) -> bool) -> bool {
         loop {
             let mut inbox = self.inbox();
             if inbox.oldest().is_some_and(|arrival| arrival >= end) {
@@ -186,81 +178,17 @@ impl Input {
             drop(inbox);
             let Some(item) = item else { return false };
             self.room.notify_all();
-            let enough = deliver(&item);
-            increment(&self.received);
-            if enough {
+            let must_stop = deliver(&item);
+            self.received.increment();
+            if must_stop {
                 return true;
             }
         }
     }
 
-    /// Reads for the life of the process.
-    pub fn run(self: &Arc<Self>, index: usize, runtime: &Arc<Runtime>) {
-        let Some(settings) = self.lock().settings.clone() else { return };
-        let seed = runtime.shared.instance ^ index as u64;
-        let mut backoff = Backoff::new(Duration::from_millis(10), Duration::from_secs(1), seed);
-        let mut last = None;
-        while !runtime.shared.is_gone() {
-            let start = Instant::now();
-            let reason = match self.link(&settings, runtime) {
-                Ok(dialled) => {
-                    let reason = self.read(dialled, &mut last, index, &settings, runtime);
-                    self.lock().stream = None;
-                    tracing::info!("link from {} closed: {reason}", settings.data);
-                    reason
-                }
-                Err(reason) => {
-                    if self.lock().problem != reason {
-                        tracing::warn!("no link from {} yet: {reason}", settings.data);
-                    }
-                    reason
-                }
-            };
-            self.lock().problem = reason;
-            if start.elapsed() > Duration::from_secs(2) {
-                backoff.reset();
-            }
-            std::thread::sleep(backoff.delay());
-        }
-    }
-
-    fn link(&self, settings: &InputSettings, runtime: &Runtime) -> Result<Dialled, String> {
-        let answer = runtime.shared.directory().look(&settings.data, &self.schema);
-        let found =
-            answer.recv().map_err(|e| e.to_string())?.map_err(|refusal| refusal.to_string())?;
-        let link = LinkRequest {
-            data: settings.data.clone(),
-            instance: found.provider.instance,
-            schema: self.schema.clone(),
-            schema_hash: schema::hash_text(&self.schema),
-            keep: settings.keep,
-            wake: settings.wake,
-            paused: !runtime.shared.is_active(),
-        };
-        let hello = Hello::new(
-            &runtime.shared.name,
-            runtime.shared.instance,
-            Purpose::Link { link: link.clone() },
-        );
-        let dialled = socket::dial_component(&found.provider, &hello, settings.transport)
-            .map_err(|error| error.to_string())?;
-        self.check_type(&dialled.welcome)?;
-        let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
-        let mut state = self.lock();
-        state.stream = Some(Arc::new(stream));
-        state.connections += 1;
-        state.quiet_beats = 0;
-        state.problem.clear();
-        drop(state);
-        // The state may have changed since the request was written.
-        if runtime.shared.is_active() == link.paused {
-            self.pause(!link.paused);
-        }
-        Ok(dialled)
-    }
-
-    /// Another build may mean another type by the same name.
-    fn check_type(&self, welcome: &Welcome) -> Result<(), String> {
+    /// Compares the schema of the provider that has answered: another build of it may publish another
+    /// type by the same name.
+    pub(super) fn check_type(&self, welcome: &Welcome) -> Result<(), String> {
         let Welcome { name, schema, .. } = welcome;
         if *schema == self.schema {
             return Ok(());
@@ -268,149 +196,9 @@ impl Input {
         let how = schema::difference((name, schema), ("this input", &self.schema));
         Err(format!("`{name}` sends another type than it has registered\n{how}"))
     }
-
-    fn read(
-        &self,
-        mut dialled: Dialled,
-        last: &mut Option<Last>,
-        index: usize,
-        settings: &InputSettings,
-        runtime: &Arc<Runtime>,
-    ) -> String {
-        let Dialled { stream, reader, .. } = &mut dialled;
-        if let Err(error) = stream.set_read_timeout(None) {
-            return error.to_string();
-        }
-        let mut first = true;
-        loop {
-            let mut guard = None;
-            loop {
-                let superseded = settings.keep == Keep::Latest && reader.is_superseded();
-                let frame = match reader.next_frame() {
-                    Ok(Some(frame)) => frame,
-                    Ok(None) => break,
-                    Err(error) => return error.to_string(),
-                };
-                if frame.kind == FrameKind::Beat {
-                    continue;
-                }
-                let (header, payload) = match frame.data() {
-                    Ok(data) => data,
-                    Err(error) => return error.to_string(),
-                };
-                let Some(lost) = self.follow(last, &header, std::mem::take(&mut first)) else {
-                    continue;
-                };
-                if superseded {
-                    self.dropped.fetch_add(1, Ordering::Relaxed);
-                    continue;
-                }
-                if guard.is_none() {
-                    guard = runtime.try_enter();
-                }
-                self.hand_over(&mut guard, index, header, lost, payload, runtime);
-            }
-            drop(guard);
-            runtime.after_release();
-            self.listening.store(true, Ordering::Relaxed);
-            let received = receive(stream, reader, settings.wake, runtime);
-            self.listening.store(false, Ordering::Relaxed);
-            match received {
-                Ok(0) if self.lock().stream.is_none() => return "the publisher fell silent".into(),
-                Ok(0) => return "the publisher closed it".into(),
-                Ok(len) => {
-                    reader.filled(len);
-                    increment(&self.reads);
-                }
-                Err(error) if is_timeout(&error) => {}
-                Err(error) => return error.to_string(),
-            }
-        }
-    }
-
-    /// Runs the component's code on the data, or keeps it until the component is free.
-    fn hand_over(
-        &self,
-        guard: &mut Option<crate::runtime::Guard<'_>>,
-        index: usize,
-        header: DataHeader,
-        lost: u64,
-        payload: &[u8],
-        runtime: &Runtime,
-    ) {
-        if let Some(core) = guard
-            && !self.waiting.load(Ordering::Relaxed)
-        {
-            core.data(index, header, lost, payload);
-            increment(&self.received);
-            if runtime.main_waits() {
-                *guard = None;
-                runtime.after_release();
-            }
-            return;
-        }
-        let mut inbox = self.inbox();
-        while inbox.is_full() && runtime.shared.is_active() {
-            runtime.nudge();
-            inbox = self
-                .room
-                .wait_timeout(inbox, Duration::from_millis(100))
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
-        }
-        let arrival = runtime.arrival();
-        let dropped = inbox.push(Item { arrival, header, lost, bytes: payload.to_vec() });
-        // Counted before anybody can take what is left.
-        self.dropped.fetch_add(dropped, Ordering::Relaxed);
-        self.waiting.store(true, Ordering::Relaxed);
-        drop(inbox);
-        runtime.backlog_grew();
-    }
-
-    /// Follows the sequence: how many are missing before this one, or `None` if it was seen before.
-    fn follow(&self, last: &mut Option<Last>, header: &DataHeader, first: bool) -> Option<u64> {
-        let paused = self.was_paused.load(Ordering::Relaxed);
-        let lost = match last {
-            Some(last) if last.instance == header.instance => {
-                if header.sequence <= last.sequence {
-                    return None;
-                }
-                // After a reconnect the publisher marks a new start, but to us it is a gap.
-                let meant = paused || (header.fresh && !first);
-                if meant { 0 } else { header.sequence - last.sequence - 1 }
-            }
-            _ => 0,
-        };
-        if paused {
-            self.was_paused.store(false, Ordering::Relaxed);
-        }
-        *last = Some(Last { instance: header.instance, sequence: header.sequence });
-        if lost > 0 {
-            self.lost.fetch_add(lost, Ordering::Relaxed);
-        }
-        Some(lost)
-    }
 }
 
-/// Waits for bytes: asleep in the kernel, or polling while the component is active.
-fn receive(
-    stream: &TcpStream,
-    reader: &mut frame::FrameReader,
-    wake: Wake,
-    runtime: &Runtime,
-) -> std::io::Result<usize> {
-    while wake == Wake::Spin && runtime.shared.is_active() {
-        for _ in 0..SPINS_PER_LOOK {
-            match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
-                Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
-                result => return Ok(result?.1),
-            }
-        }
-    }
-    Ok(recv(stream, reader.space(), RecvFlags::empty())?.1)
-}
-
-fn signal(stream: Option<&TcpStream>, kind: FrameKind) {
+fn send_signal(stream: Option<&TcpStream>, kind: FrameKind) {
     if let Some(stream) = stream {
         // Eight bytes: they fit, or the connection is as good as dead and its reader will notice.
         let _ = send(stream, &frame::signal(kind), SendFlags::DONTWAIT | SendFlags::NOSIGNAL);

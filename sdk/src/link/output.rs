@@ -1,7 +1,7 @@
 //! An output: numbers what is published, encodes it once, and gives it to each link.
 
 use std::any::TypeId;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_wire::codec::EncodeError;
@@ -12,9 +12,10 @@ use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
 use armor_wire::schema;
+use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::publishing::{Publish, State, encode_frame, offer_shared};
+use super::publishing::{OutputState, Publish, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::LinkOut;
 
@@ -30,23 +31,16 @@ pub struct Sent {
     pub dropped: u64,
 }
 
-/// Why data was not published.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum PublishError {
-    #[error(transparent)]
-    Encode(#[from] EncodeError),
-}
-
 /// An output of this process.
-pub(crate) struct Output {
+pub(crate) struct OutputPort {
     pub id: String,
     pub entry: DataEntry,
     pub message: TypeId,
     schema_hash: u64,
-    state: Mutex<State>,
+    state: Mutex<OutputState>,
 }
 
-impl Output {
+impl OutputPort {
     pub fn new<T: Message>(id: &str, data: &str, latched: bool) -> Self {
         let schema = T::schema().to_string();
         Self {
@@ -58,8 +52,8 @@ impl Output {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, OutputState> {
+        self.state.lock()
     }
 
     /// Whether a subscriber's request can be served.
@@ -93,11 +87,7 @@ impl Output {
     }
 
     /// Publishes `message`.
-    pub fn publish<T: Message>(
-        &self,
-        message: &T,
-        how: &Publish<'_>,
-    ) -> Result<Sent, PublishError> {
+    pub fn publish<T: Message>(&self, message: &T, how: &Publish<'_>) -> Result<Sent, EncodeError> {
         let mut state = self.lock();
         let sequence = state.published;
         let header =
@@ -123,7 +113,10 @@ impl Output {
     }
 
     /// Waits, as `keep="all"` asks, until the slow links have room; helps writing meanwhile.
-    fn wait_for_room<'a>(&'a self, mut state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+    fn wait_for_room<'a>(
+        &'a self,
+        mut state: MutexGuard<'a, OutputState>,
+    ) -> MutexGuard<'a, OutputState> {
         let mut deadline = Instant::now() + ALL_DEADLINE;
         loop {
             let before: usize = state.links.iter().map(|link| link.queue.len()).sum();
@@ -180,7 +173,7 @@ impl Output {
     /// Reads, writes and beats on every link; called by the service thread.
     pub fn serve(&self, now: Duration, beat: &[u8]) {
         let mut state = self.lock();
-        let State { links, last, .. } = &mut *state;
+        let OutputState { links, last, .. } = &mut *state;
         for link in links.iter_mut() {
             let resumed = link.listen(now);
             if resumed && let Some((sequence, frame)) = last {

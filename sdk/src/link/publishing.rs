@@ -30,7 +30,7 @@ pub(crate) struct Publish<'a> {
 
 /// What an output has published, and its links.
 #[derive(Default)]
-pub(super) struct State {
+pub(super) struct OutputState {
     pub(super) published: u64,
     pub(super) links: Vec<LinkOut>,
     pub(super) buffer: Vec<u8>,
@@ -74,7 +74,7 @@ pub(super) fn encode_frame<T: Message>(
     Ok(frame)
 }
 
-impl State {
+impl OutputState {
     pub(super) fn dropped(&self) -> u64 {
         self.dropped_before + self.links.iter().map(|link| link.dropped).sum::<u64>()
     }

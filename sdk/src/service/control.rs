@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_wire::codec;
-use armor_wire::control::{Answer, Command, ReportKind, Role, RunState};
+use armor_wire::control::{Answer, Command, Role};
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
@@ -13,8 +13,10 @@ use rustix::net::{RecvFlags, SendFlags, recv, send};
 
 use super::handshake::Admitted;
 use crate::faults::Fault;
+use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::orders::GivenOrder;
-use crate::shared::{Begin, Shared, Wanted};
+use crate::participant::Participant;
+use crate::reports::PendingReport;
 
 /// Most control connections: the executive, the launcher, and plenty of observers.
 const MAX_CONNECTIONS: usize = 64;
@@ -39,21 +41,22 @@ struct Connection {
 }
 
 pub(super) struct ControlServer {
-    shared: Arc<Shared>,
+    participant: Arc<Participant>,
     connections: Vec<Connection>,
     /// The connections there have been.
     count: u64,
-    told: (RunState, u64),
+    /// The state that all connections have been sent.
+    sent_state: EnteredState,
     last_beat: Instant,
     /// The call that ran at the last beat, and since when it has been seen running.
     call: Option<(u64, Instant)>,
 }
 
 impl ControlServer {
-    pub fn new(shared: Arc<Shared>) -> Self {
-        let told = shared.state();
+    pub fn new(participant: Arc<Participant>) -> Self {
+        let sent_state = participant.lifecycle.state();
         let (connections, last_beat) = (Vec::new(), Instant::now());
-        Self { shared, connections, count: 0, told, last_beat, call: None }
+        Self { participant, connections, count: 0, sent_state, last_beat, call: None }
     }
 
     pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -65,7 +68,7 @@ impl ControlServer {
     pub fn add(&mut self, admitted: Admitted) {
         if self.connections.len() >= MAX_CONNECTIONS {
             let why = format!("{MAX_CONNECTIONS} control connections are open");
-            report(&self.shared, &admitted.stream, Fault::Crowded, &why);
+            report_fault(&self.participant, &admitted.stream, Fault::Crowded, &why);
             return;
         }
         let Admitted { stream, reader, role, from, instance } = admitted;
@@ -73,7 +76,7 @@ impl ControlServer {
             // Only one commands; the newest is the one that lives.
             self.connections.retain(|connection| connection.role != Role::Executive);
         }
-        let liveness = Liveness::new(self.shared.clock.monotonic());
+        let liveness = Liveness::new(self.participant.clock.monotonic());
         self.count += 1;
         let mut connection = Connection {
             stream,
@@ -88,37 +91,41 @@ impl ControlServer {
             broken: false,
             babbles: false,
         };
-        // What is not told yet follows.
-        connection.queue(&self.state_answer(self.told));
+        // States entered since then follow.
+        connection.queue(&self.state_answer(self.sent_state));
         self.connections.push(connection);
     }
 
-    fn state_answer(&self, (state, activation): (RunState, u64)) -> Answer {
-        Answer::State { state, activation, controllable: self.shared.is_controllable() }
+    fn state_answer(&self, EnteredState { state, activation }: EnteredState) -> Answer {
+        Answer::State {
+            state,
+            activation,
+            controllable: self.participant.lifecycle.is_controllable(),
+        }
     }
 
     pub fn serve(&mut self) {
-        let now = self.shared.clock.monotonic();
+        let now = self.participant.clock.monotonic();
         for index in 0..self.connections.len() {
             let commands = self.connections[index].listen(now);
             if self.connections[index].babbles {
                 let connection = &self.connections[index];
                 let why = format!("`{}` does not speak the control protocol", connection.from);
-                report(&self.shared, &connection.stream, Fault::NoCommand, &why);
+                report_fault(&self.participant, &connection.stream, Fault::NoCommand, &why);
             }
             for command in commands {
                 self.obey(index, command);
             }
         }
         // Taken before the reports, so that no state overtakes the report that led to it.
-        let untold = self.shared.take_untold();
+        let unsent = self.participant.lifecycle.take_unsent();
         self.send_reports();
-        for state in untold {
-            self.told = state;
-            let answer = self.state_answer(state);
-            self.tell_all(&answer);
+        for entered in unsent {
+            self.sent_state = entered;
+            let answer = self.state_answer(entered);
+            self.queue_for_all(&answer);
         }
-        while let Some((id, answer)) = self.shared.desk.next_answer() {
+        while let Some((id, answer)) = self.participant.operator_orders.next_answer() {
             if let Some(connection) = self.connections.iter_mut().find(|c| c.id == id) {
                 connection.queue(&answer);
             }
@@ -128,7 +135,7 @@ impl ControlServer {
             connection.flush();
             connection.broken |= connection.liveness.is_silent(now);
             if connection.broken && connection.role == Role::Operator {
-                self.shared.desk.closed(connection.id);
+                self.participant.operator_orders.closed(connection.id);
             }
         }
         self.connections.retain(|connection| !connection.broken);
@@ -138,32 +145,35 @@ impl ControlServer {
         let connection = &mut self.connections[index];
         match (command, connection.role) {
             (Command::Activate { activation, parameters }, Role::Executive) => {
-                if self.shared.is_controllable() {
-                    self.shared.order(Wanted::Activate(Begin { activation, parameters }));
+                if self.participant.lifecycle.is_controllable() {
+                    let order = ActivationOrder { activation, parameters };
+                    self.participant.lifecycle.push_order(LifecycleOrder::Activate(order));
                 } else {
                     self.confirm(index);
                 }
             }
             (Command::Freeze { activation }, Role::Executive) => {
-                if self.shared.is_controllable() {
-                    self.shared.order(Wanted::Freeze(activation));
+                if self.participant.lifecycle.is_controllable() {
+                    self.participant.lifecycle.push_order(LifecycleOrder::Freeze(activation));
                 } else {
                     self.confirm(index);
                 }
             }
-            (Command::Terminate, Role::Executive | Role::Launcher) => self.shared.end(),
+            (Command::Terminate, Role::Executive | Role::Launcher) => {
+                self.participant.lifecycle.request_end();
+            }
             (Command::Acknowledge { report }, Role::Executive) => {
-                self.shared.reports().waiting.retain(|waiting| waiting.number > report);
+                self.participant.reports.acknowledge(report);
             }
             (Command::Status { request }, _) => {
-                let status = self.shared.status();
+                let status = self.participant.status();
                 connection.queue(&Answer::Status { request, status });
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
                 let (from, instance) = (connection.from.clone(), connection.instance);
                 let connection = connection.id;
                 let given = GivenOrder { connection, from, instance, request, author, take, order };
-                if let Some(answer) = self.shared.desk.give(given) {
+                if let Some(answer) = self.participant.operator_orders.give(given) {
                     self.connections[index].queue(&answer);
                 }
             }
@@ -171,13 +181,13 @@ impl ControlServer {
             (command, role) => {
                 connection.broken = true;
                 let why = format!("`{}`, an {role:?}, may not order {command:?}", connection.from);
-                report(&self.shared, &connection.stream, Fault::NotAllowed, &why);
+                report_fault(&self.participant, &connection.stream, Fault::NotAllowed, &why);
             }
         }
     }
 
     fn confirm(&mut self, index: usize) {
-        let answer = self.state_answer(self.shared.state());
+        let answer = self.state_answer(self.participant.lifecycle.state());
         self.connections[index].queue(&answer);
     }
 
@@ -187,19 +197,11 @@ impl ControlServer {
         else {
             return;
         };
-        let waiting: Vec<_> = self
-            .shared
-            .reports()
-            .waiting
-            .iter()
-            .filter(|report| report.number > executive.reported)
-            .cloned()
-            .collect();
-        for report in waiting {
-            executive.reported = report.number;
-            let outcome: ReportKind = report.outcome;
-            let activation = report.activation;
-            executive.queue(&Answer::Report { report: report.number, activation, outcome });
+        for PendingReport { number, activation, outcome } in
+            self.participant.reports.after(executive.reported)
+        {
+            executive.reported = number;
+            executive.queue(&Answer::Report { report: number, activation, outcome });
         }
     }
 
@@ -208,25 +210,25 @@ impl ControlServer {
             return;
         }
         self.last_beat = Instant::now();
-        self.call = match (self.shared.running_call(), self.call) {
+        self.call = match (self.participant.calls.running_call(), self.call) {
             (Some(now), Some((before, since))) if now == before => Some((before, since)),
             (Some(now), _) => Some((now, Instant::now())),
             (None, _) => None,
         };
         let call_s = self.call.map_or(0.0, |(_, since)| since.elapsed().as_secs_f64());
-        self.tell_all(&Answer::Beat { call_s });
+        self.queue_for_all(&Answer::Beat { call_s });
     }
 
-    fn tell_all(&mut self, answer: &Answer) {
+    fn queue_for_all(&mut self, answer: &Answer) {
         for connection in &mut self.connections {
             connection.queue(answer);
         }
     }
 }
 
-fn report(shared: &Shared, stream: &TcpStream, fault: Fault, why: &str) {
+fn report_fault(participant: &Participant, stream: &TcpStream, fault: Fault, why: &str) {
     let peer = stream.peer_addr().ok().map(|peer| peer.ip());
-    shared.faults.report(peer, fault, why);
+    participant.faults.report(peer, fault, why);
 }
 
 impl Connection {

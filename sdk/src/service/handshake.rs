@@ -18,8 +18,9 @@ use rustix::event::PollFd;
 use rustix::net::{RecvFlags, recv};
 
 use crate::faults::Fault;
-use crate::link::{LinkOut, Queue};
-use crate::shared::Shared;
+use crate::link::queue::Queue;
+use crate::link::wire_out::LinkOut;
+use crate::participant::Participant;
 use crate::socket;
 
 /// How long a handshake may take.
@@ -45,7 +46,7 @@ pub(super) struct Admitted {
 }
 
 pub(super) struct Handshakes {
-    shared: Arc<Shared>,
+    participant: Arc<Participant>,
     pending: Vec<Pending>,
 }
 
@@ -57,8 +58,8 @@ enum Progress {
 }
 
 impl Handshakes {
-    pub fn new(shared: Arc<Shared>) -> Self {
-        Self { shared, pending: Vec::new() }
+    pub fn new(participant: Arc<Participant>) -> Self {
+        Self { participant, pending: Vec::new() }
     }
 
     pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -119,7 +120,7 @@ impl Handshakes {
             Purpose::Registry { .. } | Purpose::Config => {
                 let text = format!(
                     "this is the component `{}`, which serves links and control",
-                    self.shared.name
+                    self.participant.identity.name
                 );
                 Err(Refusal::new(RefusalCode::WrongPurpose, text))
             }
@@ -132,17 +133,21 @@ impl Handshakes {
         from: &str,
         stream: &TcpStream,
     ) -> Result<(), Refusal> {
-        let ours = self.shared.instance;
+        let ours = self.participant.identity.instance;
         if link.instance != 0 && link.instance != ours {
-            let text =
-                format!("this is `{}`, but not the process start that was meant", self.shared.name);
+            let text = format!(
+                "this is `{}`, but not the process start that was meant",
+                self.participant.identity.name
+            );
             return Err(Refusal::new(RefusalCode::WrongInstance, text));
         }
-        let outputs = self.shared.outputs();
+        let outputs = self.participant.ports.outputs();
         let output =
             outputs.iter().find(|output| output.entry.data == link.data).ok_or_else(|| {
-                let text =
-                    format!("component `{}` does not provide `{}`", self.shared.name, link.data);
+                let text = format!(
+                    "component `{}` does not provide `{}`",
+                    self.participant.identity.name, link.data
+                );
                 Refusal::new(RefusalCode::UnknownData, text)
             })?;
         output.accepts(link, from)?;
@@ -152,12 +157,12 @@ impl Handshakes {
         let added = LinkOut {
             stream: Arc::new(copy),
             to: from.into(),
-            faults: Arc::clone(&self.shared.faults),
+            faults: Arc::clone(&self.participant.faults),
             keep,
             queue: Queue::new(keep),
             // A subscriber says nothing but beats, pause and resume, which have no body.
             reader: FrameReader::with_limit(0),
-            liveness: Liveness::new(self.shared.clock.monotonic()),
+            liveness: Liveness::new(self.participant.clock.monotonic()),
             paused: link.paused,
             fresh: true,
             last_call: 0,
@@ -176,8 +181,11 @@ impl Handshakes {
         buffers: bool,
     ) -> Result<(), Refusal> {
         let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
-        let welcome =
-            Welcome { name: self.shared.name.clone(), instance: self.shared.instance, schema };
+        let welcome = Welcome {
+            name: self.participant.identity.name.clone(),
+            instance: self.participant.identity.instance,
+            schema,
+        };
         let bytes =
             frame::to_bytes(FrameKind::Welcome, &welcome).map_err(|e| failed(e.to_string()))?;
         // A blocking socket from here on; every later write says for itself that it does not wait.
@@ -194,7 +202,7 @@ impl Handshakes {
     }
 
     fn log(&self, peer: SocketAddr, fault: Fault, why: &str) {
-        self.shared.faults.report(Some(peer.ip()), fault, why);
+        self.participant.faults.report(Some(peer.ip()), fault, why);
     }
 }
 

@@ -1,0 +1,129 @@
+//! A component's connection to configd: asks how it is connected and what its parameters are, and
+//! asks again after every reconnect.
+
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+use armor_wire::backoff::Backoff;
+use armor_wire::codec;
+use armor_wire::config::{Reply, Request, Settings};
+use armor_wire::frame::{Frame, FrameKind};
+use armor_wire::hello::{Hello, Purpose};
+
+use super::connection::CONFIGD;
+use crate::participant::Participant;
+use crate::session::{self, Writer};
+use crate::socket;
+
+/// How long the registry may take to find configd before the attempt counts as failed.
+const FIND_LIMIT: Duration = Duration::from_secs(5);
+/// First and longest delay between two attempts to connect.
+const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
+
+/// Keeps a connection to configd on a thread of its own. Returns where the settings arrive.
+pub(crate) fn start(
+    participant: &Arc<Participant>,
+) -> std::io::Result<mpsc::Receiver<Result<Settings, String>>> {
+    let (sender, receiver) = mpsc::channel();
+    participant.parameters.lock().settings = Some(sender);
+    let participant = Arc::clone(participant);
+    std::thread::Builder::new()
+        .name("configd".into())
+        .stack_size(256 << 10)
+        .spawn(move || stay_connected(&participant))?;
+    Ok(receiver)
+}
+
+fn stay_connected(participant: &Participant) {
+    // Another seed than that of the process's other reconnects, so that they do not coincide.
+    let mut backoff = Backoff::new(RETRY.0, RETRY.1, participant.identity.instance ^ 1);
+    while !participant.lifecycle.is_ending() {
+        match connect(participant) {
+            Ok(()) => backoff.reset(),
+            Err(problem) => participant.parameters.lock().problem = problem,
+        }
+        std::thread::sleep(backoff.delay());
+    }
+}
+
+/// Connects and serves the connection until it ends.
+fn connect(participant: &Participant) -> Result<(), String> {
+    let found = participant
+        .directory()
+        .component(CONFIGD, FIND_LIMIT)
+        .map_err(|error| error.to_string())?;
+    let identity = &participant.identity;
+    let hello = Hello::new(&identity.name, identity.instance, Purpose::Config);
+    let dialled = socket::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
+    let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
+    repeat_questions(participant, writer.clone());
+    let reason =
+        session::converse(dialled, &writer, |frame| receive(participant, frame), || Duration::MAX);
+    let mut state = participant.parameters.lock();
+    state.writer = None;
+    state.problem = format!("the connection to configd ended: {reason}");
+    if !participant.lifecycle.is_ending() {
+        tracing::warn!("{}", state.problem);
+    }
+    Ok(())
+}
+
+/// Asks on a new connection what has no answer yet.
+fn repeat_questions(participant: &Participant, writer: Writer) {
+    let parameters = &participant.parameters;
+    let mut state = parameters.lock();
+    state.writer = Some(writer);
+    state.problem.clear();
+    state.requests.clear();
+    if state.settings.is_some() {
+        state.send_request(None, |request| Request::Settings { request });
+    }
+    let asked = state.asked.clone();
+    // Live parameters too: a restarted configd does not know which components to inform of changes.
+    let is_live = |name: &&String| parameters.declaration(name).is_some_and(|known| known.live);
+    let again = state.own.keys().filter(is_live).filter(|name| !asked.contains(name)).cloned();
+    for name in again.chain(asked.iter().cloned()).collect::<Vec<_>>() {
+        state.send_parameter(&name);
+    }
+}
+
+fn receive(participant: &Participant, frame: &Frame<'_>) -> Result<(), String> {
+    if frame.kind != FrameKind::Control {
+        return Err(format!("a {:?} frame from configd", frame.kind));
+    }
+    let parameters = &participant.parameters;
+    match codec::decode_control(frame.body).map_err(|error| error.to_string())? {
+        Reply::Settings { request, settings } => {
+            let mut state = parameters.lock();
+            state.requests.remove(&request);
+            if let Some(waiting) = state.settings.take() {
+                let _ = waiting.send(Ok(settings));
+            }
+        }
+        Reply::Parameter { request, name, assigned } => {
+            parameters.lock().requests.remove(&request);
+            parameters.accept_answer(&name, assigned.as_ref());
+        }
+        Reply::Refused { request, refusal } => {
+            let mut state = parameters.lock();
+            match state.requests.remove(&request) {
+                Some(Some(name)) => {
+                    drop(state);
+                    parameters.accept_refusal(&name, &refusal.text);
+                }
+                Some(None) => {
+                    if let Some(waiting) = state.settings.take() {
+                        let _ = waiting.send(Err(refusal.to_string()));
+                    }
+                }
+                None => tracing::error!("configd refuses what was not asked: {refusal}"),
+            }
+        }
+        Reply::Beat => {}
+        Reply::Listed { .. }
+        | Reply::Set { .. }
+        | Reply::Rejected { .. }
+        | Reply::Differences { .. } => return Err("an answer to what only tools ask".into()),
+    }
+    Ok(())
+}

@@ -1,0 +1,350 @@
+//! The thread of an input: finds the provider of its data, links to it, reads, and comes back when
+//! the link is lost.
+//!
+//! It also runs the component's code whenever the component is free: no hand-over between threads on
+//! a message's path.
+
+use std::net::TcpStream;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use armor_wire::backoff::Backoff;
+use armor_wire::config::InputSettings;
+use armor_wire::frame::{DataHeader, FrameKind, FrameReader};
+use armor_wire::hello::{Hello, LinkRequest, Purpose};
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::schema;
+use rustix::net::{RecvFlags, recv};
+
+use super::inbox::InboxItem;
+use super::input::InputPort;
+use crate::participant::Participant;
+use crate::runtime::{EnteredComponent, Runtime};
+use crate::session::is_timeout;
+use crate::socket::{self, Dialled};
+
+/// Polls between two looks of a spinning reader at whether the component is still active.
+const SPINS_PER_LOOK: u32 = 1 << 12;
+/// First and longest delay between two attempts to link.
+const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_secs(1));
+/// A link that lasted this long was a good one: the next attempt is made after the first delay.
+const GOOD_LINK: Duration = Duration::from_secs(2);
+/// How long a `keep="all"` reader waits for room in the inbox before it looks whether the component
+/// is still active.
+const ROOM_LOOK: Duration = Duration::from_millis(100);
+
+/// The last data that arrived.
+#[derive(Clone, Copy)]
+struct LastArrival {
+    instance: u64,
+    sequence: u64,
+}
+
+/// See the module.
+pub(crate) struct InputReader {
+    input: Arc<InputPort>,
+    /// Index of the input among the component's.
+    index: usize,
+    settings: InputSettings,
+    runtime: Arc<Runtime>,
+}
+
+impl InputReader {
+    /// The reader of input `index`; `None` if nothing feeds it.
+    pub fn new(input: Arc<InputPort>, index: usize, runtime: Arc<Runtime>) -> Option<Self> {
+        let settings = input.settings()?;
+        Some(Self { input, index, settings, runtime })
+    }
+
+    fn participant(&self) -> &Participant {
+        &self.runtime.participant
+    }
+
+    /// Reads for the life of the process.
+    pub fn run(self) {
+        let mut last = None;
+        let seed = self.participant().identity.instance ^ self.index as u64;
+        let mut backoff = Backoff::new(RETRY.0, RETRY.1, seed);
+        while !self.participant().lifecycle.has_left() {
+            let start = Instant::now();
+            let reason = match self.connect() {
+                Ok(dialled) => {
+                    let reason = self.read_link(dialled, &mut last);
+                    self.input.lock().stream = None;
+                    tracing::info!("link from {} closed: {reason}", self.settings.data);
+                    reason
+                }
+                Err(reason) => {
+                    if self.input.lock().problem != reason {
+                        tracing::warn!("no link from {} yet: {reason}", self.settings.data);
+                    }
+                    reason
+                }
+            };
+            self.input.lock().problem = reason;
+            if start.elapsed() > GOOD_LINK {
+                backoff.reset();
+            }
+            std::thread::sleep(backoff.delay());
+        }
+    }
+
+    /// Finds the provider and links to it.
+    fn connect(&self) -> Result<Dialled, String> {
+        let (input, settings) = (&self.input, &self.settings);
+        let participant = self.participant();
+        let answer = participant.directory().request_provider(&settings.data, &input.schema);
+        let found =
+            answer.recv().map_err(|e| e.to_string())?.map_err(|refusal| refusal.to_string())?;
+        let paused = !participant.lifecycle.is_active();
+        let link = LinkRequest {
+            data: settings.data.clone(),
+            instance: found.provider.instance,
+            schema: input.schema.clone(),
+            schema_hash: schema::hash_text(&input.schema),
+            keep: settings.keep,
+            wake: settings.wake,
+            paused,
+        };
+        let identity = &participant.identity;
+        let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
+        let dialled = socket::dial_component(&found.provider, &hello, settings.transport)
+            .map_err(|error| error.to_string())?;
+        input.check_type(&dialled.welcome)?;
+        let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
+        let mut state = input.lock();
+        state.stream = Some(Arc::new(stream));
+        state.connections += 1;
+        state.quiet_beats = 0;
+        state.problem.clear();
+        drop(state);
+        // The component may have been activated or frozen since the request was written.
+        if participant.lifecycle.is_active() == paused {
+            input.pause(!paused);
+        }
+        Ok(dialled)
+    }
+
+    /// Reads until the link ends; returns why it did.
+    fn read_link(&self, mut dialled: Dialled, last: &mut Option<LastArrival>) -> String {
+        let Dialled { stream, reader, .. } = &mut dialled;
+        if let Err(error) = stream.set_read_timeout(None) {
+            return error.to_string();
+        }
+        let mut is_first = true;
+        loop {
+            if let Err(reason) = self.process_frames(reader, last, &mut is_first) {
+                return reason;
+            }
+            self.runtime.after_release();
+            self.input.listening.store(true, Ordering::Relaxed);
+            let received = receive(stream, reader, self.settings.wake, self.participant());
+            self.input.listening.store(false, Ordering::Relaxed);
+            match received {
+                // The service thread takes the stream of a link that it ends.
+                Ok(0) if self.input.lock().stream.is_none() => {
+                    return "the publisher fell silent".into();
+                }
+                Ok(0) => return "the publisher closed it".into(),
+                Ok(len) => {
+                    reader.filled(len);
+                    self.input.reads.increment();
+                }
+                Err(error) if is_timeout(&error) => {}
+                Err(error) => return error.to_string(),
+            }
+        }
+    }
+
+    /// Hands over all whole frames that have been received, in one visit to the component if it is
+    /// free.
+    fn process_frames(
+        &self,
+        reader: &mut FrameReader,
+        last: &mut Option<LastArrival>,
+        is_first: &mut bool,
+    ) -> Result<(), String> {
+        let mut entered = None;
+        loop {
+            // A newer frame is complete behind this one, and `keep="latest"` asks for that alone.
+            let is_superseded = self.settings.keep == Keep::Latest && reader.is_superseded();
+            let Some(frame) = reader.next_frame().map_err(|error| error.to_string())? else {
+                return Ok(());
+            };
+            if frame.kind == FrameKind::Beat {
+                continue;
+            }
+            let (header, payload) = frame.data().map_err(|error| error.to_string())?;
+            let Some(lost) = self.follow_sequence(last, &header, std::mem::take(is_first)) else {
+                continue;
+            };
+            if is_superseded {
+                self.input.dropped.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
+            if entered.is_none() {
+                entered = self.runtime.try_enter();
+            }
+            self.hand_over(&mut entered, header, lost, payload);
+        }
+    }
+
+    /// Compares with the sequence so far: how many are missing before this one, or `None` if it has
+    /// been received before.
+    fn follow_sequence(
+        &self,
+        last: &mut Option<LastArrival>,
+        header: &DataHeader,
+        is_first: bool,
+    ) -> Option<u64> {
+        let was_paused = self.input.was_paused.load(Ordering::Relaxed);
+        let lost = match last {
+            Some(last) if last.instance == header.instance => {
+                if header.sequence <= last.sequence {
+                    return None;
+                }
+                // The first data of every link is marked fresh, but after a reconnect a gap before
+                // it is a loss.
+                let is_intended = was_paused || (header.fresh && !is_first);
+                if is_intended { 0 } else { header.sequence - last.sequence - 1 }
+            }
+            _ => 0,
+        };
+        if was_paused {
+            self.input.was_paused.store(false, Ordering::Relaxed);
+        }
+        *last = Some(LastArrival { instance: header.instance, sequence: header.sequence });
+        if lost > 0 {
+            self.input.lost.fetch_add(lost, Ordering::Relaxed);
+        }
+        Some(lost)
+    }
+
+    /// Runs the component's code on the data, or keeps the data until the component is free.
+    fn hand_over(
+        &self,
+        entered: &mut Option<EnteredComponent<'_>>,
+        header: DataHeader,
+        lost: u64,
+        payload: &[u8],
+    ) {
+        let (input, runtime) = (&self.input, &self.runtime);
+        // Older data that wait in the inbox go first.
+        if let Some(component) = entered
+            && !input.waiting.load(Ordering::Relaxed)
+        {
+            component.deliver_data(self.index, header, lost, payload);
+            input.received.increment();
+            if runtime.main_waits() {
+                *entered = None;
+                runtime.after_release();
+            }
+            return;
+        }
+        // Left before waiting for room: only a thread inside the component makes room.
+        *entered = None;
+        let mut inbox = input.inbox();
+        while inbox.is_full() && runtime.participant.lifecycle.is_active() {
+            runtime.wake_main();
+            input.room.wait_for(&mut inbox, ROOM_LOOK);
+        }
+        let arrival = runtime.next_arrival();
+        let dropped = inbox.push(InboxItem { arrival, header, lost, bytes: payload.to_vec() });
+        // Counted before the inbox is released: otherwise a status could miss a loss that has happened.
+        input.dropped.fetch_add(dropped, Ordering::Relaxed);
+        input.waiting.store(true, Ordering::Relaxed);
+        drop(inbox);
+        runtime.add_backlog();
+    }
+}
+
+/// Waits for bytes: asleep in the kernel, or polling while the component is active.
+fn receive(
+    stream: &TcpStream,
+    reader: &mut FrameReader,
+    wake: Wake,
+    participant: &Participant,
+) -> std::io::Result<usize> {
+    while wake == Wake::Spin && participant.lifecycle.is_active() {
+        for _ in 0..SPINS_PER_LOOK {
+            match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
+                Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
+                result => return Ok(result?.1),
+            }
+        }
+    }
+    Ok(recv(stream, reader.space(), RecvFlags::empty())?.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use armor_wire::control::RunState;
+    use armor_wire::keep::Transport;
+
+    use super::*;
+    use crate::call::{Call, Fault, Outcome};
+    use crate::data::{Data, Header};
+    use crate::identity::ProcessIdentity;
+    use crate::messages::Flag;
+    use crate::parameter::Value;
+    use crate::user_code::UserCode;
+
+    /// Only a hang takes this long.
+    const DEADLINE: Duration = Duration::from_secs(20);
+
+    struct NoCode;
+
+    impl UserCode for NoCode {
+        fn receive_parameter(&mut self, _: &str, _: &Value) -> Result<(), Fault> {
+            Ok(())
+        }
+        fn receive_data(&mut self, _: &Header<'_>, _: &Data<'_>) -> Result<(), Fault> {
+            Ok(())
+        }
+        fn execute(&mut self, _: Call) -> Result<Outcome, Fault> {
+            Ok(Outcome::CarryOn)
+        }
+    }
+
+    fn reader() -> InputReader {
+        let identity = ProcessIdentity { name: "sink".into(), kind: "sink".into(), instance: 1 };
+        let participant = Arc::new(Participant::new(identity, Vec::new(), false).unwrap());
+        participant.ports.add_input::<Flag>("in", true).unwrap();
+        let input = participant.ports.inputs().remove(0);
+        let (keep, wake, transport) = (Keep::All, Wake::Sleep, Transport::Auto);
+        let (id, data) = ("in".into(), "source.out".into());
+        input.connect(InputSettings { id, data, keep, wake, transport });
+        participant.lifecycle.enter_state(RunState::Active, 0);
+        let runtime = Arc::new(Runtime::new(Box::new(NoCode), participant, None));
+        InputReader::new(input, 0, runtime).expect("it is fed")
+    }
+
+    #[test]
+    fn a_reader_that_waits_for_room_does_not_stay_in_the_component() {
+        let reader = reader();
+        let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
+        let full = InboxItem { arrival: 0, header, lost: 0, bytes: vec![0; 2 << 20] };
+        reader.input.inbox().push(full);
+        reader.input.waiting.store(true, Ordering::Relaxed);
+        let (sender, entered) = channel();
+        std::thread::scope(|scope| {
+            let handed = scope.spawn(|| {
+                let mut component = reader.runtime.try_enter();
+                sender.send(component.is_some()).unwrap();
+                reader.hand_over(&mut component, header, 0, &[0; 10]);
+            });
+            assert_eq!(entered.recv(), Ok(true));
+            let start = Instant::now();
+            while reader.runtime.try_enter().is_none() {
+                assert!(start.elapsed() < DEADLINE, "the component is never free");
+                std::thread::yield_now();
+            }
+            reader.input.deliver_waiting(1, |_| false);
+            handed.join().unwrap();
+        });
+        assert_eq!(reader.input.status().received, 2, "the second is delivered by its reader");
+    }
+}

@@ -1,0 +1,112 @@
+//! A process that takes part in a system: the parts that its threads share.
+
+use std::sync::{Arc, OnceLock};
+
+use armor_wire::control::{Answer, Status};
+use armor_wire::manifest::ParameterManifest;
+
+use crate::calls::CallCounter;
+use crate::clock::Clock;
+use crate::configuration::requests::ParameterRequests;
+use crate::directory::Directory;
+use crate::faults::Faults;
+use crate::identity::ProcessIdentity;
+use crate::lifecycle::{EnteredState, Lifecycle};
+use crate::orders::OrderDesk;
+use crate::port_table::PortTable;
+use crate::reports::ReportQueue;
+use crate::wake::Wakers;
+
+/// See the module.
+pub(crate) struct Participant {
+    pub identity: Arc<ProcessIdentity>,
+    pub clock: Arc<Clock>,
+    /// The constructor runs only to find out what it declares.
+    pub is_described: bool,
+    pub ports: PortTable,
+    pub parameters: ParameterRequests,
+    pub lifecycle: Lifecycle,
+    pub reports: ReportQueue,
+    pub calls: CallCounter,
+    /// What operators order.
+    pub operator_orders: OrderDesk,
+    /// What peers did wrong.
+    pub faults: Arc<Faults>,
+    pub wakers: Arc<Wakers>,
+    directory: OnceLock<Directory>,
+}
+
+impl Participant {
+    /// A process that is not connected to anything yet.
+    ///
+    /// # Errors
+    /// If there are no file descriptors left.
+    pub fn new(
+        identity: ProcessIdentity,
+        declared: Vec<ParameterManifest>,
+        is_described: bool,
+    ) -> std::io::Result<Self> {
+        let identity = Arc::new(identity);
+        let wakers = Arc::new(Wakers::new()?);
+        Ok(Self {
+            clock: Arc::default(),
+            is_described,
+            ports: PortTable::new(Arc::clone(&identity), Arc::clone(&wakers)),
+            parameters: ParameterRequests::new(
+                Arc::clone(&identity),
+                declared,
+                Arc::clone(&wakers),
+            ),
+            lifecycle: Lifecycle::new(Arc::clone(&wakers)),
+            reports: ReportQueue::new(Arc::clone(&wakers)),
+            calls: CallCounter::default(),
+            operator_orders: OrderDesk::default(),
+            faults: Arc::default(),
+            directory: OnceLock::new(),
+            identity,
+            wakers,
+        })
+    }
+
+    pub fn set_directory(&self, directory: Directory) {
+        let _ = self.directory.set(directory);
+    }
+
+    /// The connection to the registry; set before any other thread runs.
+    pub fn directory(&self) -> &Directory {
+        self.directory.get().expect("the directory is set before inputs and outputs are served")
+    }
+
+    /// Answers an operator's order.
+    pub fn answer_order(&self, connection: u64, answer: Answer) {
+        self.operator_orders.answer(connection, answer);
+        self.wakers.wake_service();
+    }
+
+    /// Leaves the system: the registry first, so that no new subscriber is sent here, then every
+    /// connection.
+    pub fn leave(&self) {
+        self.directory().close();
+        self.lifecycle.set_left();
+        self.ports.close();
+        self.wakers.wake_service();
+    }
+
+    pub fn status(&self) -> Status {
+        let EnteredState { state, activation } = self.lifecycle.state();
+        Status {
+            name: self.identity.name.clone(),
+            kind: self.identity.kind.clone(),
+            state,
+            activation,
+            controllable: self.lifecycle.is_controllable(),
+            uptime_s: self.clock.monotonic().as_secs_f64(),
+            exec_calls: self.calls.exec_calls(),
+            clock_offset_s: self.clock.offset_s(),
+            clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
+            last_error: self.reports.last_error(),
+            outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
+            inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),
+        }
+    }
+}

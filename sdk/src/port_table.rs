@@ -1,0 +1,234 @@
+//! The outputs and inputs that a component has declared.
+
+use std::any::TypeId;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use armor_wire::codec::EncodeError;
+use armor_wire::message::Message;
+use parking_lot::RwLock;
+use thiserror::Error;
+
+use crate::calls::current_call;
+use crate::identity::ProcessIdentity;
+use crate::link::input::InputPort;
+use crate::link::output::{OutputPort, Sent};
+use crate::link::publishing::Publish;
+use crate::wake::Wakers;
+
+/// Most outputs or inputs of one component: a robot's, not a data centre's.
+const MAX_PORTS: usize = 256;
+
+/// Why a port cannot be declared.
+#[derive(Debug, Error)]
+pub enum DeclareError {
+    /// The name of the port is malformed.
+    #[error(
+        "`{0}` is not a name for a port; use letters, digits, _ and -, beginning with a letter"
+    )]
+    Name(String),
+    /// The component has a port of that name.
+    #[error("the port `{0}` is declared twice")]
+    Twice(String),
+    /// Ports are declared in the constructor.
+    #[error("the port `{0}` is declared after the constructor; declare all ports in `new`")]
+    Late(String),
+    /// Too many ports.
+    #[error("more than {MAX_PORTS} ports")]
+    TooMany,
+}
+
+/// Why data was not published. Slow or missing subscribers are no reason.
+#[derive(Debug, Error)]
+pub enum SendError {
+    /// The component has no such output.
+    #[error("component `{component}` has no output `{id}`; declare it with `provide` in `new`")]
+    UnknownOutput {
+        /// The component.
+        component: String,
+        /// The id given.
+        id: String,
+    },
+    /// The output was declared with another type.
+    #[error("`{data}` was declared as {declared}, but a {given} was given")]
+    WrongType {
+        /// The data.
+        data: String,
+        /// Its declared type.
+        declared: String,
+        /// The type given.
+        given: &'static str,
+    },
+    /// The message is too large.
+    #[error(transparent)]
+    TooLarge(#[from] EncodeError),
+}
+
+/// The ports of one process.
+pub(crate) struct PortTable {
+    identity: Arc<ProcessIdentity>,
+    outputs: RwLock<Vec<Arc<OutputPort>>>,
+    inputs: RwLock<Vec<Arc<InputPort>>>,
+    /// Links hold small frames that are to be written together when the call of user code ends.
+    gathering: AtomicBool,
+    wakers: Arc<Wakers>,
+}
+
+impl PortTable {
+    pub fn new(identity: Arc<ProcessIdentity>, wakers: Arc<Wakers>) -> Self {
+        Self {
+            identity,
+            outputs: RwLock::default(),
+            inputs: RwLock::default(),
+            gathering: AtomicBool::new(false),
+            wakers,
+        }
+    }
+
+    /// Declares an output of message type `T`.
+    ///
+    /// # Errors
+    /// If the name is taken or there are too many outputs.
+    pub fn add_output<T: Message>(&self, id: &str, latched: bool) -> Result<(), DeclareError> {
+        let mut outputs = self.outputs.write();
+        check_free(id, outputs.iter().map(|output| output.id.as_str()))?;
+        let data = format!("{}.{id}", self.identity.name);
+        outputs.push(Arc::new(OutputPort::new::<T>(id, &data, latched)));
+        Ok(())
+    }
+
+    /// Declares an input of message type `T`.
+    ///
+    /// # Errors
+    /// If the name is taken or there are too many inputs.
+    pub fn add_input<T: Message>(&self, id: &str, required: bool) -> Result<(), DeclareError> {
+        let mut inputs = self.inputs.write();
+        check_free(id, inputs.iter().map(|input| input.id.as_str()))?;
+        inputs.push(Arc::new(InputPort::new::<T>(id, required)));
+        Ok(())
+    }
+
+    pub fn outputs(&self) -> Vec<Arc<OutputPort>> {
+        self.outputs.read().clone()
+    }
+
+    pub fn inputs(&self) -> Vec<Arc<InputPort>> {
+        self.inputs.read().clone()
+    }
+
+    /// Publishes `message`, created at `stamp_s`, on output `id`.
+    ///
+    /// # Errors
+    /// [`SendError`] if there is no such output, it has another type, or the message is too large.
+    pub fn publish<T: Message>(
+        &self,
+        id: &str,
+        message: &T,
+        stamp_s: f64,
+    ) -> Result<Sent, SendError> {
+        let outputs = self.outputs.read();
+        let output = outputs.iter().find(|output| output.id == id).ok_or_else(|| {
+            SendError::UnknownOutput { component: self.identity.name.clone(), id: id.into() }
+        })?;
+        if output.message != TypeId::of::<T>() {
+            return Err(SendError::WrongType {
+                data: output.entry.data.clone(),
+                declared: output.entry.type_name.clone(),
+                given: T::NAME,
+            });
+        }
+        let origin = Publish {
+            stamp_s,
+            instance: self.identity.instance,
+            call: current_call(),
+            gathered: &self.gathering,
+            wake: &|| self.wakers.wake_service(),
+        };
+        Ok(output.publish(message, &origin)?)
+    }
+
+    /// Whether frames are being gathered now.
+    pub fn is_gathering(&self) -> bool {
+        self.gathering.load(Ordering::Relaxed)
+    }
+
+    /// Writes the frames that the ending call of user code has gathered.
+    pub fn flush_gathered(&self) {
+        // Read before it is swapped: most calls gather nothing, and a swap is the costlier one.
+        if !self.is_gathering() || !self.gathering.swap(false, Ordering::Relaxed) {
+            return;
+        }
+        // Not through `flush_outputs`: that would clone the list for every call.
+        let mut all_written = true;
+        for output in self.outputs.read().iter() {
+            all_written &= output.flush();
+        }
+        if !all_written {
+            self.wakers.wake_service();
+        }
+    }
+
+    /// Writes what waits on all outputs; whether nothing waits any more.
+    pub fn flush_outputs(&self) -> bool {
+        // Every output is flushed, also after one that cannot be written completely.
+        self.outputs().iter().fold(true, |all_written, output| output.flush() && all_written)
+    }
+
+    /// Ends every link.
+    pub fn close(&self) {
+        for output in self.outputs() {
+            output.close();
+        }
+        for input in self.inputs() {
+            input.close();
+        }
+    }
+}
+
+fn check_free<'a>(
+    id: &str,
+    mut taken: impl ExactSizeIterator<Item = &'a str>,
+) -> Result<(), DeclareError> {
+    if taken.len() >= MAX_PORTS {
+        return Err(DeclareError::TooMany);
+    }
+    if taken.any(|other| other == id) {
+        return Err(DeclareError::Twice(id.into()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::{Flag, Number};
+
+    fn table() -> PortTable {
+        let identity = ProcessIdentity { name: "lamp".into(), kind: "lamp".into(), instance: 1 };
+        PortTable::new(Arc::new(identity), Arc::new(Wakers::new().unwrap()))
+    }
+
+    #[test]
+    fn ports_have_names_of_their_own_and_there_is_a_limit() {
+        let ports = table();
+        ports.add_output::<Flag>("light", false).unwrap();
+        ports.add_input::<Flag>("light", true).expect("an input may be called as an output");
+        let again = ports.add_output::<Number>("light", false);
+        assert!(matches!(again, Err(DeclareError::Twice(id)) if id == "light"));
+        for n in 1..MAX_PORTS {
+            ports.add_output::<Flag>(&format!("o{n}"), false).unwrap();
+        }
+        assert!(matches!(ports.add_output::<Flag>("more", false), Err(DeclareError::TooMany)));
+    }
+
+    #[test]
+    fn only_declared_outputs_take_messages_of_their_type() {
+        let ports = table();
+        ports.add_output::<Flag>("light", false).unwrap();
+        assert!(ports.publish("light", &Flag { data: true }, 1.0).is_ok());
+        let unknown = ports.publish("sound", &Flag { data: true }, 1.0).unwrap_err();
+        assert!(unknown.to_string().contains("`lamp` has no output `sound`"), "{unknown}");
+        let wrong = ports.publish("light", &Number { data: 1.0 }, 1.0).unwrap_err();
+        assert!(wrong.to_string().contains("`lamp.light` was declared as"), "{wrong}");
+    }
+}

@@ -1,0 +1,228 @@
+//! A component at work: its code, its state and its activation. Only the thread inside the call gate
+//! touches it.
+
+use std::sync::Arc;
+
+use armor_wire::control::{ReportKind, RunState};
+use armor_wire::frame::DataHeader;
+
+use crate::call::{Call, Outcome};
+use crate::data::{Data, Header};
+use crate::lifecycle::{ActivationOrder, LifecycleOrder};
+use crate::link::input::InputPort;
+use crate::participant::Participant;
+use crate::user_code::{UserCode, check_event_name, run_user_code};
+
+/// An input and the system-wide name of the data that feeds it; empty if nothing does.
+struct FedInput {
+    port: Arc<InputPort>,
+    data: String,
+}
+
+/// See the module.
+pub(crate) struct RunningComponent {
+    code: Box<dyn UserCode>,
+    participant: Arc<Participant>,
+    inputs: Vec<FedInput>,
+    state: RunState,
+    activation: u64,
+    /// `exec` follows each data.
+    executes_on_data: bool,
+    /// The activation that begins as soon as the time is known.
+    awaits_time: Option<ActivationOrder>,
+}
+
+impl RunningComponent {
+    pub fn new(
+        code: Box<dyn UserCode>,
+        participant: Arc<Participant>,
+        executes_on_data: bool,
+    ) -> Self {
+        let fed = |port: Arc<InputPort>| FedInput { data: port.data().unwrap_or_default(), port };
+        let inputs = participant.ports.inputs().into_iter().map(fed).collect();
+        Self {
+            code,
+            participant,
+            inputs,
+            state: RunState::Starting,
+            activation: 0,
+            executes_on_data,
+            awaits_time: None,
+        }
+    }
+
+    pub fn is_active(&self) -> bool {
+        self.state == RunState::Active
+    }
+
+    /// Hands data of input `index` to the component, if it is active.
+    pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+        if self.participant.parameters.has_arrived() {
+            self.deliver_parameters();
+        }
+        if !self.is_active() {
+            return;
+        }
+        let input = &self.inputs[index];
+        let header = Header {
+            id: &input.port.id,
+            data: &input.data,
+            sequence: header.sequence,
+            stamp_s: header.stamp_s,
+            instance: header.instance,
+            lost,
+        };
+        let (code, participant) = (&mut self.code, &self.participant);
+        let executes_on_data = self.executes_on_data;
+        let result = run_user_code(participant, || {
+            code.receive_data(&header, &Data { bytes: payload })?;
+            if executes_on_data {
+                participant.calls.count_exec();
+                code.execute(Call::Data)
+            } else {
+                Ok(Outcome::CarryOn)
+            }
+        });
+        self.conclude(result);
+    }
+
+    /// Hands the parameters that have arrived to the component.
+    pub fn deliver_parameters(&mut self) {
+        while let Some((name, value)) = self.participant.parameters.take_arrived() {
+            let code = &mut self.code;
+            let result = run_user_code(&self.participant, || {
+                code.receive_parameter(&name, &value)
+                    .map(|()| Outcome::CarryOn)
+                    .map_err(|fault| format!("parameter `{name}`: {fault}").into())
+            });
+            self.conclude(result);
+        }
+    }
+
+    /// Calls `exec`.
+    pub fn execute(&mut self, why: Call) {
+        let (code, participant) = (&mut self.code, &self.participant);
+        let result = run_user_code(participant, || {
+            participant.calls.count_exec();
+            code.execute(why)
+        });
+        if why == Call::Stopping {
+            // Its activation is over: nothing it returns can matter any more, except a failure.
+            if let Err(failure) = result {
+                self.participant.reports.record_error(&failure);
+            }
+        } else {
+            self.conclude(result);
+        }
+    }
+
+    /// Becomes active, or frozen, for the first time; an activation waits until the time is known.
+    /// Returns whether it has begun.
+    pub fn begin(&mut self, active: bool) -> bool {
+        if !active {
+            self.enter_state(RunState::Frozen);
+            return true;
+        }
+        let is_known = self.participant.clock.is_known();
+        if is_known {
+            self.activate(ActivationOrder { activation: 0, parameters: Vec::new() });
+        }
+        is_known
+    }
+
+    /// Carries out the activation that has waited for the time, once the time is known.
+    pub fn activate_when_time_is_known(&mut self) {
+        if self.participant.clock.is_known()
+            && let Some(order) = self.awaits_time.take()
+        {
+            self.activate(order);
+        }
+    }
+
+    /// Carries out what the executive has ordered.
+    pub fn obey_orders(&mut self) {
+        while let Some(order) = self.participant.lifecycle.take_order() {
+            match order {
+                LifecycleOrder::Activate(order) if self.participant.clock.is_known() => {
+                    self.activate(order);
+                }
+                LifecycleOrder::Activate(order) => self.awaits_time = Some(order),
+                LifecycleOrder::Freeze(activation) => {
+                    self.awaits_time = None;
+                    self.stop();
+                    self.activation = activation.max(self.activation);
+                    self.enter_state(RunState::Frozen);
+                }
+            }
+        }
+    }
+
+    /// Brings the component to rest for the end of the process.
+    pub fn end(&mut self) {
+        self.stop();
+        // Links still bring data until they are closed; a frozen component does not take them.
+        self.enter_state(RunState::Frozen);
+    }
+
+    /// The values of the activation come before its first call. A value that cannot be read fails the
+    /// activation.
+    fn activate(&mut self, order: ActivationOrder) {
+        self.activation = order.activation;
+        let was_active = self.is_active();
+        if !was_active {
+            self.state = RunState::Frozen;
+        }
+        let given = self.participant.parameters.give(order.parameters, !was_active);
+        if let Err(problem) = given {
+            self.conclude(Err(problem));
+        }
+        self.deliver_parameters();
+        if self.state == RunState::Failed {
+            return;
+        }
+        self.enter_state(RunState::Active);
+        if !was_active {
+            self.execute(Call::Started);
+        }
+    }
+
+    /// The last call before the component is frozen or ended.
+    fn stop(&mut self) {
+        if matches!(self.state, RunState::Active | RunState::Done | RunState::Failed) {
+            self.execute(Call::Stopping);
+        }
+    }
+
+    fn enter_state(&mut self, state: RunState) {
+        let was_active = self.is_active();
+        self.state = state;
+        self.participant.lifecycle.enter_state(state, self.activation);
+        if was_active != self.is_active() {
+            for input in &self.inputs {
+                input.port.pause(!self.is_active());
+            }
+        }
+    }
+
+    /// Reports what a call returned, and leaves the active state if it was the last of its activation.
+    fn conclude(&mut self, result: Result<Outcome, String>) {
+        let (state, report) = match result.and_then(check_event_name) {
+            Ok(Outcome::CarryOn) => return,
+            Ok(Outcome::Event { name, value }) => {
+                let event = ReportKind::Event { name, value };
+                self.participant.reports.add(self.activation, event);
+                return;
+            }
+            Ok(Outcome::Done) => {
+                tracing::info!("done");
+                (RunState::Done, ReportKind::Done)
+            }
+            Ok(Outcome::Failed(reason)) | Err(reason) => {
+                self.participant.reports.record_error(&reason);
+                (RunState::Failed, ReportKind::Failed { reason })
+            }
+        };
+        self.participant.reports.add(self.activation, report);
+        self.enter_state(state);
+    }
+}

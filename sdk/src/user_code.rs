@@ -1,0 +1,77 @@
+//! The component's own code behind one type, and the guard around every call of it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use armor_wire::name::is_name;
+
+use crate::call::{Call, Fault, Outcome};
+use crate::component::Component;
+use crate::data::{Data, Header};
+use crate::parameter::Value;
+use crate::participant::Participant;
+
+/// A component without its type.
+pub(crate) trait UserCode: Send {
+    fn receive_parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault>;
+    fn receive_data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault>;
+    fn execute(&mut self, call: Call) -> Result<Outcome, Fault>;
+}
+
+impl<C: Component> UserCode for C {
+    fn receive_parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        self.parameter_received(name, value)
+    }
+
+    fn receive_data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        self.data_received(header, data)
+    }
+
+    fn execute(&mut self, call: Call) -> Result<Outcome, Fault> {
+        self.exec(call)
+    }
+}
+
+/// Runs user code and writes what it has gathered for its links. A panic becomes an error; the main
+/// loop then ends the process, after the report.
+///
+/// # Errors
+/// The fault of the code, in words.
+pub(crate) fn run_user_code(
+    participant: &Participant,
+    code: impl FnOnce() -> Result<Outcome, Fault>,
+) -> Result<Outcome, String> {
+    let running = participant.calls.begin_call();
+    let result = catch_unwind(AssertUnwindSafe(code));
+    drop(running);
+    participant.ports.flush_gathered();
+    match result {
+        Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
+        Err(panic) => {
+            let text = panic
+                .downcast_ref::<&str>()
+                .map(|text| (*text).to_owned())
+                .or_else(|| panic.downcast_ref::<String>().cloned())
+                .unwrap_or_default();
+            participant.lifecycle.set_crashed();
+            Err(format!("panicked: {text}"))
+        }
+    }
+}
+
+/// Returns the outcome if it is no event, or one whose name a mission can wait for and that has no
+/// other meaning there.
+///
+/// # Errors
+/// In words, what is wrong with the name.
+pub(crate) fn check_event_name(outcome: Outcome) -> Result<Outcome, String> {
+    match &outcome {
+        Outcome::Event { name, .. }
+            if !is_name(name) || ["done", "failed"].contains(&name.as_str()) =>
+        {
+            Err(format!(
+                "`{name}` is not a name for an event; `done` and `failed` are reports of their own"
+            ))
+        }
+        _ => Ok(outcome),
+    }
+}
