@@ -42,7 +42,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-files", "armor-grid"];
 /// What stands above everything and is imported by nobody.
-const TOP: &[&str] = &["armor", "armor-bench"];
+const TOP: &[&str] = &["armor", "armor-bench", "armor-house"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the launcher is in the workspace").into()
