@@ -5,7 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use armor_executive::journal::Journal;
-use armor_executive::{Cause, DatePhase, Entry, Record};
+use armor_executive::{Cause, Entry, Record};
+use armor_plan::DatePhase;
 use armor_robotfile::Date;
 
 use crate::fixture::{Folder, ended, wait_for};

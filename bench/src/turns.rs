@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, anyhow};
-use armor_executive::Plan;
+use armor_plan::Plan;
 use armor_sdk::prelude::*;
 use armor_socket::Registration;
 use armor_wire::registry::ComponentEntry;

@@ -3,9 +3,9 @@
 
 use crate::ledger::{Firing, Ledger, LedgerError, Stage};
 use crate::order::{Giver, Judged, Order, TokenMove};
-use crate::plan::ComponentId;
 use crate::record::{Cause, Outcome};
 use armor_petri::{Class, PlaceId, TransitionId};
+use armor_plan::ComponentId;
 use armor_robotfile::mission::LostLink;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
@@ -152,7 +152,7 @@ impl Ledger {
         let Some(pause) = self.end_pause() else { return };
         let stood = self.at.saturating_sub(pause.since);
         for (id, consent) in &mut self.authority.consents {
-            let held = self.plan.net.transition(*id).class == Class::Ordinary;
+            let held = self.plan.net().transition(*id).class == Class::Ordinary;
             if let (true, Consent::Asked(since)) = (held, consent) {
                 *since += stood;
             }
@@ -190,9 +190,9 @@ impl Ledger {
     /// Over, if the goal or the safe place is marked. A pause puts that off, but for safety.
     pub(crate) fn conclude(&mut self) {
         let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
-        if marked(self.plan.safe) {
+        if marked(self.plan.safe()) {
             self.stage = Stage::Ending(Outcome::Safe);
-        } else if marked(self.plan.goal)
+        } else if marked(self.plan.goal())
             && self.stage == Stage::Playing
             && self.authority.pause.is_none()
         {
@@ -232,7 +232,7 @@ impl Ledger {
             Cause::Transition(name) => self
                 .plan
                 .transition_named(name)
-                .is_some_and(|id| self.plan.net.transition(id).class == Class::Safety),
+                .is_some_and(|id| self.plan.net().transition(id).class == Class::Safety),
             Cause::Retreat => true,
             Cause::Start | Cause::Failure { .. } => false,
         };

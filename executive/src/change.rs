@@ -3,17 +3,14 @@
 //! proving take time, so they are questions that somebody answers elsewhere.
 
 use crate::controller::Controller;
-use crate::counters::Stand;
 use crate::event::Action;
 use crate::ledger::Stage;
-use crate::plan::{ComponentId, Plan};
 use crate::record::Entry;
-use crate::version::Version;
 use armor_petri::PlaceId;
+use armor_plan::{ComponentId, Plan, Stand, Version};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-pub(crate) use crate::judging::read;
 pub use crate::judging::{Answer, Found, Offer, Question};
 
 /// How many markings that a version has been proven from are remembered.
@@ -73,7 +70,7 @@ impl Controller {
 
     /// There is a version of the file.
     pub(crate) fn offered(&mut self, version: Arc<Version>) {
-        if version.is_same(&self.plan.version) {
+        if version.is_same(self.plan.version()) {
             self.known_as = version.number;
             if self.change.take().is_some() {
                 tracing::info!("the file is again what is played");

@@ -2,8 +2,8 @@
 
 use crate::hub::Input;
 use crate::journal::{self, Anchor, Life, Story};
-use crate::plan::Plan;
 use crate::time::{Deadlines, Followed, Now};
+use armor_plan::Plan;
 use armor_sdk::node::Node;
 use armor_sdk::{Passage, Reading};
 use std::sync::mpsc::Sender;
@@ -32,7 +32,7 @@ fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
 impl Clocks {
     /// Goes on where a story ends. Answers what time it is.
     pub(crate) fn begin(plan: &Plan, story: &Story) -> (Self, Now) {
-        if plan.clock.is_none() {
+        if plan.clock().is_none() {
             let (life, now) = journal::clock(story, &boot(), monotonic());
             return (Self { life, followed: None }, now.into());
         }
@@ -55,7 +55,7 @@ impl Clocks {
 
     /// Hears the data from now on, if there is such; every passing of time wakes the executive.
     pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<Input>) {
-        let (Some(shared), Some(clock)) = (self.followed.clone(), &plan.clock) else { return };
+        let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else { return };
         let hear = move |reading: Reading, passage: Passage| {
             let mut shared = lock(&shared);
             if let Some(anchor) = shared.time.read(reading, passage) {

@@ -3,9 +3,9 @@
 use crate::controller::Controller;
 use crate::event::Action;
 use crate::ledger::Stage;
-use crate::plan::ComponentId;
 use crate::record::Entry;
 use crate::roster::{Doing, Order, Presence};
+use armor_plan::ComponentId;
 use std::time::Duration;
 
 /// What a component should be doing.
@@ -52,10 +52,10 @@ impl Controller {
     }
 
     fn wish_at_the_end(&self, component: ComponentId) -> Wish {
-        let places = [self.plan.goal, self.plan.safe];
+        let places = [self.plan.goal(), self.plan.safe()];
         let stays = places.into_iter().flatten().any(|place| {
             let given_up = self.ledger.marking().iter().all(|tokens| *tokens == 0);
-            let is_safe = self.plan.safe == Some(place);
+            let is_safe = self.plan.safe() == Some(place);
             (self.ledger.state.tokens(place) > 0 || (given_up && is_safe))
                 && self.plan.place(place).components.contains(&component)
         });
@@ -167,7 +167,7 @@ impl Controller {
     pub(crate) fn push_orders(&mut self) {
         for component in self.plan.component_ids() {
             let observed = self.roster.of(component);
-            let due = observed.next_push(&self.plan.limits, self.roster.began);
+            let due = observed.next_push(self.plan.limits(), self.roster.began);
             if due.is_some_and(|due| due <= self.host) {
                 self.push_order(component);
             }
@@ -201,7 +201,7 @@ impl Controller {
     /// When an order to stop is given its next push.
     pub(crate) fn pushes(&self) -> impl Iterator<Item = Duration> {
         let push =
-            |component| self.roster.of(component).next_push(&self.plan.limits, self.roster.began);
+            |component| self.roster.of(component).next_push(self.plan.limits(), self.roster.began);
         self.plan.component_ids().filter_map(push)
     }
 }

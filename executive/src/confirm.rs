@@ -15,7 +15,7 @@ impl Controller {
         let state = &self.ledger.state;
         let mut ready = state.ready().filter(|id| !self.waits_for_utc(*id));
         let by_itself = ready.find(|id| self.fires_by_itself(*id))?;
-        let safety = self.plan.net.transition(by_itself).class == Class::Safety;
+        let safety = self.plan.net().transition(by_itself).class == Class::Safety;
         let granted = || state.ready().find(|id| self.is_granted(*id) && !self.waits_for_utc(*id));
         if safety || self.ledger.authority.consents.is_empty() {
             return Some(by_itself);
@@ -28,7 +28,7 @@ impl Controller {
         let state = &self.ledger.state;
         let held = state.held_since().is_some();
         let runs =
-            |id: &TransitionId| !held || self.plan.net.transition(*id).class == Class::Safety;
+            |id: &TransitionId| !held || self.plan.net().transition(*id).class == Class::Safety;
         // One that has still to ask has to be looked at when its time comes.
         let acts = |id: &TransitionId| {
             self.fires_by_itself(*id) || self.plan.transition(*id).asks() && self.is_unasked(*id)
@@ -50,7 +50,7 @@ impl Controller {
             else {
                 continue;
             };
-            let transition = self.plan.net.transition(id).name.clone();
+            let transition = self.plan.net().transition(id).name.clone();
             self.record(Entry::Unanswered { transition, fires });
         }
         if self.next_ready().is_some() {
@@ -61,7 +61,7 @@ impl Controller {
             asks && self.is_unasked(*id) && !self.waits_for_utc(*id)
         });
         for id in unasked.collect::<Vec<_>>() {
-            let transition = self.plan.net.transition(id).name.clone();
+            let transition = self.plan.net().transition(id).name.clone();
             self.record(Entry::Asked { transition });
         }
     }
@@ -89,7 +89,7 @@ impl Controller {
     pub(crate) fn is_put_off(&self, id: TransitionId) -> bool {
         let authority = &self.ledger.authority;
         let held =
-            authority.pause.is_some() && self.plan.net.transition(id).class == Class::Ordinary;
+            authority.pause.is_some() && self.plan.net().transition(id).class == Class::Ordinary;
         let waits = authority.link_lost.is_some()
             && self.plan.transition(id).lost_link == Some(LostLink::Wait);
         held || waits

@@ -9,13 +9,13 @@ use crate::event::{Action, Event};
 use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
 use crate::moving::Moving;
 use crate::operator::Link;
-use crate::plan::{ComponentId, OnResume, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, ValueSet};
 use crate::roster::{Doing, Roster};
 use crate::senses::Senses;
 use crate::time::{Deadlines, HostTimes, Now};
 use crate::waits::Stuck;
 use armor_petri::{PlaceId, Step, TransitionId};
+use armor_plan::{ComponentId, OnResume, Plan};
 use armor_robotfile::Date;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -78,11 +78,11 @@ impl Controller {
     pub fn new(plan: Arc<Plan>, now: impl Into<Now>) -> (Self, Vec<Action>) {
         let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), false);
         controller.record(Entry::Began {
-            mission: plan.mission.clone(),
+            mission: plan.mission().to_owned(),
             fingerprint: plan.fingerprint(),
-            version: (*plan.version).clone(),
+            version: (**plan.version()).clone(),
         });
-        let initial = plan.place_ids().zip(plan.net.initial().iter().copied());
+        let initial = plan.place_ids().zip(plan.net().initial().iter().copied());
         let initial: Vec<_> = initial.filter(|(_, tokens)| *tokens > 0).collect();
         controller.begin(Cause::Start, &[], &initial, Duration::ZERO);
         controller.settle();
@@ -95,9 +95,9 @@ impl Controller {
     pub(crate) fn lost(plan: Arc<Plan>, why: &str, now: impl Into<Now>) -> (Self, Vec<Action>) {
         let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), true);
         controller.record(Entry::Began {
-            mission: plan.mission.clone(),
+            mission: plan.mission().to_owned(),
             fingerprint: plan.fingerprint(),
-            version: (*plan.version).clone(),
+            version: (**plan.version()).clone(),
         });
         controller.retreat(why);
         controller.settle();
@@ -122,7 +122,7 @@ impl Controller {
 
     /// The same with the ledger that the journal gives.
     pub(crate) fn go_on(ledger: Ledger, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let on_resume = ledger.plan.on_resume;
+        let on_resume = ledger.plan.on_resume();
         let mut controller = Self::around(ledger, now.into(), true);
         if let Stage::Ended(outcome) = controller.ledger.stage {
             controller.finish(outcome);
@@ -198,7 +198,7 @@ impl Controller {
     fn around(ledger: Ledger, now: Now, is_restart: bool) -> Self {
         let plan = Arc::clone(&ledger.plan);
         let Now { mission, host } = now;
-        let host = if plan.clock.is_none() { host.max(ledger.at) } else { host };
+        let host = if plan.clock().is_none() { host.max(ledger.at) } else { host };
         let senses = Senses::new(&plan, is_restart.then_some(host));
         let mut host_times = HostTimes::default();
         host_times.follow(&ledger, host);
@@ -219,7 +219,7 @@ impl Controller {
             moving: None,
             moves: 0,
             offers: 0,
-            known_as: plan.version.number,
+            known_as: plan.version().number,
             plan,
             utc_at_start: None,
             finished: false,
@@ -230,7 +230,7 @@ impl Controller {
     /// Goes on until nothing more can be decided without something happening first.
     pub(crate) fn settle(&mut self) {
         self.ledger.state.advance(self.now);
-        let mut step = Step::new(self.plan.limits.step_bound);
+        let mut step = Step::new(self.plan.limits().step_bound);
         loop {
             let before = self.actions.len();
             self.push_orders();
@@ -260,7 +260,7 @@ impl Controller {
             self.next_look = None;
             return;
         };
-        if let Some(period) = self.plan.period.filter(|period| !period.is_zero())
+        if let Some(period) = self.plan.period().filter(|period| !period.is_zero())
             && step.fired().is_empty()
             && !self.is_granted(id)
         {
@@ -272,11 +272,11 @@ impl Controller {
         }
         self.begin_transition(id);
         let flights = self.ledger.firings.len();
-        if flights > self.plan.limits.firings {
+        if flights > self.plan.limits().firings {
             self.retreat(&format!("{flights} firings in flight at once: the net has no bound"));
         }
         if let Err(endless) = step.count(id) {
-            let names = |id: &TransitionId| self.plan.net.transition(*id).name.clone();
+            let names = |id: &TransitionId| self.plan.net().transition(*id).name.clone();
             let cycle: Vec<_> = endless.cycle.iter().map(names).collect();
             self.retreat(&format!(
                 "{} transitions fired at one moment; these repeat without end: {}",
@@ -297,11 +297,11 @@ impl Controller {
         };
         let guards = self.guards_after(&sets);
         let named = |(index, value): (usize, i64)| {
-            let variable = self.plan.counters[index].name.clone();
+            let variable = self.plan.counters()[index].name.clone();
             ValueSet { variable, value }
         };
         let sets = sets.into_iter().map(named).collect();
-        let (state, net) = (&self.ledger.state, &self.plan.net);
+        let (state, net) = (&self.ledger.state, self.plan.net());
         let transition = net.transition(id);
         let emptied = transition.resets.iter().filter_map(|&place| {
             let taken = transition.inputs.iter().find(|arc| arc.0 == place);
@@ -311,10 +311,10 @@ impl Controller {
         let from: Vec<_> = transition.inputs.iter().copied().chain(emptied).collect();
         let mut to = transition.outputs.clone();
         // A mission with a period looks so often, and the next look is in time.
-        let period = self.plan.period.unwrap_or_default();
+        let period = self.plan.period().unwrap_or_default();
         let latest = state.deadline(id).map(|at| at.saturating_add(period));
         let late = latest.map_or(Duration::ZERO, |at| self.now.saturating_sub(at));
-        if late > self.plan.limits.overrun
+        if late > self.plan.limits().overrun
             && let Some(overrun) = self.plan.transition(id).overrun
         {
             to.push((overrun, 1));

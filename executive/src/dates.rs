@@ -3,9 +3,9 @@
 
 use crate::controller::Controller;
 use crate::ledger::{Ledger, LedgerError};
-use crate::plan::Plan;
-use crate::record::{DatePhase, Entry};
+use crate::record::Entry;
 use armor_petri::{Class, TransitionId};
+use armor_plan::{DatePhase, PlannedDates};
 use armor_robotfile::Date;
 use armor_robotfile::mission::Missed;
 use serde::{Deserialize, Serialize};
@@ -13,30 +13,6 @@ use std::time::Duration;
 
 /// A change of UTC against mission time that is more than a clock being steered.
 const JUMP: Duration = Duration::from_millis(500);
-
-/// The dates of a transition: it is enabled from the first one on, until the last one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlannedDates {
-    /// Not before this.
-    pub first: Option<Date>,
-    /// From then on no more, but for what `missed` says.
-    pub last: Option<Date>,
-    /// What becomes of it when it has not fired by then.
-    pub missed: Missed,
-}
-
-impl PlannedDates {
-    /// Where they stand at a moment.
-    fn phase(&self, utc: Date) -> DatePhase {
-        if self.last.is_some_and(|last| last <= utc) {
-            DatePhase::Past
-        } else if self.first.is_none_or(|first| first <= utc) {
-            DatePhase::Open
-        } else {
-            DatePhase::Early
-        }
-    }
-}
 
 /// Where the dates of a transition stand, as decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,21 +51,10 @@ impl Ledger {
 
     /// Whether the tokens are as a transition wants them, whatever its gate and its clock say.
     fn is_wanted(&self, id: TransitionId) -> bool {
-        let transition = self.plan.net.transition(id);
+        let transition = self.plan.net().transition(id);
         let mut needed = transition.inputs.iter().chain(&transition.reads);
         needed.all(|arc| self.state.tokens(arc.0) >= arc.1)
             && transition.inhibitors.iter().all(|arc| self.state.tokens(arc.0) < arc.1)
-    }
-}
-
-impl Plan {
-    /// Whether a transition of it has a date: then it is played by a clock of known quality only.
-    pub fn has_dates(&self) -> bool {
-        !self.dated.is_empty()
-    }
-
-    fn dated(&self) -> impl Iterator<Item = (TransitionId, PlannedDates)> {
-        self.dated.iter().filter_map(|id| Some((*id, self.transition(*id).dates?)))
     }
 }
 
@@ -122,14 +87,14 @@ impl Controller {
         for (id, dates) in plan.dated() {
             let (before, phase) = (self.ledger.dates[id.index()], dates.phase(utc));
             if before.phase != phase && before.phase != DatePhase::Past {
-                let transition = plan.net.transition(id).name.clone();
+                let transition = plan.net().transition(id).name.clone();
                 let used = before.used;
                 self.record(Entry::Dated { transition, phase, used, utc: utc.to_string() });
             }
         }
         let failed = plan.dated().find(|(id, dates)| self.has_failed(*id, dates));
         if let Some((id, PlannedDates { last: Some(last), .. })) = failed {
-            let name = &plan.net.transition(id).name;
+            let name = &plan.net().transition(id).name;
             self.retreat(&format!("the date of `{name}` has passed unused: {last}"));
         }
     }
@@ -138,8 +103,8 @@ impl Controller {
     /// In a pause nothing fails, but for safety.
     fn has_failed(&self, id: TransitionId, dates: &PlannedDates) -> bool {
         let Dated { phase, used } = self.ledger.dates[id.index()];
-        let is_held =
-            self.ledger.pause().is_some() && self.plan.net.transition(id).class == Class::Ordinary;
+        let is_held = self.ledger.pause().is_some()
+            && self.plan.net().transition(id).class == Class::Ordinary;
         let has_passed = phase == DatePhase::Past && !used && dates.missed == Missed::Fail;
         has_passed && !is_held && self.ledger.is_wanted(id)
     }

@@ -1,13 +1,10 @@
 //! What the controller is told, and what it wants done.
 
 use crate::change::Answer;
-use crate::guards::WatchId;
 use crate::operator::Given;
-use crate::plan::ComponentId;
 use crate::record::{Outcome, Record, Report};
 use crate::roster::Doing;
-use crate::values::GivenValue;
-use crate::version::Version;
+use armor_plan::{ComponentId, GivenValue, Version, WatchId};
 use armor_robotfile::Date;
 use armor_robotfile::guard::Scalar;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use crate::event::Event;
 use crate::hub::Input;
-use crate::version::Version;
+use armor_plan::Version;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;

@@ -1,8 +1,8 @@
 //! Before a mission begins: every component is registered and every link up, so that what the first
 //! place activates does not speak to nobody. On a link that may lose nothing that would be a loss.
 
-use crate::plan::Plan;
 use crate::watch::Watching;
+use armor_plan::Plan;
 use armor_sdk::control::{ControlConnection, Role, Status};
 use armor_sdk::directory::Directory;
 use armor_sdk::time_link;
@@ -45,7 +45,7 @@ fn missing(
         return Some("the registry does not answer".into());
     };
     let mut all = Vec::new();
-    for name in plan.components.iter().map(|component| &component.name) {
+    for name in plan.components().iter().map(|component| &component.name) {
         let Some(entry) = listing.components.iter().find(|entry| entry.name == *name) else {
             return Some(format!("`{name}` has not registered"));
         };
@@ -54,7 +54,7 @@ fn missing(
         };
         all.push(status);
     }
-    let untimed = || plan.clock.as_ref().and_then(|clock| untimed(clock, &all));
+    let untimed = || plan.clock().as_ref().and_then(|clock| untimed(clock, &all));
     all.iter().find_map(|consumer| unlinked(consumer, &all)).or_else(untimed)
 }
 

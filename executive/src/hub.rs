@@ -2,11 +2,10 @@
 //! turned into events, and looked into when they break.
 
 use crate::event::Event;
-use crate::guards::WatchId;
-use crate::plan::{ComponentId, Plan};
 use crate::process::Process;
 use crate::record::Report;
 use crate::roster::Doing;
+use armor_plan::{ComponentId, Plan, WatchId};
 use armor_sdk::control::{
     Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
 };
@@ -71,7 +70,7 @@ pub(crate) struct Hub {
 
 impl Hub {
     pub(crate) fn new(plan: Arc<Plan>, inputs: Sender<Input>) -> Self {
-        let peers = plan.components.iter().map(|_| Peer::default()).collect();
+        let peers = plan.components().iter().map(|_| Peer::default()).collect();
         let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
         Self { plan, peers, inputs, host, attempts: 0, registry: false }
     }

@@ -3,9 +3,9 @@
 
 use crate::controller::Controller;
 use crate::event::{Action, Event};
-use crate::plan::ComponentId;
 use crate::record::{Entry, Report};
 use crate::roster::Presence;
+use armor_plan::ComponentId;
 
 impl Controller {
     pub(crate) fn take_in(&mut self, event: Event) {

@@ -8,8 +8,8 @@
 //! is there, whole.
 
 use crate::record::{Entry, Record};
-use crate::version::Version;
 use armor_files::{Durability, PendingFile, SaveError};
+use armor_plan::Version;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};

@@ -1,12 +1,10 @@
 //! Whether a new version of the file can be played, and is safe from where the mission stands: pure
 //! functions that take their time, to be called where nobody waits for them.
 
-use crate::counters::Stand;
 use crate::event::Event;
-use crate::plan::Plan;
-use crate::proof::prove_from_here;
 use crate::run::RunError;
-use crate::version::{Version, in_words};
+use armor_plan::{Plan, Stand, Version, in_words};
+use armor_proof::prove_from_here;
 use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differences};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -73,7 +71,7 @@ pub struct Offer {
 
 impl PartialEq for Offer {
     fn eq(&self, other: &Self) -> bool {
-        self.plan.version == other.plan.version && self.changes == other.changes
+        self.plan.version() == other.plan.version() && self.changes == other.changes
     }
 }
 
@@ -83,12 +81,12 @@ impl Question {
     pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> Event {
         Event::Answered(match self {
             Self::Read { serial, version, running } => {
-                let found = (running.reader)(version, running).and_then(|plan| {
+                let found = running.read_next(version).and_then(|plan| {
                     let first_dates = plan.has_dates() && !running.has_dates();
                     match first_dates.then(clock_doubts).flatten() {
                         Some(doubts) => Err(RunError::Clock(doubts).to_string()),
                         None => Ok(Offer {
-                            changes: changes(&running.version, version),
+                            changes: changes(running.version(), version),
                             plan: Arc::new(plan),
                         }),
                     }
@@ -104,38 +102,6 @@ impl Question {
     }
 }
 
-/// The plan of a new version over the components that run.
-pub(crate) fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
-    let configuration = version.configuration().map_err(in_words)?;
-    let plan = Plan::over(&configuration, running).map_err(in_words)?;
-    let plan = plan.ok_or_else(|| "it has no mission any more".to_owned())?;
-    fits(&plan, running)?;
-    Ok(plan.numbered(version.number))
-}
-
-/// A component is told when it starts whether a mission commands it, so that stays.
-pub(crate) fn fits(next: &Plan, running: &Plan) -> Result<(), String> {
-    for (was, is) in running.components.iter().zip(&next.components) {
-        let name = &was.name;
-        match (was.is_controlled(), is.is_controlled()) {
-            (true, false) => {
-                return Err(format!(
-                    "`{name}` would be in no place, and so always active, which it becomes only \
-                     when it starts: keep it in a place, or run the system again"
-                ));
-            }
-            (false, true) => {
-                return Err(format!(
-                    "`{name}` is in no place now, and so always active until it is started again: \
-                     leave it out of all places, or run the system again"
-                ));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
 /// What is not as before, as far as both can be read.
 fn changes(before: &Version, after: &Version) -> Vec<String> {
     match (before.configuration(), after.configuration()) {
@@ -148,12 +114,12 @@ fn changes(before: &Version, after: &Version) -> Vec<String> {
 
 /// Whether nothing bad follows from a marking that does not follow from it already as things are.
 fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
-    let configuration = next.version.configuration().map_err(in_words)?;
+    let configuration = next.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, next, stand.clone());
     if found.is_empty() {
         return Ok(());
     }
-    let before = next.stand_in(running, stand).zip(running.version.configuration().ok());
+    let before = next.stand_in(running, stand).zip(running.version().configuration().ok());
     let known = before.map_or_else(Vec::new, |(stand, configuration)| {
         proven_from(&configuration, running, stand)
     });
@@ -169,7 +135,7 @@ fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
 /// Whether nothing bad follows from where tokens would be moved to that does not follow from where
 /// they are; errors keep them from being moved even then.
 pub(crate) fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> {
-    let configuration = plan.version.configuration().map_err(in_words)?;
+    let configuration = plan.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, plan, after.clone());
     if found.is_empty() {
         return Ok(());

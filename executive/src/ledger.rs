@@ -3,10 +3,9 @@
 
 use crate::authority::{Authority, Consent};
 use crate::dates::Dated;
-use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Outcome, Record, Tokens};
-use crate::values::GivenValue;
 use armor_petri::{PlaceId, State, TransitionId};
+use armor_plan::{ComponentId, GivenValue, Plan};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -147,20 +146,20 @@ pub struct Ledger {
 impl Ledger {
     /// Before the first record: nothing is marked.
     pub fn new(plan: Arc<Plan>) -> Self {
-        let nothing = vec![0; plan.places.len()];
-        let state = State::with_marking(Arc::clone(&plan.net), nothing, Duration::ZERO);
+        let nothing = vec![0; plan.places().len()];
+        let state = State::with_marking(Arc::clone(plan.net()), nothing, Duration::ZERO);
         Self {
             state,
             firings: BTreeMap::new(),
             activations: plan
-                .components
+                .components()
                 .iter()
                 .map(|c| Activation { open: !c.is_controlled(), ..Activation::default() })
                 .collect(),
             standing: BTreeMap::new(),
-            counters: plan.counters.iter().map(|counter| counter.counts.initial).collect(),
-            holds: plan.transitions.iter().map(|t| t.guard.is_none()).collect(),
-            dates: vec![Dated::default(); plan.transitions.len()],
+            counters: plan.counters().iter().map(|counter| counter.counts.initial).collect(),
+            holds: plan.transitions().iter().map(|t| t.guard.is_none()).collect(),
+            dates: vec![Dated::default(); plan.transitions().len()],
             stage: Stage::Playing,
             authority: Authority::default(),
             last_firing: 0,
@@ -281,14 +280,14 @@ impl Ledger {
 
     pub(crate) fn tokens_named(&self, tokens: &[(PlaceId, u32)]) -> Vec<Tokens> {
         let name = |&(place, tokens): &(PlaceId, u32)| Tokens {
-            place: self.plan.net.place(place).to_owned(),
+            place: self.plan.net().place(place).to_owned(),
             tokens,
         };
         tokens.iter().map(name).collect()
     }
 
     pub(crate) fn began(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
-        if mission == self.plan.mission && fingerprint == self.plan.fingerprint() {
+        if mission == self.plan.mission() && fingerprint == self.plan.fingerprint() {
             return Ok(());
         }
         Err(LedgerError::OtherMission {
@@ -371,7 +370,7 @@ impl Ledger {
     fn put(&mut self, number: u64) -> Result<(), LedgerError> {
         let firing = self.firings.remove(&number).ok_or(LedgerError::UnknownFiring(number))?;
         for &(place, tokens) in &firing.to {
-            let what = || self.plan.net.place(place).to_owned();
+            let what = || self.plan.net().place(place).to_owned();
             let refused = |why| LedgerError::NotAllowed { what: what(), why };
             self.state.add(place, tokens).map_err(refused)?;
         }
@@ -390,7 +389,7 @@ impl Ledger {
         self.firings.clear();
         self.state.clear();
         self.end_pause();
-        let Some(safe) = self.plan.safe else {
+        let Some(safe) = self.plan.safe() else {
             self.stage = Stage::Ending(Outcome::Failed);
             return;
         };

@@ -3,12 +3,11 @@
 //! elsewhere, and the order is answered then.
 
 use crate::controller::Controller;
-use crate::counters::Stand;
 use crate::event::{Action, Event};
 use crate::judging::judge_move;
 use crate::operator::Given;
 use crate::order::{Order, TokenMove};
-use crate::plan::Plan;
+use armor_plan::{Plan, Stand};
 use std::sync::Arc;
 
 /// An order that is being proven.

@@ -82,7 +82,9 @@ impl Controller {
     /// When a lease whose holder is not connected runs out.
     pub(crate) fn lease_due(&self) -> Option<Duration> {
         match (self.ledger.lease(), self.link) {
-            (Some(_), Link::Down(since)) if !self.stopping => Some(since + self.plan.limits.lease),
+            (Some(_), Link::Down(since)) if !self.stopping => {
+                Some(since + self.plan.limits().lease)
+            }
             _ => None,
         }
     }
@@ -188,8 +190,8 @@ impl Controller {
                 Some(_) => Ok("the mission goes on".into()),
                 None => Err("the mission is not paused".into()),
             },
-            Order::Safe => Ok(match self.plan.safe {
-                Some(place) => format!("the mission goes to `{}`", self.plan.net.place(place)),
+            Order::Safe => Ok(match self.plan.safe() {
+                Some(place) => format!("the mission goes to `{}`", self.plan.net().place(place)),
                 None => "the mission is given up: it has no safe place".into(),
             }),
             Order::Move(_) if self.moving.is_some() => {
@@ -210,7 +212,7 @@ impl Controller {
 
     fn judge_firing(&self, name: &str) -> Result<String, String> {
         let id = self.transition_ordered(name)?;
-        let (net, state) = (&self.plan.net, &self.ledger.state);
+        let (net, state) = (self.plan.net(), &self.ledger.state);
         if self.plan.transition(id).autonomy == Autonomy::Auto {
             return Err(format!("`{name}` is not the operator's: it fires by itself"));
         }
@@ -247,7 +249,7 @@ impl Controller {
 
     /// Why a transition is not enabled, in words.
     fn hindrance(&self, id: TransitionId) -> String {
-        let (net, state) = (&self.plan.net, &self.ledger.state);
+        let (net, state) = (self.plan.net(), &self.ledger.state);
         let transition = net.transition(id);
         let needs = transition.inputs.iter().chain(&transition.reads);
         if let Some((place, weight)) = needs.clone().find(|arc| state.tokens(arc.0) < arc.1) {

@@ -3,7 +3,6 @@
 
 use crate::controller::Controller;
 use crate::order::TokenMove;
-use crate::plan::{ComponentId, Plan};
 use armor_petri::PlaceId;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,7 +28,7 @@ impl Controller {
         };
         for place in touched {
             if !self.plan.place(place).components.is_empty() && of(place) > 1 {
-                let (name, tokens) = (self.plan.net.place(place), of(place));
+                let (name, tokens) = (self.plan.net().place(place), of(place));
                 let on_the_way =
                     if arriving.contains_key(&place) { ", some on their way" } else { "" };
                 wrong.push(format!(
@@ -74,25 +73,5 @@ impl Controller {
             *arriving.entry(place).or_insert(0) += u64::from(tokens);
         }
         arriving
-    }
-}
-
-impl Plan {
-    /// Exclusive components that belong to marked places together, each pair once.
-    pub(crate) fn clashes(&self, is_marked: &dyn Fn(PlaceId) -> bool) -> Vec<String> {
-        let place_of = |component: ComponentId| {
-            let mut places = self.component(component).places.iter();
-            places.find(|place| is_marked(**place)).map(|place| self.net.place(*place))
-        };
-        let pairs = self.component_ids().flat_map(|one| {
-            let peers = self.component(one).peers.iter();
-            peers.filter(move |other| one < **other).map(move |other| (one, *other))
-        });
-        let clash = |(one, other)| {
-            let (here, there) = (place_of(one)?, place_of(other)?);
-            let (one, other) = (&self.component(one).name, &self.component(other).name);
-            Some(format!("`{one}` of `{here}` and `{other}` of `{there}` exclude each other"))
-        };
-        pairs.filter_map(clash).collect()
     }
 }

@@ -3,10 +3,10 @@
 
 use crate::controller::Controller;
 use crate::ledger::{Firing, Phase, Stage};
-use crate::plan::ComponentId;
 use crate::record::{Cause, Entry, Report};
 use crate::roster::{Doing, Presence};
 use armor_petri::PlaceId;
+use armor_plan::ComponentId;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -106,7 +106,7 @@ impl Controller {
             return self.retreat(why);
         };
         let cause = Cause::Failure {
-            place: self.plan.net.place(place).to_owned(),
+            place: self.plan.net().place(place).to_owned(),
             component: self.plan.component(component).name.clone(),
         };
         let from = [(place, self.ledger.state.tokens(place))];
@@ -216,7 +216,7 @@ impl Controller {
     /// Until when, in host time, a component must be up. `since`: when a firing began to start it; without it,
     /// the component should have been up all along.
     fn up_deadline(&self, component: ComponentId, since: Option<Duration>) -> Duration {
-        let (limits, observed) = (&self.plan.limits, self.roster.of(component));
+        let (limits, observed) = (self.plan.limits(), self.roster.of(component));
         let began = self.roster.began.max(self.host_times.resumed());
         let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
         let starting = observed.order.filter(|order| !order.stop);
@@ -242,7 +242,7 @@ impl Controller {
     }
 
     fn absence(&self, component: ComponentId) -> String {
-        let (limits, observed) = (&self.plan.limits, self.roster.of(component));
+        let (limits, observed) = (self.plan.limits(), self.roster.of(component));
         match observed.presence {
             Presence::Unseen => format!("it did not appear within {:?}", limits.muster),
             Presence::Gone if !self.plan.component(component).returns => {

@@ -3,8 +3,7 @@
 
 use crate::order::Judged;
 use crate::snapshot::Snapshot;
-use crate::values::GivenValue;
-use crate::version::Version;
+use armor_plan::{DatePhase, GivenValue, Version};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
@@ -132,19 +131,6 @@ impl Report {
             Self::Event { name, .. } => name,
         }
     }
-}
-
-/// Where the dates of a transition stand.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DatePhase {
-    /// Its first date is still to come, or nobody has said what time it is.
-    #[default]
-    Early,
-    /// Its first date has come, its last one has not.
-    Open,
-    /// Its last date has passed; that is for good.
-    Past,
 }
 
 /// One thing decided.

@@ -3,10 +3,9 @@
 
 use crate::authority::Consent;
 use crate::ledger::{Activation, Ledger};
-use crate::plan::ComponentId;
 use crate::record::Report;
-use crate::values::GivenValue;
 use armor_petri::{PlaceId, TransitionId};
+use armor_plan::{ComponentId, GivenValue};
 use std::collections::BTreeSet;
 
 impl Ledger {
@@ -46,7 +45,7 @@ impl Ledger {
         self.standing.insert(key.clone(), worth);
         self.set_gates(&key);
         // News is worth another question.
-        for id in self.plan.listeners.get(&key).into_iter().flatten() {
+        for id in self.plan.listeners(key.0, &key.1) {
             if self.authority.consents.get(id) == Some(&Consent::Declined) {
                 self.authority.consents.remove(id);
             }
@@ -80,10 +79,10 @@ impl Ledger {
         let arriving =
             |place| self.firings.values().any(|firing| firing.to.iter().any(|arc| arc.0 == place));
         let waits = |id: &TransitionId| {
-            let inputs = &self.plan.net.transition(*id).inputs;
+            let inputs = &self.plan.net().transition(*id).inputs;
             inputs.iter().all(|arc| self.state.tokens(arc.0) > 0 || arriving(arc.0))
         };
-        self.plan.listeners.get(key).is_some_and(|listeners| listeners.iter().any(waits))
+        self.plan.listeners(key.0, &key.1).iter().any(waits)
     }
 
     pub(crate) fn forget_reports_of(&mut self, component: ComponentId) {
@@ -97,7 +96,7 @@ impl Ledger {
 
     /// Opens or shuts the gates of those that wait for a report.
     pub(crate) fn set_gates(&mut self, key: &(ComponentId, String)) {
-        for id in self.plan.listeners.get(key).cloned().unwrap_or_default() {
+        for id in self.plan.listeners(key.0, &key.1).to_vec() {
             self.set_gate(id);
         }
     }

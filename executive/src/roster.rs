@@ -1,7 +1,7 @@
 //! What each component is known to do, as against what was decided: present or not, running or
 //! not, and the command it has been given and not yet confirmed.
 
-use crate::plan::{ComponentId, Limits, Plan};
+use armor_plan::{ComponentId, Limits, Plan};
 use std::time::Duration;
 
 /// Whether the executive can talk to a component's process.
@@ -101,7 +101,7 @@ pub(crate) struct Roster {
 
 impl Roster {
     pub(crate) fn new(plan: &Plan, now: Duration) -> Self {
-        let unseen = |component: &crate::plan::PlannedComponent| Observed {
+        let unseen = |component: &armor_plan::PlannedComponent| Observed {
             presence: Presence::Unseen,
             since: now,
             instance: 0,
@@ -114,7 +114,7 @@ impl Roster {
             is_blocked: false,
             unblocked: Duration::ZERO,
         };
-        Self { observed: plan.components.iter().map(unseen).collect(), began: now }
+        Self { observed: plan.components().iter().map(unseen).collect(), began: now }
     }
 
     pub(crate) fn of(&self, component: ComponentId) -> &Observed {

@@ -2,10 +2,9 @@
 //! had any more holds for a while, then it is not known. Every change of a guard is a record.
 
 use crate::controller::Controller;
-use crate::guards::{Operand, PlannedGuard, WatchId};
-use crate::plan::Plan;
 use crate::record::{Entry, GuardTurned};
 use armor_petri::TransitionId;
+use armor_plan::{Operand, Plan, PlannedGuard, WatchId};
 use armor_robotfile::guard::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -45,15 +44,15 @@ impl Senses {
     /// until the time is over that a value holds without its provider.
     pub(crate) fn new(plan: &Plan, restarted_at: Option<Duration>) -> Self {
         let sense = Sense { value: None, lost: None, inherited: restarted_at.is_some() };
-        let guarded = plan.net.transition_ids().filter(|id| plan.transition(*id).guard.is_some());
+        let guarded = plan.net().transition_ids().filter(|id| plan.transition(*id).guard.is_some());
         Self {
-            senses: vec![sense; plan.watches.len()],
-            outside: vec![0; plan.variables.len()],
-            truths: vec![None; plan.transitions.len()],
+            senses: vec![sense; plan.watches().len()],
+            outside: vec![0; plan.variables().len()],
+            truths: vec![None; plan.transitions().len()],
             unweighed: guarded.collect(),
             inherited_until: restarted_at
-                .filter(|_| !plan.watches.is_empty())
-                .map(|at| at + plan.limits.value_holds),
+                .filter(|_| !plan.watches().is_empty())
+                .map(|at| at + plan.limits().value_holds),
             show_at: None,
             shown_at: Duration::ZERO,
         }
@@ -64,15 +63,16 @@ impl Senses {
     /// Goes on with another plan, whose watches begin with those there were.
     pub(crate) fn follow(&mut self, before: &Plan, after: &Plan) {
         let new = Sense { value: None, lost: None, inherited: false };
-        self.senses.resize(after.watches.len(), new);
+        self.senses.resize(after.watches().len(), new);
         let counted = std::mem::take(&mut self.outside);
         let known: BTreeMap<_, _> =
-            before.variables.iter().map(|variable| &variable.name).zip(counted).collect();
-        let variables = after.variables.iter();
+            before.variables().iter().map(|variable| &variable.name).zip(counted).collect();
+        let variables = after.variables().iter();
         self.outside =
             variables.map(|variable| known.get(&variable.name).copied().unwrap_or(0)).collect();
-        self.truths = vec![None; after.transitions.len()];
-        let guarded = after.net.transition_ids().filter(|id| after.transition(*id).guard.is_some());
+        self.truths = vec![None; after.transitions().len()];
+        let guarded =
+            after.net().transition_ids().filter(|id| after.transition(*id).guard.is_some());
         self.unweighed = guarded.collect();
     }
 }
@@ -81,7 +81,7 @@ impl Controller {
     pub(crate) fn sensed(&mut self, watch: WatchId, value: Option<Scalar>) {
         let Some(sense) = self.senses.senses.get_mut(watch.index()) else { return };
         *sense = Sense { value: value.clone(), lost: None, inherited: false };
-        self.senses.unweighed.extend(&self.plan.watchers[watch.index()]);
+        self.senses.unweighed.extend(self.plan.watchers(watch));
         if let Some(Scalar::Number(number)) = value {
             self.count_outside(watch, number);
         }
@@ -99,7 +99,7 @@ impl Controller {
     }
 
     fn count_outside(&mut self, watch: WatchId, number: f64) {
-        for (variable, outside) in self.plan.variables.iter().zip(&mut self.senses.outside) {
+        for (variable, outside) in self.plan.variables().iter().zip(&mut self.senses.outside) {
             let is_inside = (variable.minimum..=variable.maximum).contains(&number);
             if variable.source != watch || is_inside || number.is_nan() {
                 continue;
@@ -119,13 +119,13 @@ impl Controller {
 
     /// Forgets what has not been heard of for too long, and records which guards have changed.
     pub(crate) fn weigh_guards(&mut self) {
-        let (now, holds) = (self.host, self.plan.limits.value_holds);
+        let (now, holds) = (self.host, self.plan.limits().value_holds);
         let is_over = self.senses.inherited_until.is_some_and(|until| until <= now);
-        for (sense, watchers) in self.senses.senses.iter_mut().zip(&self.plan.watchers) {
+        for (sense, watch) in self.senses.senses.iter_mut().zip((0..).map(WatchId)) {
             let is_lost = sense.lost.is_some_and(|since| since + holds <= now);
             if is_lost || (sense.inherited && is_over) {
                 *sense = Sense { value: None, lost: None, inherited: false };
-                self.senses.unweighed.extend(watchers);
+                self.senses.unweighed.extend(self.plan.watchers(watch));
             }
         }
         if is_over {
@@ -155,7 +155,7 @@ impl Controller {
         }
         let holds = truth == Some(true);
         if self.ledger.holds[id.index()] != holds {
-            let transition = self.plan.net.transition(id).name.clone();
+            let transition = self.plan.net().transition(id).name.clone();
             self.record(Entry::Guard { transition, holds, because: self.because(id) });
         }
     }
@@ -167,7 +167,7 @@ impl Controller {
         let mut readers = BTreeSet::new();
         for (index, value) in sets {
             if std::mem::replace(&mut counters[*index], *value) != *value {
-                readers.extend(&self.plan.counter_readers[*index]);
+                readers.extend(self.plan.counter_readers(*index));
             }
         }
         let mut turned = Vec::new();
@@ -177,7 +177,7 @@ impl Controller {
             self.senses.truths[id.index()] = truth;
             let holds = truth == Some(true);
             if self.ledger.holds[id.index()] != holds {
-                let transition = self.plan.net.transition(id).name.clone();
+                let transition = self.plan.net().transition(id).name.clone();
                 turned.push(GuardTurned { transition, holds });
             }
         }
@@ -194,7 +194,7 @@ impl Controller {
 
     /// When what is known changes without anybody saying so.
     pub(crate) fn senses_due(&self) -> impl Iterator<Item = Duration> {
-        let holds = self.plan.limits.value_holds;
+        let holds = self.plan.limits().value_holds;
         let lost = self.senses.senses.iter().filter_map(move |sense| Some(sense.lost? + holds));
         lost.chain(self.senses.inherited_until)
             .chain(self.senses.show_at)
@@ -226,7 +226,7 @@ impl Controller {
     fn sense(&self, operand: Operand) -> Option<&Sense> {
         let watch = match operand {
             Operand::Field(watch) => watch,
-            Operand::Variable(index) => self.plan.variables[index].source,
+            Operand::Variable(index) => self.plan.variables()[index].source,
             Operand::Counter(_) => return None,
         };
         Some(&self.senses.senses[watch.index()])
@@ -239,7 +239,7 @@ impl Controller {
         let value = self.sense(operand)?.value.clone()?;
         Some(match operand {
             Operand::Field(_) | Operand::Counter(_) => value,
-            Operand::Variable(index) => self.plan.variables[index].within(value),
+            Operand::Variable(index) => self.plan.variables()[index].within(value),
         })
     }
 }

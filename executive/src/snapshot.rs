@@ -5,10 +5,9 @@ use crate::authority::{Authority, Consent, Lease, Pause};
 use crate::dates::Dated;
 use crate::ledger::{Activation, Firing, Ledger, LedgerError, Phase, Stage};
 use crate::order::Judged;
-use crate::plan::{ComponentId, Plan};
 use crate::record::{Cause, Entry, Record, Tokens, any_number};
-use crate::version::Version;
 use armor_petri::{PlaceId, State, TransitionId};
+use armor_plan::{ComponentId, Plan, Version};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -104,8 +103,8 @@ impl Ledger {
         } = self;
         let Authority { lease, link_lost, pause, resumed_at, consents, orders } = authority;
         let component = |id: ComponentId| plan.component(id).name.clone();
-        let transition = |id: TransitionId| plan.net.transition(id).name.clone();
-        let ids = || plan.net.transition_ids();
+        let transition = |id: TransitionId| plan.net().transition(id).name.clone();
+        let ids = || plan.net().transition_ids();
         let marked = plan.place_ids().map(|id| (id, state.tokens(id))).filter(|arc| arc.1 > 0);
         let clock = |id| Some((transition(id), state.enabled_since(id)?));
         let standing = standing.iter().map(|((id, report), value)| Standing {
@@ -114,13 +113,14 @@ impl Ledger {
             value: *value,
         });
         let holding = ids().filter(|id| plan.transition(*id).guard.is_some() && holds[id.index()]);
-        let counted = plan.counters.iter().map(|it| it.name.clone()).zip(counters.iter().copied());
+        let counted =
+            plan.counters().iter().map(|it| it.name.clone()).zip(counters.iter().copied());
         let dated = ids().filter(|id| plan.transition(*id).dates.is_some());
         let snapshot = Snapshot {
-            mission: plan.mission.clone(),
+            mission: plan.mission().to_owned(),
             fingerprint: plan.fingerprint(),
-            began: (*plan.began).clone(),
-            version: (*plan.version).clone(),
+            began: (**plan.began()).clone(),
+            version: (**plan.version()).clone(),
             version_since: *version_since,
             records: *records,
             marking: self.tokens_named(&marked.collect::<Vec<_>>()),
@@ -149,7 +149,7 @@ impl Ledger {
     }
 
     fn flight(&self, firing: &Firing) -> Flight {
-        let place = |id: &PlaceId| self.plan.net.place(*id).to_owned();
+        let place = |id: &PlaceId| self.plan.net().place(*id).to_owned();
         let component = |id: &ComponentId| self.plan.component(*id).name.clone();
         Flight {
             cause: firing.cause.clone(),
@@ -170,11 +170,11 @@ impl Ledger {
         at: Duration,
     ) -> Result<Self, LedgerError> {
         let (number, version) = (snapshot.version.number, &snapshot.version);
-        let plan = if *version == *plan.version {
+        let plan = if *version == **plan.version() {
             plan
         } else {
             let refused = |why| LedgerError::NotTaken { version: number, why };
-            Arc::new((plan.reader)(version, &plan).map_err(refused)?)
+            Arc::new(plan.read_next(version).map_err(refused)?)
         };
         let mut ledger = Self::new(plan);
         ledger.began(&snapshot.mission, &snapshot.fingerprint)?;
@@ -194,7 +194,7 @@ impl Ledger {
             ledger.standing.insert((component, it.report.clone()), it.value);
         }
         for (name, value) in &snapshot.counters {
-            let index = ledger.plan.counters.iter().position(|counter| counter.name == *name);
+            let index = ledger.plan.counters().iter().position(|counter| counter.name == *name);
             let index = index.ok_or_else(|| LedgerError::UnknownName(name.clone()))?;
             ledger.counters[index] = *value;
         }
@@ -247,17 +247,17 @@ impl Ledger {
 
     /// Marks the net, opens its gates, and sets its clocks going where they stood.
     fn wind_up(&mut self, snapshot: &Snapshot, at: Duration) -> Result<(), LedgerError> {
-        let mut marking = vec![0; self.plan.places.len()];
+        let mut marking = vec![0; self.plan.places().len()];
         for (place, tokens) in self.resolved(&snapshot.marking)? {
             marking[place.index()] = tokens;
         }
         let from = snapshot.held_since.unwrap_or(at);
-        self.state = State::with_marking(Arc::clone(&self.plan.net), marking, from);
+        self.state = State::with_marking(Arc::clone(self.plan.net()), marking, from);
         if snapshot.held_since.is_some() {
             self.state.hold();
         }
         self.state.advance(at);
-        for id in self.plan.net.transition_ids() {
+        for id in self.plan.net().transition_ids() {
             self.set_gate(id);
         }
         for (name, since) in &snapshot.clocks {

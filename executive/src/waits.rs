@@ -4,8 +4,8 @@
 use crate::commands::Wish;
 use crate::controller::Controller;
 use crate::ledger::{Firing, Stage};
-use crate::plan::ComponentId;
 use armor_petri::PlaceId;
+use armor_plan::ComponentId;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ impl Controller {
             if self.stuck.contains_key(&number) {
                 continue;
             }
-            let within = self.plan.limits.wait_within;
+            let within = self.plan.limits().wait_within;
             tracing::warn!("{why}; if that is still so in {within:?} it counts as a failed start");
             self.stuck.insert(number, Stuck { since: self.now, why });
         }
@@ -54,7 +54,7 @@ impl Controller {
     /// Why a firing has to be given up, if it has waited for long enough.
     pub(crate) fn waited_in_vain(&self, number: u64) -> Option<String> {
         let stuck = self.stuck.get(&number)?;
-        let is_due = self.now >= stuck.since.saturating_add(self.plan.limits.wait_within);
+        let is_due = self.now >= stuck.since.saturating_add(self.plan.limits().wait_within);
         // Another that was given up just now may have ended it.
         (is_due && self.stuck_starts().contains_key(&number)).then(|| stuck.why.clone())
     }
@@ -62,7 +62,7 @@ impl Controller {
     /// When the next of them has waited for long enough, in mission time.
     pub(crate) fn waits_due(&self) -> Option<Duration> {
         let playing = self.ledger.stage == Stage::Playing && !self.stopping;
-        let due = |stuck: &Stuck| stuck.since.saturating_add(self.plan.limits.wait_within);
+        let due = |stuck: &Stuck| stuck.since.saturating_add(self.plan.limits().wait_within);
         self.stuck.values().map(due).min().filter(|_| playing)
     }
 
@@ -119,7 +119,7 @@ impl Controller {
             let firing = &self.ledger.firings[&number];
             firing.to.iter().for_each(|arc| markable[arc.0.index()] = true);
         }
-        let ends = [self.plan.goal, self.plan.safe].into_iter().flatten();
+        let ends = [self.plan.goal(), self.plan.safe()].into_iter().flatten();
         if ends.into_iter().any(|end| markable[end.index()]) {
             return BTreeMap::new();
         }
@@ -130,7 +130,7 @@ impl Controller {
     fn spread(&self, markable: &mut [bool]) {
         loop {
             let before = markable.iter().filter(|it| **it).count();
-            for transition in self.plan.net.transitions() {
+            for transition in self.plan.net().transitions() {
                 let needs = transition.inputs.iter().chain(&transition.reads);
                 if needs.into_iter().all(|arc| markable[arc.0.index()]) {
                     transition.outputs.iter().for_each(|arc| markable[arc.0.index()] = true);
@@ -151,7 +151,7 @@ impl Controller {
         let mut left: Vec<PlaceId> = Vec::new();
         let leads_out = |place: PlaceId, left: &[PlaceId]| {
             markable[place.index()]
-                && self.plan.net.transitions().iter().any(|t| {
+                && self.plan.net().transitions().iter().any(|t| {
                     let needs = t.inputs.iter().chain(&t.reads);
                     let takes =
                         t.inputs.iter().any(|arc| arc.0 == place) || t.resets.contains(&place);

@@ -2,9 +2,8 @@
 //! long as the mission is played. Fields are read by the provider's schema, without a Rust type.
 
 use crate::event::Event;
-use crate::guards::WatchId;
 use crate::hub::Input;
-use crate::plan::Plan;
+use armor_plan::{Plan, WatchId};
 use armor_robotfile::guard::Scalar;
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::{Tap, TapData};

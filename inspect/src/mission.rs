@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use armor_executive::{Fired, Marking};
+use armor_marking::{Fired, Marking};
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::Tap;
 use armor_wire::WireType;

@@ -1,6 +1,6 @@
 //! What people are told of a running mission, in a terminal and in a window alike.
 
-use armor_executive::{EnabledTransition, Marking};
+use armor_marking::{EnabledTransition, Marking};
 
 /// A duration as people say it; one that would be negative is none.
 pub fn lasting(seconds: f64) -> String {

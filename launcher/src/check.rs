@@ -5,7 +5,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use armor_executive::{PLAYED, Plan, RunError};
+use armor_executive::RunError;
+use armor_plan::{PLAYED, Plan};
 use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
     needed_paths, passed_dates,
@@ -104,7 +105,7 @@ fn proven_within(configuration: &Configuration, limit: Duration) -> Findings {
     match Plan::of(configuration) {
         Ok(Some(plan)) => {
             let start = Instant::now();
-            armor_executive::prove(configuration, &plan, &|| start.elapsed() > limit)
+            armor_proof::prove(configuration, &plan, &|| start.elapsed() > limit)
         }
         Ok(None) => Findings::default(),
         Err(findings) => findings,

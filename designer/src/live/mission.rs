@@ -1,7 +1,7 @@
 //! Where the mission stands, and the buttons of whoever may command it.
 
-use armor_executive::{Confirmation, Marking};
 use armor_inspect::words::{clock_s, lasting, when};
+use armor_marking::{Confirmation, Marking};
 use armor_sdk::control::Order;
 use eframe::egui::{self, RichText, TextEdit};
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_executive::Marking;
+use armor_marking::Marking;
 use armor_sdk::control::{Order, TokenMove};
 use eframe::egui::{self, CollapsingHeader, DragValue, Grid};
 

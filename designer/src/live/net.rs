@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use armor_executive::{EnabledTransition, MarkedPlace, Marking};
 use armor_inspect::words::{clock_s, lasting, when};
+use armor_marking::{EnabledTransition, MarkedPlace, Marking};
 
 use crate::canvas::{Badge, Diagram, Mark, Node, Outline, Shape};
 use crate::item::Item;

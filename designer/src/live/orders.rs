@@ -1,7 +1,7 @@
 //! The buttons by which orders are given, and what became of the last order.
 
-use armor_executive::Marking;
 use armor_inspect::{Given, OrderDesk};
+use armor_marking::Marking;
 use armor_sdk::control::Order;
 use eframe::egui::{self, Button, Color32, Label, Response, RichText};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use armor_executive::time_in_words as time;
+use armor_proof::time_in_words as time;
 use armor_robotfile::{Code, Finding, Findings, Location, Severity, Takes};
 
 use crate::canvas::{Badge, Mark};

@@ -1,6 +1,6 @@
 //! What a net's drawing says in words: conditions of transitions, components of places.
 
-use armor_executive::time_in_words as time;
+use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Autonomy, Class, Interval, LostLink, Missed, Place, Transition};
 
 /// What a transition waits for, a line for each condition, as the file says it.

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use armor_executive::{PLAYED, Plan};
-use armor_robotfile::{Findings, NeededPath, Reading, needed_paths, passed_dates};
+use armor_plan::{PLAYED, Plan};
+use armor_robotfile::{Date, Findings, NeededPath, Reading, needed_paths, passed_dates};
 
 use crate::kinds::Kinds;
 use crate::project::Checked;
@@ -110,7 +110,7 @@ impl Thread {
         let is_stale = || self.newest.load(Ordering::Relaxed) != revision;
         if let Some(configuration) = &reading.configuration {
             let found = match Plan::of(configuration) {
-                Ok(Some(plan)) => armor_executive::prove(configuration, &plan, &|| {
+                Ok(Some(plan)) => armor_proof::prove(configuration, &plan, &|| {
                     is_stale() || start.elapsed() > PROOF_WITHIN
                 }),
                 Ok(None) => Findings::default(),
@@ -145,7 +145,9 @@ fn read_off(disk: &mut Disk, wanted: &Wanted) -> Reading {
             let missing = needed.iter().filter(|needed| !needed.path.exists());
             reading.findings.extend(missing.map(NeededPath::missing));
         }
-        reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
+        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let utc = Date::since_1970(utc);
+        reading.findings.extend(passed_dates(configuration, utc));
     }
     reading.findings.sort();
     reading

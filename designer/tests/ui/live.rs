@@ -3,9 +3,9 @@
 
 use std::time::Duration;
 
-use armor_executive::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
 use armor_inspect::log::Line;
 use armor_inspect::{DEAD_AFTER, Event, MissionLook, ParameterDesk, Picture, Told};
+use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
 use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::Change;

@@ -4,7 +4,8 @@
 mod worker;
 
 use armor_executive::journal::{self, Journal};
-use armor_executive::{Entry, Ledger, Options, Outcome, Plan, run};
+use armor_executive::{Entry, Ledger, Options, Outcome, run};
+use armor_plan::Plan;
 use armor_registry::Background;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::ffi::OsString;

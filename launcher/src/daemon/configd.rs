@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_configd::{Kinds, Notice, Options};
-use armor_executive::PLAYED;
 use armor_inspect::CONFIGURATION;
+use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Finding, Severity};
 use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use armor_executive::{FileText, Newer, Options, Outcome, Plan, Version};
+use armor_executive::{Newer, Options, Outcome};
+use armor_plan::{FileText, Plan, Version};
 use armor_robotfile::{Colours, Findings, Override};
 
 use super::asked_to_end;

@@ -11,7 +11,7 @@ mod words;
 use std::time::Duration;
 
 use anyhow::{Context, Error, Result, bail};
-use armor_executive::Marking;
+use armor_marking::Marking;
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::directory::DirectoryError;
 use armor_sdk::tap::TapError;

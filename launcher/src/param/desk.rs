@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use armor_configd::{Action, Event, Notice, Rules, Versions, write};
-use armor_executive::PLAYED;
+use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Findings};
 use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Differences, Parameters, Questions, SetOutcome,

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use armor_executive::Plan;
 use armor_petri::file::NetFile;
+use armor_plan::Plan;
 use armor_robotfile::mission::{
     Autonomy, LostLink, Mission, Place, PlaceParameter, SetVariable, Transition, Variable,
 };

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
+use armor_executive::Ledger;
 use armor_executive::journal::{self, JournalError, Story};
-use armor_executive::{Ledger, Plan};
+use armor_plan::Plan;
 use armor_robotfile::Configuration;
 
 use super::supervisor::Level;

@@ -1,6 +1,6 @@
 //! The nodes of the drawing.
 
-use armor_executive::time_in_words as time;
+use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Autonomy, Class, Place, Submission, Transition};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 

@@ -1,7 +1,7 @@
 //! The mission as a whole: what it is called, what was proven of it, and what has no place in the
 //! drawing.
 
-use armor_executive::time_in_words as time;
+use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Mission, Resume};
 use armor_robotfile::{Severity, Spanned, Takes, Way};
 use eframe::egui::{self, RichText};

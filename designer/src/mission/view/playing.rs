@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use armor_executive::time_in_words as time;
 use armor_petri::TransitionId;
+use armor_proof::time_in_words as time;
 use armor_robotfile::Way;
 use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
 

@@ -139,7 +139,7 @@ impl Simulator {
             Outcome::Clock(at) => format!(
                 "{} has what it waited for; its time comes at {}",
                 self.play.stage().name(id),
-                armor_executive::time_in_words(at)
+                armor_proof::time_in_words(at)
             ),
         };
         self.moved(now);

@@ -3,10 +3,11 @@
 use std::io;
 
 use anyhow::{Context, Result, bail};
-use armor_executive::{Analysed, Plan};
 use armor_petri::analysis::classes::is_possible;
 use armor_petri::analysis::rules::Rules;
 use armor_petri::{PlaceId, TransitionId};
+use armor_plan::Plan;
+use armor_proof::Analysed;
 use serde_json::{Map, Value, json};
 
 use super::super::{printed, say};

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::{Ledger, LedgerError, Phase, Plan, Record, Stage, journal};
+use armor_executive::{Ledger, LedgerError, Phase, Record, Stage, journal};
+use armor_plan::Plan;
 use armor_robotfile::Colours;
 use serde_json::{Map, Value, json};
 

@@ -1,10 +1,10 @@
 //! The marking in words.
 
-use armor_executive::{
-    Confirmation, DateStand, GuardTruth, Holder, InFlight, MarkedPlace, Marking, MissionChange,
-    MissionComponent, OrderGiven, VariableValue,
-};
 use armor_inspect::words::{clock_s, lasting, when};
+use armor_marking::{
+    ChangeState, Confirmation, DateStand, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
+    MissionChange, MissionComponent, OrderGiven, VariableValue,
+};
 
 /// Where the mission stands; the marking was told `age_s` ago. `file`: what is wrong with the file
 /// on the disk.
@@ -97,10 +97,16 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
 /// What becomes of a newer version of the file.
 fn change(change: &MissionChange, played: u64) -> String {
     let MissionChange { version, state, why, changes } = change;
-    let mut out = match state.as_str() {
-        "refused" => format!("version {version} of the file is refused, {played} goes on: {why}\n"),
-        "waiting" => format!("version {version} of the file waits, {played} goes on: {why}\n"),
-        _ => format!("version {version} of the file is being read, {played} goes on\n"),
+    let mut out = match state {
+        ChangeState::Refused => {
+            format!("version {version} of the file is refused, {played} goes on: {why}\n")
+        }
+        ChangeState::Waiting => {
+            format!("version {version} of the file waits, {played} goes on: {why}\n")
+        }
+        ChangeState::Reading => {
+            format!("version {version} of the file is being read, {played} goes on\n")
+        }
     };
     changes.iter().for_each(|change| out += &format!("            {change}\n"));
     out
@@ -196,7 +202,7 @@ fn component(component: &MissionComponent) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_executive::{EnabledTransition, Paused};
+    use armor_marking::{EnabledTransition, Paused};
 
     fn marking() -> Marking {
         let enabled = |name: &str, by: &str, at_s: f64, until: Option<f64>| EnabledTransition {
@@ -267,7 +273,7 @@ reports that changed nothing: 0 too late, 2 that no transition waits for
         (marking.version, marking.version_since_at_s) = (2, 10.0);
         marking.change = Some(MissionChange {
             version: 3,
-            state: "waiting".into(),
+            state: ChangeState::Waiting,
             why: "`explore` holds a token, and the new file has no such place".into(),
             changes: vec!["place explore removed".into()],
         });
@@ -280,7 +286,7 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
         assert!(shown.contains(expected), "{shown}");
         marking.change = Some(MissionChange {
             version: 3,
-            state: "refused".into(),
+            state: ChangeState::Refused,
             why: "it has no mission any more".into(),
             changes: Vec::new(),
         });

@@ -1,0 +1,77 @@
+//! How soon the goal can come, and how late the mission must be over: worth knowing, where it is
+//! cheap to find out.
+
+use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
+use armor_robotfile::{Code, Finding, Takes};
+
+use crate::proof::Proof;
+use crate::wording::time_in_words as time;
+
+impl Proof<'_> {
+    pub(super) fn durations(&self) -> Option<Finding> {
+        let goal = self.plan.goal().filter(|_| self.analysed.loosened.is_empty())?;
+        let classes = self.timed_if_small()?;
+        let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
+        let is_over = |marking: &[u32]| self.is_over(marking);
+        let least = shortest(self.net, classes, at_goal, &self.budget()).ok()??;
+        if least.sequence.is_empty() {
+            return None;
+        }
+        let most = longest(self.net, classes, is_over, &self.budget()).ok()?;
+        let ends = |class: u32| is_over(classes.marking(class)) && !at_goal(classes.marking(class));
+        let always_goal = !(0..classes.classes() as u32).any(ends);
+        let name = self.net.place(goal);
+        let message = self.in_words(name, &least, &most, always_goal);
+        let at = self.mission.goal.as_ref().map_or(&self.mission.at, |goal| &goal.at);
+        let mut finding = Finding::new(Code::Takes, at, message).remedy(
+            "nothing needs to be done; a <check> such as duration(…) <= 20min holds it to that",
+        );
+        finding.takes = Some(self.as_data(&least, &most, always_goal));
+        Some(finding)
+    }
+
+    fn in_words(&self, goal: &str, least: &Timed, most: &Latest, always_goal: bool) -> String {
+        let earliest = time(least.time);
+        let begin = format!("{goal} comes after {earliest} at the earliest");
+        match most {
+            Latest::At(most) if always_goal && most.time == least.time => {
+                format!("{goal} comes after {earliest}")
+            }
+            Latest::At(most) if always_goal => {
+                format!("{goal} comes after {earliest} to {}", time(most.time))
+            }
+            Latest::At(most) => {
+                format!("{begin}, and the mission is over after {} at the latest", time(most.time))
+            }
+            Latest::WithoutEnd(way) => {
+                format!("{begin}; there is no latest end: {}", self.waits(way))
+            }
+            Latest::Circle(way, circle) => {
+                let after = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                format!(
+                    "{begin}; there is no latest end: {after}again and again {}",
+                    self.names(circle)
+                )
+            }
+            Latest::DeadEnd(way) => {
+                format!("{begin}; it need not end: {} nothing fires any more", self.after(way))
+            }
+        }
+    }
+
+    fn as_data(&self, least: &Timed, most: &Latest, always_goal: bool) -> Takes {
+        let (longest_s, way, circle) = match most {
+            Latest::At(most) => (Some(most.time.as_secs_f64()), &most.sequence[..], &[][..]),
+            Latest::WithoutEnd(way) | Latest::DeadEnd(way) => (None, &way[..], &[][..]),
+            Latest::Circle(way, circle) => (None, &way[..], &circle[..]),
+        };
+        Takes {
+            shortest_s: least.time.as_secs_f64(),
+            shortest_way: self.all_names(&least.sequence),
+            longest_s,
+            longest_way: self.all_names(way),
+            longest_circle: self.all_names(circle),
+            always_goal,
+        }
+    }
+}

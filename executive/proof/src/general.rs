@@ -1,0 +1,239 @@
+//! What is proven of every mission whose states can all be looked at.
+
+use std::collections::BTreeSet;
+
+use armor_petri::PlaceId;
+use armor_petri::analysis::Ending;
+use armor_petri::analysis::boundedness::Pumping;
+use armor_petri::analysis::components::components;
+use armor_petri::analysis::rules::Rules;
+use armor_petri::analysis::runs::{Graph, lost};
+use armor_robotfile::{Code, Finding, Findings, Location};
+
+use crate::proof::{Proof, Seen};
+use armor_plan::ComponentId;
+
+impl Proof<'_> {
+    pub(super) fn complete(&self, findings: &mut Findings) {
+        self.dead_transitions(findings);
+        self.tokens_of_active_places(findings);
+        self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
+        let Some(goal) = self.plan.goal() else { return };
+        match self.goal_never(goal) {
+            Some(never) => findings.push(never),
+            None => findings.extend(self.end_lost()),
+        }
+    }
+
+    fn goal_never(&self, goal: PlaceId) -> Option<Finding> {
+        let name = self.net.place(goal);
+        let (message, remedy) = if self.most_in(goal) > 0 {
+            let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
+            if self.timed_if_small()?.nearest(&at_goal).is_some() {
+                return None;
+            }
+            let message = format!(
+                "{name} never comes in time: something else always fires before what leads there"
+            );
+            (message, "compare the times on the way to it with those of what fires before")
+        } else {
+            let stands = self.standing().filter(|seen| !self.waiting(&seen.marking).is_empty());
+            let stands = stands.map(|seen| {
+                let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
+                format!("; {} there is a token in {held}", self.after(&seen.way))
+            });
+            let message = format!(
+                "no way leads to {name}: the mission can never reach its goal{}",
+                stands.unwrap_or_default()
+            );
+            (
+                message,
+                "follow the transitions from the initial place: one of them needs what never is",
+            )
+        };
+        let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
+        Some(finding.remedy(remedy))
+    }
+
+    /// Of a mission that has places without a bound as far as tokens go.
+    pub(super) fn without_bounds(&self, pumping: &Pumping, findings: &mut Findings) {
+        if self.times_bound_it() {
+            return self.complete(findings);
+        }
+        findings.push(self.fills(pumping));
+        // What the states seen show is so, whatever the others are.
+        self.tokens_of_active_places(findings);
+        self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
+        if self.plan.goal().is_some()
+            && let Some(seen) = self.standing()
+        {
+            findings.push(self.lost_at(&seen, true));
+        }
+    }
+
+    /// The nearest marking in which nothing fires any more, and the mission is not over.
+    fn standing(&self) -> Option<Seen> {
+        let rules = Rules::new(self.net);
+        self.seen(&|marking| {
+            let fires = self.net.transition_ids().any(|id| rules.enabled(marking, id));
+            !fires && !self.is_over(marking)
+        })
+    }
+
+    /// The most tokens that a place holds in a state.
+    pub(super) fn most_in(&self, place: PlaceId) -> u32 {
+        if !matches!(self.exploration.ending, Ending::Unbounded(_)) {
+            return self.exploration.space.most_in(place);
+        }
+        let (classes, _) = self.timed_so_far();
+        let tokens = |class| classes.marking(class)[place.index()];
+        (0..classes.classes() as u32).map(tokens).max().unwrap_or(0)
+    }
+
+    pub(super) fn fills(&self, pumping: &Pumping) -> Finding {
+        let (prefix, cycle) = (self.names(&pumping.prefix), self.names(&pumping.cycle));
+        let place = pumping.growing.first().copied().unwrap_or(PlaceId(0));
+        let begin = if prefix.is_empty() { String::new() } else { format!("{prefix}, ") };
+        let untimed = if self.grows_untimed_alone() {
+            "; its times do not allow just this, and what they do allow was too much to be looked at"
+        } else {
+            ""
+        };
+        let message = format!(
+            "{} fills without end: {begin}then again and again {cycle}{untimed}",
+            self.net.place(place),
+        );
+        Finding::new(Code::FillsWithoutEnd, self.at(place), message)
+            .way(self.data(&pumping.prefix, &pumping.cycle))
+            .remedy("take as many tokens as are put, or stop it with <inhibitor place=\"…\" weight=\"…\"/>")
+    }
+
+    /// A marking from which neither goal nor safe place can be reached any more.
+    fn end_lost(&self) -> Option<Finding> {
+        let is_over = |marking: &[u32]| self.is_over(marking);
+        let space = &self.exploration.space;
+        let with_times = self.timed_if_small().and_then(|classes| {
+            let found = lost(classes, &is_over, &self.budget()).ok()?;
+            Some((classes, found))
+        });
+        let untimed = || components(space, &self.untimed_budget(), is_over).ok()?.lost();
+        let (graph, node): (&dyn Graph, u32) = match with_times {
+            Some((classes, found)) => (classes, found?),
+            None => (space, untimed()?),
+        };
+        let seen = Seen::of(graph, node);
+        Some(self.lost_at(&seen, graph.firings(node).is_empty()))
+    }
+
+    pub(super) fn lost_at(&self, seen: &Seen, stands_still: bool) -> Finding {
+        let at = self.nearest_mark(&seen.marking);
+        let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
+        let after = self.after(&seen.way);
+        let finding = if stands_still {
+            let message = format!("{after} the mission stands still, with a token in {held}");
+            Finding::new(Code::Standstill, at, message)
+                .remedy("add a transition that leads on, or make it the goal or the safe place")
+        } else {
+            let message = format!("{after} neither goal nor safe place can be reached any more");
+            Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
+                .remedy("add a transition that leads out, such as one with a timeout")
+        };
+        finding.way(self.data(&seen.way, &[]))
+    }
+
+    fn dead_transitions(&self, findings: &mut Findings) {
+        let dead: BTreeSet<_> = if self.times_bound_it() {
+            let (classes, _) = self.timed_so_far();
+            let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
+            let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
+            self.net.transition_ids().filter(|id| !fire.contains(id)).collect()
+        } else {
+            self.exploration.space.dead_transitions().collect()
+        };
+        for source in self.plan.net().transition_ids() {
+            if !self.copies(source).iter().all(|copy| dead.contains(copy)) {
+                continue;
+            }
+            let name = &self.plan.net().transition(source).name;
+            let message = format!("{name} never fires: no way leads to all that it needs");
+            let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
+            findings.push(finding.remedy("add a way to its places, or remove it"));
+        }
+    }
+
+    /// A place is active or not: a second token in it means that two ways run into each other.
+    pub(super) fn tokens_of_active_places(&self, findings: &mut Findings) {
+        for id in self.plan.place_ids() {
+            let is_active = !self.plan.place(id).components.is_empty();
+            if !is_active || self.most_in(id) < 2 {
+                continue;
+            }
+            let Some(seen) = self.seen(&|marking| marking[id.index()] > 1) else { continue };
+            let (after, place) = (self.after(&seen.way), self.net.place(id));
+            let message = format!("{after} {place} holds more than one token");
+            let finding = Finding::new(Code::TwoTokens, self.at(id), message);
+            findings.push(finding.way(self.data(&seen.way, &[])).remedy(
+                "join the ways before it, or keep the second token out with <inhibitor place=\"…\"/>",
+            ));
+        }
+    }
+
+    /// The pairs of places of which each activates one of two exclusive components.
+    pub(super) fn exclusive_places(&self) -> Vec<([ComponentId; 2], [PlaceId; 2])> {
+        let mut known = BTreeSet::new();
+        let mut pairs = Vec::new();
+        for one in self.plan.component_ids() {
+            let component = &self.plan.components()[one.index()];
+            for other in component.peers.iter().filter(|other| **other > one) {
+                for place in &component.places {
+                    for second in &self.plan.components()[other.index()].places {
+                        let pair = (*place.min(second), *place.max(second));
+                        if place != second && known.insert(pair) {
+                            pairs.push(([one, *other], [*place, *second]));
+                        }
+                    }
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Exclusive components in places that can be marked together: one of them would wait.
+    pub(super) fn exclusions(&self, findings: &mut Findings) {
+        for (components, places) in self.exclusive_places() {
+            findings.extend(self.exclusion(components, places));
+        }
+    }
+
+    fn exclusion(
+        &self,
+        components: [ComponentId; 2],
+        [place, second]: [PlaceId; 2],
+    ) -> Option<Finding> {
+        let together = |marking: &[u32]| marking[place.index()] > 0 && marking[second.index()] > 0;
+        let seen = self.seen(&together)?;
+        let [one, other] = components.map(|id| self.plan.components()[id.index()].name.as_str());
+        let message = format!(
+            "{} {} and {} are marked together, but {one} and {other} exclude each other: one would wait",
+            self.after(&seen.way),
+            self.net.place(place),
+            self.net.place(second),
+        );
+        let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
+        Some(
+            finding
+                .way(self.data(&seen.way, &[]))
+                .related(self.at(second), "together with this one")
+                .remedy("let one transition leave the one place and enter the other"),
+        )
+    }
+
+    fn nearest_mark(&self, marking: &[u32]) -> &Location {
+        let marked = marking.iter().position(|tokens| *tokens > 0);
+        marked.map_or(&self.mission.at, |place| self.at(PlaceId(place as u32)))
+    }
+}

@@ -1,0 +1,133 @@
+//! What is proven of a mission with more states than can be looked at: deadlocks by stubborn sets,
+//! exclusions and second tokens by sums of tokens. What neither decides is said to be open.
+
+use armor_petri::PlaceId;
+use armor_petri::analysis::Exhausted;
+use armor_petri::analysis::invariants::{Bounds, excludes};
+use armor_petri::analysis::rules::Rules;
+use armor_petri::analysis::stubborn::deadlocks_that;
+use armor_robotfile::{Code, Finding, Findings};
+
+use crate::analysed::Analysed;
+use crate::proof::{Proof, Seen};
+
+/// Open questions of one sort that are named.
+const MAX_NAMED: usize = 3;
+
+/// What reduced search says of standstills.
+enum Standstill {
+    Never,
+    After(Seen),
+    Open,
+}
+
+impl Proof<'_> {
+    pub(super) fn too_large(&self, why: Exhausted, findings: &mut Findings) {
+        // What the states seen show is so, whatever the others are.
+        self.tokens_of_active_places(findings);
+        self.exclusions(findings);
+        self.contradictions(findings);
+        self.values_outside(findings);
+        let (mut proven, mut open) = (Vec::new(), vec!["that the goal stays in reach".to_owned()]);
+        match self.standstill() {
+            Standstill::Never => proven.push("it never stands still".to_owned()),
+            Standstill::After(seen) => findings.push(self.lost_at(&seen, true)),
+            Standstill::Open => open.push("that it never stands still".into()),
+        }
+        let exclusive = self.exclusive_places().into_iter().map(|pair| pair.1).collect();
+        let what = "exclusive components are never wanted together";
+        self.apart_by_sums(exclusive, what, &mut proven, &mut open);
+        let contradicting = self.plan.contradictions().iter().map(|it| it.places).collect();
+        let what = "no component is given two values for one parameter";
+        self.apart_by_sums(contradicting, what, &mut proven, &mut open);
+        self.bounds_by_sums(&mut proven, &mut open);
+        let states = self.exploration.space.states();
+        if !self.analysed.outside.is_empty() {
+            open.push("that variables stay within their domains".into());
+        }
+        let mut message =
+            format!("the mission is too large to be proven whole: {why} ({states} states seen)");
+        if !proven.is_empty() {
+            message += &format!("; proven all the same: {}", proven.join(", "));
+        }
+        message += &format!("; open: {}", open.join(", "));
+        let finding = Finding::new(Code::NotProven, &self.mission.at, message);
+        findings.push(finding.remedy(
+            "prove its parts as missions of their own, or count fewer tokens where it counts",
+        ));
+    }
+
+    /// Without the end at goal and safe place the net has no inhibitor arcs of ours, does all that
+    /// it does with it, and more. So what never stands still without the end never does.
+    fn standstill(&self) -> Standstill {
+        let Ok(endless) = Analysed::endless(self.plan, self.apart) else { return Standstill::Open };
+        let bounds = Bounds::of_net(&endless.net, self.stop);
+        let budget = self.untimed_budget();
+        let not_over = |marking: &[u32]| !self.is_over(marking);
+        let Ok(Some(found)) = deadlocks_that(&endless.net, &bounds, &not_over, &budget) else {
+            return Standstill::Open;
+        };
+        let Some((way, marking)) = found.first else { return Standstill::Never };
+        // The way may lead past the end: both nets have the same transitions.
+        match Rules::new(self.net).play(self.net.initial(), &way) {
+            Some(_) => Standstill::After(Seen { way, marking }),
+            None => Standstill::Open,
+        }
+    }
+
+    /// Whether sums keep the places of each pair apart, which proves `what`.
+    fn apart_by_sums(
+        &self,
+        pairs: Vec<[PlaceId; 2]>,
+        what: &str,
+        proven: &mut Vec<String>,
+        open: &mut Vec<String>,
+    ) {
+        let is_excluded =
+            |places: &[_; 2]| excludes(self.sums(), self.net, places[0], places[1]).is_some();
+        let unproven: Vec<_> = pairs.iter().filter(|places| !is_excluded(places)).collect();
+        // Those that were seen together are findings already.
+        let is_open =
+            |[one, other]: &&&[_; 2]| self.exploration.space.together(*one, *other).is_none();
+        let names = unproven.iter().filter(is_open);
+        let name = |[one, other]: &&[_; 2]| {
+            format!(
+                "that {} and {} are never marked together",
+                self.net.place(*one),
+                self.net.place(*other)
+            )
+        };
+        let names: Vec<_> = names.map(name).collect();
+        if unproven.is_empty() && !pairs.is_empty() {
+            proven.push(what.into());
+        } else if !names.is_empty() {
+            open.push(some_of(&names));
+        }
+    }
+
+    fn bounds_by_sums(&self, proven: &mut Vec<String>, open: &mut Vec<String>) {
+        let active: Vec<_> = self
+            .plan
+            .place_ids()
+            .filter(|id| !self.plan.place(*id).components.is_empty())
+            .collect();
+        let is_bounded =
+            |place: &PlaceId| self.bounds.of(place.index()).is_some_and(|most| most < 2);
+        let unproven: Vec<_> = active.iter().filter(|place| !is_bounded(place)).collect();
+        let is_open = |place: &&&PlaceId| self.exploration.space.most_in(***place) < 2;
+        let name =
+            |place: &&PlaceId| format!("that {} gets no second token", self.net.place(**place));
+        let names: Vec<_> = unproven.iter().filter(is_open).map(name).collect();
+        if unproven.is_empty() && !active.is_empty() {
+            proven.push("no place with components gets a second token".into());
+        } else if !names.is_empty() {
+            open.push(some_of(&names));
+        }
+    }
+}
+
+fn some_of(names: &[String]) -> String {
+    let more = names.len().saturating_sub(MAX_NAMED);
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    names[..names.len().min(MAX_NAMED)].join(", ") + &rest
+}

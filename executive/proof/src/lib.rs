@@ -1,0 +1,30 @@
+//! What is proven of a mission before it runs, with a trace that leads there where a check fails.
+//!
+//! The state space is explored first without times, priorities, guards and reports. They only remove
+//! behaviour, so what is unreachable here is unreachable in every run. What is reachable here is
+//! examined again with its times, where these can be followed within the budget.
+
+mod analysed;
+mod asking;
+mod claims;
+mod durations;
+mod formula;
+mod general;
+mod large;
+mod meetings;
+mod outside;
+mod proof;
+mod prove;
+mod starts;
+mod sums;
+#[cfg(test)]
+mod tests;
+mod unfolding;
+mod values;
+mod verdict;
+mod wording;
+
+pub use analysed::Analysed;
+pub use proof::{MAX_BYTES, MAX_CLASSES, MAX_STATES};
+pub use prove::{prove, prove_from_here};
+pub use wording::time_in_words;

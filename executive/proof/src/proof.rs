@@ -1,0 +1,246 @@
+//! A mission with its state space, and the questions that every examination asks of it.
+
+use std::cell::OnceCell;
+
+use crate::analysed::Analysed;
+use armor_petri::analysis::classes::{Classes, classes, is_possible};
+use armor_petri::analysis::invariants::{Bounds, Semiflows, place_semiflows};
+use armor_petri::analysis::runs::Graph;
+use armor_petri::analysis::{Budget, Ending, Exhausted, Exploration, explore};
+use armor_petri::{Net, PlaceId, TransitionId};
+use armor_plan::Plan;
+use armor_robotfile::{Findings, Location, Mission};
+
+/// Most states of a mission that are looked at.
+pub const MAX_STATES: u64 = 500_000;
+/// Most state classes, which are states with times.
+pub const MAX_CLASSES: u64 = 100_000;
+/// Most memory that either may take, in bytes.
+pub const MAX_BYTES: u64 = 256 << 20;
+/// So many states of tokens alone are few enough to look at their times without being asked to.
+const FEW_STATES: u64 = 20_000;
+/// So often a circle that fills a place is gone round before times count as allowing it.
+const ROUNDS: usize = 4;
+
+/// How much is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// States as far as tokens go.
+    pub(crate) states: u64,
+    /// States with their times.
+    pub(crate) classes: u64,
+    /// Whether the plan starts where a mission stands that has begun.
+    pub(crate) has_begun: bool,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { states: MAX_STATES, classes: MAX_CLASSES, has_begun: false }
+    }
+}
+
+/// A mission with what is known of its net.
+pub(crate) struct Proof<'a> {
+    pub(crate) plan: &'a Plan,
+    pub(crate) mission: &'a Mission,
+    pub(crate) analysed: &'a Analysed,
+    pub(crate) net: &'a Net,
+    /// Places that are kept apart by letting starts wait.
+    pub(crate) apart: &'a [[PlaceId; 2]],
+    pub(crate) bounds: Bounds,
+    /// The states as far as tokens go.
+    pub(crate) exploration: Exploration,
+    timed: OnceCell<(Classes, Option<Exhausted>)>,
+    untimed_alone: OnceCell<bool>,
+    sums: OnceCell<Semiflows<PlaceId>>,
+    pub(crate) effort: Effort,
+    pub(crate) stop: &'a dyn Fn() -> bool,
+}
+
+/// A marking and firings that lead to it.
+pub(crate) struct Seen {
+    pub(crate) way: Vec<TransitionId>,
+    pub(crate) marking: Vec<u32>,
+}
+
+/// Whether a marking of some kind can come.
+pub(crate) enum Possible {
+    No,
+    Yes(Seen),
+    /// It could not be found out, with what is known.
+    Unknown(String),
+}
+
+impl<'a> Proof<'a> {
+    pub(crate) fn new(
+        plan: &'a Plan,
+        mission: &'a Mission,
+        analysed: &'a Analysed,
+        effort: Effort,
+        stop: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let net = &analysed.net;
+        let bounds = Bounds::of_net(net, stop);
+        let budget = Budget { states: effort.states, memory_bytes: MAX_BYTES, stop };
+        let exploration = explore(net, &bounds, true, &budget);
+        let (timed, sums) = (OnceCell::new(), OnceCell::new());
+        let untimed_alone = OnceCell::new();
+        Self {
+            plan,
+            mission,
+            analysed,
+            net,
+            apart: &[],
+            bounds,
+            exploration,
+            timed,
+            untimed_alone,
+            sums,
+            effort,
+            stop,
+        }
+    }
+
+    /// Goes on with the net in which starts wait for what excludes them, if any of them may have to;
+    /// then this one, in which they do not, is handed on too.
+    pub(crate) fn with_waits(self, go_on: &mut dyn FnMut(&Proof<'_>, Option<&Proof<'_>>)) {
+        let pairs = self.meeting_places();
+        let waiting = Analysed::keeping_apart(self.plan, &pairs);
+        let Some(analysed) = waiting.ok().filter(|_| !pairs.is_empty()) else {
+            return go_on(&self, None);
+        };
+        let proof = Proof::new(self.plan, self.mission, &analysed, self.effort, self.stop);
+        go_on(&Proof { apart: &pairs, ..proof }, Some(&self));
+    }
+
+    /// What is looked at in every mission.
+    pub(crate) fn general(&self, findings: &mut Findings) {
+        match &self.exploration.ending {
+            Ending::Complete => self.complete(findings),
+            Ending::Unbounded(pumping) => self.without_bounds(pumping, findings),
+            Ending::Undecided(why) => self.too_large(*why, findings),
+        }
+    }
+
+    /// Whether tokens alone would let places fill without end in a way that times do not allow.
+    pub(crate) fn grows_untimed_alone(&self) -> bool {
+        *self.untimed_alone.get_or_init(|| {
+            let Ending::Unbounded(pumping) = &self.exploration.ending else { return false };
+            let rounds = std::iter::repeat_n(&pumping.cycle, ROUNDS).flatten();
+            let way: Vec<_> = pumping.prefix.iter().chain(rounds).copied().collect();
+            is_possible(self.net, &way) == Ok(false)
+        })
+    }
+
+    /// Whether tokens alone would let places fill without end, and times do not.
+    pub(crate) fn times_bound_it(&self) -> bool {
+        self.grows_untimed_alone() && self.timed().is_ok()
+    }
+
+    /// For states as far as tokens go.
+    pub(crate) fn untimed_budget(&self) -> Budget<'a> {
+        Budget { states: self.effort.states, memory_bytes: MAX_BYTES, stop: self.stop }
+    }
+
+    /// For states with their times.
+    pub(crate) fn budget(&self) -> Budget<'a> {
+        // Nobody waits for what the file does not claim.
+        let is_asked = !self.mission.checks.is_empty();
+        let states =
+            if is_asked { self.effort.classes } else { self.effort.classes.min(FEW_STATES) };
+        Budget { states, memory_bytes: MAX_BYTES, stop: self.stop }
+    }
+
+    /// Whether all states are there, as far as tokens go.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.exploration.ending == Ending::Complete
+    }
+
+    /// The states with their times, if all of them are there.
+    pub(crate) fn timed(&self) -> Result<&Classes, Exhausted> {
+        let (classes, exhausted) = self.timed_so_far();
+        exhausted.map_or(Ok(classes), Err)
+    }
+
+    /// The states with their times, as many as the budget allows.
+    pub(crate) fn timed_so_far(&self) -> (&Classes, Option<Exhausted>) {
+        let (found, exhausted) = self.timed.get_or_init(|| classes(self.net, &self.budget()));
+        (found, *exhausted)
+    }
+
+    /// The same where it is cheap.
+    pub(crate) fn timed_if_small(&self) -> Option<&Classes> {
+        let is_small = self.is_whole() && self.exploration.space.states() <= FEW_STATES;
+        if is_small || self.times_bound_it() { self.timed().ok() } else { None }
+    }
+
+    /// The sums of tokens that no firing changes.
+    pub(crate) fn sums(&self) -> &Semiflows<PlaceId> {
+        self.sums.get_or_init(|| place_semiflows(self.net, self.stop))
+    }
+
+    /// The nearest marking as asked in a run, or else, as far as tokens go.
+    pub(crate) fn seen(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<Seen> {
+        let space = &self.exploration.space;
+        if matches!(self.exploration.ending, Ending::Unbounded(_)) {
+            // It stopped where a place was seen to fill: more is seen with times.
+            let (classes, _) = self.timed_so_far();
+            return classes.nearest(asked).map(|class| Seen::of(classes, class));
+        }
+        let found = space.find(asked)?;
+        match self.timed_if_small() {
+            Some(classes) => classes.nearest(asked).map(|class| Seen::of(classes, class)),
+            None => Some(Seen::of(space, found)),
+        }
+    }
+
+    /// Whether a marking as asked comes in some run; `excluded` says whether sums exclude it.
+    pub(crate) fn possible(
+        &self,
+        asked: &dyn Fn(&[u32]) -> bool,
+        excluded: impl Fn() -> bool,
+    ) -> Possible {
+        let space = &self.exploration.space;
+        let found = space.find(asked);
+        if found.is_none() && (self.is_whole() || excluded()) {
+            return Possible::No;
+        }
+        let seen = found.map(|state| Seen::of(space, state));
+        if let Some(seen) = seen
+            && is_possible(self.net, &seen.way) == Ok(true)
+        {
+            return Possible::Yes(seen);
+        }
+        let (classes, exhausted) = self.timed_so_far();
+        match (classes.nearest(asked), exhausted) {
+            (Some(class), _) => Possible::Yes(Seen::of(classes, class)),
+            (None, None) => Possible::No,
+            (None, Some(why)) => Possible::Unknown(self.budget_ran_out(why)),
+        }
+    }
+
+    /// Where a place is written.
+    pub(crate) fn at(&self, place: PlaceId) -> &Location {
+        let name = self.net.place(place);
+        let written = self.mission.places.iter().find(|written| written.name.value == name);
+        written.map_or(&self.mission.at, |place| &place.name.at)
+    }
+
+    /// Where a transition is written.
+    pub(crate) fn at_transition(&self, name: &str) -> &Location {
+        let written = self.mission.transitions.iter().find(|t| t.name.value == name);
+        written.map_or(&self.mission.at, |t| &t.name.at)
+    }
+
+    /// Whether the mission is over: well, or in its safe place.
+    pub(crate) fn is_over(&self, marking: &[u32]) -> bool {
+        let ends = [self.plan.goal(), self.plan.safe()];
+        ends.into_iter().flatten().any(|place| marking[place.index()] > 0)
+    }
+}
+
+impl Seen {
+    pub(crate) fn of(graph: &dyn Graph, node: u32) -> Self {
+        Self { way: graph.way(node), marking: graph.tokens(node).into_owned() }
+    }
+}

@@ -1,0 +1,108 @@
+//! What sums of tokens that no firing changes exclude: no state is looked at for it.
+
+use armor_petri::analysis::invariants::{Semiflow, Semiflows};
+use armor_petri::{Net, PlaceId};
+
+use crate::formula::Formula;
+
+/// Alternatives of a formula that are looked at one by one.
+const MAX_ALTERNATIVES: usize = 256;
+
+/// A count of tokens that is at least so many.
+type Count = (Vec<(PlaceId, i64)>, i64);
+
+/// Whether some sum says of each alternative of the formula that it cannot be.
+pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &Formula) -> bool {
+    let Some(alternatives) = alternatives(formula) else { return false };
+    let is_excluded = |counts: &Vec<Count>| {
+        counts.iter().any(|count| never(count) || is_beyond(sums, net, count))
+            || sums.semiflows.iter().any(|flow| excludes(flow, net, counts))
+    };
+    alternatives.iter().all(is_excluded)
+}
+
+/// The formula as alternatives, each of counts that all hold; none if they are too many.
+fn alternatives(formula: &Formula) -> Option<Vec<Vec<Count>>> {
+    let found = match formula {
+        Formula::AtLeast(counts, least) => vec![vec![(counts.clone(), *least)]],
+        Formula::Any(parts) => {
+            let parts: Option<Vec<_>> = parts.iter().map(alternatives).collect();
+            parts?.into_iter().flatten().collect()
+        }
+        Formula::All(parts) => {
+            let mut product = vec![Vec::new()];
+            for part in parts {
+                let part = alternatives(part)?;
+                if product.len() * part.len() > MAX_ALTERNATIVES {
+                    return None;
+                }
+                let join = |one: &Vec<Count>, two: &Vec<Count>| [one.as_slice(), two].concat();
+                product =
+                    product.iter().flat_map(|one| part.iter().map(|two| join(one, two))).collect();
+            }
+            product
+        }
+    };
+    (found.len() <= MAX_ALTERNATIVES).then_some(found)
+}
+
+/// Whether no tokens at all make it so many.
+fn never((counts, least): &Count) -> bool {
+    *least > 0 && counts.iter().all(|(_, count)| *count <= 0)
+}
+
+/// Whether several sums together leave less to the places of a count than it asks for.
+fn is_beyond(sums: &Semiflows<PlaceId>, net: &Net, (counts, least): &Count) -> bool {
+    if counts.iter().any(|(_, count)| *count != 1) {
+        return false;
+    }
+    let mut open: Vec<PlaceId> = counts.iter().map(|(place, _)| *place).collect();
+    let mut most = 0;
+    for flow in &sums.semiflows {
+        let is_open = |weighed: &&(PlaceId, u64)| open.contains(&weighed.0);
+        let within: Vec<_> = flow.weights.iter().filter(is_open).collect();
+        if let Some(lightest) = within.iter().map(|(_, weight)| *weight).min() {
+            most += total(flow, net) / i128::from(lightest);
+            open.retain(|place| !within.iter().any(|weighed| weighed.0 == *place));
+        }
+    }
+    open.is_empty() && most < i128::from(*least)
+}
+
+/// The tokens of a sum, weighed: the same in every marking.
+fn total(flow: &Semiflow<PlaceId>, net: &Net) -> i128 {
+    let tokens = |place: &PlaceId| i128::from(net.initial()[place.index()]);
+    flow.weights.iter().map(|(place, weight)| i128::from(*weight) * tokens(place)).sum()
+}
+
+/// Whether the counts together ask for more of the sum than there is, or leave less than there is.
+fn excludes(flow: &Semiflow<PlaceId>, net: &Net, counts: &[Count]) -> bool {
+    let weight = |place: &PlaceId| {
+        flow.weights
+            .iter()
+            .find(|weighed| weighed.0 == *place)
+            .map_or(0, |weighed| i128::from(weighed.1))
+    };
+    let sum = total(flow, net);
+    // What is asked for: counts of different places add up.
+    let mut taken: Vec<PlaceId> = Vec::new();
+    let mut asked = 0;
+    for (counts, least) in counts {
+        let is_plain = counts.iter().all(|(place, count)| *count == 1 && !taken.contains(place));
+        if is_plain && *least > 0 {
+            let lightest = counts.iter().map(|(place, _)| weight(place)).min().unwrap_or(0);
+            asked += lightest * i128::from(*least);
+            taken.extend(counts.iter().map(|(place, _)| *place));
+        }
+    }
+    // What is left: counts that say "at most" and have all places of the sum among them.
+    let at_most: Vec<_> =
+        counts.iter().filter(|(counts, _)| counts.iter().all(|(_, count)| *count == -1)).collect();
+    let is_counted = |place| at_most.iter().any(|(counts, _)| counts.contains(&(place, -1)));
+    let heaviest =
+        |counts: &[(PlaceId, i64)]| counts.iter().map(|(p, _)| weight(p)).max().unwrap_or(0);
+    let left: i128 =
+        at_most.iter().map(|(counts, least)| heaviest(counts) * i128::from(-least)).sum();
+    let is_covered = flow.weights.iter().all(|(place, _)| is_counted(*place));
+    asked > sum || is_covered && left < sum
+}

@@ -1,0 +1,121 @@
+//! Missions proven, and what is found.
+
+use crate::analysed::Analysed;
+use crate::proof::Effort;
+use crate::prove::{prove, prove_within};
+use armor_petri::analysis::{Budget, Ending, explore};
+use armor_plan::Plan;
+use armor_robotfile::{Code, Colours, Finding, FindingOrigin, Findings, PageExample, check, read};
+
+mod claims;
+mod dice;
+mod large;
+mod outcomes;
+mod random;
+mod variables;
+
+/// What is found beside how long the mission takes.
+fn proven(file: &str) -> Findings {
+    let mut findings = Findings::default();
+    let found = all_proven(file, Effort::default()).into_iter();
+    findings.extend(found.filter(|finding| finding.code != Code::Takes));
+    findings
+}
+
+fn few(states: u64, classes: u64) -> Effort {
+    Effort { states, classes, has_begun: false }
+}
+
+fn all_proven(file: &str, effort: Effort) -> Findings {
+    let reading = read("robot.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
+    let reading = check(reading, &[], None);
+    assert!(reading.is_valid(), "{}", reading.findings.render(Colours::No));
+    let configuration = reading.configuration.expect("it is valid");
+    let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
+    prove_within(&configuration, &plan, effort, &|| false)
+}
+
+/// Codes of the proof whose pages describe an example instead of showing one: too large, or not a
+/// finding of the text output.
+const WITHOUT_EXAMPLE: [Code; 4] =
+    [Code::NotProven, Code::Takes, Code::ValuesOpen, Code::CheckUndecided];
+
+fn text_of(example: Option<PageExample>) -> Option<String> {
+    let example = example?;
+    Some(String::from_utf8(example.file("robot.xml")?.to_vec()).expect("UTF-8"))
+}
+
+#[test]
+fn every_page_shows_what_is_found_and_its_fixed_example_is_proven() {
+    let of_proof = Code::ALL.iter().filter(|code| code.origin() == FindingOrigin::Proof);
+    for code in of_proof.copied() {
+        let Some(faulty) = text_of(code.faulty_example()) else {
+            assert!(WITHOUT_EXAMPLE.contains(&code), "{code:?} has no example");
+            continue;
+        };
+        let page = code.page();
+        let printed = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next());
+        let printed = printed.expect("a text block");
+        let findings = proven(&faulty);
+        let mut own = Findings::default();
+        own.extend(findings.into_iter().filter(|finding| finding.code == code));
+        let rendered = own.render(Colours::No);
+        let rendered = rendered.rsplit_once("\n\n").map_or(rendered.as_str(), |found| found.0);
+        if std::env::var_os("ARMOR_BLESS").is_some() {
+            let path =
+                format!("{}/../../docs/errors/{}.md", env!("CARGO_MANIFEST_DIR"), code.as_str());
+            let page =
+                page.replace(&format!("```text\n{printed}"), &format!("```text\n{rendered}\n"));
+            std::fs::write(path, page).expect("it can be written");
+        } else {
+            assert_eq!(rendered, printed.trim_end(), "{code:?}");
+        }
+        let rest = proven(&text_of(code.fixed_example()).expect("a fixed example"));
+        assert!(rest.is_empty(), "{code:?}, fixed:\n{}", rest.render(Colours::No));
+    }
+}
+
+const OVER: &str = "<place name='over'/><place name='hold'/>";
+
+fn mission(net: &str) -> String {
+    format!(
+        "<armor version='1'><system><component name='a' kind='k'/><component name='b' kind='k'/>
+         </system><mission goal='over' safe='hold'>{OVER}{net}</mission></armor>"
+    )
+}
+
+fn codes(net: &str) -> Vec<&'static str> {
+    proven(&mission(net)).iter().map(|finding| finding.code.as_str()).collect()
+}
+
+#[test]
+fn a_transition_whose_places_are_never_marked_together_is_dead() {
+    let net = "<place name='x' initial='true'/><place name='y'/>
+        <transition name='t' from='x' to='y' timeout='1s'/>
+        <transition name='both' from='x y' to='over' timeout='2s'/>
+        <transition name='u' from='y' to='over' timeout='1s'/>";
+    assert_eq!(codes(net), ["W0217"]);
+}
+
+#[test]
+fn the_end_ends_it_whatever_could_still_fire() {
+    // Once `over` is marked nothing grows any more.
+    let net = "<place name='x' initial='true'/>
+        <transition name='t' from='x' to='over' timeout='1s'/>
+        <transition name='more' from='over' to='over x' timeout='1s'/>";
+    assert_eq!(codes(net), ["W0217"], "`more` never fires");
+}
+
+#[test]
+fn what_the_file_says_of_failures_is_part_of_it() {
+    // Only a component that does not stop leads to `y`, where nothing leads on.
+    let net = "<place name='x' initial='true' components='a'/><place name='y'/>
+        <transition name='t' from='x' to='over' on='a.done' on-stop-fail='y'/>";
+    let findings = proven(&mission(net));
+    let [finding] = &findings.iter().collect::<Vec<_>>()[..] else { panic!("{findings:?}") };
+    assert_eq!(finding.code, Code::Standstill);
+    assert!(finding.message.contains("t/on-stop-fail"), "{}", finding.message);
+    let net = "<place name='x' initial='true' components='a' on-failure='y'/><place name='y'/>
+        <transition name='t' from='x' to='over' on='a.done'/>";
+    assert_eq!(codes(net), ["W0242"]);
+}

@@ -1,0 +1,358 @@
+//! Whether each statement of a check holds.
+
+use std::time::Duration;
+
+use armor_petri::analysis::durations::{Latest, longest, shortest};
+use armor_petri::analysis::runs::{Escape, Graph, escape, lost};
+use armor_petri::analysis::{Ending, Exhausted};
+use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::Way;
+use armor_robotfile::claim::{Relation, Statement};
+
+use crate::formula::Formula;
+use crate::proof::{Possible, Proof, Seen};
+use crate::sums::exclude;
+use crate::wording::time_in_words as time;
+
+/// What comes of a check.
+#[derive(Debug)]
+pub(super) enum Verdict {
+    Holds,
+    /// Why not, what to do, and the firings that show it.
+    Fails(String, String, Option<Way>),
+    /// Why it could not be found out.
+    Undecided(String),
+}
+
+const CHANGE_EITHER: &str = "change the mission, or what the check asks of it";
+
+impl Proof<'_> {
+    /// None if it names what is not there.
+    pub(super) fn decide(&self, statement: &Statement) -> Option<Verdict> {
+        let formula = |formula| Formula::of(formula, self.plan, self.analysed);
+        let transition = |name: &str| self.plan.transition_named(name);
+        Some(match statement {
+            Statement::Always(wanted) => self.never(&formula(wanted)?.negated()),
+            Statement::Never(unwanted) => self.never(&formula(unwanted)?),
+            Statement::Reachable(wanted) => self.reachable(&formula(wanted)?),
+            Statement::AlwaysReachable(wanted) => self.always_reachable(&formula(wanted)?),
+            Statement::Eventually(wanted) => self.eventually(&formula(wanted)?),
+            Statement::LeadsTo(from, to) => self.leads_to(&formula(from)?, &formula(to)?),
+            Statement::Duration { until, relation, limit } => {
+                self.duration(&formula(until)?, *relation, *limit)
+            }
+            Statement::Fires(name) => self.fires(transition(name.as_str())?),
+            Statement::Dead(name) => self.dead(transition(name.as_str())?),
+            Statement::Bounded(place, most) => {
+                self.bounded(self.plan.place_named(place.as_str())?, *most)
+            }
+        })
+    }
+
+    fn fails(&self, says: String, way: &[TransitionId], circle: &[TransitionId]) -> Verdict {
+        Verdict::Fails(says, CHANGE_EITHER.into(), Some(self.data(way, circle)))
+    }
+
+    fn undecided(&self, why: Exhausted) -> Verdict {
+        Verdict::Undecided(self.budget_ran_out(why))
+    }
+
+    /// Whether it holds of a marking, once all tokens are put that can be.
+    fn holds(&self, formula: &Formula, marking: &[u32]) -> bool {
+        formula.holds(&self.analysed.settled(marking))
+    }
+
+    fn possibly(&self, formula: &Formula) -> Possible {
+        self.possible(&|marking| self.holds(formula, marking), || {
+            exclude(self.sums(), self.net, formula)
+        })
+    }
+
+    fn never(&self, unwanted: &Formula) -> Verdict {
+        match self.possibly(unwanted) {
+            Possible::No => Verdict::Holds,
+            Possible::Yes(seen) => self.fails(self.comes_to(&seen), &seen.way, &[]),
+            Possible::Unknown(why) => Verdict::Undecided(why),
+        }
+    }
+
+    fn reachable(&self, wanted: &Formula) -> Verdict {
+        match self.possibly(wanted) {
+            Possible::Yes(_) => Verdict::Holds,
+            Possible::No => {
+                let says = "no way leads there, whatever is reported and when";
+                Verdict::Fails(says.into(), "add a way there, or remove the check".into(), None)
+            }
+            Possible::Unknown(why) => Verdict::Undecided(why),
+        }
+    }
+
+    fn always_reachable(&self, wanted: &Formula) -> Verdict {
+        let asked = |marking: &[u32]| self.holds(wanted, marking);
+        let found = self.timed().and_then(|classes| {
+            let node = lost(classes, &asked, &self.budget())?;
+            Ok(node.map(|node| Seen::of(classes, node)))
+        });
+        match found {
+            Ok(None) => Verdict::Holds,
+            Ok(Some(seen)) => {
+                let says = format!("{}, and no way leads on to it", self.comes_to(&seen));
+                Verdict::Fails(
+                    says,
+                    self.or_the_end(&seen.marking),
+                    Some(self.data(&seen.way, &[])),
+                )
+            }
+            Err(why) => self.undecided(why),
+        }
+    }
+
+    /// Of a check that is not met because the mission ended: that the end may count too.
+    fn or_the_end(&self, marking: &[u32]) -> String {
+        let is_marked = |place: &PlaceId| marking[place.index()] > 0;
+        match [self.plan.safe(), self.plan.goal()].into_iter().flatten().find(is_marked) {
+            Some(end) => {
+                let end = self.net.place(end);
+                format!("the mission is over in {end}; if that counts too, write … or {end}")
+            }
+            None => CHANGE_EITHER.into(),
+        }
+    }
+
+    fn eventually(&self, wanted: &Formula) -> Verdict {
+        self.every_run_comes(wanted, |_| vec![0])
+    }
+
+    fn leads_to(&self, from: &Formula, to: &Formula) -> Verdict {
+        self.every_run_comes(to, |graph| {
+            let starts = |node: &u32| self.holds(from, &graph.tokens(*node));
+            (0..graph.nodes()).filter(starts).collect()
+        })
+    }
+
+    /// Every run through one of `starts` comes to what is wanted: there is no circle and no dead end
+    /// that avoids it. All runs are among those without times, so none there is enough.
+    fn every_run_comes(
+        &self,
+        wanted: &Formula,
+        starts: impl Fn(&dyn Graph) -> Vec<u32>,
+    ) -> Verdict {
+        let asked = |marking: &[u32]| self.holds(wanted, marking);
+        let avoiding = |graph: &dyn Graph| escape(graph, starts(graph), &asked, &self.budget());
+        if self.is_whole() && avoiding(&self.exploration.space) == Ok(None) {
+            return Verdict::Holds;
+        }
+        match self.timed().and_then(|classes| avoiding(classes)) {
+            Ok(None) => Verdict::Holds,
+            Ok(Some(found)) => self.escaped(&found),
+            Err(why) => self.undecided(why),
+        }
+    }
+
+    fn escaped(&self, escape: &Escape) -> Verdict {
+        match escape {
+            Escape::Circle(way, circle) => {
+                let lead = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                let says =
+                    format!("{lead}this can go on for ever without it: {}", self.names(circle));
+                self.fails(says, way, circle)
+            }
+            Escape::DeadEnd(way) => {
+                let marking = self.marking_after(way);
+                let says = format!(
+                    "{} there {}, and nothing fires any more",
+                    self.after(way),
+                    self.holding(&marking)
+                );
+                Verdict::Fails(says, self.or_the_end(&marking), Some(self.data(way, &[])))
+            }
+        }
+    }
+
+    fn marking_after(&self, way: &[TransitionId]) -> Vec<u32> {
+        let rules = armor_petri::analysis::rules::Rules::new(self.net);
+        rules.play(self.net.initial(), way).unwrap_or_default()
+    }
+
+    fn duration(&self, until: &Formula, relation: Relation, limit: Duration) -> Verdict {
+        match relation {
+            Relation::Greater | Relation::GreaterOrEqual => {
+                self.at_least(until, relation == Relation::Greater, limit)
+            }
+            _ => self.at_most(until, relation == Relation::Less, limit),
+        }
+    }
+
+    fn at_least(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
+        let asked = |marking: &[u32]| self.holds(until, marking);
+        let found =
+            self.timed().and_then(|classes| shortest(self.net, classes, asked, &self.budget()));
+        match found {
+            Err(why) => self.undecided(why),
+            Ok(None) => {
+                let says = "it never comes to that: no way leads there";
+                Verdict::Fails(says.into(), "add a way there, or remove the check".into(), None)
+            }
+            Ok(Some(least)) if least.time > limit || (least.time == limit && !is_strict) => {
+                Verdict::Holds
+            }
+            Ok(Some(least)) => {
+                let says = format!("{} {}", time(least.time), self.are_enough(&least.sequence));
+                self.fails(says, &least.sequence, &[])
+            }
+        }
+    }
+
+    fn are_enough(&self, way: &[TransitionId]) -> String {
+        match way {
+            [] => "are enough: it holds at the start".into(),
+            _ => format!("are enough for {}", self.names(way)),
+        }
+    }
+
+    fn at_most(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
+        let asked = |marking: &[u32]| self.holds(until, marking);
+        let found =
+            self.timed().and_then(|classes| longest(self.net, classes, asked, &self.budget()));
+        match found {
+            Err(why) => self.undecided(why),
+            Ok(Latest::At(most)) if most.time < limit || (most.time == limit && !is_strict) => {
+                Verdict::Holds
+            }
+            Ok(Latest::At(most)) => {
+                let says = format!("{} can take {}", self.names(&most.sequence), time(most.time));
+                let way = Way { is_late: true, ..self.data(&most.sequence, &[]) };
+                Verdict::Fails(says, CHANGE_EITHER.into(), Some(way))
+            }
+            Ok(Latest::WithoutEnd(way)) => self.without_end(&way),
+            Ok(Latest::Circle(way, circle)) => self.escaped(&Escape::Circle(way, circle)),
+            Ok(Latest::DeadEnd(way)) => self.escaped(&Escape::DeadEnd(way)),
+        }
+    }
+
+    fn without_end(&self, way: &[TransitionId]) -> Verdict {
+        let says = format!("there is no longest: {}", self.waits(way));
+        let remedy = "give what waits another way out with a timeout, or leave the check out";
+        Verdict::Fails(says, remedy.into(), Some(self.data(way, &[])))
+    }
+
+    /// The last firing of a way may be waited for without end.
+    pub(super) fn waits(&self, way: &[TransitionId]) -> String {
+        let Some((last, before)) = way.split_last() else { return "nothing has to fire".into() };
+        let name = self.name(*last);
+        format!("{} {name} may be waited for without end", self.after(before))
+    }
+
+    /// The transitions of the analysed net that are this one of the plan.
+    pub(super) fn copies(&self, transition: TransitionId) -> Vec<TransitionId> {
+        let sources = (0..).map(TransitionId).zip(&self.analysed.sources);
+        sources.filter(|it| *it.1 == Some(transition)).map(|it| it.0).collect()
+    }
+
+    fn fires(&self, transition: TransitionId) -> Verdict {
+        match self.firing_of(transition) {
+            Possible::Yes(_) => Verdict::Holds,
+            Possible::No => {
+                let says = "no way leads to its firing, whatever is reported and when";
+                Verdict::Fails(says.into(), "add a way to its places, or remove it".into(), None)
+            }
+            Possible::Unknown(why) => Verdict::Undecided(why),
+        }
+    }
+
+    fn dead(&self, transition: TransitionId) -> Verdict {
+        match self.firing_of(transition) {
+            Possible::No => Verdict::Holds,
+            Possible::Yes(seen) => {
+                let says = format!("it fires: {}", self.names(&seen.way));
+                self.fails(says, &seen.way, &[])
+            }
+            Possible::Unknown(why) => Verdict::Undecided(why),
+        }
+    }
+
+    /// Whether a transition of the plan can fire; the way ends with it.
+    fn firing_of(&self, transition: TransitionId) -> Possible {
+        let mut found = Possible::No;
+        for copy in self.copies(transition) {
+            match (self.firing_of_one(copy), &found) {
+                (Possible::Yes(seen), _) => return Possible::Yes(seen),
+                (unknown @ Possible::Unknown(_), Possible::No) => found = unknown,
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn firing_of_one(&self, base: TransitionId) -> Possible {
+        let space = &self.exploration.space;
+        let rules = armor_petri::analysis::rules::Rules::new(self.net);
+        let enabling = space.find(|marking| rules.enabled(marking, base));
+        let Some(state) = enabling else {
+            if self.is_whole() {
+                return Possible::No;
+            }
+            return self.timed_firing(base);
+        };
+        let mut seen = Seen::of(space, state);
+        seen.way.push(base);
+        match armor_petri::analysis::classes::is_possible(self.net, &seen.way) {
+            Ok(true) => Possible::Yes(seen),
+            _ => self.timed_firing(base),
+        }
+    }
+
+    fn timed_firing(&self, transition: TransitionId) -> Possible {
+        let classes = match self.timed() {
+            Ok(classes) => classes,
+            Err(why) => return Possible::Unknown(self.budget_ran_out(why)),
+        };
+        let fires = |class: &u32| classes.successors(*class).iter().any(|f| f.0 == transition);
+        match (0..classes.nodes()).find(fires) {
+            Some(class) => {
+                let mut seen = Seen::of(classes, class);
+                seen.way.push(transition);
+                Possible::Yes(seen)
+            }
+            None => Possible::No,
+        }
+    }
+
+    fn bounded(&self, place: PlaceId, most: Option<u32>) -> Verdict {
+        let Some(most) = most else { return self.bounded_at_all(place) };
+        if self.bounds.of(place.index()).is_some_and(|bound| bound <= u64::from(most)) {
+            return Verdict::Holds;
+        }
+        match most.checked_add(1) {
+            Some(more) => self.never(&Formula::at_least(place, more)),
+            None => Verdict::Holds,
+        }
+    }
+
+    /// As far as tokens go: a sum bounds it, or all states are seen, or it fills without end.
+    fn bounded_at_all(&self, place: PlaceId) -> Verdict {
+        if self.bounds.of(place.index()).is_some() {
+            return Verdict::Holds;
+        }
+        match &self.exploration.ending {
+            Ending::Complete => Verdict::Holds,
+            Ending::Unbounded(_) if self.times_bound_it() => Verdict::Holds,
+            Ending::Unbounded(_) if self.grows_untimed_alone() => {
+                Verdict::Undecided("whether its times let it fill is not known".into())
+            }
+            Ending::Unbounded(pumping) if pumping.growing.contains(&place) => {
+                let (way, circle) = (&pumping.prefix, &pumping.cycle);
+                let begin = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                let says = format!(
+                    "{begin}each {} leaves more in it, again and again",
+                    self.names(circle)
+                );
+                self.fails(says, way, circle)
+            }
+            Ending::Unbounded(_) => {
+                Verdict::Undecided("another place fills without end, so not all was seen".into())
+            }
+            Ending::Undecided(why) => self.undecided(*why),
+        }
+    }
+}

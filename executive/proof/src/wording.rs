@@ -1,0 +1,118 @@
+//! Firing sequences, markings and times in words and as data.
+
+use std::time::Duration;
+
+use armor_petri::analysis::{Ending, Exhausted};
+use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::Way;
+
+use crate::proof::{Proof, Seen};
+
+/// Firings of a way that are named in a message; as data it is whole.
+const MAX_NAMED: usize = 12;
+
+impl Proof<'_> {
+    /// "after a, b" for firings from the start.
+    pub(super) fn after(&self, way: &[TransitionId]) -> String {
+        if way.is_empty() { "at the start".into() } else { format!("after {}", self.names(way)) }
+    }
+
+    /// "after a, b tokens are in x, y".
+    pub(super) fn comes_to(&self, seen: &Seen) -> String {
+        format!("{} there {}", self.after(&seen.way), self.holding(&seen.marking))
+    }
+
+    /// "is a token in x", "are tokens in x, y".
+    pub(super) fn holding(&self, marking: &[u32]) -> String {
+        match self.analysed.tokens(marking).iter().sum::<u32>() {
+            1 => format!("is a token in {}", self.held(marking)),
+            0 => format!("is no token{}", self.counted(marking)),
+            _ => format!("are tokens in {}", self.held(marking)),
+        }
+    }
+
+    /// The marked places.
+    pub(super) fn held(&self, marking: &[u32]) -> String {
+        let tokens = self.analysed.tokens(marking);
+        let marked = tokens.iter().enumerate().filter(|(_, tokens)| **tokens > 0);
+        let name = |(place, tokens): (usize, &u32)| match tokens {
+            1 => self.net.place(PlaceId(place as u32)).to_owned(),
+            n => format!("{} ({n})", self.net.place(PlaceId(place as u32))),
+        };
+        let names: Vec<_> = marked.map(name).collect();
+        let names = if names.is_empty() { "no place".into() } else { names.join(", ") };
+        names + &self.counted(marking)
+    }
+
+    /// ", with round at 2": the variables that are followed.
+    fn counted(&self, marking: &[u32]) -> String {
+        let values =
+            self.analysed.values(marking).map(|(name, value)| format!("{name} at {value}"));
+        let values: Vec<_> = values.collect();
+        if values.is_empty() { String::new() } else { format!(", with {}", values.join(", ")) }
+    }
+
+    /// The first firings by name, and how many more there are.
+    pub(super) fn names(&self, way: &[TransitionId]) -> String {
+        let way = self.all_names(way);
+        let named: Vec<_> = way.iter().take(MAX_NAMED).map(String::as_str).collect();
+        let more = way.len().saturating_sub(MAX_NAMED);
+        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+        named.join(", ") + &rest
+    }
+
+    pub(super) fn name(&self, transition: TransitionId) -> &str {
+        &self.analysed.shown[transition.index()]
+    }
+
+    /// All firings by name.
+    pub(super) fn all_names(&self, way: &[TransitionId]) -> Vec<String> {
+        // Second halves of firings have none.
+        let names = way.iter().map(|id| self.name(*id)).filter(|name| !name.is_empty());
+        names.map(ToOwned::to_owned).collect()
+    }
+
+    /// A firing sequence as data.
+    pub(super) fn data(&self, way: &[TransitionId], circle: &[TransitionId]) -> Way {
+        Way { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
+    }
+
+    /// What a budget that ran out means for what was asked.
+    pub(super) fn budget_ran_out(&self, why: Exhausted) -> String {
+        match self.exploration.ending {
+            Ending::Unbounded(_) => format!("the mission fills places without end, and {why}"),
+            _ => why.to_string(),
+        }
+    }
+}
+
+/// A time of a proof as people say it, to the millisecond: `6 min 30 s`.
+pub fn time_in_words(time: Duration) -> String {
+    let whole_s = time.as_secs();
+    let (hours, minutes) = (whole_s / 3600, whole_s / 60 % 60);
+    let rest = time - Duration::from_secs(whole_s / 60 * 60);
+    let mut parts = Vec::new();
+    if hours > 0 {
+        parts.push(format!("{hours} h"));
+    }
+    if minutes > 0 {
+        parts.push(format!("{minutes} min"));
+    }
+    if !rest.is_zero() || parts.is_empty() {
+        let seconds = format!("{:.3}", rest.as_secs_f64());
+        parts.push(format!("{} s", seconds.trim_end_matches('0').trim_end_matches('.')));
+    }
+    parts.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_told_in_the_units_that_people_use() {
+        let told = [0, 500, 90_000, 3_600_000, 3_660_500]
+            .map(|ms| time_in_words(Duration::from_millis(ms)));
+        assert_eq!(told, ["0 s", "0.5 s", "1 min 30 s", "1 h", "1 h 1 min 0.5 s"]);
+    }
+}

@@ -1,0 +1,191 @@
+//! What the executive shows of itself: `executive.marking`, latched, at every change.
+
+mod changing;
+mod commanding;
+mod dates;
+
+use crate::controller::Controller;
+use crate::ledger::{Firing, Phase, Stage};
+use crate::record::Outcome;
+use crate::roster::{Doing, Presence};
+use crate::senses::in_words;
+use armor_marking::{
+    EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
+    ParameterGiven, VariableValue,
+};
+use armor_petri::{PlaceId, TransitionId};
+use armor_plan::{ComponentId, GivenValue, PlannedVariable};
+use armor_robotfile::guard::Scalar;
+use armor_robotfile::mission::Autonomy;
+use std::time::Duration;
+
+impl Controller {
+    /// What is to be shown now; `stamp` is system time, in seconds.
+    pub fn marking(&self, stamp: f64) -> Marking {
+        let ledger = &self.ledger;
+        let places = self.plan.place_ids().filter(|place| ledger.state.tokens(*place) > 0);
+        let fired = |(transition, at): &(String, Duration)| Fired {
+            transition: transition.clone(),
+            fired_at_s: at.as_secs_f64(),
+        };
+        Marking {
+            stamp,
+            mission: self.plan.mission().to_owned(),
+            now_at_s: self.now.as_secs_f64(),
+            clock: self.plan.clock().map(str::to_owned).unwrap_or_default(),
+            stage: self.stage_in_words().to_owned(),
+            why: ledger.why.clone(),
+            places: places.map(|place| self.marked(place)).collect(),
+            in_flight: ledger.firings.iter().map(|(id, firing)| self.flight(*id, firing)).collect(),
+            enabled: ledger.state.enabled().map(|id| self.enabled(id)).collect(),
+            variables: self.variables(),
+            guards: self.plan.net().transition_ids().filter_map(|id| self.guard(id)).collect(),
+            dates: self.dates(),
+            components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
+            fired: ledger.fired,
+            history: ledger.history.iter().map(fired).collect(),
+            late_reports: self.dropped.late,
+            unheard_reports: self.dropped.unheard,
+            unwritten_orders: self.dropped.orders,
+            pause: self.paused(),
+            holder: self.holder(),
+            link_lost_at_s: ledger.authority.link_lost.map(|at| at.as_secs_f64()),
+            confirmations: self.confirmations(),
+            orders: self.last_orders(),
+            version: self.known_as,
+            version_since_at_s: ledger.version_since.as_secs_f64(),
+            change: self.change_shown(),
+        }
+    }
+
+    fn variables(&self) -> Vec<VariableValue> {
+        let variables = self.plan.variables().iter().zip(&self.senses.outside).enumerate();
+        let shown = |(index, (variable, outside)): (usize, (&PlannedVariable, &u64))| {
+            let value = self.variable(index);
+            VariableValue {
+                variable: variable.name.clone(),
+                value: in_words(value.as_ref()),
+                number: match value {
+                    Some(Scalar::Number(number)) => Some(number),
+                    Some(Scalar::Flag(flag)) => Some(f64::from(u8::from(flag))),
+                    Some(Scalar::Text(_)) | None => None,
+                },
+                outside: *outside,
+            }
+        };
+        let counters = self.plan.counters().iter().zip(&self.ledger.counters);
+        let counted = counters.map(|(counter, value)| VariableValue {
+            variable: counter.name.clone(),
+            value: value.to_string(),
+            number: Some(*value as f64),
+            outside: 0,
+        });
+        variables.map(shown).chain(counted).collect()
+    }
+
+    fn guard(&self, id: TransitionId) -> Option<GuardTruth> {
+        let planned = self.plan.transition(id).guard.as_ref()?;
+        Some(GuardTruth {
+            transition: self.plan.net().transition(id).name.clone(),
+            guard: planned.guard.to_string(),
+            truth: match self.truth(id) {
+                Some(truth) => truth.to_string(),
+                None => "not known".to_owned(),
+            },
+            because: self.because(id),
+        })
+    }
+
+    fn stage_in_words(&self) -> &'static str {
+        match self.ledger.stage {
+            Stage::Ended(Outcome::Goal) => "goal",
+            Stage::Ended(Outcome::Safe) => "safe",
+            Stage::Ended(_) => "failed",
+            _ if self.stopping => "stopping",
+            Stage::Playing if self.ledger.pause().is_some() => "paused",
+            Stage::Playing => "playing",
+            Stage::Retreating => "retreating",
+            Stage::Ending(_) => "ending",
+        }
+    }
+
+    fn marked(&self, place: PlaceId) -> MarkedPlace {
+        MarkedPlace {
+            place: self.plan.net().place(place).to_owned(),
+            tokens: self.ledger.state.tokens(place),
+            active: self.plan.place(place).components.iter().all(|c| self.is_up(*c)),
+        }
+    }
+
+    fn flight(&self, number: u64, firing: &Firing) -> InFlight {
+        let names = |arcs: &[(PlaceId, u32)]| {
+            arcs.iter().map(|arc| self.plan.net().place(arc.0).to_owned()).collect()
+        };
+        let waits = |component: &ComponentId| match firing.phase {
+            Phase::Stopping => {
+                let places = &self.plan.component(*component).places;
+                places.iter().any(|place| firing.leaving.contains(place))
+                    && self.wants_off(*component)
+                    && !self.is_settled_off(*component)
+            }
+            Phase::Starting => {
+                self.plan.activates(&firing.to, *component) && !self.is_up(*component)
+            }
+        };
+        let waits_for = self.plan.component_ids().filter(waits);
+        InFlight {
+            firing: number,
+            cause: firing.cause.to_string(),
+            from: names(&firing.from),
+            to: names(&firing.to),
+            phase: match firing.phase {
+                Phase::Stopping => "stopping".to_owned(),
+                Phase::Starting => "starting".to_owned(),
+            },
+            waits_for: waits_for.map(|id| self.plan.component(id).name.clone()).collect(),
+        }
+    }
+
+    fn observed(&self, id: ComponentId) -> MissionComponent {
+        let (planned, observed) = (self.plan.component(id), self.roster.of(id));
+        let last = &self.ledger.activations[id.index()];
+        let given = |value: &GivenValue| ParameterGiven {
+            parameter: value.parameter.clone(),
+            value: value.text.clone(),
+        };
+        let state = match (observed.presence, observed.doing) {
+            (Presence::Unseen, _) => "unseen",
+            (Presence::Lost, _) => "lost",
+            (Presence::Gone, _) => "gone",
+            (Presence::Here, Doing::Unknown) => "commanded",
+            (Presence::Here, Doing::Starting) => "starting",
+            (Presence::Here, Doing::Frozen) => "frozen",
+            (Presence::Here, Doing::Active) => "active",
+        };
+        MissionComponent {
+            component: planned.name.clone(),
+            controlled: planned.is_controlled() && observed.controllable,
+            state: state.to_owned(),
+            activation: last.number,
+            values: last.values.iter().map(given).collect(),
+        }
+    }
+
+    fn enabled(&self, id: TransitionId) -> EnabledTransition {
+        let (state, transition) = (&self.ledger.state, self.plan.net().transition(id));
+        let since = state.enabled_since(id).unwrap_or_default();
+        EnabledTransition {
+            transition: transition.name.clone(),
+            enabled_at_s: since.as_secs_f64(),
+            earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
+            latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
+            by: match self.plan.transition(id).autonomy {
+                _ if self.fires_by_itself(id) => "mission".to_owned(),
+                _ if self.is_declined(id) => "declined".to_owned(),
+                Autonomy::Confirm { .. } => "confirmation".to_owned(),
+                Autonomy::Auto | Autonomy::Operator => "operator".to_owned(),
+            },
+            held: state.is_held(id),
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of the whole controller: scenarios step by step, and random missions against random worlds.
+
+mod scenarios;
+mod simulation;

@@ -1,0 +1,267 @@
+//! The office mission, and a controller on the bench: components that do as they are told, or not.
+
+use crate::controller::Controller;
+use crate::event::{Action, Event};
+use crate::operator::Given;
+use crate::order::{Giver, Order};
+use crate::record::{Record, Report};
+use crate::roster::{Doing, Presence};
+use crate::tests::simulation::draft::{DraftPlan, Way};
+use armor_petri::PlaceId;
+use armor_plan::{ComponentId, Plan, PlanBuilder};
+use std::sync::Arc;
+use std::time::Duration;
+
+pub(super) const MS: Duration = Duration::from_millis(1);
+pub(super) const SECOND: Duration = Duration::from_secs(1);
+
+/// `explore` (explorer driver) -> `return` (homing driver) -> `home`, and `hold` (brake).
+pub(super) struct Office {
+    pub(super) plan: PlanBuilder,
+    pub(super) explorer: ComponentId,
+    pub(super) driver: ComponentId,
+    pub(super) homing: ComponentId,
+    pub(super) brake: ComponentId,
+    pub(super) explore: PlaceId,
+    pub(super) back: PlaceId,
+    pub(super) home: PlaceId,
+}
+
+pub(super) fn office() -> Office {
+    let mut plan = PlanBuilder { mission: "office".to_owned(), ..PlanBuilder::default() };
+    let [explorer, driver, homing, brake] =
+        ["explorer", "driver", "homing", "brake"].map(|name| plan.component(name, true));
+    let explore = plan.place("explore", 1, &[explorer, driver]);
+    let back = plan.place("return", 0, &[homing, driver]);
+    let home = plan.place("home", 0, &[]);
+    let hold = plan.place("hold", 0, &[brake]);
+    plan.exclusives.push(vec![explorer, homing, brake]);
+    (plan.goal, plan.safe) = (Some(home), Some(hold));
+    Office { plan, explorer, driver, homing, brake, explore, back, home }
+}
+
+impl Office {
+    /// The way everybody draws first.
+    pub(super) fn explored(&self) -> Way {
+        Way {
+            from: vec![self.explore],
+            to: vec![self.back],
+            on: Some((self.explorer, "done")),
+            ..Way::default()
+        }
+    }
+
+    pub(super) fn with(mut self, name: &str, way: Way) -> Self {
+        self.plan.way(name, way);
+        self
+    }
+}
+
+pub(super) struct Bench {
+    pub(super) plan: Arc<Plan>,
+    pub(super) controller: Controller,
+    pub(super) now: Duration,
+    wanted: Vec<String>,
+    pub(super) records: Vec<Record>,
+    instances: u64,
+    answers: Vec<String>,
+    request: u64,
+    /// Why the host's clock may not be right.
+    pub(super) clock_doubts: Option<String>,
+}
+
+impl Bench {
+    pub(super) fn of(office: Office) -> Self {
+        Self::playing(office.plan.build().unwrap())
+    }
+
+    pub(super) fn playing(plan: Plan) -> Self {
+        let plan = Arc::new(plan);
+        let (controller, actions) = Controller::new(Arc::clone(&plan), Duration::ZERO);
+        let mut bench = Self {
+            plan,
+            controller,
+            now: Duration::ZERO,
+            wanted: Vec::new(),
+            records: Vec::new(),
+            instances: 0,
+            answers: Vec::new(),
+            request: 0,
+            clock_doubts: None,
+        };
+        bench.note(actions);
+        bench
+    }
+
+    /// Everybody is there, and the initial places are active.
+    pub(super) fn begun(office: Office) -> Self {
+        let mut bench = Self::of(office);
+        bench.everybody_appears();
+        bench.obey();
+        bench.wanted.clear();
+        bench
+    }
+
+    /// Answers what it asks of a new version of the file.
+    pub(super) fn judge(&mut self) {
+        while let Some(question) = self.controller.question() {
+            self.tell(question.answer(&|| self.clock_doubts.clone()));
+        }
+    }
+
+    pub(super) fn everybody_appears(&mut self) {
+        for component in self.plan.component_ids() {
+            self.appears(component, Doing::Frozen, 0);
+        }
+    }
+
+    pub(super) fn appears(&mut self, component: ComponentId, doing: Doing, activation: u64) {
+        self.instances += 1;
+        let instance = self.instances;
+        self.tell(Event::Appeared { component, instance });
+        self.says(component, doing, activation);
+    }
+
+    pub(super) fn says(&mut self, component: ComponentId, doing: Doing, activation: u64) {
+        let instance = self.controller.roster.of(component).instance;
+        self.tell(Event::Said { component, instance, doing, activation, controllable: true });
+    }
+
+    pub(super) fn reports(&mut self, component: ComponentId, activation: u64, report: Report) {
+        let instance = self.controller.roster.of(component).instance;
+        let serial = self.records.len() as u64 + 1;
+        self.tell(Event::Reported { component, instance, serial, activation, report });
+    }
+
+    pub(super) fn done(&mut self, component: ComponentId) {
+        let activation = self.activation(component);
+        self.reports(component, activation, Report::Done);
+    }
+
+    pub(super) fn gone(&mut self, component: ComponentId) {
+        self.tell(Event::Gone { component, instance: None });
+    }
+
+    /// An order of the person called `author`, each sitting at a process of their own.
+    pub(super) fn orders(&mut self, author: &str, order: Order) -> String {
+        self.request += 1;
+        self.orders_as(author, self.request, false, order)
+    }
+
+    /// The same, taking the command over.
+    pub(super) fn takes_over(&mut self, author: &str, order: Order) -> String {
+        self.request += 1;
+        self.orders_as(author, self.request, true, order)
+    }
+
+    /// The same under a request number of one's own; answers what the operator is told.
+    pub(super) fn orders_as(
+        &mut self,
+        author: &str,
+        request: u64,
+        take: bool,
+        order: Order,
+    ) -> String {
+        let instance = u64::from(author.as_bytes()[0]);
+        let by = Giver { author: author.to_owned(), from: format!("tool-{author}"), instance };
+        self.tell(Event::Ordered(Given { connection: instance, request, by, take, order }));
+        if let Some(question) = self.controller.move_question() {
+            // A plan that is of no file has nothing that could be proven.
+            let answer = match self.plan.version().files.is_empty() {
+                true => Event::MoveJudged { serial: question.serial, verdict: Ok(()) },
+                false => question.answer(),
+            };
+            self.tell(answer);
+        }
+        self.answers.pop().expect("every order is answered")
+    }
+
+    /// What operators were told who had asked nothing.
+    pub(super) fn unasked(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.answers)
+    }
+
+    /// The connection of that person ends.
+    pub(super) fn leaves(&mut self, author: &str) {
+        self.tell(Event::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });
+    }
+
+    /// Killed, and started again a moment later.
+    pub(super) fn restarts(&mut self) {
+        let (plan, now) = (Arc::clone(&self.plan), self.now);
+        let (controller, actions) = Controller::resume(plan, &self.records, now).unwrap();
+        self.controller = controller;
+        self.note(actions);
+    }
+
+    pub(super) fn tell(&mut self, event: Event) {
+        let actions = self.controller.handle(event, self.now);
+        self.note(actions);
+    }
+
+    pub(super) fn pass(&mut self, time: Duration) {
+        let until = self.now + time;
+        while let Some(due) = self.controller.next_deadline().filter(|due| *due <= until) {
+            self.now = self.now.max(due);
+            self.tell(Event::Timer);
+        }
+        self.now = until;
+    }
+
+    /// Confirms every command until there are no more.
+    pub(super) fn obey(&mut self) {
+        for component in self.plan.component_ids() {
+            let observed = self.controller.roster.of(component);
+            let (order, commanded) = (observed.order, observed.commanded);
+            let Some(order) = order.filter(|_| observed.presence == Presence::Here) else {
+                continue;
+            };
+            let doing = if order.stop { Doing::Frozen } else { Doing::Active };
+            self.says(component, doing, commanded);
+            let obeyed = self.controller.roster.of(component).order != Some(order);
+            if obeyed {
+                self.obey();
+            }
+            return;
+        }
+    }
+
+    pub(super) fn note(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            let name = |c: ComponentId| self.plan.component(c).name.as_str();
+            match action {
+                Action::Journal(record) => self.records.push(record),
+                Action::Activate { component, .. } => {
+                    self.wanted.push(format!("activate {}", name(component)));
+                }
+                Action::Freeze { component, .. } => {
+                    self.wanted.push(format!("freeze {}", name(component)));
+                }
+                Action::Kill { component } => self.wanted.push(format!("kill {}", name(component))),
+                Action::Finished(outcome) => self.wanted.push(format!("{outcome:?}")),
+                Action::Answer { accepted, text, .. } => {
+                    let verdict = if accepted { "accepted" } else { "refused" };
+                    self.answers.push(format!("{verdict}: {text}"));
+                }
+                Action::Acknowledge { .. }
+                | Action::Publish
+                | Action::Judge
+                | Action::JudgeMove
+                | Action::Changed => {}
+            }
+        }
+    }
+
+    /// What it has wanted since this was asked last.
+    pub(super) fn wanted(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.wanted)
+    }
+
+    pub(super) fn marked(&self) -> Vec<String> {
+        self.controller.marking(0.0).places.into_iter().map(|marked| marked.place).collect()
+    }
+
+    pub(super) fn activation(&self, component: ComponentId) -> u64 {
+        self.controller.ledger().activations[component.index()].number
+    }
+}

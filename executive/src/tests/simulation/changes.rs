@@ -1,0 +1,142 @@
+//! Somebody who edits the mission while it runs: versions at random, judged after a while by chance,
+//! and what must hold when one is taken.
+
+use super::Play;
+use super::dice::Dice;
+use super::draft::{Edits, random_plan};
+use crate::change::{Answer, Found, Question};
+use crate::event::Event;
+use armor_plan::{FileText, Plan, Version, fits};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The versions of one play.
+pub(super) struct Changes {
+    dice: Dice,
+    seed: u64,
+    /// Versions still to be saved.
+    left: usize,
+    next_at: Duration,
+    saved: u64,
+    /// What the file is now, if it has been saved.
+    file: Option<Arc<Version>>,
+    /// Answers on their way, and the file to be looked at.
+    coming: Vec<(Duration, Event)>,
+}
+
+/// A plan that the dice of `seed` have drawn, as the first version.
+pub(super) fn first(plan: Plan, seed: u64) -> Plan {
+    let version = Arc::new(version(1, seed, 0));
+    plan.with_origin(Arc::clone(&version), version, read)
+}
+
+fn version(number: u64, seed: u64, edits: u64) -> Version {
+    Version {
+        number,
+        files: vec![FileText { path: "seeds".into(), text: format!("{seed} {edits}") }],
+    }
+}
+
+fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
+    let seeds: Vec<u64> =
+        version.files[0].text.split(' ').map(|seed| seed.parse().unwrap()).collect();
+    let dice = (seeds[1] > 0).then(|| Dice::new(seeds[1]));
+    let edits = Edits { dice, watches: running.watches().to_vec() };
+    let plan = random_plan(&mut Dice::new(seeds[0]), Some(edits));
+    let plan = plan.with_origin(Arc::new(version.clone()), Arc::clone(running.began()), read);
+    fits(&plan, running).map(|()| plan)
+}
+
+impl Changes {
+    pub(super) fn new(seed: u64) -> Self {
+        let mut dice = Dice::new(seed ^ 0x0065_6469_7473);
+        let left = [0, 1, 4, 12][dice.roll(4)];
+        let (next_at, saved) = (dice.up_to_ms(20_000), 1);
+        Self { dice, seed, left, next_at, saved, file: None, coming: Vec::new() }
+    }
+
+    pub(super) fn next_at(&self) -> Option<Duration> {
+        let next = (self.left > 0).then_some(self.next_at);
+        self.coming.iter().map(|it| it.0).chain(next).min()
+    }
+
+    /// Who was asked is asked no more; and the file is looked at again.
+    pub(super) fn executive_starts(&mut self, now: Duration) {
+        self.coming.clear();
+        if let Some(file) = &self.file {
+            let at = now + self.dice.up_to_ms(500);
+            self.coming.push((at, Event::Offered(Arc::clone(file))));
+        }
+    }
+
+    pub(super) fn happen(&mut self, now: Duration) -> Event {
+        if let Some(due) = self.coming.iter().position(|it| it.0 <= now) {
+            return self.coming.remove(due).1;
+        }
+        self.left -= 1;
+        self.next_at = now + self.dice.up_to_ms(20_000);
+        self.saved += 1;
+        // Sometimes it is as it was at the beginning.
+        let edits = if self.dice.one_in(8) { 0 } else { self.saved };
+        let version = Arc::new(version(self.saved, self.seed, edits));
+        self.file = Some(Arc::clone(&version));
+        Event::Offered(version)
+    }
+}
+
+impl Play {
+    /// Finds an answer, by chance where a proof would be.
+    pub(super) fn judge(&mut self) {
+        let question = self.controller.as_ref().and_then(|controller| controller.question());
+        let Some(question) = question else { return };
+        let event = match &question {
+            Question::Read { .. } => question.answer(&|| None),
+            Question::Prove { serial, stand, .. } => {
+                let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
+                let found = Found::Proven { stand: stand.clone(), verdict };
+                Event::Answered(Answer { serial: *serial, found })
+            }
+        };
+        let at = self.world.now + self.changes.dice.up_to_ms(1500);
+        self.changes.coming.push((at, event));
+    }
+
+    /// The same of tokens to be moved.
+    pub(super) fn judge_move(&mut self) {
+        let question = self.controller.as_ref().and_then(|controller| controller.move_question());
+        let Some(question) = question else { return };
+        let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
+        let at = self.world.now + self.changes.dice.up_to_ms(300);
+        self.changes.coming.push((at, Event::MoveJudged { serial: question.serial, verdict }));
+    }
+
+    /// Every token stays where it is, and nobody is started or stopped by it.
+    pub(super) fn note_change(&mut self, version: &Version) {
+        assert!(self.in_flight.is_empty(), "changed while {:?} are under way", self.in_flight);
+        let next = Arc::new(read(version, &self.plan).expect("it was read before"));
+        let mut oracle = vec![0; next.places().len()];
+        for (id, tokens) in self.plan.place_ids().zip(&self.oracle).filter(|it| *it.1 > 0) {
+            let name = self.plan.net().place(id);
+            let place = next.place_named(name).expect("what is marked stays");
+            oracle[place.index()] = *tokens;
+            assert_eq!(self.plan.place(id).components, next.place(place).components, "{name}");
+        }
+        let same = |name: &String| {
+            let id = next.transition_named(name);
+            id.is_some_and(|id| self.plan.goes_on_as(&next, id).is_some())
+        };
+        let counters = next.counters().iter().map(|counter| {
+            let value = self.counters.get(&counter.name).copied();
+            let value = value.unwrap_or(counter.counts.initial);
+            assert!((counter.counts.minimum..=counter.counts.maximum).contains(&value));
+            (counter.name.clone(), value)
+        });
+        self.counters = counters.collect();
+        self.holding.retain(same);
+        self.wall.follow(same);
+        self.outlook.follow(&next, self.world.now);
+        (self.oracle, self.plan) = (oracle, next);
+        // Safety reached is the end, of a pause too.
+        self.paused &= self.plan.safe().is_none_or(|safe| self.oracle[safe.index()] == 0);
+    }
+}

@@ -1,0 +1,172 @@
+//! What must hold after every step, whatever has happened.
+
+use crate::controller::Controller;
+use crate::ledger::{Ledger, Stage};
+use crate::record::{Cause, Outcome, Tokens};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::Play;
+use armor_plan::ComponentId;
+
+impl Play {
+    pub(super) fn check_enabled(&self, cause: &Cause) {
+        let Cause::Transition(name) = cause else { return };
+        let net = self.plan.net();
+        let id = self.plan.transition_named(name).unwrap();
+        let t = net.transition(id);
+        let tokens = |place: armor_petri::PlaceId| self.oracle[place.index()];
+        assert!(t.inputs.iter().chain(&t.reads).all(|arc| tokens(arc.0) >= i64::from(arc.1)));
+        let is_free = self.plan.transition(id).guard.is_none();
+        assert!(is_free || self.holding.contains(name), "{name} fires against its guard");
+        assert!(t.inhibitors.iter().all(|arc| tokens(arc.0) < i64::from(arc.1)));
+    }
+
+    /// Nothing that a firing had to stop runs when it is said to have stopped.
+    pub(super) fn check_stopped(&self, firing: u64) {
+        let (from, to) = &self.in_flight[&firing];
+        for component in self.plan.component_ids() {
+            let planned = self.plan.component(component);
+            let named = |tokens: &[Tokens]| {
+                let place = |t: &Tokens| self.plan.place_named(&t.place).unwrap();
+                tokens.iter().any(|t| planned.places.contains(&place(t)))
+            };
+            let kept = named(to)
+                || planned.places.iter().any(|place| self.oracle[place.index()] > 0)
+                || self.in_flight.values().any(|other| named(&other.1));
+            let running = self.world.processes[component.index()].active;
+            // One that could not be killed is what `on-stop-fail` is for.
+            let excused = self.world.trouble.blind;
+            assert!(!named(from) || kept || !running || excused, "{} runs", planned.name);
+        }
+    }
+
+    pub(super) fn check_exclusion(&self) {
+        for component in self.plan.component_ids() {
+            let active = |c: ComponentId| self.world.processes[c.index()].active;
+            let planned = self.plan.component(component);
+            let both =
+                planned.peers.iter().find(|peer| active(**peer)).filter(|_| active(component));
+            assert!(both.is_none(), "{} and {both:?} are active at once", planned.name);
+        }
+    }
+
+    /// The marking is the oracle's, and the journal played again gives what is alive.
+    pub(super) fn check_ledger(&mut self) {
+        let Some(controller) = &self.controller else { return };
+        let live = controller.ledger();
+        let marking: Vec<_> = live.marking().iter().map(|tokens| i64::from(*tokens)).collect();
+        assert_eq!(marking, self.oracle);
+        let counters = live.plan.counters().iter().map(|counter| self.counters[&counter.name]);
+        assert!(counters.eq(live.counters.iter().copied()), "{:?}", live.counters);
+        self.check_guards(live);
+        self.check_dates(live);
+        if self.journal.len() < self.checked + self.checked / 4 {
+            return;
+        }
+        self.checked = self.journal.len();
+        let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
+        check_same(live, &again);
+    }
+
+    /// Each guard is what the world makes it, and each gate what guard and report make it.
+    pub(super) fn check_guards(&self, live: &Ledger) {
+        for id in self.plan.net().transition_ids() {
+            let planned = self.plan.transition(id);
+            let Some(guard) = &planned.guard else { continue };
+            let holds = live.holds[id.index()];
+            let reported = planned.on.as_ref().is_none_or(|on| live.standing.contains_key(on));
+            let in_date = self.is_in_date(id, live);
+            assert_eq!(live.state.gate(id), holds && reported && in_date);
+            let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);
+            if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
+                assert_eq!(holds, truth == Some(true), "{guard:?}");
+            }
+        }
+    }
+
+    pub(super) fn check_end(&self, outcome: Outcome) {
+        let marked = |place: Option<armor_petri::PlaceId>| self.oracle[place.unwrap().index()] > 0;
+        match outcome {
+            Outcome::Goal => assert!(marked(self.plan.goal())),
+            Outcome::Safe => assert!(marked(self.plan.safe())),
+            Outcome::Failed | Outcome::Interrupted => return,
+        }
+        for component in self.plan.component_ids() {
+            let planned = self.plan.component(component);
+            let last = if outcome == Outcome::Goal { self.plan.goal() } else { self.plan.safe() };
+            let belongs = [self.plan.goal(), self.plan.safe(), last]
+                .iter()
+                .flatten()
+                .any(|p| planned.places.contains(p) && self.oracle[p.index()] > 0);
+            let running = self.world.processes[component.index()].active;
+            let left = planned.places.is_empty() || !planned.controllable;
+            assert!(belongs || !running || left, "{} runs on", planned.name);
+        }
+    }
+
+    /// Nothing happens any more and the mission is not over: then everything is as it should be.
+    pub(super) fn check_calm(&self, controller: &Controller) {
+        let ledger = controller.ledger();
+        let patience = Duration::from_secs(90);
+        let stuck = |since: Duration| since + patience < self.world.now;
+        assert!(ledger.stage() == Stage::Playing || !stuck(ledger.at), "stuck at the end");
+        // What waits for one that excludes it, and may yet stop, may wait for ever.
+        let waiting = controller.blocked_starts();
+        let moving = ledger.firings().iter().filter(|it| !ledger.is_held(it.1));
+        let moving = moving.filter(|it| !waiting.contains_key(it.0));
+        let stuck: Vec<_> = moving.filter(|it| stuck(it.1.since)).collect();
+        assert!(stuck.is_empty(), "stuck: {stuck:?}");
+        let stopped = self.world.next_at().is_none() && controller.next_deadline().is_none();
+        if !stopped {
+            return;
+        }
+        for component in self.plan.component_ids() {
+            let planned = self.plan.component(component);
+            let process = &self.world.processes[component.index()];
+            if !planned.controllable || ledger.activations[component.index()].failed.is_some() {
+                continue;
+            }
+            let wanted = planned.places.is_empty() || ledger.runs(component);
+            // One that had finished when a pause stopped it has nothing more to do.
+            let finished = ledger.activations[component.index()].done;
+            assert!(process.active == wanted || finished && wanted, "{}", planned.name);
+            let place = |place: &&armor_petri::PlaceId| ledger.state.tokens(**place) > 0;
+            if process.done && planned.places.iter().any(|p| place(&p)) {
+                for id in self.plan.listeners(component, "done") {
+                    let enabled = ledger.state.enabled_since(*id).is_some();
+                    let fires = controller.fires_by_itself(*id)
+                        && !ledger.state.is_held(*id)
+                        && !controller.waits_for_utc(*id);
+                    assert!(!(enabled && fires), "done was not answered");
+                }
+            }
+        }
+    }
+}
+
+/// Two ledgers that nobody can tell from one another.
+pub(super) fn check_same(live: &Ledger, again: &Ledger) {
+    assert_eq!(live.plan().fingerprint(), again.plan().fingerprint());
+    assert_eq!(live.plan().version(), again.plan().version());
+    assert_eq!(live.version_since, again.version_since);
+    assert_eq!(live.firings, again.firings);
+    assert_eq!(live.activations, again.activations);
+    assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
+    assert_eq!((&live.dates, &live.counters), (&again.dates, &again.counters));
+    assert_eq!(live.authority, again.authority);
+    assert_eq!(live.stage, again.stage);
+    assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
+    for id in live.plan.net().transition_ids() {
+        assert_eq!(live.state.gate(id), again.state.gate(id));
+        assert_eq!(live.state.enabled_since(id), again.state.enabled_since(id));
+        assert_eq!(live.state.is_held(id), again.state.is_held(id));
+    }
+    let mut later = again.state.clone();
+    later.advance(live.state.now());
+    assert!(live.state.enabled().eq(later.enabled()), "they fire in another order");
+    assert_eq!(live.state.held_since(), again.state.held_since());
+    let numbers = |it: &Ledger| [it.last_firing, it.last_activation, it.fired, it.records];
+    assert_eq!((numbers(live), &live.history), (numbers(again), &again.history));
+    assert_eq!(live.at, again.at);
+}

@@ -1,0 +1,177 @@
+//! Two operators who order anything at any time, lose their links, and repeat themselves when they
+//! get no answer; and what must hold whatever they do.
+
+use super::Play;
+use crate::event::{Action, Event};
+use crate::operator::Given;
+use crate::order::{Giver, Order, TokenMove};
+use crate::record::{Entry, Record};
+use armor_petri::{Class, PlaceId};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// How busy the operators are, and what they have been told.
+#[derive(Default)]
+pub(super) struct Operators {
+    /// Orders that are still to be given.
+    left: usize,
+    next_at: Option<Duration>,
+    requests: u64,
+    connections: u64,
+    /// The last order, which is told again in doubt.
+    last: Option<Given>,
+    /// What each order was answered.
+    answers: BTreeMap<u64, (bool, String)>,
+}
+
+impl Operators {
+    pub(super) fn new(orders: usize) -> Self {
+        Self { left: orders, next_at: Some(Duration::ZERO), ..Self::default() }
+    }
+
+    pub(super) fn next_at(&self) -> Option<Duration> {
+        self.next_at.filter(|_| self.left > 0)
+    }
+
+    /// Every order has one answer, however often it is told.
+    pub(super) fn note_answer(&mut self, request: u64, accepted: bool, text: &str) {
+        if request == 0 {
+            // Of no order: whoever held the command has lost it.
+            assert!(!accepted, "{text}");
+            return;
+        }
+        let answer = (accepted, text.to_owned());
+        let before = self.answers.entry(request).or_insert_with(|| answer.clone());
+        assert_eq!(*before, answer, "order {request} is answered otherwise than before");
+    }
+}
+
+impl Play {
+    /// The next thing an operator does.
+    pub(super) fn operators_act(&mut self) -> Event {
+        let dice = &mut self.world.dice;
+        self.operators.left -= 1;
+        // Without pauses of their own they would do nothing but disturb one another.
+        self.operators.next_at = Some(self.world.now + dice.up_to_ms(6000));
+        self.operators.connections += 1;
+        let connection = self.operators.connections;
+        if dice.one_in(8) {
+            return Event::OperatorLeft { connection: dice.roll(connection as usize + 1) as u64 };
+        }
+        if dice.one_in(6)
+            && let Some(last) = self.operators.last.clone()
+        {
+            return Event::Ordered(Given { connection, ..last });
+        }
+        self.operators.requests += 1;
+        let request = self.operators.requests;
+        let instance = 1 + dice.roll(2) as u64;
+        let (author, take) = (format!("operator-{instance}"), dice.one_in(4));
+        let by = Giver { author, from: "simulated".to_owned(), instance };
+        let order = self.random_order();
+        let given = Given { connection, request, by, take, order };
+        self.operators.last = Some(given.clone());
+        Event::Ordered(given)
+    }
+
+    fn random_order(&mut self) -> Order {
+        let (dice, net) = (&mut self.world.dice, self.plan.net());
+        let transition = net.transitions()[dice.roll(net.transitions().len())].name.clone();
+        let place = |dice: &mut super::Dice| net.places()[dice.roll(net.places().len())].clone();
+        let marked: Vec<_> = self.plan.place_ids().filter(|p| self.oracle[p.index()] > 0).collect();
+        // Mostly from where there is something to move, or hardly any move would be right.
+        let filled = |dice: &mut super::Dice| match marked.len() {
+            some if some > 0 && !dice.one_in(8) => net.place(marked[dice.roll(some)]).to_owned(),
+            _ => place(dice),
+        };
+        // What a pause is for.
+        if dice.one_in(if self.paused { 2 } else { 12 }) {
+            let count = 1 + dice.roll(2);
+            let moves = (0..count).map(|_| TokenMove {
+                from: filled(dice),
+                to: place(dice),
+                tokens: 1 + u32::from(dice.one_in(6)),
+            });
+            return Order::Move(moves.collect());
+        }
+        match dice.roll(14) {
+            0..3 => Order::Fire(transition),
+            3..5 => Order::Confirm(transition),
+            5 => Order::Decline(transition),
+            6..8 => Order::Pause,
+            8..11 => Order::Resume,
+            11 | 12 => Order::Lease,
+            _ if dice.one_in(8) => Order::Rejoin,
+            _ if dice.one_in(8) => Order::Safe,
+            _ => Order::Release,
+        }
+    }
+
+    /// What an accepted order does to the oracle's marking, and what it may not do.
+    pub(super) fn note_order(&mut self, record: &Record) {
+        match &record.entry {
+            Entry::Ordered(judged) if judged.accepted => match &judged.order {
+                Order::Safe => self.give_up(),
+                Order::Pause => self.paused = true,
+                Order::Resume => self.paused = false,
+                Order::Move(moves) => self.note_moves(moves),
+                _ => {}
+            },
+            Entry::Held { .. } => self.paused = true,
+            Entry::Retreated { .. } => self.give_up(),
+            _ => {}
+        }
+    }
+
+    fn give_up(&mut self) {
+        // One that is on its way there already goes on.
+        if !self.gave_up {
+            self.oracle.fill(0);
+            self.in_flight.clear();
+        }
+        (self.gave_up, self.paused) = (true, false);
+    }
+
+    fn note_moves(&mut self, moves: &[TokenMove]) {
+        assert!(self.paused, "tokens are moved only in a pause");
+        for it in moves {
+            let (from, to) = (self.plan.place_named(&it.from), self.plan.place_named(&it.to));
+            self.oracle[from.unwrap().index()] -= i64::from(it.tokens);
+            self.oracle[to.unwrap().index()] += i64::from(it.tokens);
+        }
+        let marked = |place: &PlaceId| self.oracle[place.index()] > 0;
+        for component in self.plan.component_ids() {
+            let planned = self.plan.component(component);
+            let clash = planned.places.iter().any(marked)
+                && planned.peers.iter().any(|p| self.plan.component(*p).places.iter().any(marked));
+            assert!(!clash, "tokens were moved to where {} clashes", planned.name);
+        }
+        for it in moves {
+            let place = self.plan.place_named(&it.to).unwrap();
+            let tokens = self.oracle[place.index()];
+            assert!(self.plan.place(place).components.is_empty() || tokens <= 1, "{}", it.to);
+        }
+    }
+
+    /// In a pause nothing begins and nothing starts, but for safety.
+    pub(super) fn check_pause(&self, action: &Action) {
+        if !self.paused {
+            return;
+        }
+        match action {
+            Action::Activate { component, .. } => {
+                let places = &self.plan.component(*component).places;
+                let safety = places.iter().any(|place| self.plan.place(*place).safety);
+                let name = &self.plan.component(*component).name;
+                assert!(safety, "{name} is activated in a pause");
+            }
+            Action::Journal(Record { entry: Entry::Took { cause, .. }, .. }) => {
+                let crate::record::Cause::Transition(name) = cause else { return };
+                let id = self.plan.transition_named(name).unwrap();
+                let class = self.plan.net().transition(id).class;
+                assert_eq!(class, Class::Safety, "{name} fires in a pause");
+            }
+            _ => {}
+        }
+    }
+}

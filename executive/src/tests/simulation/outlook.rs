@@ -1,0 +1,110 @@
+//! What guards look at in a random world: values come, jump, are not measured, and lose their
+//! link; whoever is restarted has to hear of them anew. And what the guards should make of that.
+
+use super::dice::Dice;
+use crate::event::Event;
+use armor_plan::{Operand, Plan, PlannedGuard, WatchId};
+use armor_robotfile::guard::Scalar;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Nothing changes any more after this, so that the mission can come to rest.
+const CALM: Duration = Duration::from_secs(100);
+
+/// What the executive has been told of a watch in this life.
+#[derive(Clone, Debug)]
+struct Told {
+    value: Option<Scalar>,
+    lost: Option<Duration>,
+}
+
+pub(super) struct Outlook {
+    dice: Dice,
+    next: Vec<Duration>,
+    told: Vec<Option<Told>>,
+    /// When this life of the executive began, if it is not its first.
+    restarted: Option<Duration>,
+}
+
+impl Outlook {
+    pub(super) fn new(plan: &Plan, mut dice: Dice) -> Self {
+        let next = plan.watches().iter().map(|_| dice.up_to_ms(3000)).collect();
+        Self { dice, next, told: vec![None; plan.watches().len()], restarted: None }
+    }
+
+    pub(super) fn executive_starts(&mut self, now: Duration, again: bool) {
+        self.told.fill(None);
+        self.restarted = again.then_some(now);
+        for next in &mut self.next {
+            *next = now + self.dice.up_to_ms(3000);
+        }
+    }
+
+    /// A new version of the mission looks at more.
+    pub(super) fn follow(&mut self, plan: &Plan, now: Duration) {
+        self.next.resize(plan.watches().len(), now);
+        self.told.resize(plan.watches().len(), None);
+    }
+
+    pub(super) fn next_at(&self) -> Option<Duration> {
+        self.next.iter().min().copied().filter(|at| *at < CALM)
+    }
+
+    pub(super) fn happen(&mut self, now: Duration) -> Event {
+        let index = (0..self.next.len()).min_by_key(|i| self.next[*i]).expect("there is one");
+        self.next[index] = now + self.dice.up_to_ms(4000);
+        let watch = WatchId(index as u32);
+        let told = &mut self.told[index];
+        if self.dice.one_in(5)
+            && let Some(told) = told
+        {
+            told.lost.get_or_insert(now);
+            return Event::Unlinked { watch };
+        }
+        let number = self.dice.roll(12) as f64 - 1.0;
+        let value = (!self.dice.one_in(8)).then_some(Scalar::Number(number));
+        *told = Some(Told { value: value.clone(), lost: None });
+        Event::Sensed { watch, value }
+    }
+
+    /// What the guard is now; the outer none: as it was before the restart.
+    pub(super) fn truth(
+        &self,
+        plan: &Plan,
+        planned: &PlannedGuard,
+        counters: &BTreeMap<String, i64>,
+        now: Duration,
+    ) -> Option<Option<bool>> {
+        let holds = plan.limits().value_holds;
+        let mut values = Vec::new();
+        for operand in &planned.operands {
+            let (watch, variable) = match operand {
+                Operand::Counter(index) => {
+                    let value = counters[&plan.counters()[*index].name];
+                    values.push(Some(Scalar::Number(value as f64)));
+                    continue;
+                }
+                Operand::Field(watch) => (*watch, None),
+                Operand::Variable(index) => {
+                    (plan.variables()[*index].source, Some(&plan.variables()[*index]))
+                }
+            };
+            let value = match &self.told[watch.index()] {
+                None if self.restarted.is_some_and(|at| now < at + holds) => return None,
+                None => None,
+                Some(Told { lost: Some(at), .. }) if *at + holds <= now => None,
+                Some(Told { value, .. }) => value.clone(),
+            };
+            values.push(match (value, variable) {
+                (Some(Scalar::Number(number)), Some(variable)) if number < variable.minimum => {
+                    Some(Scalar::Number(variable.minimum))
+                }
+                (Some(Scalar::Number(number)), Some(variable)) if number > variable.maximum => {
+                    Some(Scalar::Number(variable.maximum))
+                }
+                (value, _) => value,
+            });
+        }
+        Some(planned.guard.holds(&values))
+    }
+}
