@@ -206,3 +206,37 @@ fn every_folder_says_what_it_is() {
         .collect();
     assert!(missing.is_empty(), "no README.md in {missing:#?}");
 }
+
+/// Every file that ARCHITECTURE.md names exists, and so does every file that a document links to.
+#[test]
+fn documents_name_files_that_exist() {
+    let mut wrong = Vec::new();
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    for name in text.split('`').skip(1).step_by(2) {
+        let is_path = name.contains('/') && !name.contains([' ', '*', '<', '…']);
+        if is_path && !root().join(name).exists() {
+            wrong.push(format!("ARCHITECTURE.md: {name}"));
+        }
+    }
+    let mut folders = vec![root()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            let name = entry.file_name();
+            if path.is_dir() && !["target", "out", ".git"].iter().any(|skipped| name == *skipped) {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "md") {
+                let text = std::fs::read_to_string(&path).expect("a document");
+                let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+                for link in links.filter(|link| !link.contains("://") && !link.starts_with('#')) {
+                    let file = link.split('#').next().unwrap_or_default();
+                    let is_file_name = !file.is_empty() && !file.contains([' ', '"', '`']);
+                    if is_file_name && !folder.join(file).exists() {
+                        wrong.push(format!("{}: {link}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "these do not exist: {wrong:#?}");
+}
