@@ -2,7 +2,9 @@
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
-use armor_house::{CrateModules, circles_of, find_crates, measure_names, read_modules, workspace_root};
+use armor_house::{
+    CrateModules, circles_of, find_crates, measure_names, read_modules, workspace_root,
+};
 
 /// A circle of three can be read as one; more cannot.
 const LARGEST_CIRCLE: usize = 3;
