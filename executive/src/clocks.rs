@@ -10,7 +10,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Tells what time it is.
+/// Reads both clocks.
 pub(crate) struct Clocks {
     life: Life,
     followed: Option<Arc<Mutex<Shared>>>,
@@ -22,7 +22,7 @@ struct Shared {
     /// What is not in the journal yet.
     anchor: Option<Anchor>,
     /// The executive has been woken and has not looked yet.
-    is_told: bool,
+    is_woken: bool,
 }
 
 fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
@@ -38,7 +38,7 @@ impl Clocks {
         }
         let (life, mission) = journal::followed_clock(story, &boot(), monotonic());
         let time = Followed::new(mission, life.anchor);
-        let shared = Shared { time, anchor: None, is_told: false };
+        let shared = Shared { time, anchor: None, is_woken: false };
         let clocks = Self { life, followed: Some(Arc::new(Mutex::new(shared))) };
         (clocks, Now { mission, host: Duration::ZERO })
     }
@@ -55,14 +55,16 @@ impl Clocks {
 
     /// Hears the data from now on, if there is such; every passing of time wakes the executive.
     pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<Input>) {
-        let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else { return };
+        let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else {
+            return;
+        };
         let hear = move |reading: Reading, passage: Passage| {
             let mut shared = lock(&shared);
             if let Some(anchor) = shared.time.read(reading, passage) {
                 shared.anchor = Some(anchor);
             }
-            if !std::mem::replace(&mut shared.is_told, true) {
-                // When nobody listens any more, all of this is about to end.
+            if !std::mem::replace(&mut shared.is_woken, true) {
+                // The receiver is gone only when all of this is about to end.
                 let _ = inputs.send(Input::Time);
             }
         };
@@ -93,7 +95,7 @@ impl Clocks {
     /// from elsewhere.
     pub(crate) fn look(&mut self) -> Option<&Life> {
         let mut shared = lock(self.followed.as_ref()?);
-        shared.is_told = false;
+        shared.is_woken = false;
         self.life.anchor = Some(shared.anchor.take()?);
         drop(shared);
         Some(&self.life)

@@ -1,111 +1,98 @@
 //! The controller: one pure state machine from events to actions.
 //!
-//! It owns a [`Ledger`] (what is decided) and a roster (what is observed), and after every event
-//! settles the difference: firings move on, transitions begin, components are told what to do.
+//! It is composed of machines with state of their own: commands to components, progress of firings,
+//! turns of transitions, operators, senses, dates, changes of the file, reports. They share a
+//! [`Context`]: the ledger (what is decided) and the roster (what is observed). After every event the
+//! controller settles the difference: firings move on, transitions begin, components are commanded.
 //! Everything decided is first an [`Action::Journal`]; nothing here knows sockets or clocks.
 
-use crate::change::Change;
+mod blocked_starts;
+mod commands;
+mod confirmations;
+mod context;
+mod file_changes;
+mod mission_dates;
+mod operators;
+mod progress;
+mod publishing;
+mod reports;
+mod senses;
+mod token_moves;
+mod turns;
+mod wishes;
+
 use crate::event::{Action, Event};
-use crate::ledger::{Firing, Ledger, LedgerError, Phase, Stage};
-use crate::moving::Moving;
-use crate::operator::Link;
-use crate::record::{Cause, Entry, Outcome, Record, ValueSet};
-use crate::roster::{Doing, Roster};
-use crate::senses::Senses;
-use crate::time::{Deadlines, HostTimes, Now};
-use crate::waits::Stuck;
-use armor_petri::{PlaceId, Step, TransitionId};
+use crate::judging::{MoveQuestion, Question};
+use crate::ledger::{Ledger, LedgerError, Stage};
+use crate::record::{Entry, Record};
+use crate::roster::Presence;
+use crate::terms::{Cause, Outcome};
+use crate::time::{Deadlines, Now};
+use armor_petri::Step;
 use armor_plan::{ComponentId, OnResume, Plan};
-use armor_robotfile::Date;
-use std::collections::BTreeMap;
+use commands::Commands;
+use context::Context;
+use file_changes::FileChanges;
+use mission_dates::MissionDates;
+use operators::Operators;
+use progress::Progress;
+use reports::Reports;
+use senses::Senses;
 use std::sync::Arc;
 use std::time::Duration;
+use turns::Turns;
 
 /// Reports and orders that changed nothing, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// From an activation that is over.
+    /// Reports of an activation that is over.
     pub late: u64,
-    /// Told again, and already counted.
+    /// Reports received again that have been counted already.
     pub repeated: u64,
-    /// Nothing in the mission waits for them.
+    /// Reports that no transition waits for.
     pub unheard: u64,
-    /// Orders that were refused and not even written down, as there were too many.
+    /// Orders that were refused and, as there were too many, not written down.
     pub orders: u64,
 }
 
 /// Plays one mission.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    pub(crate) plan: Arc<Plan>,
-    pub(crate) ledger: Ledger,
-    pub(crate) roster: Roster,
-    /// Mission time.
-    pub(crate) now: Duration,
-    /// Host time.
-    pub(crate) host: Duration,
-    pub(crate) host_times: HostTimes,
-    pub(crate) actions: Vec<Action>,
-    pub(crate) dropped: Dropped,
-    /// Components that had to be killed and are gone now, or that not even that is known of.
-    pub(crate) unstopped: Vec<ComponentId>,
-    /// Starts that nothing will let begin, by the number of the firing.
-    pub(crate) stuck: BTreeMap<u64, Stuck>,
-    /// It has been told to stop.
-    pub(crate) stopping: bool,
-    /// Of the holder of the lease, if there is one.
-    pub(crate) link: Link,
-    pub(crate) senses: Senses,
-    /// A version of the file that is there and not played.
-    pub(crate) change: Option<Change>,
-    /// Tokens to be moved once that is proven to be safe.
-    pub(crate) moving: Option<Moving>,
-    /// Moves that this process was asked about.
-    pub(crate) moves: u64,
-    /// Versions offered to this process.
-    pub(crate) offers: u64,
-    /// The number of the newest version with the mission that is played.
-    pub(crate) known_as: u64,
-    /// UTC at mission time 0, as it has been told last.
-    pub(crate) utc_at_start: Option<Date>,
-    finished: bool,
-    /// With a period: when it looks at the net next, if there is something to see.
-    next_look: Option<Duration>,
+    context: Context,
+    commands: Commands,
+    progress: Progress,
+    turns: Turns,
+    operators: Operators,
+    senses: Senses,
+    dates: MissionDates,
+    changes: FileChanges,
+    reports: Reports,
+    is_finished: bool,
 }
 
 impl Controller {
     /// Begins a mission. The initial places are entered once every component is known to be off.
     pub fn new(plan: Arc<Plan>, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), false);
-        controller.record(Entry::Began {
-            mission: plan.mission().to_owned(),
-            fingerprint: plan.fingerprint(),
-            version: (**plan.version()).clone(),
-        });
+        let mut controller = Self::beginning(&plan, now.into(), false);
         let initial = plan.place_ids().zip(plan.net().initial().iter().copied());
         let initial: Vec<_> = initial.filter(|(_, tokens)| *tokens > 0).collect();
-        controller.begin(Cause::Start, &[], &initial, Duration::ZERO);
+        controller.context.begin_firing(Cause::Start, &[], &initial);
         controller.settle();
-        let actions = std::mem::take(&mut controller.actions);
+        let actions = controller.context.take_actions();
         (controller, actions)
     }
 
-    /// A mission whose journal is lost: nobody knows where it stood, or what it may do twice. It
-    /// goes to its safe place, past all that may be running.
+    /// Begins a mission whose journal is lost: it is unknown where it stood, and what it would do
+    /// twice. It goes to its safe place, past everything that may be running.
     pub(crate) fn lost(plan: Arc<Plan>, why: &str, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let mut controller = Self::around(Ledger::new(Arc::clone(&plan)), now.into(), true);
-        controller.record(Entry::Began {
-            mission: plan.mission().to_owned(),
-            fingerprint: plan.fingerprint(),
-            version: (**plan.version()).clone(),
-        });
-        controller.retreat(why);
+        let mut controller = Self::beginning(&plan, now.into(), true);
+        controller.context.retreat(why);
         controller.settle();
-        let actions = std::mem::take(&mut controller.actions);
+        let actions = controller.context.take_actions();
         (controller, actions)
     }
 
-    /// Goes on where a journal ends. Every component counts as running until it says otherwise.
+    /// Continues where a journal ends. Every component counts as running until it reports otherwise.
     ///
     /// # Errors
     /// If the journal is not one of this plan.
@@ -117,305 +104,272 @@ impl Controller {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
         }
-        Ok(Self::go_on(Ledger::replay(plan, records)?, now))
+        Ok(Self::resume_from(Ledger::replay(plan, records)?, now))
     }
 
-    /// The same with the ledger that the journal gives.
-    pub(crate) fn go_on(ledger: Ledger, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let on_resume = ledger.plan.on_resume();
+    /// Continues with the ledger that the journal gives.
+    pub(crate) fn resume_from(ledger: Ledger, now: impl Into<Now>) -> (Self, Vec<Action>) {
         let mut controller = Self::around(ledger, now.into(), true);
-        if let Stage::Ended(outcome) = controller.ledger.stage {
+        let (stage, on_resume) = (controller.ledger().stage(), controller.plan().on_resume());
+        if let Stage::Ended(outcome) = stage {
             controller.finish(outcome);
-        } else if on_resume == OnResume::Safe {
-            controller.retreat("the executive was restarted, and the mission resumes in safety");
-        } else if on_resume == OnResume::Hold
-            && controller.ledger.stage == Stage::Playing
-            && controller.ledger.pause().is_none()
-        {
-            let why = "the executive was restarted; an operator has to resume the mission";
-            controller.record(Entry::Held { why: why.to_owned() });
+        } else {
+            match on_resume {
+                OnResume::Continue => {}
+                OnResume::Safe => controller
+                    .context
+                    .retreat("the executive was restarted, and the mission resumes in safety"),
+                OnResume::Hold => controller.hold_after_restart(),
+            }
         }
         controller.settle();
-        let actions = std::mem::take(&mut controller.actions);
+        let actions = controller.context.take_actions();
         (controller, actions)
     }
 
-    /// Takes in one event at `now` (neither clock ever goes back) and says what to do.
+    /// Takes in one event at `now` (neither clock ever goes back); returns what is to be done.
     pub fn handle(&mut self, event: Event, now: impl Into<Now>) -> Vec<Action> {
-        let Now { mission, host } = now.into();
-        (self.now, self.host) = (self.now.max(mission), self.host.max(host));
-        if !self.finished {
+        self.context.advance(now.into());
+        if !self.is_finished {
             self.take_in(event);
             self.settle();
         }
-        std::mem::take(&mut self.actions)
+        self.context.take_actions()
     }
 
-    /// When [`Event::Timer`] is due next, if nothing else happens.
+    /// Returns when [`Event::Timer`] is due next, if nothing else happens.
     pub fn deadlines(&self) -> Deadlines {
-        if self.finished {
+        if self.is_finished {
             return Deadlines::default();
         }
-        let firing = self.may_fire().then(|| self.next_firing()).flatten();
-        let firing = match self.next_look {
-            Some(look) => firing.map(|at| at.max(look)),
-            None => firing,
-        };
-        let answers = self.answers_due().map(|due| due.1);
-        let waits = self.pushes().chain(self.patience()).chain(self.senses_due());
-        Deadlines {
-            mission: firing
-                .into_iter()
-                .chain(answers)
-                .chain(self.dates_due())
-                .chain(self.waits_due())
-                .min(),
-            host: waits.chain(self.lease_due()).min(),
-        }
+        let cx = &self.context;
+        let answers = confirmations::answers_due(cx).map(|due| due.1);
+        let mission = self.turns.next_due(cx, &self.dates).into_iter().chain(answers);
+        let mission = mission.chain(self.dates.next_due(cx)).chain(self.progress.blocked_until(cx));
+        let host = commands::pushes(cx).chain(progress::patience(cx));
+        let host = host.chain(self.senses.next_due(cx)).chain(self.operators.lease_due(cx));
+        Deadlines { mission: mission.min(), host: host.min() }
     }
 
-    /// The same where both clocks are one.
+    /// Returns the earlier of both deadlines, where both clocks are one.
     pub fn next_deadline(&self) -> Option<Duration> {
         let Deadlines { mission, host } = self.deadlines();
         mission.into_iter().chain(host).min()
     }
 
-    /// What has been decided.
+    /// Returns what has been decided.
     pub fn ledger(&self) -> &Ledger {
-        &self.ledger
+        self.context.ledger()
     }
 
-    /// Whether it has been told to stop.
+    /// Returns the plan in force.
+    pub fn plan(&self) -> &Arc<Plan> {
+        self.context.plan()
+    }
+
+    /// Whether it has been ordered to stop.
     pub fn is_stopping(&self) -> bool {
-        self.stopping
+        self.context.is_stopping()
     }
 
-    /// Reports that changed nothing.
+    /// Returns the reports and orders that changed nothing.
     pub fn dropped(&self) -> Dropped {
-        self.dropped
+        Dropped {
+            late: self.reports.late(),
+            repeated: self.reports.repeated(),
+            unheard: self.reports.unheard(),
+            orders: self.operators.unwritten(),
+        }
+    }
+
+    /// Returns the question that [`Action::Judge`] asks; none if it has been overtaken.
+    pub fn question(&self) -> Option<Question> {
+        self.changes.question(self.plan())
+    }
+
+    /// Returns the question that [`Action::JudgeMove`] asks; none if it has been answered.
+    pub fn move_question(&self) -> Option<MoveQuestion> {
+        self.operators.move_question(self.plan())
+    }
+
+    fn beginning(plan: &Arc<Plan>, now: Now, is_restart: bool) -> Self {
+        let mut controller = Self::around(Ledger::new(Arc::clone(plan)), now, is_restart);
+        controller.context.record(Entry::Began {
+            mission: plan.mission().to_owned(),
+            fingerprint: plan.fingerprint(),
+            version: (**plan.version()).clone(),
+        });
+        controller
     }
 
     fn around(ledger: Ledger, now: Now, is_restart: bool) -> Self {
-        let plan = Arc::clone(&ledger.plan);
-        let Now { mission, host } = now;
-        let host = if plan.clock().is_none() { host.max(ledger.at) } else { host };
-        let senses = Senses::new(&plan, is_restart.then_some(host));
-        let mut host_times = HostTimes::default();
-        host_times.follow(&ledger, host);
+        let context = Context::new(ledger, now);
+        let (plan, host) = (context.plan(), context.host());
         Self {
-            roster: Roster::new(&plan, host),
-            now: mission.max(ledger.at),
-            host,
-            host_times,
-            ledger,
-            actions: Vec::new(),
-            dropped: Dropped::default(),
-            unstopped: Vec::new(),
-            stuck: BTreeMap::new(),
-            stopping: false,
-            link: Link::Down(host),
-            senses,
-            change: None,
-            moving: None,
-            moves: 0,
-            offers: 0,
-            known_as: plan.version().number,
-            plan,
-            utc_at_start: None,
-            finished: false,
-            next_look: None,
+            commands: Commands::default(),
+            progress: Progress::default(),
+            turns: Turns::default(),
+            operators: Operators::new(host),
+            senses: Senses::new(plan, is_restart.then_some(host)),
+            dates: MissionDates::default(),
+            changes: FileChanges::new(plan.version().number),
+            reports: Reports::default(),
+            is_finished: false,
+            context,
         }
     }
 
-    /// Goes on until nothing more can be decided without something happening first.
-    pub(crate) fn settle(&mut self) {
-        self.ledger.state.advance(self.now);
-        let mut step = Step::new(self.plan.limits().step_bound);
-        loop {
-            let before = self.actions.len();
-            self.push_orders();
-            if !self.stopping {
-                self.notice_lost_link();
-                self.consider_change();
-                self.notice_waits();
-                self.move_firings_on();
-                self.notice_failures();
-                self.weigh_guards();
-                self.weigh_dates();
-                self.ask();
-                self.fire_next(&mut step);
+    fn hold_after_restart(&mut self) {
+        if self.context.is_playing() && self.ledger().pause().is_none() {
+            let why = "the executive was restarted; an operator has to resume the mission";
+            self.context.record(Entry::Held { why: why.to_owned() });
+        }
+    }
+
+    /// Routes an event to the machine that it concerns. Only observations change; decisions follow
+    /// when the controller settles, but for orders, reports and versions, which are decided here.
+    fn take_in(&mut self, event: Event) {
+        let cx = &mut self.context;
+        // Values alone may arrive fast; the senses publish them once per second.
+        if !matches!(
+            event,
+            Event::Timer | Event::Utc { .. } | Event::Sensed { .. } | Event::Unlinked { .. }
+        ) {
+            cx.publish();
+        }
+        let host = cx.host();
+        match event {
+            Event::Appeared { component, instance } => self.appeared(component, instance),
+            Event::StateReported { component, instance, doing, activation, controllable } => {
+                if cx.roster.of(component).instance == instance {
+                    let planned = cx.plan().component(component).is_controlled();
+                    cx.roster.of_mut(component).controllable = planned && controllable;
+                    cx.roster.note_doing(component, doing, activation);
+                }
             }
-            self.command_components();
-            if self.actions.len() == before || self.finished {
+            Event::Reported { component, instance, serial, activation, report } => {
+                self.reports.take(cx, component, (instance, serial), activation, report);
+            }
+            Event::Lost { component, instance } => {
+                let observed = cx.roster.of(component);
+                if observed.instance == instance && observed.presence == Presence::Here {
+                    cx.roster.left(component, Presence::Lost, host);
+                }
+            }
+            Event::Gone { component, instance } => {
+                if instance.is_none_or(|instance| cx.roster.of(component).instance == instance) {
+                    self.commands.note_gone(cx, component);
+                }
+            }
+            Event::Ordered(given) => self.operators.order(cx, &self.dates, given),
+            Event::OperatorLeft { connection } => self.operators.operator_left(cx, connection),
+            Event::Sensed { watch, value } => self.senses.sensed(cx, watch, value),
+            Event::Unlinked { watch } => self.senses.unlinked(cx, watch),
+            Event::Offered(version) => self.changes.offered(cx, version),
+            Event::Answered(answer) => self.changes.answered(cx, answer),
+            Event::MoveJudged { serial, verdict } => {
+                self.operators.move_judged(cx, &self.dates, serial, verdict);
+            }
+            Event::Utc { at_start } => self.dates.set_utc(cx, at_start),
+            Event::Timer => {}
+            Event::Stop => cx.stop(),
+        }
+    }
+
+    fn appeared(&mut self, component: ComponentId, instance: u64) {
+        let observed = self.context.roster.of(component);
+        if observed.presence != Presence::Unseen && observed.instance != instance {
+            // A firing that waited for the old process to end has to move on before the new one
+            // counts: otherwise its stop would never be confirmed.
+            self.commands.note_gone(&mut self.context, component);
+            self.settle();
+        }
+        let host = self.context.host();
+        self.context.roster.appeared(component, instance, host);
+    }
+
+    /// Decides until nothing more follows without another event.
+    ///
+    /// The order matters. Orders to stop that are overdue come first, so that a killed component is
+    /// blamed in this round. A change of the file is taken before anything begins that would put it
+    /// off. Firings move on before failures are noticed, since a firing may answer for a failure.
+    /// Guards and dates are weighed before transitions fire. Commands come last, when it is decided
+    /// what every component should be doing.
+    fn settle(&mut self) {
+        let cx = &mut self.context;
+        cx.advance_net();
+        let mut step = Step::new(cx.plan().limits().step_bound);
+        loop {
+            let before = cx.action_count();
+            self.commands.push_orders(cx);
+            if !cx.is_stopping() {
+                self.operators.notice_lost_link(cx);
+                if let Some(old) = self.changes.consider(cx) {
+                    self.senses.follow(&old, cx.plan());
+                }
+                self.progress.notice_blocked_starts(cx);
+                self.progress.advance(cx, self.commands.take_unstopped());
+                progress::notice_failures(cx);
+                self.senses.weigh_guards(cx);
+                self.dates.weigh_dates(cx);
+                confirmations::ask(cx, &self.dates);
+                self.turns.fire_next(cx, (&self.dates, &mut self.senses), &mut step);
+            }
+            self.commands.command_components(cx);
+            if cx.action_count() == before || self.is_finished {
                 break;
             }
         }
-        self.remember_waits();
+        blocked_starts::remember(cx);
         self.notice_the_end();
     }
 
-    /// Begins the transition whose turn it is, if there is one.
-    fn fire_next(&mut self, step: &mut Step) {
-        let Some(id) = self.next_ready().filter(|_| self.may_fire()) else {
-            self.next_look = None;
-            return;
-        };
-        if let Some(period) = self.plan.period().filter(|period| !period.is_zero())
-            && step.fired().is_empty()
-            && !self.is_granted(id)
-        {
-            let look = *self.next_look.get_or_insert_with(|| next_multiple(self.now, period));
-            if self.now < look {
-                return;
-            }
-            self.next_look = None;
-        }
-        self.begin_transition(id);
-        let flights = self.ledger.firings.len();
-        if flights > self.plan.limits().firings {
-            self.retreat(&format!("{flights} firings in flight at once: the net has no bound"));
-        }
-        if let Err(endless) = step.count(id) {
-            let names = |id: &TransitionId| self.plan.net().transition(*id).name.clone();
-            let cycle: Vec<_> = endless.cycle.iter().map(names).collect();
-            self.retreat(&format!(
-                "{} transitions fired at one moment; these repeat without end: {}",
-                endless.bound,
-                cycle.join(" ")
-            ));
-        }
-    }
-
-    pub(crate) fn may_fire(&self) -> bool {
-        self.ledger.stage == Stage::Playing && !self.stopping
-    }
-
-    fn begin_transition(&mut self, id: TransitionId) {
-        let sets = match self.plan.sets_of(id, &self.ledger.counters) {
-            Ok(sets) => sets,
-            Err(why) => return self.retreat(&why),
-        };
-        let guards = self.guards_after(&sets);
-        let named = |(index, value): (usize, i64)| {
-            let variable = self.plan.counters()[index].name.clone();
-            ValueSet { variable, value }
-        };
-        let sets = sets.into_iter().map(named).collect();
-        let (state, net) = (&self.ledger.state, self.plan.net());
-        let transition = net.transition(id);
-        let emptied = transition.resets.iter().filter_map(|&place| {
-            let taken = transition.inputs.iter().find(|arc| arc.0 == place);
-            let rest = state.tokens(place).saturating_sub(taken.map_or(0, |arc| arc.1));
-            (rest > 0).then_some((place, rest))
-        });
-        let from: Vec<_> = transition.inputs.iter().copied().chain(emptied).collect();
-        let mut to = transition.outputs.clone();
-        // A mission with a period looks so often, and the next look is in time.
-        let period = self.plan.period().unwrap_or_default();
-        let latest = state.deadline(id).map(|at| at.saturating_add(period));
-        let late = latest.map_or(Duration::ZERO, |at| self.now.saturating_sub(at));
-        if late > self.plan.limits().overrun
-            && let Some(overrun) = self.plan.transition(id).overrun
-        {
-            to.push((overrun, 1));
-        }
-        let cause = Cause::Transition(transition.name.clone());
-        self.record(Entry::Took {
-            firing: self.ledger.last_firing + 1,
-            cause,
-            from: self.ledger.tokens_named(&from),
-            to: self.ledger.tokens_named(&to),
-            late_s: late.as_secs_f64(),
-            sets,
-            guards,
-        });
-    }
-
-    pub(crate) fn begin(
-        &mut self,
-        cause: Cause,
-        from: &[(PlaceId, u32)],
-        to: &[(PlaceId, u32)],
-        late: Duration,
-    ) {
-        self.record(Entry::Took {
-            firing: self.ledger.last_firing + 1,
-            cause,
-            from: self.ledger.tokens_named(from),
-            to: self.ledger.tokens_named(to),
-            late_s: late.as_secs_f64(),
-            sets: Vec::new(),
-            guards: Vec::new(),
-        });
-    }
-
-    /// Gives up every token and firing for the safe place.
-    pub(crate) fn retreat(&mut self, why: &str) {
-        if self.ledger.stage == Stage::Playing {
-            self.record(Entry::Retreated { why: why.to_owned() });
-        }
-    }
-
-    /// Decides: into the journal and into the ledger.
-    pub(crate) fn record(&mut self, entry: Entry) {
-        let record = Record { at: self.now, entry };
-        self.ledger.apply(&record).expect("whoever decides looks at the ledger first");
-        self.host_times.follow(&self.ledger, self.host);
-        self.actions.push(Action::Journal(record));
-        self.publish();
-    }
-
-    pub(crate) fn publish(&mut self) {
-        if !self.actions.contains(&Action::Publish) {
-            self.actions.push(Action::Publish);
-        }
-    }
-
-    /// Over, once everything that does not belong to the last place is off.
+    /// Ends the mission once everything that does not belong to the last place is off.
     fn notice_the_end(&mut self) {
-        if self.finished {
+        if self.is_finished {
             return;
         }
-        if self.stopping {
-            if self.plan.component_ids().all(|c| self.is_settled_off(c)) {
+        let cx = &self.context;
+        if cx.is_stopping() {
+            if cx.plan().component_ids().all(|c| wishes::is_settled_off(cx, c)) {
                 self.finish(Outcome::Interrupted);
             }
             return;
         }
-        let Stage::Ending(outcome) = self.ledger.stage else { return };
+        let Stage::Ending(outcome) = cx.ledger().stage() else {
+            return;
+        };
         let rest =
-            || self.plan.component_ids().filter(|c| !self.plan.component(*c).places.is_empty());
-        if rest().any(|c| self.wants_off(c) && !self.is_settled_off(c)) {
+            || cx.plan().component_ids().filter(|c| !cx.plan().component(*c).places.is_empty());
+        if rest().any(|c| wishes::wants_off(cx, c) && !wishes::is_settled_off(cx, c)) {
             return;
         }
-        let still_running = rest().any(|c| self.wants_off(c) && self.roster.of(c).unstoppable);
+        let still_running = rest().any(|c| wishes::wants_off(cx, c) && cx.roster.of(c).unstoppable);
         let outcome = if still_running { Outcome::Failed } else { outcome };
-        self.record(Entry::Ended { outcome });
+        self.context.record(Entry::Ended { outcome });
         self.finish(outcome);
     }
 
     fn finish(&mut self, outcome: Outcome) {
-        self.finished = true;
-        self.publish();
-        self.actions.push(Action::Finished(outcome));
+        self.is_finished = true;
+        self.context.publish();
+        self.context.act(Action::Finished(outcome));
     }
 }
 
-/// The first multiple of `period` that is not before `now`.
-fn next_multiple(now: Duration, period: Duration) -> Duration {
-    let (now, period) = (now.as_nanos(), period.as_nanos());
-    let at = now.div_ceil(period) * period;
-    Duration::from_nanos(u64::try_from(at).unwrap_or(u64::MAX))
-}
-
-impl Firing {
-    pub(crate) fn is_starting(&self) -> bool {
-        self.phase == Phase::Starting
+/// What tests look at.
+#[cfg(test)]
+impl Controller {
+    pub(crate) fn roster(&self) -> &crate::roster::Roster {
+        &self.context.roster
     }
-}
 
-impl Doing {
-    pub(crate) fn is_at_rest(self) -> bool {
-        self == Self::Frozen
+    pub(crate) fn is_blocked(&self, firing: u64) -> bool {
+        blocked_starts::blocked_starts(&self.context).contains_key(&firing)
+    }
+
+    pub(crate) fn fires_by_itself(&self, id: armor_petri::TransitionId) -> bool {
+        confirmations::fires_by_itself(self.ledger(), id)
+            && !self.dates.waits_for_utc(self.plan(), id)
     }
 }

@@ -1,9 +1,10 @@
-//! What the controller is told, and what it wants done.
+//! The controller's events, and the actions that it wants done.
 
-use crate::change::Answer;
-use crate::operator::Given;
-use crate::record::{Outcome, Record, Report};
+use crate::answer::Answer;
+use crate::incoming_order::IncomingOrder;
+use crate::record::Record;
 use crate::roster::Doing;
+use crate::terms::{Outcome, Report};
 use armor_plan::{ComponentId, GivenValue, Version, WatchId};
 use armor_robotfile::Date;
 use armor_robotfile::guard::Scalar;
@@ -20,8 +21,8 @@ pub enum Event {
         /// The process start, unique in the system.
         instance: u64,
     },
-    /// A component says what it is doing: first after appearing, then at every change.
-    Said {
+    /// A component reports what it does: first after appearing, then at every change.
+    StateReported {
         /// Who.
         component: ComponentId,
         /// The process start.
@@ -61,7 +62,7 @@ pub enum Event {
         instance: Option<u64>,
     },
     /// An operator gives an order.
-    Ordered(Given),
+    Ordered(IncomingOrder),
     /// The connection of an operator has ended.
     OperatorLeft {
         /// Which.
@@ -90,8 +91,8 @@ pub enum Event {
         /// Nothing bad follows, or what does, in words.
         verdict: Result<(), String>,
     },
-    /// What the clock on the wall says. Without it no date comes or passes, and no transition that
-    /// has one fires.
+    /// A reading of the wall clock. Without one no date comes or passes, and no transition with a date
+    /// fires.
     Utc {
         /// The moment at which mission time was 0, by that clock.
         at_start: Date,
@@ -153,7 +154,7 @@ pub enum Action {
     JudgeMove,
     /// Another plan is played from now on: look at what its guards look at.
     Changed,
-    /// Something to be seen has changed: publish the marking anew.
+    /// The marking has changed: publish it.
     Publish,
     /// The mission is over; the last action there is.
     Finished(Outcome),

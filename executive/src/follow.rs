@@ -33,7 +33,7 @@ impl fmt::Debug for Newer {
     }
 }
 
-/// Tells of each version newer than `known`, for as long as anybody listens.
+/// Sends each version newer than `known`, until the receiver is gone.
 pub(crate) fn follow(newer: Newer, mut known: u64, inputs: Sender<Input>) {
     let look = move || {
         loop {

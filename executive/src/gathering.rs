@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// How long the mission waits; who is not there by then may be broken, which is for the mission.
 const LIMIT: Duration = Duration::from_secs(10);
-/// How often to look: a start is a matter of tens of milliseconds.
+/// Time between two looks: a start takes tens of milliseconds.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How long the registry or a component may take to answer before it counts as missing this time.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);

@@ -3,8 +3,8 @@
 
 use crate::event::Event;
 use crate::process::Process;
-use crate::record::Report;
 use crate::roster::Doing;
+use crate::terms::Report;
 use armor_plan::{ComponentId, Plan, WatchId};
 use armor_sdk::control::{
     Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
@@ -29,7 +29,7 @@ pub(crate) enum Input {
         component: ComponentId,
         made: Option<ControlConnection>,
     },
-    Told {
+    Control {
         attempt: u64,
         component: ComponentId,
         event: ControlEvent,
@@ -37,14 +37,14 @@ pub(crate) enum Input {
     Operator(OrderEvent),
     /// What needs nothing made of it.
     Event(Event),
-    /// Mission time has passed, as the data says that it follows.
+    /// Mission time has passed, by the data that it follows.
     Time,
 }
 
-/// What is known of one component's process.
+/// One component's process, and the connection to it.
 #[derive(Default)]
 struct Peer {
-    /// As the registry tells; none while it does not know the component.
+    /// As the registry lists it; none while it does not.
     entry: Option<ComponentEntry>,
     /// The process start the connection was made to, and where it runs if that is here.
     instance: u64,
@@ -75,17 +75,17 @@ impl Hub {
         Self { plan, peers, inputs, host, attempts: 0, registry: false }
     }
 
-    /// Takes in what another thread says; answers what the controller should hear of it.
+    /// Takes an input from another thread; returns the events for the controller.
     pub(crate) fn take_in(&mut self, input: Input) -> Vec<Event> {
         match input {
-            Input::Registry(change) => self.registry_says(change),
+            Input::Registry(change) => self.follow_registry(change),
             // That is for the watching and for the clock to say.
             Input::News(_) | Input::Time => Vec::new(),
             Input::Connected { attempt, component, made } => {
                 self.connected(attempt, component, made).into_iter().collect()
             }
-            Input::Told { attempt, component, event } => {
-                self.told(attempt, component, event).into_iter().collect()
+            Input::Control { attempt, component, event } => {
+                self.take_control_event(attempt, component, event).into_iter().collect()
             }
             Input::Event(event) => vec![event],
             Input::Operator(OrderEvent::Given(given)) => vec![Event::Ordered(given.into())],
@@ -109,7 +109,7 @@ impl Hub {
         events
     }
 
-    /// Whether something has to be looked at before long without anybody saying so.
+    /// Whether a process or connection has to be looked at soon, without an input.
     pub(crate) fn is_uneasy(&self) -> bool {
         self.peers.iter().any(|peer| peer.retry_at.is_some() || peer.doubtful)
     }
@@ -136,7 +136,7 @@ impl Hub {
         }
     }
 
-    fn registry_says(&mut self, change: Change) -> Vec<Event> {
+    fn follow_registry(&mut self, change: Change) -> Vec<Event> {
         match change {
             Change::Appeared(entry) => {
                 if let Some(component) = self.plan.component_named(&entry.name) {
@@ -147,8 +147,8 @@ impl Hub {
                         && self.plan.component(component).is_controlled()
                         && old.lives()
                     {
-                        // It lost its name to another while it could not say so, and nobody can
-                        // freeze it any more: two of one name must not run at once.
+                        // Another process took its name over, so no command can reach it any
+                        // more: two processes of one name must not run at the same time.
                         tracing::warn!(component = entry.name.as_str(), "killing its predecessor");
                         old.kill();
                     }
@@ -173,20 +173,22 @@ impl Hub {
         Vec::new()
     }
 
-    /// Connects on a thread of its own: a stopped process answers nobody.
+    /// Connects on a thread of its own: a stopped process never answers.
     fn connect(&mut self, component: ComponentId) {
         self.attempts += 1;
         let (attempt, inputs) = (self.attempts, self.inputs.clone());
         let peer = &mut self.peers[component.index()];
-        let Some(entry) = peer.entry.clone() else { return };
+        let Some(entry) = peer.entry.clone() else {
+            return;
+        };
         (peer.attempt, peer.connecting, peer.connection) = (attempt, true, None);
         let connecting = move || {
-            // What the component says first must not overtake the connection itself.
+            // Its first report must not overtake the connection itself.
             let (announce, announced) = mpsc::channel::<()>();
             let answers = inputs.clone();
             let sink = move |event| {
                 let _ = announced.recv();
-                let _ = answers.send(Input::Told { attempt, component, event });
+                let _ = answers.send(Input::Control { attempt, component, event });
             };
             let made = ControlConnection::connect(&entry, Role::Executive, "executive", sink);
             if let Err(error) = &made {
@@ -228,7 +230,12 @@ impl Hub {
         Some(Event::Appeared { component, instance: entry.instance })
     }
 
-    fn told(&mut self, attempt: u64, component: ComponentId, event: ControlEvent) -> Option<Event> {
+    fn take_control_event(
+        &mut self,
+        attempt: u64,
+        component: ComponentId,
+        event: ControlEvent,
+    ) -> Option<Event> {
         let peer = &mut self.peers[component.index()];
         if peer.attempt != attempt {
             return None;
@@ -246,7 +253,7 @@ impl Hub {
         }
     }
 
-    /// Says once that a process in doubt has ended, if it is certain.
+    /// Returns, once, that a process in doubt has ended, if that is certain.
     fn ended(&mut self, component: ComponentId) -> Option<Event> {
         let registry = self.registry;
         let peer = &mut self.peers[component.index()];
@@ -273,7 +280,7 @@ fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Eve
                 // One that has finished has not come to rest yet.
                 RunState::Active | RunState::Done | RunState::Failed => Doing::Active,
             };
-            Event::Said { component, instance, doing, activation, controllable }
+            Event::StateReported { component, instance, doing, activation, controllable }
         }
         Answer::Report { report: serial, activation, outcome } => {
             let report = match outcome {

@@ -24,7 +24,7 @@ pub const CUT_AT: u64 = 16 << 20;
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// As the operating system says.
+    /// The operating system reports an error.
     #[error("journal {path}: {error}")]
     Io {
         /// The file.
@@ -63,9 +63,9 @@ pub struct Life {
 /// Ties mission time to the data that it follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// The process start that says what time it is.
+    /// The process start whose data it is.
     pub instance: u64,
-    /// What it said, in seconds.
+    /// The stamp of its data, in seconds.
     pub stamp_s: f64,
     /// The mission time then, in nanoseconds.
     pub at_ns: u64,
@@ -90,7 +90,7 @@ pub struct Journal {
     cut_len: u64,
 }
 
-/// What a journal says.
+/// The content of a journal.
 #[derive(Debug, Default)]
 pub struct Story {
     /// Everything decided so far.
@@ -122,7 +122,7 @@ impl Story {
     }
 }
 
-/// Reads a journal without touching it; somebody may be writing it.
+/// Reads a journal without touching it; an executive may be writing it.
 ///
 /// # Errors
 /// If it cannot be read, or is not a journal.
@@ -209,7 +209,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Says where the clock of this life stands.
+    /// Writes where the clock of this life stands.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -308,7 +308,7 @@ fn signed(duration: Duration) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Cause, GuardTurned, Outcome, Report, Tokens, ValueSet};
+    use crate::terms::{Cause, GuardTurned, Outcome, Report, Tokens, ValueSet};
 
     fn records() -> Vec<Record> {
         let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];

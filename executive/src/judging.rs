@@ -1,8 +1,9 @@
 //! Whether a new version of the file can be played, and is safe from where the mission stands: pure
-//! functions that take their time, to be called where nobody waits for them.
+//! functions that take their time, to be called on a thread of their own.
 
+use crate::answer::{Answer, Found, Offer};
 use crate::event::Event;
-use crate::run::RunError;
+use crate::wall_clock::unkept;
 use armor_plan::{Plan, Stand, Version, in_words};
 use armor_proof::prove_from_here;
 use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differences};
@@ -37,54 +38,16 @@ pub enum Question {
     },
 }
 
-/// The answer to a [`Question`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    /// Which question it answers.
-    pub serial: u64,
-    /// What was found.
-    pub found: Found,
-}
-
-/// What was found of a new version.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Found {
-    /// It can be played, or why not.
-    Read(Result<Offer, String>),
-    /// Nothing bad follows from where the mission stands, or what does.
-    Proven {
-        /// Where that is.
-        stand: Stand,
-        /// In words, with a way there.
-        verdict: Result<(), String>,
-    },
-}
-
-/// A version that can be played.
-#[derive(Clone, Debug)]
-pub struct Offer {
-    /// Its plan.
-    pub plan: Arc<Plan>,
-    /// What is not as before, in words.
-    pub changes: Vec<String>,
-}
-
-impl PartialEq for Offer {
-    fn eq(&self, other: &Self) -> bool {
-        self.plan.version() == other.plan.version() && self.changes == other.changes
-    }
-}
-
 impl Question {
-    /// Finds the answer; that of a proof may take seconds. `clock_doubts` says why the host's clock
-    /// may not be right, which is asked of a version that brings the first dates.
+    /// Finds the answer; that of a proof may take seconds. `clock_doubts` returns why the host's clock
+    /// may not be right; it is called for a version that brings the first dates.
     pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> Event {
         Event::Answered(match self {
             Self::Read { serial, version, running } => {
                 let found = running.read_next(version).and_then(|plan| {
                     let first_dates = plan.has_dates() && !running.has_dates();
                     match first_dates.then(clock_doubts).flatten() {
-                        Some(doubts) => Err(RunError::Clock(doubts).to_string()),
+                        Some(doubts) => Err(unkept(&doubts)),
                         None => Ok(Offer {
                             changes: changes(running.version(), version),
                             plan: Arc::new(plan),
@@ -99,6 +62,25 @@ impl Question {
                 Answer { serial: *serial, found }
             }
         })
+    }
+}
+
+/// Whether it is safe to move tokens: nothing bad follows from where they would be that does not
+/// follow from where they are.
+#[derive(Clone, Debug)]
+pub struct MoveQuestion {
+    /// Names the answer.
+    pub serial: u64,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) before: Stand,
+    pub(crate) after: Stand,
+}
+
+impl MoveQuestion {
+    /// Finds the answer, which may take seconds.
+    pub fn answer(&self) -> Event {
+        let verdict = judge_move(&self.plan, &self.before, &self.after);
+        Event::MoveJudged { serial: self.serial, verdict }
     }
 }
 
@@ -127,14 +109,15 @@ fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
     if new.is_empty() {
         return Ok(());
     }
-    let said = new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
-    let said: Vec<_> = said.collect();
-    Err(format!("from where the mission stands, {}", said.join("; ")))
+    let found_words =
+        new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
+    let found_words: Vec<_> = found_words.collect();
+    Err(format!("from where the mission stands, {}", found_words.join("; ")))
 }
 
 /// Whether nothing bad follows from where tokens would be moved to that does not follow from where
 /// they are; errors keep them from being moved even then.
-pub(crate) fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> {
+fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> {
     let configuration = plan.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, plan, after.clone());
     if found.is_empty() {
@@ -143,9 +126,14 @@ pub(crate) fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(
     let known = proven_from(&configuration, plan, before.clone());
     let is_new = |one: &&Finding| one.severity() == Severity::Error || !is_known(one, &known);
     let new: Vec<_> = found.iter().filter(is_new).collect();
-    let said = new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
-    let said: Vec<_> = said.collect();
-    if said.is_empty() { Ok(()) } else { Err(format!("from there, {}", said.join("; "))) }
+    let found_words =
+        new.iter().map(|finding| format!("{}: {}", finding.code.as_str(), finding.message));
+    let found_words: Vec<_> = found_words.collect();
+    if found_words.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("from there, {}", found_words.join("; ")))
+    }
 }
 
 /// What the proof finds from there on, but for what has been passed already.

@@ -1,146 +1,71 @@
-//! What has been decided: marking, firings in flight, activations, standing reports. It changes
-//! by records alone, so playing the journal again gives the same ledger, to the nanosecond.
+//! What has been decided: marking, firings in flight, activations, standing reports. It changes by
+//! records alone ([`Ledger::apply`]), so replaying the journal gives the same ledger, to the nanosecond.
 
-use crate::authority::{Authority, Consent};
-use crate::dates::Dated;
-use crate::record::{Cause, Entry, Outcome, Record, Tokens};
-use armor_petri::{PlaceId, State, TransitionId};
-use armor_plan::{ComponentId, GivenValue, Plan};
-use serde::{Deserialize, Serialize};
+pub(crate) mod activation;
+pub(crate) mod authority;
+#[cfg(test)]
+mod comparison;
+mod error;
+pub(crate) mod firing;
+pub(crate) mod gates;
+mod orders;
+mod reports;
+mod snapshot;
+pub(crate) mod stage;
+mod transfer;
+
+use crate::order::Judged;
+use crate::record::{Entry, Record};
+use crate::terms::{Cause, GuardTurned, Outcome, Tokens, ValueSet};
+use armor_petri::{Class, PlaceId, State, TransitionId};
+use armor_plan::{ComponentId, DatePhase, GivenValue, Plan, PlannedCounter};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
+use gates::Gates;
+
+pub(crate) use activation::Activation;
+pub(crate) use authority::{Authority, Consent};
+pub use authority::{Lease, Pause};
+#[cfg(test)]
+pub(crate) use comparison::check_same;
+pub use error::LedgerError;
+pub use firing::{Firing, Phase};
+pub(crate) use gates::DateState;
+pub use stage::Stage;
+
 /// How many of the last transitions fired are remembered, for people to look at.
 const HISTORY: usize = 20;
-
-/// Why a record does not fit what came before it.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LedgerError {
-    /// The journal was written for another mission, or another version of it.
-    #[error("the journal belongs to mission `{mission}` with fingerprint {fingerprint}")]
-    OtherMission {
-        /// Its mission.
-        mission: String,
-        /// Its fingerprint.
-        fingerprint: String,
-    },
-    /// A new version of the file that cannot be taken there.
-    #[error("the journal says that version {version} of the file was taken, but: {why}")]
-    NotTaken {
-        /// Its number.
-        version: u64,
-        /// What is wrong.
-        why: String,
-    },
-    /// A name that the plan does not have.
-    #[error("the journal speaks of `{0}`, which the mission does not have")]
-    UnknownName(String),
-    /// A number of no firing in flight.
-    #[error("the journal speaks of firing {0}, which is not in flight")]
-    UnknownFiring(u64),
-    /// The net does not allow it there.
-    #[error("the journal says that `{what}` happened, but the net does not allow it: {why}")]
-    NotAllowed {
-        /// What was to happen.
-        what: String,
-        /// What the net says.
-        why: armor_petri::FireError,
-    },
-}
-
-/// Where a firing is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Phase {
-    /// Until everything that must stop has confirmed it.
-    Stopping,
-    /// Until everything that must start has confirmed it.
-    Starting,
-}
-
-/// Tokens on their way.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Firing {
-    /// Why.
-    pub cause: Cause,
-    /// What was taken.
-    pub from: Vec<(PlaceId, u32)>,
-    /// What will be put.
-    pub to: Vec<(PlaceId, u32)>,
-    /// Where it is.
-    pub phase: Phase,
-    /// Since when it is there.
-    pub since: Duration,
-    /// Whether it is already on its second way.
-    pub redirected: bool,
-    /// Places whose components must be off unless something else wants them.
-    pub(crate) leaving: BTreeSet<PlaceId>,
-    /// Components that are in both, but have finished and need a fresh start.
-    pub(crate) renewing: BTreeSet<ComponentId>,
-}
-
-/// Where the mission is as a whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// It plays.
-    Playing,
-    /// It goes to the safe place.
-    Retreating,
-    /// Its last place is marked; what does not belong to it is being stopped.
-    Ending(Outcome),
-    /// It is over.
-    Ended(Outcome),
-}
-
-/// The last activation of a component, and what came of it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Activation {
-    pub(crate) number: u64,
-    /// Whether its reports count.
-    pub(crate) open: bool,
-    pub(crate) done: bool,
-    pub(crate) failed: Option<String>,
-    /// The values that places gave its parameters when it began.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) values: Vec<GivenValue>,
-    /// A pause stopped it. If it has not finished it goes on, under another number.
-    pub(crate) interrupted: bool,
-    /// The last report that counted: process start and number.
-    pub(crate) heard: (u64, u64),
-}
 
 /// All that is decided, and nothing that is merely observed.
 #[derive(Clone, Debug)]
 pub struct Ledger {
-    pub(crate) plan: Arc<Plan>,
-    pub(crate) state: State,
-    pub(crate) firings: BTreeMap<u64, Firing>,
-    pub(crate) activations: Vec<Activation>,
+    plan: Arc<Plan>,
+    state: State,
+    firings: BTreeMap<u64, Firing>,
+    activations: Vec<Activation>,
     /// Reports that stand until a transition consumes them.
-    pub(crate) standing: BTreeMap<(ComponentId, String), f64>,
+    standing: BTreeMap<(ComponentId, String), f64>,
     /// The values of the variables that transitions set.
-    pub(crate) counters: Vec<i64>,
-    /// Per transition, whether its guard holds; true of those without one.
-    pub(crate) holds: Vec<bool>,
-    /// Per transition, where its dates stand.
-    pub(crate) dates: Vec<Dated>,
-    pub(crate) stage: Stage,
-    pub(crate) authority: Authority,
-    pub(crate) last_firing: u64,
-    pub(crate) last_activation: u64,
+    counters: Vec<i64>,
+    gates: Gates,
+    stage: Stage,
+    authority: Authority,
+    last_firing: u64,
+    last_activation: u64,
     /// Transitions fired so far.
-    pub(crate) fired: u64,
+    fired: u64,
     /// The last of them, and when; the oldest first.
-    pub(crate) history: VecDeque<(String, Duration)>,
-    /// The last words on why it retreated or gave up.
-    pub(crate) why: String,
-    /// How many records it was told.
-    pub(crate) records: u64,
-    pub(crate) at: Duration,
-    /// Since when the version of the file is played.
-    pub(crate) version_since: Duration,
+    history: VecDeque<(String, Duration)>,
+    /// Why it retreated or has given up.
+    why: String,
+    /// How many records it has applied.
+    records: u64,
+    /// The time of the last record.
+    at: Duration,
+    /// Since when the version of the file is in force.
+    version_since: Duration,
 }
 
 impl Ledger {
@@ -158,8 +83,7 @@ impl Ledger {
                 .collect(),
             standing: BTreeMap::new(),
             counters: plan.counters().iter().map(|counter| counter.counts.initial).collect(),
-            holds: plan.transitions().iter().map(|t| t.guard.is_none()).collect(),
-            dates: vec![Dated::default(); plan.transitions().len()],
+            gates: Gates::new(&plan),
             stage: Stage::Playing,
             authority: Authority::default(),
             last_firing: 0,
@@ -192,7 +116,7 @@ impl Ledger {
     /// If it does not fit; the ledger is not to be used further then.
     pub fn apply(&mut self, record: &Record) -> Result<(), LedgerError> {
         if let Entry::Snapshot(snapshot) = &record.entry {
-            *self = Self::of_snapshot(Arc::clone(&self.plan), snapshot, record.at)?;
+            *self = Self::from_snapshot(Arc::clone(&self.plan), snapshot, record.at)?;
             return Ok(());
         }
         self.records += 1;
@@ -200,8 +124,10 @@ impl Ledger {
         self.state.advance(self.at);
         match &record.entry {
             Entry::Snapshot(_) => {}
-            Entry::Began { mission, fingerprint, .. } => self.began(mission, fingerprint)?,
-            Entry::Changed { version, fingerprint, .. } => self.changed(version, fingerprint)?,
+            Entry::Began { mission, fingerprint, .. } => {
+                self.check_mission(mission, fingerprint)?
+            }
+            Entry::Changed { version, fingerprint, .. } => self.change(version, fingerprint)?,
             Entry::Refused { .. } => {}
             Entry::Took { firing, cause, from, to, sets, guards, .. } => {
                 self.took(*firing, cause, from, to)?;
@@ -220,18 +146,18 @@ impl Ledger {
             Entry::Heard { component, instance, serial, report } => {
                 self.heard(self.component(component)?, (*instance, *serial), report);
             }
-            Entry::Ordered(judged) => self.ordered(judged)?,
-            Entry::Asked { transition } => self.consent(transition, Consent::Asked(self.at))?,
+            Entry::Ordered(judged) => self.order(judged)?,
+            Entry::Asked { transition } => self.set_consent(transition, Consent::Asked(self.at))?,
             Entry::Unanswered { transition, fires: true } => {
-                self.consent(transition, Consent::Granted)?;
+                self.set_consent(transition, Consent::Granted)?;
             }
             Entry::Unanswered { transition, fires: false } => {
-                self.consent(transition, Consent::Declined)?;
+                self.set_consent(transition, Consent::Declined)?;
             }
-            Entry::LinkLost { .. } => self.link_is_lost(),
+            Entry::LinkLost { .. } => self.authority.lose_link(self.at),
             Entry::Held { .. } => self.hold("the executive"),
-            Entry::Guard { transition, holds, .. } => self.weighed(transition, *holds)?,
-            Entry::Dated { transition, phase, .. } => self.dated(transition, *phase)?,
+            Entry::Guard { transition, holds, .. } => self.set_guard(transition, *holds)?,
+            Entry::Dated { transition, phase, .. } => self.set_date_phase(transition, *phase)?,
             Entry::Retreated { why } => self.retreated(why),
             Entry::GaveUp { why } => {
                 self.why.clone_from(why);
@@ -242,28 +168,132 @@ impl Ledger {
             Entry::Ended { outcome } => self.stage = Stage::Ended(*outcome),
         }
         self.forget_what_no_longer_counts();
-        self.forget_consents();
+        let state = &self.state;
+        self.authority.retain_consents(|id| state.enabled_since(id).is_some());
         Ok(())
     }
 
-    /// Tokens per place.
+    /// Returns the plan in force.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    /// Returns the tokens per place.
     pub fn marking(&self) -> &[u32] {
         self.state.marking()
     }
 
-    /// Firings in flight, by number.
+    /// Returns the firings in flight, by number.
     pub fn firings(&self) -> &BTreeMap<u64, Firing> {
         &self.firings
     }
 
-    /// Where the mission is as a whole.
+    /// Returns the stage of the mission as a whole.
     pub fn stage(&self) -> Stage {
         self.stage
     }
 
-    /// The net's state: clocks and who is enabled.
+    /// Returns the net's state: its clocks, and which transitions are enabled.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Returns the lease, if an operator commands.
+    pub fn lease(&self) -> Option<&Lease> {
+        self.authority.lease.as_ref()
+    }
+
+    /// Returns the pause, if the mission stands still.
+    pub fn pause(&self) -> Option<&Pause> {
+        self.authority.pause.as_ref()
+    }
+
+    /// Returns the last orders and when they were given; the oldest first.
+    pub fn orders(&self) -> impl Iterator<Item = &(Judged, Duration)> {
+        self.authority.orders()
+    }
+
+    /// Returns the variables that transitions set, and their values.
+    pub fn values(&self) -> impl Iterator<Item = (&str, i64)> {
+        let names = self.plan.counters().iter().map(|counter| counter.name.as_str());
+        names.zip(self.counters.iter().copied())
+    }
+
+    /// Returns the values of the plan's counters.
+    pub(crate) fn counters(&self) -> &[i64] {
+        &self.counters
+    }
+
+    /// Returns the last activation of a component.
+    pub(crate) fn activation(&self, component: ComponentId) -> &Activation {
+        &self.activations[component.index()]
+    }
+
+    pub(crate) fn authority(&self) -> &Authority {
+        &self.authority
+    }
+
+    /// Whether a guard is true; true of a transition without one.
+    pub(crate) fn guard_holds(&self, id: TransitionId) -> bool {
+        self.gates.guard(id)
+    }
+
+    /// Returns where the dates of a transition stand.
+    pub(crate) fn date(&self, id: TransitionId) -> DateState {
+        self.gates.date(id)
+    }
+
+    /// Whether its dates let a transition fire; true of one without dates.
+    pub(crate) fn is_in_date(&self, id: TransitionId) -> bool {
+        self.gates.is_in_date(&self.plan, id)
+    }
+
+    /// Whether the tokens are as a transition wants them, whatever its gate and its clock.
+    pub(crate) fn is_wanted(&self, id: TransitionId) -> bool {
+        let transition = self.plan.net().transition(id);
+        let mut needed = transition.inputs.iter().chain(&transition.reads);
+        needed.all(|arc| self.state.tokens(arc.0) >= arc.1)
+            && transition.inhibitors.iter().all(|arc| self.state.tokens(arc.0) < arc.1)
+    }
+
+    /// Returns the number of the firing that begins next.
+    pub(crate) fn next_firing(&self) -> u64 {
+        self.last_firing + 1
+    }
+
+    /// Returns the number of the last activation.
+    pub(crate) fn last_activation(&self) -> u64 {
+        self.last_activation
+    }
+
+    /// Returns how many transitions have fired.
+    pub(crate) fn fired(&self) -> u64 {
+        self.fired
+    }
+
+    /// Returns the last transitions that fired, and when; the oldest first.
+    pub(crate) fn history(&self) -> impl Iterator<Item = &(String, Duration)> {
+        self.history.iter()
+    }
+
+    /// Returns why it retreated or has given up; empty if it has not.
+    pub(crate) fn why(&self) -> &str {
+        &self.why
+    }
+
+    /// Returns the time of the last record.
+    pub(crate) fn last_at(&self) -> Duration {
+        self.at
+    }
+
+    /// Returns since when the version of the file is in force.
+    pub(crate) fn version_since(&self) -> Duration {
+        self.version_since
+    }
+
+    /// Moves the net's clocks on. That is no decision: replaying the records moves them too.
+    pub(crate) fn advance(&mut self, now: Duration) {
+        self.state.advance(now);
     }
 
     /// Whether a marked place or a firing in flight needs the component.
@@ -272,12 +302,48 @@ impl Ledger {
             || self.firings.values().any(|f| self.plan.activates(&f.to, component))
     }
 
-    /// Whether a marked place has the component.
-    pub(crate) fn marks(&self, component: ComponentId) -> bool {
+    /// Whether the components of a place run while it is marked: a pause stops all but safety's.
+    pub(crate) fn plays(&self, place: PlaceId) -> bool {
+        self.authority.pause.is_none() || self.plan.place(place).safety
+    }
+
+    /// Whether a marked place wants the component to run, now.
+    pub(crate) fn runs(&self, component: ComponentId) -> bool {
+        let places = &self.plan.component(component).places;
+        places.iter().any(|place| self.state.tokens(*place) > 0 && self.plays(*place))
+    }
+
+    /// Whether these places, once marked, want the component to run, now.
+    pub(crate) fn activates_now(&self, to: &[(PlaceId, u32)], component: ComponentId) -> bool {
+        let places = &self.plan.component(component).places;
+        to.iter().any(|(place, _)| places.contains(place) && self.plays(*place))
+    }
+
+    /// Whether a firing in flight stays where it is until the pause is over.
+    pub(crate) fn is_held(&self, firing: &Firing) -> bool {
+        let of_safety = match &firing.cause {
+            Cause::Transition(name) => self
+                .plan
+                .transition_named(name)
+                .is_some_and(|id| self.plan.net().transition(id).class == Class::Safety),
+            Cause::Retreat => true,
+            Cause::Start | Cause::Failure { .. } => false,
+        };
+        let to_safety = || firing.to.iter().any(|arc| self.plan.place(arc.0).safety);
+        self.authority.pause.is_some() && !of_safety && !to_safety()
+    }
+
+    /// Returns the values of an activation that begins now.
+    pub(crate) fn values_for(&self, component: ComponentId) -> Vec<GivenValue> {
+        self.values_with(component, &[], None)
+    }
+
+    fn marks(&self, component: ComponentId) -> bool {
         let places = &self.plan.component(component).places;
         places.iter().any(|place| self.state.tokens(*place) > 0)
     }
 
+    /// Returns tokens by the names of their places.
     pub(crate) fn tokens_named(&self, tokens: &[(PlaceId, u32)]) -> Vec<Tokens> {
         let name = |&(place, tokens): &(PlaceId, u32)| Tokens {
             place: self.plan.net().place(place).to_owned(),
@@ -286,7 +352,7 @@ impl Ledger {
         tokens.iter().map(name).collect()
     }
 
-    pub(crate) fn began(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
+    fn check_mission(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
         if mission == self.plan.mission() && fingerprint == self.plan.fingerprint() {
             return Ok(());
         }
@@ -335,13 +401,16 @@ impl Ledger {
         let id = self.transition(name)?;
         let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
         self.state.take(id).map_err(refused)?;
-        self.authority.consents.remove(&id);
+        self.authority.forget_consent(id);
         self.fired += 1;
         self.history.push_back((name.to_owned(), self.at));
         if self.history.len() > HISTORY {
             self.history.pop_front();
         }
-        self.date_used(id);
+        if self.plan.transition(id).dates.is_some() {
+            self.gates.use_date(id);
+            self.set_gate(id);
+        }
         if let Some(on) = &self.plan.transition(id).on {
             let on = on.clone();
             self.standing.remove(&on);
@@ -350,9 +419,9 @@ impl Ledger {
         Ok(())
     }
 
-    pub(crate) fn weighed(&mut self, name: &str, holds: bool) -> Result<(), LedgerError> {
+    fn set_guard(&mut self, name: &str, is_true: bool) -> Result<(), LedgerError> {
         let id = self.transition(name)?;
-        self.holds[id.index()] = holds;
+        self.gates.set_guard(id, is_true);
         self.set_gate(id);
         Ok(())
     }
@@ -384,7 +453,7 @@ impl Ledger {
         Ok(())
     }
 
-    pub(crate) fn retreated(&mut self, why: &str) {
+    fn retreated(&mut self, why: &str) {
         self.why = why.to_owned();
         self.firings.clear();
         self.state.clear();
@@ -411,23 +480,97 @@ impl Ledger {
         self.firings.insert(self.last_firing, firing);
     }
 
-    pub(crate) fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
+    fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
         tokens.iter().map(|it| Ok((self.place(&it.place)?, it.tokens))).collect()
     }
 
-    pub(crate) fn place(&self, name: &str) -> Result<PlaceId, LedgerError> {
+    fn place(&self, name: &str) -> Result<PlaceId, LedgerError> {
         self.plan.place_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
-    pub(crate) fn transition(&self, name: &str) -> Result<TransitionId, LedgerError> {
+    fn transition(&self, name: &str) -> Result<TransitionId, LedgerError> {
         self.plan.transition_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
-    pub(crate) fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
+    fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
         self.plan.component_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
     fn firing_mut(&mut self, number: u64) -> Result<&mut Firing, LedgerError> {
         self.firings.get_mut(&number).ok_or(LedgerError::UnknownFiring(number))
+    }
+
+    /// Over, if the goal or the safe place is marked. A pause puts that off, but for safety.
+    fn conclude(&mut self) {
+        let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
+        if marked(self.plan.safe()) {
+            self.stage = Stage::Ending(Outcome::Safe);
+        } else if marked(self.plan.goal())
+            && self.stage == Stage::Playing
+            && self.authority.pause.is_none()
+        {
+            self.stage = Stage::Ending(Outcome::Goal);
+        }
+        if self.stage != Stage::Playing {
+            self.firings.clear();
+            self.end_pause();
+        }
+    }
+
+    fn set_date_phase(&mut self, name: &str, phase: DatePhase) -> Result<(), LedgerError> {
+        let id = self.transition(name)?;
+        self.gates.set_date_phase(id, phase);
+        self.set_gate(id);
+        Ok(())
+    }
+
+    /// Opens or shuts the gate of a transition: open while guard, report and dates all let it fire.
+    fn set_gate(&mut self, id: TransitionId) {
+        let on = self.plan.transition(id).on.as_ref();
+        let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
+        let open = self.guard_holds(id) && is_reported && self.is_in_date(id);
+        self.state.set_gate(id, open);
+    }
+
+    /// Variables are set with the taking: what is decided next is decided by their new values.
+    fn set_values(&mut self, sets: &[ValueSet], guards: &[GuardTurned]) -> Result<(), LedgerError> {
+        for set in sets {
+            let named = |counter: &PlannedCounter| counter.name == set.variable;
+            let index = self.plan.counters().iter().position(named);
+            let index = index.ok_or_else(|| LedgerError::UnknownName(set.variable.clone()))?;
+            self.counters[index] = set.value;
+        }
+        guards.iter().try_for_each(|turned| self.set_guard(&turned.transition, turned.holds))
+    }
+
+    /// The components of a firing's places that run and have to be started afresh: those that have
+    /// finished, and those that get other values. `firing` is its number, if it is in flight.
+    fn to_renew(&self, to: &[(PlaceId, u32)], firing: Option<u64>) -> BTreeSet<ComponentId> {
+        let mut renewed = self.finished_in(to);
+        let components = to.iter().flat_map(|arc| &self.plan.place(arc.0).components);
+        renewed.extend(components.filter(|component| {
+            let last = &self.activations[component.index()];
+            let is_same = |values: &[GivenValue]| {
+                let terms = values.iter().map(GivenValue::terms);
+                terms.eq(last.values.iter().map(GivenValue::terms))
+            };
+            let runs = last.open && self.plan.component(**component).is_controlled();
+            runs && last.number > 0 && !is_same(&self.values_with(**component, to, firing))
+        }));
+        renewed
+    }
+
+    /// By the places that are marked, those that firings lead to (but for `except`), and `to`.
+    fn values_with(
+        &self,
+        component: ComponentId,
+        to: &[(PlaceId, u32)],
+        except: Option<u64>,
+    ) -> Vec<GivenValue> {
+        let flights = self.firings.iter().filter(|(number, _)| Some(**number) != except);
+        let arriving: BTreeSet<_> =
+            flights.flat_map(|(_, firing)| &firing.to).chain(to).map(|arc| arc.0).collect();
+        let is_marked = |place: PlaceId| self.state.tokens(place) > 0 || arriving.contains(&place);
+        self.plan.values_in(component, is_marked)
     }
 }

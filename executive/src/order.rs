@@ -31,7 +31,7 @@ pub enum Order {
     Resume,
     /// Go to the safe place.
     Safe,
-    /// Move tokens, all at once.
+    /// Move tokens, all of them in one step.
     Move(Vec<TokenMove>),
     /// Let a transition fire that asks.
     Confirm(String),
@@ -70,7 +70,7 @@ pub struct Judged {
 }
 
 impl Order {
-    /// Whether it is taken from anyone, whoever commands.
+    /// Whether any operator may give it, not only the holder of the lease.
     pub fn is_open_to_all(&self) -> bool {
         matches!(self, Self::Pause | Self::Safe)
     }

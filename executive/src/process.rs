@@ -2,7 +2,7 @@
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// One process start, told from any later one with the same number.
+/// One process start, distinguished from any later one with the same number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Process {
     pid: i32,
@@ -43,7 +43,7 @@ fn alive_since(stat: &str) -> Option<u64> {
     let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
     let state = fields.next()?;
     let threads: u64 = fields.nth(16)?.parse().ok()?;
-    // A first thread that has ended says nothing of the others: they may still hold the hardware.
+    // The first thread may have ended while others still use the hardware.
     if matches!(state, "Z" | "X" | "x") && threads <= 1 {
         return None;
     }

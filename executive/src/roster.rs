@@ -1,5 +1,5 @@
-//! What each component is known to do, as against what was decided: present or not, running or
-//! not, and the command it has been given and not yet confirmed.
+//! The components as observed, as opposed to what is decided: present or not, running or not, and the
+//! command that is not confirmed yet.
 
 use armor_plan::{ComponentId, Limits, Plan};
 use std::time::Duration;
@@ -17,10 +17,10 @@ pub enum Presence {
     Gone,
 }
 
-/// What a component says it is doing.
+/// What a component reports that it does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doing {
-    /// It has not said yet, or has been commanded and not confirmed.
+    /// It has not reported yet, or has not confirmed a command.
     Unknown,
     /// It waits for its settings and cannot be activated yet.
     Starting,
@@ -30,9 +30,9 @@ pub enum Doing {
     Active,
 }
 
-/// A command under way.
+/// A command that has not been confirmed yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Order {
+pub(crate) struct PendingCommand {
     pub(crate) stop: bool,
     pub(crate) since: Duration,
     pub(crate) tries: u32,
@@ -52,12 +52,12 @@ pub(crate) struct Observed {
     /// The last activation this process start has been commanded.
     pub(crate) commanded: u64,
     pub(crate) controllable: bool,
-    pub(crate) order: Option<Order>,
+    pub(crate) order: Option<PendingCommand>,
     /// Not even killing it was confirmed.
     pub(crate) unstoppable: bool,
-    /// It is to start, and one that it excludes was in its way when somebody looked last.
+    /// Its start was blocked by a component that it excludes, when the last event was settled.
     pub(crate) is_blocked: bool,
-    /// Since when nobody is in its way.
+    /// Since when its start is not blocked.
     pub(crate) unblocked: Duration,
 }
 
@@ -96,7 +96,7 @@ impl Observed {
 pub(crate) struct Roster {
     observed: Vec<Observed>,
     /// When the executive began to look.
-    pub(crate) began: Duration,
+    began: Duration,
 }
 
 impl Roster {
@@ -115,6 +115,11 @@ impl Roster {
             unblocked: Duration::ZERO,
         };
         Self { observed: plan.components().iter().map(unseen).collect(), began: now }
+    }
+
+    /// Returns when the executive began to look.
+    pub(crate) fn began(&self) -> Duration {
+        self.began
     }
 
     pub(crate) fn of(&self, component: ComponentId) -> &Observed {
@@ -142,7 +147,8 @@ impl Roster {
         };
     }
 
-    /// Its connection or its process is gone. An order to stop goes on: it is about the component.
+    /// Notes that its connection or its process is gone. An order to stop stays: it is about the component,
+    /// not about one process of it.
     pub(crate) fn left(&mut self, component: ComponentId, presence: Presence, now: Duration) {
         let observed = self.of_mut(component);
         (observed.presence, observed.since, observed.doing) = (presence, now, Doing::Unknown);
@@ -154,8 +160,9 @@ impl Roster {
         }
     }
 
-    /// What it says counts unless it is about an activation before the one it was last given.
-    pub(crate) fn said(&mut self, component: ComponentId, doing: Doing, activation: u64) {
+    /// Takes its report of what it does, unless that is about an earlier activation than the one it was
+    /// commanded last: such a report was sent before the command arrived.
+    pub(crate) fn note_doing(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         let observed = self.of_mut(component);
         if observed.presence != Presence::Here || activation < observed.commanded {
             return;
@@ -165,5 +172,11 @@ impl Roster {
         if stopping != (doing == Doing::Active) {
             observed.order = None;
         }
+    }
+}
+
+impl Doing {
+    pub(crate) fn is_at_rest(self) -> bool {
+        self == Self::Frozen
     }
 }

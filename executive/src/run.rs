@@ -9,7 +9,8 @@ use crate::hub::{Hub, Input};
 use crate::journal::{self, Journal, JournalError, Story};
 use crate::ledger::{Ledger, LedgerError};
 use crate::order::Judged;
-use crate::record::{Entry, Outcome};
+use crate::record::Entry;
+use crate::terms::Outcome;
 use crate::wall_clock::{self, Calendar};
 use crate::watch::Watching;
 use armor_marking::Marking;
@@ -27,7 +28,7 @@ use std::time::Duration;
 
 /// How long the registry may take to answer at the start.
 const REGISTRY_LIMIT: Duration = Duration::from_secs(20);
-/// How often the flag to stop is looked at, and processes in doubt.
+/// Time between two looks at the flag to stop, and at processes in doubt.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
 /// How long what was said last, such as the answer to the order that ended the mission, has to leave
 /// this process.
@@ -47,7 +48,7 @@ pub struct Options {
     pub newer: Option<Newer>,
     /// How long the journal grows before it is cut, in bytes; see [`journal::CUT_AT`].
     pub cut_at: u64,
-    /// Whether this host's clock counts as right although nobody is known to keep it.
+    /// Whether this host's clock counts as right although no time service is known to keep it.
     pub trust_clock: bool,
 }
 
@@ -68,12 +69,8 @@ pub enum RunError {
     /// There is no mission to begin with.
     #[error("{0}")]
     Mission(String),
-    /// The mission has absolute dates and nobody is known to keep this host's clock.
-    #[error(
-        "this mission has absolute dates, and the clock of this host is not known to be right \
-         ({0}): let systemd-timesyncd, chrony or another time service keep it; or, if you know \
-         that it is right, run with --trust-clock"
-    )]
+    /// The mission has absolute dates, and no time service is known to keep this host's clock.
+    #[error("{}", wall_clock::unkept(.0))]
     Clock(String),
     /// The registry is not reached, or another executive is there.
     #[error("the executive cannot register: {0}")]
@@ -118,7 +115,7 @@ pub fn run(
     } else if begins {
         Controller::new(Arc::clone(&plan), now)
     } else {
-        Controller::go_on(ledger, now)
+        Controller::resume_from(ledger, now)
     };
     if !story.records.is_empty() {
         say_where(&controller);
@@ -259,7 +256,7 @@ impl Executive {
         Ok(None)
     }
 
-    /// UTC: as the data says that mission time follows, once it has, else as this host does.
+    /// Returns UTC: by the data that mission time follows, if it does, else by this host's clock.
     fn utc(&self) -> Option<Date> {
         if !self.clocks.follow_data() {
             return Some(wall_clock::utc());
@@ -269,16 +266,18 @@ impl Executive {
         since_1970.filter(|since| !since.is_zero()).map(Date::since_1970)
     }
 
-    /// The data that mission time follows has said something.
+    /// Takes in that there is a reading of the data that mission time follows.
     fn look_at_the_time(&mut self) -> Result<Vec<Event>, RunError> {
-        let Some(life) = self.clocks.look() else { return Ok(Vec::new()) };
+        let Some(life) = self.clocks.look() else {
+            return Ok(Vec::new());
+        };
         self.journal.begin(life.clone())?;
         // Who shows the marking counts from its stamp, which is of the time before.
         self.shown = None;
         Ok(vec![Event::Timer])
     }
 
-    /// Whether an order is malformed, and then says so; it never reaches the journal.
+    /// Whether an order is malformed; it is answered then, and never reaches the journal.
     fn refuses(&self, given: &GivenOrder) -> bool {
         let wrong = given.order.check(given.request, &given.author).err();
         if let Some(wrong) = wrong {
@@ -338,7 +337,9 @@ impl Executive {
 
     /// Answers what is asked of a new version, on a thread of its own: a proof takes its time.
     fn judge(&self) {
-        let Some(question) = self.controller.question() else { return };
+        let Some(question) = self.controller.question() else {
+            return;
+        };
         let inputs = self.inputs.clone();
         let trusted = self.trust_clock;
         let doubts = move || if trusted { None } else { wall_clock::doubts() };
@@ -350,7 +351,9 @@ impl Executive {
 
     /// Proves a move, on a thread of its own too.
     fn judge_move(&self) {
-        let Some(question) = self.controller.move_question() else { return };
+        let Some(question) = self.controller.move_question() else {
+            return;
+        };
         let inputs = self.inputs.clone();
         let answer = move || drop(inputs.send(Input::Event(question.answer())));
         if let Err(error) = std::thread::Builder::new().name("judge-move".into()).spawn(answer) {
@@ -385,7 +388,7 @@ fn register(options: &Options) -> Result<Node, RunError> {
         .map_err(|error| RunError::Register(error.to_string()))
 }
 
-/// Hands on what comes from elsewhere, for as long as anybody listens.
+/// Passes on what another thread produces, until the receiver is gone.
 fn hand_on<T: Send + 'static>(
     name: &str,
     from: impl IntoIterator<Item = T> + Send + 'static,
@@ -404,11 +407,11 @@ fn hand_on<T: Send + 'static>(
     }
 }
 
-/// Says in the log what people want to know of a mission.
+/// Logs what people want to know of a mission.
 fn log(entry: &Entry) {
     match entry {
         Entry::Took { cause, from, to, late_s, sets, .. } => {
-            let names = |tokens: &[crate::record::Tokens]| {
+            let names = |tokens: &[crate::terms::Tokens]| {
                 in_words(&tokens.iter().map(|t| t.place.as_str()).collect::<Vec<_>>())
             };
             tracing::info!("{cause}: {} -> {}", names(from), names(to));

@@ -1,19 +1,19 @@
-//! The whole ledger as one record, so that a journal need not keep for ever how it came about.
-//! Names, not numbers, as in every record.
+//! The whole ledger as one record, so that a journal need not be kept back to its beginning. Names, not
+//! numbers, as in every record.
 
-use crate::authority::{Authority, Consent, Lease, Pause};
-use crate::dates::Dated;
-use crate::ledger::{Activation, Firing, Ledger, LedgerError, Phase, Stage};
+use crate::ledger::activation::Activation;
+use crate::ledger::authority::{Consent, Lease, Pause};
+use crate::ledger::firing::Phase;
+use crate::ledger::gates::DateState;
+use crate::ledger::stage::Stage;
 use crate::order::Judged;
-use crate::record::{Cause, Entry, Record, Tokens, any_number};
-use armor_petri::{PlaceId, State, TransitionId};
-use armor_plan::{ComponentId, Plan, Version};
+use crate::terms::{Cause, Tokens, any_number};
+use armor_plan::Version;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 use std::time::Duration;
 
-/// What a journal came to.
+/// What the records of a journal come to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// The mission's name.
@@ -24,245 +24,55 @@ pub struct Snapshot {
     pub began: Version,
     /// What it is played from.
     pub version: Version,
-    version_since: Duration,
+    pub(crate) version_since: Duration,
     /// How many records it stands for.
     pub records: u64,
     /// The places that hold tokens.
     pub marking: Vec<Tokens>,
     /// When each enabled transition became so.
-    clocks: BTreeMap<String, Duration>,
-    held_since: Option<Duration>,
-    firings: Vec<(u64, Flight)>,
-    activations: BTreeMap<String, Activation>,
-    standing: Vec<Standing>,
+    pub(crate) clocks: BTreeMap<String, Duration>,
+    pub(crate) held_since: Option<Duration>,
+    pub(crate) firings: Vec<(u64, FiringSnapshot)>,
+    pub(crate) activations: BTreeMap<String, Activation>,
+    pub(crate) standing: Vec<StandingReport>,
     /// The variables that transitions set.
     #[serde(default)]
-    counters: BTreeMap<String, i64>,
+    pub(crate) counters: BTreeMap<String, i64>,
     /// Transitions whose guards hold.
-    holds: BTreeSet<String>,
-    dates: BTreeMap<String, Dated>,
-    stage: Stage,
-    lease: Option<Lease>,
-    link_lost: Option<Duration>,
-    pause: Option<Pause>,
-    resumed_at: Duration,
-    consents: BTreeMap<String, Consent>,
-    orders: Vec<(Judged, Duration)>,
-    last_firing: u64,
-    last_activation: u64,
-    fired: u64,
-    history: Vec<(String, Duration)>,
-    why: String,
+    pub(crate) holds: BTreeSet<String>,
+    pub(crate) dates: BTreeMap<String, DateState>,
+    pub(crate) stage: Stage,
+    pub(crate) lease: Option<Lease>,
+    pub(crate) link_lost: Option<Duration>,
+    pub(crate) pause: Option<Pause>,
+    pub(crate) resumed_at: Duration,
+    pub(crate) consents: BTreeMap<String, Consent>,
+    pub(crate) orders: Vec<(Judged, Duration)>,
+    pub(crate) last_firing: u64,
+    pub(crate) last_activation: u64,
+    pub(crate) fired: u64,
+    pub(crate) history: Vec<(String, Duration)>,
+    pub(crate) why: String,
 }
 
 /// Tokens on their way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Flight {
-    cause: Cause,
-    from: Vec<Tokens>,
-    to: Vec<Tokens>,
-    phase: Phase,
-    since: Duration,
-    redirected: bool,
-    leaving: Vec<String>,
-    renewing: Vec<String>,
+pub(crate) struct FiringSnapshot {
+    pub(crate) cause: Cause,
+    pub(crate) from: Vec<Tokens>,
+    pub(crate) to: Vec<Tokens>,
+    pub(crate) phase: Phase,
+    pub(crate) since: Duration,
+    pub(crate) redirected: bool,
+    pub(crate) leaving: Vec<String>,
+    pub(crate) renewing: Vec<String>,
 }
 
 /// A report that stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Standing {
-    component: String,
-    report: String,
+pub(crate) struct StandingReport {
+    pub(crate) component: String,
+    pub(crate) report: String,
     #[serde(with = "any_number")]
-    value: f64,
-}
-
-impl Ledger {
-    /// The record that a new ledger needs to be as this one is.
-    pub fn snapshot(&self) -> Record {
-        // Without `..`: what is added to the ledger has to be added here.
-        let Self {
-            plan,
-            state,
-            firings,
-            activations,
-            standing,
-            counters,
-            holds,
-            dates,
-            stage,
-            authority,
-            last_firing,
-            last_activation,
-            fired,
-            history,
-            why,
-            records,
-            at,
-            version_since,
-        } = self;
-        let Authority { lease, link_lost, pause, resumed_at, consents, orders } = authority;
-        let component = |id: ComponentId| plan.component(id).name.clone();
-        let transition = |id: TransitionId| plan.net().transition(id).name.clone();
-        let ids = || plan.net().transition_ids();
-        let marked = plan.place_ids().map(|id| (id, state.tokens(id))).filter(|arc| arc.1 > 0);
-        let clock = |id| Some((transition(id), state.enabled_since(id)?));
-        let standing = standing.iter().map(|((id, report), value)| Standing {
-            component: component(*id),
-            report: report.clone(),
-            value: *value,
-        });
-        let holding = ids().filter(|id| plan.transition(*id).guard.is_some() && holds[id.index()]);
-        let counted =
-            plan.counters().iter().map(|it| it.name.clone()).zip(counters.iter().copied());
-        let dated = ids().filter(|id| plan.transition(*id).dates.is_some());
-        let snapshot = Snapshot {
-            mission: plan.mission().to_owned(),
-            fingerprint: plan.fingerprint(),
-            began: (**plan.began()).clone(),
-            version: (**plan.version()).clone(),
-            version_since: *version_since,
-            records: *records,
-            marking: self.tokens_named(&marked.collect::<Vec<_>>()),
-            clocks: ids().filter_map(clock).collect(),
-            held_since: state.held_since(),
-            firings: firings.iter().map(|(number, it)| (*number, self.flight(it))).collect(),
-            activations: plan.component_ids().map(component).zip(activations.clone()).collect(),
-            standing: standing.collect(),
-            counters: counted.collect(),
-            holds: holding.map(transition).collect(),
-            dates: dated.map(|id| (transition(id), dates[id.index()])).collect(),
-            stage: *stage,
-            lease: lease.clone(),
-            link_lost: *link_lost,
-            pause: pause.clone(),
-            resumed_at: *resumed_at,
-            consents: consents.iter().map(|(id, consent)| (transition(*id), *consent)).collect(),
-            orders: orders.iter().cloned().collect(),
-            last_firing: *last_firing,
-            last_activation: *last_activation,
-            fired: *fired,
-            history: history.iter().cloned().collect(),
-            why: why.clone(),
-        };
-        Record { at: *at, entry: Entry::Snapshot(Box::new(snapshot)) }
-    }
-
-    fn flight(&self, firing: &Firing) -> Flight {
-        let place = |id: &PlaceId| self.plan.net().place(*id).to_owned();
-        let component = |id: &ComponentId| self.plan.component(*id).name.clone();
-        Flight {
-            cause: firing.cause.clone(),
-            from: self.tokens_named(&firing.from),
-            to: self.tokens_named(&firing.to),
-            phase: firing.phase,
-            since: firing.since,
-            redirected: firing.redirected,
-            leaving: firing.leaving.iter().map(place).collect(),
-            renewing: firing.renewing.iter().map(component).collect(),
-        }
-    }
-
-    /// The ledger that a snapshot was taken of, at `at`.
-    pub(crate) fn of_snapshot(
-        plan: Arc<Plan>,
-        snapshot: &Snapshot,
-        at: Duration,
-    ) -> Result<Self, LedgerError> {
-        let (number, version) = (snapshot.version.number, &snapshot.version);
-        let plan = if *version == **plan.version() {
-            plan
-        } else {
-            let refused = |why| LedgerError::NotTaken { version: number, why };
-            Arc::new(plan.read_next(version).map_err(refused)?)
-        };
-        let mut ledger = Self::new(plan);
-        ledger.began(&snapshot.mission, &snapshot.fingerprint)?;
-        (ledger.records, ledger.version_since) = (snapshot.records, snapshot.version_since);
-        ledger.at = at;
-        (ledger.stage, ledger.why) = (snapshot.stage, snapshot.why.clone());
-        ledger.last_firing = snapshot.last_firing;
-        ledger.last_activation = snapshot.last_activation;
-        ledger.fired = snapshot.fired;
-        ledger.history = snapshot.history.iter().cloned().collect();
-        for (name, activation) in &snapshot.activations {
-            let component = ledger.component(name)?;
-            ledger.activations[component.index()] = activation.clone();
-        }
-        for it in &snapshot.standing {
-            let component = ledger.component(&it.component)?;
-            ledger.standing.insert((component, it.report.clone()), it.value);
-        }
-        for (name, value) in &snapshot.counters {
-            let index = ledger.plan.counters().iter().position(|counter| counter.name == *name);
-            let index = index.ok_or_else(|| LedgerError::UnknownName(name.clone()))?;
-            ledger.counters[index] = *value;
-        }
-        for name in &snapshot.holds {
-            let id = ledger.transition(name)?;
-            ledger.holds[id.index()] = true;
-        }
-        for (name, dated) in &snapshot.dates {
-            let id = ledger.transition(name)?;
-            ledger.dates[id.index()] = *dated;
-        }
-        for (number, flight) in &snapshot.firings {
-            let firing = ledger.firing_of(flight)?;
-            ledger.firings.insert(*number, firing);
-        }
-        ledger.authority = ledger.authority_of(snapshot)?;
-        ledger.wind_up(snapshot, at)?;
-        Ok(ledger)
-    }
-
-    fn firing_of(&self, flight: &Flight) -> Result<Firing, LedgerError> {
-        let leaving: Result<_, _> = flight.leaving.iter().map(|name| self.place(name)).collect();
-        let renewing: Result<_, _> =
-            flight.renewing.iter().map(|name| self.component(name)).collect();
-        Ok(Firing {
-            cause: flight.cause.clone(),
-            from: self.resolved(&flight.from)?,
-            to: self.resolved(&flight.to)?,
-            phase: flight.phase,
-            since: flight.since,
-            redirected: flight.redirected,
-            leaving: leaving?,
-            renewing: renewing?,
-        })
-    }
-
-    fn authority_of(&self, snapshot: &Snapshot) -> Result<Authority, LedgerError> {
-        let consents = snapshot.consents.iter();
-        let consents: Result<_, LedgerError> =
-            consents.map(|(name, consent)| Ok((self.transition(name)?, *consent))).collect();
-        Ok(Authority {
-            lease: snapshot.lease.clone(),
-            link_lost: snapshot.link_lost,
-            pause: snapshot.pause.clone(),
-            resumed_at: snapshot.resumed_at,
-            consents: consents?,
-            orders: snapshot.orders.iter().cloned().collect(),
-        })
-    }
-
-    /// Marks the net, opens its gates, and sets its clocks going where they stood.
-    fn wind_up(&mut self, snapshot: &Snapshot, at: Duration) -> Result<(), LedgerError> {
-        let mut marking = vec![0; self.plan.places().len()];
-        for (place, tokens) in self.resolved(&snapshot.marking)? {
-            marking[place.index()] = tokens;
-        }
-        let from = snapshot.held_since.unwrap_or(at);
-        self.state = State::with_marking(Arc::clone(self.plan.net()), marking, from);
-        if snapshot.held_since.is_some() {
-            self.state.hold();
-        }
-        self.state.advance(at);
-        for id in self.plan.net().transition_ids() {
-            self.set_gate(id);
-        }
-        for (name, since) in &snapshot.clocks {
-            self.state.resume_clock(self.transition(name)?, *since);
-        }
-        Ok(())
-    }
+    pub(crate) value: f64,
 }

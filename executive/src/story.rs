@@ -1,6 +1,7 @@
 //! The journal in words, for people.
 
-use crate::record::{Entry, Outcome, Tokens};
+use crate::record::Entry;
+use crate::terms::{Outcome, Tokens};
 use armor_plan::DatePhase;
 use std::fmt;
 

@@ -50,7 +50,7 @@ pub(crate) struct Followed {
 }
 
 impl Followed {
-    /// Goes on from `now`, and from where the journal ties it to the data if that still holds.
+    /// Continues from `now`, and from where the journal ties it to the data if that still applies.
     pub(crate) fn new(now: Duration, anchor: Option<Anchor>) -> Self {
         Self { now, anchor }
     }
@@ -59,7 +59,7 @@ impl Followed {
         self.now
     }
 
-    /// Takes in a reading. Where the data jumps, or another process start says it, no time passes;
+    /// Takes in a reading. Where the data jumps, or comes from another process start, no time passes;
     /// the new anchor is to be written down then.
     pub(crate) fn read(&mut self, reading: Reading, passage: Passage) -> Option<Anchor> {
         let holds = self
@@ -79,7 +79,7 @@ impl Followed {
     }
 }
 
-/// What of a firing makes its waiting begin anew.
+/// The parts of a firing that restart its waiting when they change.
 type Step = (Duration, Phase, bool);
 
 /// When, in host time, the ledger came to be where it is: the journal knows mission time alone.
@@ -92,16 +92,16 @@ pub(crate) struct HostTimes {
 impl HostTimes {
     /// Notes what has changed by the last record.
     pub(crate) fn follow(&mut self, ledger: &Ledger, host: Duration) {
-        self.firings.retain(|number, _| ledger.firings.contains_key(number));
-        for (number, firing) in &ledger.firings {
+        self.firings.retain(|number, _| ledger.firings().contains_key(number));
+        for (number, firing) in ledger.firings() {
             let step = (firing.since, firing.phase, firing.redirected);
             let known = self.firings.entry(*number).or_insert((step, host));
             if known.0 != step {
                 *known = (step, host);
             }
         }
-        if self.resumed.0 != ledger.authority.resumed_at {
-            self.resumed = (ledger.authority.resumed_at, host);
+        if self.resumed.0 != ledger.authority().resumed_at() {
+            self.resumed = (ledger.authority().resumed_at(), host);
         }
     }
 

@@ -1,5 +1,5 @@
-//! The clock on the wall: UTC as this host has it, and whether anybody is known to keep it right.
-//! The kernel knows, and says so to `timedatectl`; where that is missing, chrony and
+//! The wall clock: UTC as this host has it, and whether a time service is known to keep it right.
+//! The kernel knows, and reports it to `timedatectl`; where that is missing, chrony and
 //! systemd-timesyncd are asked themselves.
 
 use crate::event::Event;
@@ -23,7 +23,7 @@ const SYNCHRONISED_WITHIN: Duration = Duration::from_secs(3 * 3600);
 /// Touched by systemd-timesyncd at each synchronisation.
 const SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
-/// What one of those that may know says of the clock.
+/// What one time service reports about the clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Word {
     Kept,
@@ -35,27 +35,27 @@ pub fn utc() -> Date {
     Date::since_1970(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
 }
 
-/// What the clock on the wall says of mission time. It may be set, and run at another speed; mission
+/// The wall clock against mission time. It may be set, and run at another speed; mission
 /// time is not moved by that.
 #[derive(Debug, Default)]
 pub(crate) struct Calendar {
-    told: Option<Date>,
+    sent: Option<Date>,
 }
 
 impl Calendar {
-    /// UTC at mission time 0, when it is another one than was told last.
+    /// Returns UTC at mission time 0, when it differs from the last one returned.
     pub(crate) fn news(&mut self, utc: Date, now: Duration) -> Option<Event> {
         let at_start = utc.earlier(now);
-        let moved = |told: Date| told.after(at_start).or(at_start.after(told));
-        if self.told.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
+        let moved = |sent: Date| sent.after(at_start).or(at_start.after(sent));
+        if self.sent.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
             return None;
         }
-        self.told = Some(at_start);
+        self.sent = Some(at_start);
         Some(Event::Utc { at_start })
     }
 }
 
-/// Why this host's clock may not be right; none if somebody is known to keep it.
+/// Returns why this host's clock may not be right; none if a time service is known to keep it.
 pub fn doubts() -> Option<String> {
     let kernel = || match answer("timedatectl", &["show", "--property=NTPSynchronized", "--value"])
     {
@@ -75,6 +75,15 @@ pub fn doubts() -> Option<String> {
         }
     }
     Some(doubts.join("; "))
+}
+
+/// Returns why a mission with dates does not begin by a clock with these doubts.
+pub(crate) fn unkept(doubts: &str) -> String {
+    format!(
+        "this mission has absolute dates, and the clock of this host is not known to be right \
+         ({doubts}): let systemd-timesyncd, chrony or another time service keep it; or, if you know \
+         that it is right, run with --trust-clock"
+    )
 }
 
 /// `yes` or `no`: whether the kernel counts its clock as synchronised.
@@ -136,7 +145,7 @@ fn answer(program: &str, arguments: &[&str]) -> Result<String, String> {
     if let Some(mut stdout) = child.stdout.take() {
         let read = move || {
             let mut text = String::new();
-            // Nobody listens any more if it took too long.
+            // The receiver is gone if it took too long.
             let _ = stdout.read_to_string(&mut text).map(|_| sender.send(text));
         };
         let reading = std::thread::Builder::new().name(program.into()).spawn(read);

@@ -92,7 +92,9 @@ impl Watching {
 
     /// What is new of a watch.
     pub(crate) fn news(&self, watch: WatchId) -> Vec<Event> {
-        let Some(news) = lock(&self.shared.news).remove(&watch) else { return Vec::new() };
+        let Some(news) = lock(&self.shared.news).remove(&watch) else {
+            return Vec::new();
+        };
         let value = news.value.map(|value| Event::Sensed { watch, value });
         value.into_iter().chain(news.unlinked.then_some(Event::Unlinked { watch })).collect()
     }
@@ -123,12 +125,12 @@ struct Watcher {
     shared: Arc<Shared>,
 }
 
-/// One field, and what was told of it last.
+/// One field, and the value of it that was sent last.
 struct Looked<'a> {
     watch: WatchId,
     path: FieldPath<'a>,
     to_si: f64,
-    told: Option<Option<Scalar>>,
+    sent: Option<Option<Scalar>>,
 }
 
 impl Watcher {
@@ -139,7 +141,7 @@ impl Watcher {
                     lock(&self.shared.missing).retain(|data| *data != self.data);
                     self.follow(tap);
                     for (watch, _) in &self.fields {
-                        self.tell(*watch, |news| news.unlinked = true);
+                        self.send_news(*watch, |news| news.unlinked = true);
                     }
                 }
                 Err(error) => {
@@ -180,7 +182,7 @@ impl Watcher {
         match FieldPath::find(schema, &names) {
             Ok(path) => {
                 let to_si = path.unit.and_then(Unit::named).map_or(1.0, |unit| unit.to_si);
-                Some(Looked { watch, path, to_si, told: None })
+                Some(Looked { watch, path, to_si, sent: None })
             }
             Err(error) => {
                 let (data, field) = (self.data.as_str(), field.join("."));
@@ -190,7 +192,7 @@ impl Watcher {
         }
     }
 
-    /// Reads one field and tells what is new; whether it could be read.
+    /// Reads one field and sends what is new; returns whether it could be read.
     fn look(&self, field: &mut Looked<'_>, schema: &Schema, payload: &[u8], warn: bool) -> bool {
         let read = field.path.read(schema, payload);
         if let (Err(error), true) = (&read, warn) {
@@ -202,21 +204,23 @@ impl Watcher {
             Scalar::Number(number) => Some(Scalar::Number(number * field.to_si)),
             other => Some(other),
         });
-        if field.told.as_ref() != Some(&value) {
-            field.told = Some(value.clone());
-            self.tell(field.watch, |news| *news = News { value: Some(value), unlinked: false });
+        if field.sent.as_ref() != Some(&value) {
+            field.sent = Some(value.clone());
+            self.send_news(field.watch, |news| {
+                *news = News { value: Some(value), unlinked: false }
+            });
         }
         read.is_ok()
     }
 
     /// Changes the news of a watch, and wakes the executive if it had none.
-    fn tell(&self, watch: WatchId, change: impl FnOnce(&mut News)) {
+    fn send_news(&self, watch: WatchId, change: impl FnOnce(&mut News)) {
         let mut all = lock(&self.shared.news);
         let is_first = !all.contains_key(&watch);
         change(all.entry(watch).or_default());
         drop(all);
         if is_first {
-            // When nobody listens any more, all of this is about to end.
+            // The receiver is gone only when all of this is about to end.
             let _ = self.inputs.send(Input::News(watch));
         }
     }

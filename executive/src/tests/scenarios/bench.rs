@@ -2,10 +2,11 @@
 
 use crate::controller::Controller;
 use crate::event::{Action, Event};
-use crate::operator::Given;
+use crate::incoming_order::IncomingOrder;
 use crate::order::{Giver, Order};
-use crate::record::{Record, Report};
+use crate::record::Record;
 use crate::roster::{Doing, Presence};
+use crate::terms::Report;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, Plan, PlanBuilder};
@@ -123,12 +124,18 @@ impl Bench {
     }
 
     pub(super) fn says(&mut self, component: ComponentId, doing: Doing, activation: u64) {
-        let instance = self.controller.roster.of(component).instance;
-        self.tell(Event::Said { component, instance, doing, activation, controllable: true });
+        let instance = self.controller.roster().of(component).instance;
+        self.tell(Event::StateReported {
+            component,
+            instance,
+            doing,
+            activation,
+            controllable: true,
+        });
     }
 
     pub(super) fn reports(&mut self, component: ComponentId, activation: u64, report: Report) {
-        let instance = self.controller.roster.of(component).instance;
+        let instance = self.controller.roster().of(component).instance;
         let serial = self.records.len() as u64 + 1;
         self.tell(Event::Reported { component, instance, serial, activation, report });
     }
@@ -164,7 +171,7 @@ impl Bench {
     ) -> String {
         let instance = u64::from(author.as_bytes()[0]);
         let by = Giver { author: author.to_owned(), from: format!("tool-{author}"), instance };
-        self.tell(Event::Ordered(Given { connection: instance, request, by, take, order }));
+        self.tell(Event::Ordered(IncomingOrder { connection: instance, request, by, take, order }));
         if let Some(question) = self.controller.move_question() {
             // A plan that is of no file has nothing that could be proven.
             let answer = match self.plan.version().files.is_empty() {
@@ -211,14 +218,14 @@ impl Bench {
     /// Confirms every command until there are no more.
     pub(super) fn obey(&mut self) {
         for component in self.plan.component_ids() {
-            let observed = self.controller.roster.of(component);
+            let observed = self.controller.roster().of(component);
             let (order, commanded) = (observed.order, observed.commanded);
             let Some(order) = order.filter(|_| observed.presence == Presence::Here) else {
                 continue;
             };
             let doing = if order.stop { Doing::Frozen } else { Doing::Active };
             self.says(component, doing, commanded);
-            let obeyed = self.controller.roster.of(component).order != Some(order);
+            let obeyed = self.controller.roster().of(component).order != Some(order);
             if obeyed {
                 self.obey();
             }
@@ -262,6 +269,6 @@ impl Bench {
     }
 
     pub(super) fn activation(&self, component: ComponentId) -> u64 {
-        self.controller.ledger().activations[component.index()].number
+        self.controller.ledger().activation(component).number
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::order::Order;
-use crate::record::{Outcome, Report};
+use crate::terms::{Outcome, Report};
 use crate::tests::simulation::draft::Way;
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
@@ -80,7 +80,7 @@ fn a_repeated_order_is_answered_again_and_not_carried_out_again() {
     assert_eq!(bench.marked(), ["explore"]);
     bench.restarts();
     assert_eq!(bench.orders_as("ruth", 77, false, fire("recall")), answer, "in the journal too");
-    assert_eq!(bench.controller.ledger().fired, 2);
+    assert_eq!(bench.controller.ledger().fired(), 2);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
         bench.obey();
         assert_eq!(bench.marked(), ["hold"], "phase {phase}");
         assert_eq!(bench.wanted().last().map(String::as_str), Some("Safe"));
-        assert_eq!(bench.controller.ledger().why, "sam ordered it");
+        assert_eq!(bench.controller.ledger().why(), "sam ordered it");
     }
 }
 

@@ -5,7 +5,8 @@ use super::bench::{Bench, Office, SECOND, office};
 use super::changing::{begun as begun_from, version};
 use crate::event::Event;
 use crate::ledger::Ledger;
-use crate::record::{Entry, Report};
+use crate::record::Entry;
+use crate::terms::Report;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_plan::{PlannedVariable, WatchId};
 use armor_robotfile::guard::Scalar;
@@ -89,7 +90,7 @@ fn what_leaves_its_domain_ends_in_the_safe_place() {
     assert_eq!(bench.marked(), ["explore"]);
     seen(&mut bench);
     bench.obey();
-    let why = &bench.controller.ledger().why;
+    let why = bench.controller.ledger().why();
     assert_eq!(why, "again would set round to 4, and it is 0 to 3");
     assert_eq!((values(&bench)[0], bench.marked()), (2, vec!["hold".into()]));
 }
@@ -105,7 +106,7 @@ fn a_crash_leaves_no_guard_behind_its_variable() {
         let plan = Arc::clone(&bench.plan);
         let ledger = Ledger::replay(plan, &bench.records[..len]).expect("its own journal");
         let round = ledger.values().next().expect("a variable").1;
-        assert!(!ledger.holds[id.index()] || round < 1, "{len} records, round {round}");
+        assert!(!ledger.guard_holds(id) || round < 1, "{len} records, round {round}");
     }
     let snapshot = bench.controller.ledger().snapshot();
     let again = Ledger::replay(Arc::clone(&bench.plan), &[snapshot]).expect("its own snapshot");

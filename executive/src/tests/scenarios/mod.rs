@@ -13,8 +13,8 @@ mod waiting;
 
 use crate::controller::Controller;
 use crate::event::Event;
-use crate::record::{Outcome, Report};
 use crate::roster::Doing;
+use crate::terms::{Outcome, Report};
 use crate::tests::simulation::draft::Way;
 use bench::{Bench, MS, SECOND, office};
 use std::sync::Arc;
@@ -32,7 +32,7 @@ fn the_mission_begins_once_everybody_is_known_to_be_off() {
     assert_eq!(bench.marked(), [] as [&str; 0], "not before they confirm");
     bench.obey();
     assert_eq!(bench.marked(), ["explore"]);
-    assert!(!bench.controller.roster.of(brake).may_be_active());
+    assert!(!bench.controller.roster().of(brake).may_be_active());
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn one_that_does_not_stop_is_asked_again_and_killed_and_the_mission_retreats() {
     assert_eq!(bench.wanted(), [] as [&str; 0], "not over while the driver runs");
     bench.obey();
     assert_eq!(bench.wanted(), ["Safe"]);
-    assert!(bench.controller.ledger().why.contains("`explorer` did not stop"));
+    assert!(bench.controller.ledger().why().contains("`explorer` did not stop"));
 }
 
 #[test]
@@ -137,8 +137,8 @@ fn one_that_is_not_started_again_is_not_waited_for() {
     assert_eq!(bench.wanted(), ["freeze explorer"], "at once");
     bench.obey();
     assert!(bench.wanted().starts_with(&["activate brake".to_owned()]));
-    assert!(!bench.controller.roster.of(brake).unstoppable);
-    let why = bench.controller.ledger().why.clone();
+    assert!(!bench.controller.roster().of(brake).unstoppable);
+    let why = bench.controller.ledger().why().to_owned();
     assert!(why.contains("`driver` failed: its process has ended, and restart=\"never\""), "{why}");
 }
 
@@ -269,7 +269,7 @@ fn a_confirmation_told_twice_says_nothing_about_what_was_ordered_since() {
     bench.says(explorer, Doing::Frozen, first);
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze explorer", "activate explorer"]);
     bench.says(explorer, Doing::Frozen, first);
-    assert!(bench.controller.roster.of(explorer).may_be_active(), "activated since");
+    assert!(bench.controller.roster().of(explorer).may_be_active(), "activated since");
 }
 
 #[test]
@@ -279,7 +279,7 @@ fn a_loop_without_end_is_named_and_left_for_the_safe_place() {
     let way = |from, to| Way { from: vec![from], to: vec![to], ..Way::default() };
     let mut bench = Bench::begun(office.with("there", way(one, two)).with("back", way(two, one)));
     bench.obey();
-    assert!(bench.controller.ledger().why.ends_with("without end: there back"));
+    assert!(bench.controller.ledger().why().ends_with("without end: there back"));
     assert_eq!(bench.marked(), ["hold"]);
 }
 
@@ -305,7 +305,7 @@ fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
     bench.pass(200 * MS);
     bench.obey();
     assert_eq!(bench.marked(), ["return"], "the next look is in time");
-    assert_eq!(bench.controller.ledger().history[0].1, 3 * SECOND);
+    assert_eq!(bench.controller.ledger().history().next().unwrap().1, 3 * SECOND);
     // This time it does not get to look before 3.4 s, and the next look is at 4 s.
     let mut bench = Bench::begun(again);
     bench.now = 3400 * MS;

@@ -3,8 +3,8 @@
 use super::bench::{Bench, MS, SECOND, office};
 use crate::event::Event;
 use crate::order::{Order, TokenMove};
-use crate::record::Report;
 use crate::roster::Doing;
+use crate::terms::Report;
 use crate::tests::simulation::draft::Way;
 use armor_plan::OnResume;
 use armor_robotfile::mission::Autonomy;
@@ -62,7 +62,7 @@ fn a_firing_in_flight_stays_where_it_is_and_starts_nothing_until_the_pause_is_ov
         bench.orders("ruth", Order::Pause);
         bench.obey();
         bench.pass(100 * SECOND);
-        assert!(!bench.controller.roster.of(homing).may_be_active(), "{phase}");
+        assert!(!bench.controller.roster().of(homing).may_be_active(), "{phase}");
         let shown = bench.controller.marking(0.0);
         assert_eq!((shown.in_flight.len(), shown.places.len()), (1, 0), "{phase}");
         assert_eq!(shown.in_flight[0].phase, phase);

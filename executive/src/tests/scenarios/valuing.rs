@@ -2,8 +2,8 @@
 
 use super::bench::{Bench, MS, Office, office};
 use crate::controller::Controller;
-use crate::record::Report;
 use crate::roster::Doing;
+use crate::terms::Report;
 use crate::tests::simulation::draft::Way;
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, GivenValue};

@@ -56,7 +56,7 @@ fn a_start_that_nothing_will_let_begin_fails_after_a_while() {
     bench.pass(MS);
     bench.obey();
     assert_eq!(bench.wanted(), ["freeze x", "Safe"]);
-    let why = &bench.controller.ledger().why;
+    let why = bench.controller.ledger().why();
     assert!(why.contains("`y` cannot start: `x` runs, which excludes it"), "{why}");
 }
 

@@ -4,8 +4,9 @@
 use super::Play;
 use super::dice::Dice;
 use super::draft::{Edits, random_plan};
-use crate::change::{Answer, Found, Question};
+use crate::answer::{Answer, Found};
 use crate::event::Event;
+use crate::judging::Question;
 use armor_plan::{FileText, Plan, Version, fits};
 use std::sync::Arc;
 use std::time::Duration;

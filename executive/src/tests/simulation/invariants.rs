@@ -1,8 +1,8 @@
 //! What must hold after every step, whatever has happened.
 
 use crate::controller::Controller;
-use crate::ledger::{Ledger, Stage};
-use crate::record::{Cause, Outcome, Tokens};
+use crate::ledger::{Ledger, Stage, check_same};
+use crate::terms::{Cause, Outcome, Tokens};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,7 +11,9 @@ use armor_plan::ComponentId;
 
 impl Play {
     pub(super) fn check_enabled(&self, cause: &Cause) {
-        let Cause::Transition(name) = cause else { return };
+        let Cause::Transition(name) = cause else {
+            return;
+        };
         let net = self.plan.net();
         let id = self.plan.transition_named(name).unwrap();
         let t = net.transition(id);
@@ -53,12 +55,14 @@ impl Play {
 
     /// The marking is the oracle's, and the journal played again gives what is alive.
     pub(super) fn check_ledger(&mut self) {
-        let Some(controller) = &self.controller else { return };
+        let Some(controller) = &self.controller else {
+            return;
+        };
         let live = controller.ledger();
         let marking: Vec<_> = live.marking().iter().map(|tokens| i64::from(*tokens)).collect();
         assert_eq!(marking, self.oracle);
-        let counters = live.plan.counters().iter().map(|counter| self.counters[&counter.name]);
-        assert!(counters.eq(live.counters.iter().copied()), "{:?}", live.counters);
+        let counters = live.plan().counters().iter().map(|counter| self.counters[&counter.name]);
+        assert!(counters.eq(live.counters().iter().copied()), "{:?}", live.counters());
         self.check_guards(live);
         self.check_dates(live);
         if self.journal.len() < self.checked + self.checked / 4 {
@@ -73,11 +77,13 @@ impl Play {
     pub(super) fn check_guards(&self, live: &Ledger) {
         for id in self.plan.net().transition_ids() {
             let planned = self.plan.transition(id);
-            let Some(guard) = &planned.guard else { continue };
-            let holds = live.holds[id.index()];
-            let reported = planned.on.as_ref().is_none_or(|on| live.standing.contains_key(on));
+            let Some(guard) = &planned.guard else {
+                continue;
+            };
+            let holds = live.guard_holds(id);
+            let reported = planned.on.as_ref().is_none_or(|on| live.stands(on));
             let in_date = self.is_in_date(id, live);
-            assert_eq!(live.state.gate(id), holds && reported && in_date);
+            assert_eq!(live.state().gate(id), holds && reported && in_date);
             let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);
             if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
                 assert_eq!(holds, truth == Some(true), "{guard:?}");
@@ -110,11 +116,10 @@ impl Play {
         let ledger = controller.ledger();
         let patience = Duration::from_secs(90);
         let stuck = |since: Duration| since + patience < self.world.now;
-        assert!(ledger.stage() == Stage::Playing || !stuck(ledger.at), "stuck at the end");
+        assert!(ledger.stage() == Stage::Playing || !stuck(ledger.last_at()), "stuck at the end");
         // What waits for one that excludes it, and may yet stop, may wait for ever.
-        let waiting = controller.blocked_starts();
         let moving = ledger.firings().iter().filter(|it| !ledger.is_held(it.1));
-        let moving = moving.filter(|it| !waiting.contains_key(it.0));
+        let moving = moving.filter(|it| !controller.is_blocked(*it.0));
         let stuck: Vec<_> = moving.filter(|it| stuck(it.1.since)).collect();
         assert!(stuck.is_empty(), "stuck: {stuck:?}");
         let stopped = self.world.next_at().is_none() && controller.next_deadline().is_none();
@@ -124,49 +129,21 @@ impl Play {
         for component in self.plan.component_ids() {
             let planned = self.plan.component(component);
             let process = &self.world.processes[component.index()];
-            if !planned.controllable || ledger.activations[component.index()].failed.is_some() {
+            if !planned.controllable || ledger.activation(component).failed.is_some() {
                 continue;
             }
             let wanted = planned.places.is_empty() || ledger.runs(component);
             // One that had finished when a pause stopped it has nothing more to do.
-            let finished = ledger.activations[component.index()].done;
+            let finished = ledger.activation(component).done;
             assert!(process.active == wanted || finished && wanted, "{}", planned.name);
-            let place = |place: &&armor_petri::PlaceId| ledger.state.tokens(**place) > 0;
+            let place = |place: &&armor_petri::PlaceId| ledger.state().tokens(**place) > 0;
             if process.done && planned.places.iter().any(|p| place(&p)) {
                 for id in self.plan.listeners(component, "done") {
-                    let enabled = ledger.state.enabled_since(*id).is_some();
-                    let fires = controller.fires_by_itself(*id)
-                        && !ledger.state.is_held(*id)
-                        && !controller.waits_for_utc(*id);
+                    let enabled = ledger.state().enabled_since(*id).is_some();
+                    let fires = controller.fires_by_itself(*id) && !ledger.state().is_held(*id);
                     assert!(!(enabled && fires), "done was not answered");
                 }
             }
         }
     }
-}
-
-/// Two ledgers that nobody can tell from one another.
-pub(super) fn check_same(live: &Ledger, again: &Ledger) {
-    assert_eq!(live.plan().fingerprint(), again.plan().fingerprint());
-    assert_eq!(live.plan().version(), again.plan().version());
-    assert_eq!(live.version_since, again.version_since);
-    assert_eq!(live.firings, again.firings);
-    assert_eq!(live.activations, again.activations);
-    assert_eq!((&live.standing, &live.holds), (&again.standing, &again.holds));
-    assert_eq!((&live.dates, &live.counters), (&again.dates, &again.counters));
-    assert_eq!(live.authority, again.authority);
-    assert_eq!(live.stage, again.stage);
-    assert_eq!((live.marking(), &live.why), (again.marking(), &again.why));
-    for id in live.plan.net().transition_ids() {
-        assert_eq!(live.state.gate(id), again.state.gate(id));
-        assert_eq!(live.state.enabled_since(id), again.state.enabled_since(id));
-        assert_eq!(live.state.is_held(id), again.state.is_held(id));
-    }
-    let mut later = again.state.clone();
-    later.advance(live.state.now());
-    assert!(live.state.enabled().eq(later.enabled()), "they fire in another order");
-    assert_eq!(live.state.held_since(), again.state.held_since());
-    let numbers = |it: &Ledger| [it.last_firing, it.last_activation, it.fired, it.records];
-    assert_eq!((numbers(live), &live.history), (numbers(again), &again.history));
-    assert_eq!(live.at, again.at);
 }

@@ -14,13 +14,13 @@ mod world;
 
 use crate::controller::Controller;
 use crate::event::{Action, Event};
-use crate::ledger::Ledger;
-use crate::record::{Entry, Outcome, Record, Tokens};
+use crate::ledger::{Ledger, check_same};
+use crate::record::{Entry, Record};
+use crate::terms::{Outcome, Tokens};
 use armor_plan::Plan;
 use changes::Changes;
 use dice::Dice;
 use digest::Digest;
-use invariants::check_same;
 use operators::Operators;
 use outlook::Outlook;
 use std::collections::BTreeMap;
@@ -159,7 +159,9 @@ impl Play {
     }
 
     fn tell(&mut self, event: Event) {
-        let Some(controller) = &mut self.controller else { return };
+        let Some(controller) = &mut self.controller else {
+            return;
+        };
         let timer = event == Event::Timer;
         let actions = controller.handle(event, self.world.now);
         let idle = timer && actions.iter().all(|action| *action == Action::Publish);
@@ -229,7 +231,9 @@ impl Play {
 
     /// All that was decided so far as one record.
     fn cut_journal(&mut self) {
-        let Some(controller) = &self.controller else { return };
+        let Some(controller) = &self.controller else {
+            return;
+        };
         let snapshot = controller.ledger().snapshot();
         self.journal = vec![serde_json::to_string(&snapshot).unwrap()];
         let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();

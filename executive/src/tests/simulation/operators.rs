@@ -3,7 +3,7 @@
 
 use super::Play;
 use crate::event::{Action, Event};
-use crate::operator::Given;
+use crate::incoming_order::IncomingOrder;
 use crate::order::{Giver, Order, TokenMove};
 use crate::record::{Entry, Record};
 use armor_petri::{Class, PlaceId};
@@ -19,7 +19,7 @@ pub(super) struct Operators {
     requests: u64,
     connections: u64,
     /// The last order, which is told again in doubt.
-    last: Option<Given>,
+    last: Option<IncomingOrder>,
     /// What each order was answered.
     answers: BTreeMap<u64, (bool, String)>,
 }
@@ -61,7 +61,7 @@ impl Play {
         if dice.one_in(6)
             && let Some(last) = self.operators.last.clone()
         {
-            return Event::Ordered(Given { connection, ..last });
+            return Event::Ordered(IncomingOrder { connection, ..last });
         }
         self.operators.requests += 1;
         let request = self.operators.requests;
@@ -69,7 +69,7 @@ impl Play {
         let (author, take) = (format!("operator-{instance}"), dice.one_in(4));
         let by = Giver { author, from: "simulated".to_owned(), instance };
         let order = self.random_order();
-        let given = Given { connection, request, by, take, order };
+        let given = IncomingOrder { connection, request, by, take, order };
         self.operators.last = Some(given.clone());
         Event::Ordered(given)
     }
@@ -166,7 +166,9 @@ impl Play {
                 assert!(safety, "{name} is activated in a pause");
             }
             Action::Journal(Record { entry: Entry::Took { cause, .. }, .. }) => {
-                let crate::record::Cause::Transition(name) = cause else { return };
+                let crate::terms::Cause::Transition(name) = cause else {
+                    return;
+                };
                 let id = self.plan.transition_named(name).unwrap();
                 let class = self.plan.net().transition(id).class;
                 assert_eq!(class, Class::Safety, "{name} fires in a pause");

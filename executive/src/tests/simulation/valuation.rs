@@ -3,7 +3,7 @@
 
 use super::Play;
 use crate::ledger::Stage;
-use crate::record::{Cause, Tokens, ValueSet};
+use crate::terms::{Cause, Tokens, ValueSet};
 use armor_plan::{ComponentId, GivenValue, PlannedCounter, PlannedPlace};
 
 impl Play {
@@ -18,7 +18,9 @@ impl Play {
 
     /// A transition sets what it says, worked out from the values before.
     pub(super) fn note_sets(&mut self, cause: &Cause, sets: &[ValueSet]) {
-        let Cause::Transition(name) = cause else { return assert!(sets.is_empty()) };
+        let Cause::Transition(name) = cause else {
+            return assert!(sets.is_empty());
+        };
         let planned = self.plan.transition(self.plan.transition_named(name).unwrap());
         let mut wanted = Vec::new();
         for set in &planned.sets {

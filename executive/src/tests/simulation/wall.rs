@@ -90,9 +90,11 @@ impl Play {
                     self.wall.past.insert(transition.clone());
                 }
             }
-            Entry::Took { cause: crate::record::Cause::Transition(name), .. } => {
+            Entry::Took { cause: crate::terms::Cause::Transition(name), .. } => {
                 let id = plan.transition_named(name).unwrap();
-                let Some(dates) = plan.transition(id).dates else { return };
+                let Some(dates) = plan.transition(id).dates else {
+                    return;
+                };
                 let used = !self.wall.used.insert(name.clone());
                 let utc = self.wall.utc(record.at).expect("it was told what time it is");
                 let past = self.wall.past.contains(name) || dates.last.is_some_and(|d| d <= utc);
@@ -126,8 +128,10 @@ impl Play {
 
     /// Whether its dates let it fire.
     pub(super) fn is_in_date(&self, id: TransitionId, live: &Ledger) -> bool {
-        let Some(dates) = self.plan.transition(id).dates else { return true };
-        match live.dates[id.index()].phase {
+        let Some(dates) = self.plan.transition(id).dates else {
+            return true;
+        };
+        match live.date(id).phase {
             DatePhase::Past => dates.missed == Missed::Fire && !self.is_used(id),
             phase => phase == DatePhase::Open,
         }
@@ -138,10 +142,12 @@ impl Play {
     pub(super) fn check_dates(&self, live: &Ledger) {
         let utc = self.wall.utc(self.world.now).filter(|_| live.stage() == Stage::Playing);
         for id in self.plan.net().transition_ids() {
-            let Some(dates) = self.plan.transition(id).dates else { continue };
-            assert_eq!(live.dates[id.index()].used, self.is_used(id));
+            let Some(dates) = self.plan.transition(id).dates else {
+                continue;
+            };
+            assert_eq!(live.date(id).used, self.is_used(id));
             let Some(utc) = utc else { continue };
-            assert_eq!(live.dates[id.index()].phase, self.phase(id, utc), "{dates:?} at {utc}");
+            assert_eq!(live.date(id).phase, self.phase(id, utc), "{dates:?} at {utc}");
             let t = self.plan.net().transition(id);
             let tokens = |arc: &(armor_petri::PlaceId, u32)| self.oracle[arc.0.index()];
             let wanted = t.inputs.iter().chain(&t.reads).all(|arc| tokens(arc) >= i64::from(arc.1))

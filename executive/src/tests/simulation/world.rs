@@ -3,8 +3,8 @@
 
 use super::dice::Dice;
 use crate::event::Event;
-use crate::record::Report;
 use crate::roster::Doing;
+use crate::terms::Report;
 use armor_plan::{ComponentId, GivenValue, Plan};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -358,7 +358,8 @@ impl World {
             (true, false) => Doing::Frozen,
         };
         let (instance, activation) = (process.instance, process.activation);
-        let event = Event::Said { component, instance, doing, activation, controllable: true };
+        let event =
+            Event::StateReported { component, instance, doing, activation, controllable: true };
         self.tell(component, event);
     }
 

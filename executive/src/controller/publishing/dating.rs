@@ -9,13 +9,13 @@ use armor_robotfile::mission::Missed;
 
 impl Controller {
     pub(super) fn dates(&self) -> Vec<DateStand> {
-        let ids = self.plan.net().transition_ids();
+        let ids = self.plan().net().transition_ids();
         ids.filter_map(|id| self.date_stand(id)).collect()
     }
 
     fn date_stand(&self, id: TransitionId) -> Option<DateStand> {
-        let dates = self.plan.transition(id).dates?;
-        let stand = self.ledger.dates[id.index()];
+        let dates = self.plan().transition(id).dates?;
+        let stand = self.ledger().date(id);
         let next = match stand.phase {
             DatePhase::Early => dates.first,
             DatePhase::Open => dates.last,
@@ -23,7 +23,7 @@ impl Controller {
         };
         let text = |date: Option<Date>| date.map(|date| date.to_string());
         Some(DateStand {
-            transition: self.plan.net().transition(id).name.clone(),
+            transition: self.plan().net().transition(id).name.clone(),
             not_before: text(dates.first),
             not_after: text(dates.last),
             missed: match dates.missed {
@@ -40,7 +40,7 @@ impl Controller {
             .to_owned(),
             used: stand.used,
             next_at_s: next
-                .zip(self.utc_at_start)
+                .zip(self.dates.utc_at_start())
                 .map(|(next, start)| next.after(start).map_or(0.0, |at| at.as_secs_f64())),
         })
     }

@@ -1,14 +1,16 @@
-//! What the executive shows of itself: `executive.marking`, latched, at every change.
+//! The state of the mission as it is published: `executive.marking`, latched, at every change.
 
 mod changing;
 mod commanding;
-mod dates;
+mod dating;
 
-use crate::controller::Controller;
+use super::Controller;
+use super::confirmations::{fires_by_itself, is_declined};
+use super::senses::in_words;
+use super::wishes::{is_settled_off, is_up, wants_off};
 use crate::ledger::{Firing, Phase, Stage};
-use crate::record::Outcome;
 use crate::roster::{Doing, Presence};
-use crate::senses::in_words;
+use crate::terms::Outcome;
 use armor_marking::{
     EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
     ParameterGiven, VariableValue,
@@ -20,48 +22,52 @@ use armor_robotfile::mission::Autonomy;
 use std::time::Duration;
 
 impl Controller {
-    /// What is to be shown now; `stamp` is system time, in seconds.
+    /// Returns what is to be published now; `stamp` is system time, in seconds.
     pub fn marking(&self, stamp: f64) -> Marking {
-        let ledger = &self.ledger;
-        let places = self.plan.place_ids().filter(|place| ledger.state.tokens(*place) > 0);
+        let ledger = self.ledger();
+        let places = self.plan().place_ids().filter(|place| ledger.state().tokens(*place) > 0);
         let fired = |(transition, at): &(String, Duration)| Fired {
             transition: transition.clone(),
             fired_at_s: at.as_secs_f64(),
         };
         Marking {
             stamp,
-            mission: self.plan.mission().to_owned(),
-            now_at_s: self.now.as_secs_f64(),
-            clock: self.plan.clock().map(str::to_owned).unwrap_or_default(),
+            mission: self.plan().mission().to_owned(),
+            now_at_s: self.context.now().as_secs_f64(),
+            clock: self.plan().clock().map(str::to_owned).unwrap_or_default(),
             stage: self.stage_in_words().to_owned(),
-            why: ledger.why.clone(),
+            why: ledger.why().to_owned(),
             places: places.map(|place| self.marked(place)).collect(),
-            in_flight: ledger.firings.iter().map(|(id, firing)| self.flight(*id, firing)).collect(),
-            enabled: ledger.state.enabled().map(|id| self.enabled(id)).collect(),
+            in_flight: ledger
+                .firings()
+                .iter()
+                .map(|(id, firing)| self.flight(*id, firing))
+                .collect(),
+            enabled: ledger.state().enabled().map(|id| self.enabled(id)).collect(),
             variables: self.variables(),
-            guards: self.plan.net().transition_ids().filter_map(|id| self.guard(id)).collect(),
+            guards: self.plan().net().transition_ids().filter_map(|id| self.guard(id)).collect(),
             dates: self.dates(),
-            components: self.plan.component_ids().map(|id| self.observed(id)).collect(),
-            fired: ledger.fired,
-            history: ledger.history.iter().map(fired).collect(),
-            late_reports: self.dropped.late,
-            unheard_reports: self.dropped.unheard,
-            unwritten_orders: self.dropped.orders,
+            components: self.plan().component_ids().map(|id| self.observed(id)).collect(),
+            fired: ledger.fired(),
+            history: ledger.history().map(fired).collect(),
+            late_reports: self.reports.late(),
+            unheard_reports: self.reports.unheard(),
+            unwritten_orders: self.operators.unwritten(),
             pause: self.paused(),
             holder: self.holder(),
-            link_lost_at_s: ledger.authority.link_lost.map(|at| at.as_secs_f64()),
+            link_lost_at_s: ledger.authority().link_lost().map(|at| at.as_secs_f64()),
             confirmations: self.confirmations(),
             orders: self.last_orders(),
-            version: self.known_as,
-            version_since_at_s: ledger.version_since.as_secs_f64(),
+            version: self.changes.known_as(),
+            version_since_at_s: ledger.version_since().as_secs_f64(),
             change: self.change_shown(),
         }
     }
 
     fn variables(&self) -> Vec<VariableValue> {
-        let variables = self.plan.variables().iter().zip(&self.senses.outside).enumerate();
+        let variables = self.plan().variables().iter().zip(self.senses.outside()).enumerate();
         let shown = |(index, (variable, outside)): (usize, (&PlannedVariable, &u64))| {
-            let value = self.variable(index);
+            let value = self.senses.variable(&self.context, index);
             VariableValue {
                 variable: variable.name.clone(),
                 value: in_words(value.as_ref()),
@@ -73,7 +79,7 @@ impl Controller {
                 outside: *outside,
             }
         };
-        let counters = self.plan.counters().iter().zip(&self.ledger.counters);
+        let counters = self.plan().counters().iter().zip(self.ledger().counters());
         let counted = counters.map(|(counter, value)| VariableValue {
             variable: counter.name.clone(),
             value: value.to_string(),
@@ -84,25 +90,25 @@ impl Controller {
     }
 
     fn guard(&self, id: TransitionId) -> Option<GuardTruth> {
-        let planned = self.plan.transition(id).guard.as_ref()?;
+        let planned = self.plan().transition(id).guard.as_ref()?;
         Some(GuardTruth {
-            transition: self.plan.net().transition(id).name.clone(),
+            transition: self.plan().net().transition(id).name.clone(),
             guard: planned.guard.to_string(),
-            truth: match self.truth(id) {
+            truth: match self.senses.truth(id) {
                 Some(truth) => truth.to_string(),
                 None => "not known".to_owned(),
             },
-            because: self.because(id),
+            because: self.senses.because(&self.context, id),
         })
     }
 
     fn stage_in_words(&self) -> &'static str {
-        match self.ledger.stage {
+        match self.ledger().stage() {
             Stage::Ended(Outcome::Goal) => "goal",
             Stage::Ended(Outcome::Safe) => "safe",
             Stage::Ended(_) => "failed",
-            _ if self.stopping => "stopping",
-            Stage::Playing if self.ledger.pause().is_some() => "paused",
+            _ if self.is_stopping() => "stopping",
+            Stage::Playing if self.ledger().pause().is_some() => "paused",
             Stage::Playing => "playing",
             Stage::Retreating => "retreating",
             Stage::Ending(_) => "ending",
@@ -111,28 +117,28 @@ impl Controller {
 
     fn marked(&self, place: PlaceId) -> MarkedPlace {
         MarkedPlace {
-            place: self.plan.net().place(place).to_owned(),
-            tokens: self.ledger.state.tokens(place),
-            active: self.plan.place(place).components.iter().all(|c| self.is_up(*c)),
+            place: self.plan().net().place(place).to_owned(),
+            tokens: self.ledger().state().tokens(place),
+            active: self.plan().place(place).components.iter().all(|c| is_up(&self.context, *c)),
         }
     }
 
     fn flight(&self, number: u64, firing: &Firing) -> InFlight {
         let names = |arcs: &[(PlaceId, u32)]| {
-            arcs.iter().map(|arc| self.plan.net().place(arc.0).to_owned()).collect()
+            arcs.iter().map(|arc| self.plan().net().place(arc.0).to_owned()).collect()
         };
         let waits = |component: &ComponentId| match firing.phase {
             Phase::Stopping => {
-                let places = &self.plan.component(*component).places;
-                places.iter().any(|place| firing.leaving.contains(place))
-                    && self.wants_off(*component)
-                    && !self.is_settled_off(*component)
+                let places = &self.plan().component(*component).places;
+                places.iter().any(|place| firing.leaving().contains(place))
+                    && wants_off(&self.context, *component)
+                    && !is_settled_off(&self.context, *component)
             }
             Phase::Starting => {
-                self.plan.activates(&firing.to, *component) && !self.is_up(*component)
+                self.plan().activates(&firing.to, *component) && !is_up(&self.context, *component)
             }
         };
-        let waits_for = self.plan.component_ids().filter(waits);
+        let waits_for = self.plan().component_ids().filter(waits);
         InFlight {
             firing: number,
             cause: firing.cause.to_string(),
@@ -142,13 +148,13 @@ impl Controller {
                 Phase::Stopping => "stopping".to_owned(),
                 Phase::Starting => "starting".to_owned(),
             },
-            waits_for: waits_for.map(|id| self.plan.component(id).name.clone()).collect(),
+            waits_for: waits_for.map(|id| self.plan().component(id).name.clone()).collect(),
         }
     }
 
     fn observed(&self, id: ComponentId) -> MissionComponent {
-        let (planned, observed) = (self.plan.component(id), self.roster.of(id));
-        let last = &self.ledger.activations[id.index()];
+        let (planned, observed) = (self.plan().component(id), self.context.roster.of(id));
+        let last = self.ledger().activation(id);
         let given = |value: &GivenValue| ParameterGiven {
             parameter: value.parameter.clone(),
             value: value.text.clone(),
@@ -172,16 +178,16 @@ impl Controller {
     }
 
     fn enabled(&self, id: TransitionId) -> EnabledTransition {
-        let (state, transition) = (&self.ledger.state, self.plan.net().transition(id));
+        let (state, transition) = (self.ledger().state(), self.plan().net().transition(id));
         let since = state.enabled_since(id).unwrap_or_default();
         EnabledTransition {
             transition: transition.name.clone(),
             enabled_at_s: since.as_secs_f64(),
             earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
             latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
-            by: match self.plan.transition(id).autonomy {
-                _ if self.fires_by_itself(id) => "mission".to_owned(),
-                _ if self.is_declined(id) => "declined".to_owned(),
+            by: match self.plan().transition(id).autonomy {
+                _ if fires_by_itself(self.ledger(), id) => "mission".to_owned(),
+                _ if is_declined(self.ledger(), id) => "declined".to_owned(),
                 Autonomy::Confirm { .. } => "confirmation".to_owned(),
                 Autonomy::Auto | Autonomy::Operator => "operator".to_owned(),
             },

@@ -1,18 +1,18 @@
 //! What the marking shows of a version of the file that is there and not played.
 
-use crate::change::{Change, Standing};
 use crate::controller::Controller;
+use crate::controller::file_changes::{ChangeProgress, PendingChange};
 use armor_marking::{ChangeState, MissionChange};
 
 impl Controller {
     pub(super) fn change_shown(&self) -> Option<MissionChange> {
-        let Change { version, standing, .. } = self.change.as_ref()?;
-        let (state, why, changes) = match standing {
-            Standing::Reading => (ChangeState::Reading, "", &[][..]),
-            Standing::Waiting { offer, why, .. } => {
+        let PendingChange { version, progress, .. } = self.changes.pending()?;
+        let (state, why, changes) = match progress {
+            ChangeProgress::Reading => (ChangeState::Reading, "", &[][..]),
+            ChangeProgress::Waiting { offer, why, .. } => {
                 (ChangeState::Waiting, why.as_str(), &offer.changes[..])
             }
-            Standing::Refused(why) => (ChangeState::Refused, why.as_str(), &[][..]),
+            ChangeProgress::Refused(why) => (ChangeState::Refused, why.as_str(), &[][..]),
         };
         Some(MissionChange {
             version: version.number,

@@ -1,20 +1,16 @@
-//! The ledger carried over to the plan of a new version: tokens by the names of places; clocks,
-//! answers and guards by those of transitions whose terms are the same. Part of the ledger, so it
-//! is the same when the journal is played again.
+//! The ledger carried over to the plan of a new version: tokens by the names of places; clocks, answers
+//! and guards by those of transitions whose terms are the same. It follows from the record alone, so
+//! that replay gives the same.
 
-use crate::dates::Dated;
-use crate::ledger::{Ledger, LedgerError, Stage};
+use super::Ledger;
+use super::error::LedgerError;
+use super::stage::Stage;
 use armor_plan::{ComponentId, Plan, Version};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 impl Ledger {
-    /// The plan that is played.
-    pub fn plan(&self) -> &Arc<Plan> {
-        &self.plan
-    }
-
-    /// What has to be otherwise before the plan that follows can be played, in words.
+    /// Returns what keeps the plan that follows from being taken now, in words.
     pub(crate) fn keeps_from(&self, next: &Plan) -> Option<String> {
         if self.stage != Stage::Playing {
             return Some("the mission is ending".to_owned());
@@ -48,7 +44,7 @@ impl Ledger {
     }
 
     /// Takes a new version.
-    pub(crate) fn changed(
+    pub(super) fn change(
         &mut self,
         version: &Version,
         fingerprint: &str,
@@ -75,21 +71,9 @@ impl Ledger {
         let plan = Arc::clone(&self.plan);
         let next = self.state.in_another(Arc::clone(plan.net()), marking);
         let state = std::mem::replace(&mut self.state, next);
-        let holds = std::mem::take(&mut self.holds);
-        let dates = std::mem::take(&mut self.dates);
         let known: Vec<_> =
             plan.net().transition_ids().map(|id| before.goes_on_as(&plan, id)).collect();
-        // A guard that is another one is weighed at once, and so is a date; until then a guard does
-        // not hold, and a date is to come.
-        self.dates = known
-            .iter()
-            .map(|known| known.map_or(Dated::default(), |known| dates[known.index()]))
-            .collect();
-        self.holds = (plan.transitions().iter().zip(&known))
-            .map(|(planned, known)| {
-                planned.guard.is_none() || known.is_some_and(|known| holds[known.index()])
-            })
-            .collect();
+        self.gates = self.gates.carried_to(&plan, &known);
         let mut consents = BTreeMap::new();
         for (id, known) in plan.net().transition_ids().zip(&known) {
             self.set_gate(id);
@@ -99,8 +83,8 @@ impl Ledger {
             }
             let autonomy = plan.transition(id).autonomy;
             let asks_as_before = before.transition(known).autonomy == autonomy;
-            let consent = self.authority.consents.get(&known).filter(|_| asks_as_before);
-            consents.extend(consent.map(|consent| (id, *consent)));
+            let consent = self.authority.consent(known).filter(|_| asks_as_before);
+            consents.extend(consent.map(|consent| (id, consent)));
         }
         (self.authority.consents, self.version_since) = (consents, self.at);
         self.conclude();

@@ -1,15 +1,15 @@
-//! Which reports count: those of activations that are not over, each until a transition consumes
-//! it. A report that stands holds the gates open of the transitions that wait for it.
+//! Which reports count: those of activations that are not over, each until a transition consumes it. A
+//! report that stands keeps the gates open of the transitions that wait for it.
 
-use crate::authority::Consent;
-use crate::ledger::{Activation, Ledger};
-use crate::record::Report;
+use super::Ledger;
+use super::activation::Activation;
+use crate::terms::Report;
 use armor_petri::{PlaceId, TransitionId};
 use armor_plan::{ComponentId, GivenValue};
 use std::collections::BTreeSet;
 
 impl Ledger {
-    pub(crate) fn activating(
+    pub(super) fn activating(
         &mut self,
         component: ComponentId,
         number: u64,
@@ -18,7 +18,7 @@ impl Ledger {
         self.last_activation = self.last_activation.max(number);
         let activation = &mut self.activations[component.index()];
         let heard = activation.heard;
-        let finished = activation.done || activation.failed.is_some();
+        let finished = activation.has_finished();
         let goes_on = activation.interrupted && activation.open && !finished;
         let values = values.to_vec();
         *activation = Activation { number, open: true, heard, values, ..Activation::default() };
@@ -30,7 +30,7 @@ impl Ledger {
         }
     }
 
-    pub(crate) fn heard(&mut self, component: ComponentId, heard: (u64, u64), report: &Report) {
+    pub(super) fn heard(&mut self, component: ComponentId, heard: (u64, u64), report: &Report) {
         let activation = &mut self.activations[component.index()];
         if heard.0 != 0 {
             activation.heard = heard;
@@ -44,17 +44,15 @@ impl Ledger {
         let key = (component, report.name().to_owned());
         self.standing.insert(key.clone(), worth);
         self.set_gates(&key);
-        // News is worth another question.
+        // A new report is a reason to ask again.
         for id in self.plan.listeners(key.0, &key.1) {
-            if self.authority.consents.get(id) == Some(&Consent::Declined) {
-                self.authority.consents.remove(id);
-            }
+            self.authority.forget_refusal(*id);
         }
     }
 
-    /// Activations that nothing needs any more have no say; nor does an event that nobody who
-    /// could fire is waiting for. `done` and `failed` stand as long as their activation.
-    pub(crate) fn forget_what_no_longer_counts(&mut self) {
+    /// Closes activations that nothing needs any more, and forgets events that no transition which could
+    /// fire waits for. `done` and `failed` stand as long as their activation.
+    pub(super) fn forget_what_no_longer_counts(&mut self) {
         for component in self.plan.component_ids() {
             if self.plan.component(component).is_controlled()
                 && self.activations[component.index()].open
@@ -74,7 +72,7 @@ impl Ledger {
         }
     }
 
-    /// Whether someone waits for this report whose places are all marked, or about to be.
+    /// Whether a transition waits for this report whose places are all marked, or about to be.
     fn has_use_for(&self, key: &(ComponentId, String)) -> bool {
         let arriving =
             |place| self.firings.values().any(|firing| firing.to.iter().any(|arc| arc.0 == place));
@@ -85,7 +83,7 @@ impl Ledger {
         self.plan.listeners(key.0, &key.1).iter().any(waits)
     }
 
-    pub(crate) fn forget_reports_of(&mut self, component: ComponentId) {
+    pub(super) fn forget_reports_of(&mut self, component: ComponentId) {
         let range = (component, String::new())..(ComponentId(component.0 + 1), String::new());
         let keys: Vec<_> = self.standing.range(range).map(|entry| entry.0.clone()).collect();
         for key in keys {
@@ -95,27 +93,17 @@ impl Ledger {
     }
 
     /// Opens or shuts the gates of those that wait for a report.
-    pub(crate) fn set_gates(&mut self, key: &(ComponentId, String)) {
+    pub(super) fn set_gates(&mut self, key: &(ComponentId, String)) {
         for id in self.plan.listeners(key.0, &key.1).to_vec() {
             self.set_gate(id);
         }
     }
 
-    /// A gate is open while guard, report and dates all are as they should be.
-    pub(crate) fn set_gate(&mut self, id: TransitionId) {
-        let on = self.plan.transition(id).on.as_ref();
-        let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
-        let open = self.holds[id.index()] && is_reported && self.is_in_date(id);
-        self.state.set_gate(id, open);
-    }
-
     /// Those of the components to be active that have finished what they were activated for.
-    pub(crate) fn finished_in(&self, to: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
+    pub(super) fn finished_in(&self, to: &[(PlaceId, u32)]) -> BTreeSet<ComponentId> {
         let components = to.iter().flat_map(|arc| &self.plan.place(arc.0).components);
-        let finished = |component: &&ComponentId| {
-            let activation = &self.activations[component.index()];
-            activation.done || activation.failed.is_some()
-        };
+        let finished =
+            |component: &&ComponentId| self.activations[component.index()].has_finished();
         components.filter(finished).copied().collect()
     }
 }

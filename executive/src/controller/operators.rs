@@ -1,0 +1,341 @@
+//! Orders of operators: who may give them, which can be carried out, and what follows for the lease when
+//! the link to its holder breaks.
+
+use super::context::Context;
+use super::mission_dates::MissionDates;
+use super::token_moves::{MoveProofs, judge_moves};
+use crate::event::Action;
+use crate::incoming_order::IncomingOrder;
+use crate::judging::MoveQuestion;
+use crate::ledger::{Consent, Lease, Stage};
+use crate::order::{Giver, Judged, Order};
+use crate::record::Entry;
+use armor_petri::{Class, TransitionId};
+use armor_plan::Plan;
+use armor_robotfile::mission::Autonomy;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Most refused orders that are written down within [`REFUSALS_WITHIN`].
+const REFUSALS: usize = 10;
+/// See [`REFUSALS`].
+const REFUSALS_WITHIN: Duration = Duration::from_secs(1);
+
+/// The connection of the holder of the lease.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum HolderLink {
+    /// Up; it has this number.
+    Up(u64),
+    /// Down since then.
+    Down(Duration),
+}
+
+/// Takes orders. The lease itself is part of the ledger; the link to its holder is observed here.
+#[derive(Clone, Debug)]
+pub(super) struct Operators {
+    link: HolderLink,
+    /// Tokens to be moved once that is proven to be safe.
+    moves: MoveProofs,
+    /// Orders that were refused and, as there were too many, not written down.
+    unwritten: u64,
+}
+
+impl Operators {
+    /// Begins without a connection to the holder.
+    pub(super) fn new(host: Duration) -> Self {
+        Self { link: HolderLink::Down(host), moves: MoveProofs::default(), unwritten: 0 }
+    }
+
+    /// Returns how many refused orders were not written down.
+    pub(super) fn unwritten(&self) -> u64 {
+        self.unwritten
+    }
+
+    /// Whether the holder of the lease is connected.
+    pub(super) fn is_holder_connected(&self) -> bool {
+        matches!(self.link, HolderLink::Up(_))
+    }
+
+    /// Returns the question that [`Action::JudgeMove`] asks; none if it has been answered.
+    pub(super) fn move_question(&self, plan: &Arc<Plan>) -> Option<MoveQuestion> {
+        self.moves.question(plan)
+    }
+
+    /// Judges an order, writes it down, and answers. An order that is repeated gets the same answer.
+    pub(super) fn order(&mut self, cx: &mut Context, dates: &MissionDates, given: IncomingOrder) {
+        if self.moves.repeat(&given) {
+            return;
+        }
+        let is_known = |past: &&(Judged, Duration)| {
+            past.0.request == given.request && past.0.by.author == given.by.author
+        };
+        let known = cx.ledger().authority().orders().rev().find(is_known);
+        let known = known.map(|known| (known.0.accepted, known.0.text.clone()));
+        if known.is_none() && self.has_to_be_proven(cx, dates, &given) {
+            return;
+        }
+        let (accepted, text) = known.unwrap_or_else(|| self.judge_and_record(cx, dates, &given));
+        let holder = cx.ledger().lease().map(|lease| lease.by.instance);
+        let holds = matches!(given.order, Order::Lease | Order::Rejoin);
+        if holds && holder == Some(given.by.instance) {
+            self.link = HolderLink::Up(given.connection);
+        }
+        let IncomingOrder { connection, request, .. } = given;
+        cx.act(Action::Answer { connection, request, accepted, text });
+    }
+
+    /// Notes that the connection of an operator has ended.
+    pub(super) fn operator_left(&mut self, cx: &Context, connection: u64) {
+        if self.link == HolderLink::Up(connection) {
+            self.link = HolderLink::Down(cx.host());
+        }
+    }
+
+    /// Returns when a lease whose holder is not connected runs out, in host time.
+    pub(super) fn lease_due(&self, cx: &Context) -> Option<Duration> {
+        match (cx.ledger().lease(), self.link) {
+            (Some(_), HolderLink::Down(since)) if !cx.is_stopping() => {
+                Some(since + cx.plan().limits().lease)
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn notice_lost_link(&self, cx: &mut Context) {
+        if self.lease_due(cx).is_some_and(|due| due <= cx.host())
+            && let Some(Lease { by, .. }) = cx.ledger().lease().cloned()
+        {
+            cx.record(Entry::LinkLost { author: by.author });
+        }
+    }
+
+    /// Whether so many refused orders were written down lately that one more is only counted: a client
+    /// that repeats an impossible order must not fill the journal.
+    fn has_refused_enough(cx: &Context) -> bool {
+        let orders = cx.ledger().authority().orders().rev();
+        let lately = orders.take_while(|past| past.1 + REFUSALS_WITHIN > cx.now());
+        lately.filter(|past| !past.0.accepted).count() >= REFUSALS
+    }
+
+    fn judge_and_record(
+        &mut self,
+        cx: &mut Context,
+        dates: &MissionDates,
+        given: &IncomingOrder,
+    ) -> (bool, String) {
+        let judged = self.allow(cx, given).and_then(|()| self.judge(cx, dates, &given.order));
+        self.write_down(cx, given, judged)
+    }
+
+    /// Writes down the verdict on an order; refusals beyond the limit are only counted.
+    fn write_down(
+        &mut self,
+        cx: &mut Context,
+        given: &IncomingOrder,
+        judged: Result<String, String>,
+    ) -> (bool, String) {
+        let ousted = cx.ledger().lease().map(|lease| lease.by.clone());
+        let ousted = ousted.filter(|by| given.take && by.instance != given.by.instance);
+        let (accepted, text) = match (judged, &ousted) {
+            (Ok(text), Some(by)) => {
+                (true, format!("{text}; the command is taken from {}", by.author))
+            }
+            (Ok(text), None) => (true, text),
+            (Err(text), _) => (false, text),
+        };
+        if !accepted && Self::has_refused_enough(cx) {
+            self.unwritten += 1;
+            return (accepted, text);
+        }
+        let IncomingOrder { request, by, take, order, .. } = given.clone();
+        let text_kept = text.clone();
+        let taker = by.author.clone();
+        cx.record(Entry::Ordered(Judged { request, by, take, order, accepted, text }));
+        if let (true, Some(_), HolderLink::Up(connection)) = (accepted, ousted, self.link) {
+            // The former holder learns it now, and not when its next order is refused.
+            let text = format!("{taker} has taken the command over");
+            cx.act(Action::Answer { connection, request: 0, accepted: false, text });
+        }
+        (accepted, text_kept)
+    }
+
+    /// Whether this operator may give this order now.
+    fn allow(&self, cx: &Context, given: &IncomingOrder) -> Result<(), String> {
+        if cx.is_stopping() {
+            return Err("the executive is being stopped; the mission can be resumed later".into());
+        }
+        let needs_own = matches!(given.order, Order::Release | Order::Rejoin);
+        let Some(lease) = cx.ledger().lease() else {
+            let why = "nobody holds the command";
+            return if needs_own { Err(why.into()) } else { Ok(()) };
+        };
+        let own = lease.by.instance == given.by.instance;
+        if own || given.order.is_open_to_all() || (given.take && !needs_own) {
+            return Ok(());
+        }
+        let Giver { author, from, .. } = &lease.by;
+        let link = match self.link {
+            HolderLink::Up(_) => String::new(),
+            HolderLink::Down(since) => {
+                let for_s = cx.host().saturating_sub(since).as_secs_f64();
+                format!(", whose link has been down for {for_s:.1} s")
+            }
+        };
+        Err(format!(
+            "{author} commands this mission ({from}{link}): ask for the command, or take it over"
+        ))
+    }
+
+    /// Whether an order can be carried out, and what follows from it.
+    fn judge(&self, cx: &Context, dates: &MissionDates, order: &Order) -> Result<String, String> {
+        if cx.ledger().stage() != Stage::Playing {
+            return match order {
+                Order::Safe if cx.ledger().stage() == Stage::Retreating => {
+                    Ok("the mission is on its way to its safe place".into())
+                }
+                Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
+                _ => Err("the mission is ending".into()),
+            };
+        }
+        match order {
+            Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
+            Order::Fire(name) => judge_firing(cx, dates, name),
+            Order::Pause => Ok(match cx.ledger().pause() {
+                Some(pause) => format!("the mission is paused already, by {}", pause.by),
+                None => "the mission is paused".into(),
+            }),
+            Order::Resume => match cx.ledger().pause() {
+                Some(_) => Ok("the mission goes on".into()),
+                None => Err("the mission is not paused".into()),
+            },
+            Order::Safe => Ok(match cx.plan().safe() {
+                Some(place) => format!("the mission goes to `{}`", cx.plan().net().place(place)),
+                None => "the mission is given up: it has no safe place".into(),
+            }),
+            Order::Move(_) if self.moves.is_proving() => {
+                Err("another move is being proven: wait for what comes of it".into())
+            }
+            Order::Move(moves) => judge_moves(cx, moves),
+            Order::Confirm(name) => {
+                judge_answer(cx, name)?;
+                let held = cx.ledger().pause().is_some();
+                Ok(format!("`{name}` fires{}", if held { " when the mission goes on" } else { "" }))
+            }
+            Order::Decline(name) => {
+                judge_answer(cx, name)?;
+                Ok(format!("`{name}` does not fire, and asks again when it is newly enabled"))
+            }
+        }
+    }
+
+    /// Takes up an order that has to be proven first, if it is one and could be carried out.
+    fn has_to_be_proven(
+        &mut self,
+        cx: &mut Context,
+        dates: &MissionDates,
+        given: &IncomingOrder,
+    ) -> bool {
+        let Order::Move(moves) = &given.order else {
+            return false;
+        };
+        if self.allow(cx, given).and_then(|()| self.judge(cx, dates, &given.order)).is_err() {
+            return false;
+        }
+        self.moves.begin_proof(cx, given, moves);
+        true
+    }
+
+    /// Takes the verdict about a move: the order is carried out if nothing speaks against it now.
+    pub(super) fn move_judged(
+        &mut self,
+        cx: &mut Context,
+        dates: &MissionDates,
+        serial: u64,
+        verdict: Result<(), String>,
+    ) {
+        let Some(proof) = self.moves.end_proof(serial) else {
+            return;
+        };
+        let given = proof.given();
+        let judged = verdict
+            .and_then(|()| self.allow(cx, given))
+            .and_then(|()| self.judge(cx, dates, &given.order))
+            .and_then(|text| {
+                let moved_on =
+                    "the mission has gone on while this was proven: look, and move again";
+                if proof.is_still_about(cx) { Ok(text) } else { Err(moved_on.to_owned()) }
+            });
+        let (accepted, text) = self.write_down(cx, given, judged);
+        let IncomingOrder { connection, request, .. } = *given;
+        cx.act(Action::Answer { connection, request, accepted, text });
+    }
+}
+
+fn judge_firing(cx: &Context, dates: &MissionDates, name: &str) -> Result<String, String> {
+    let id = transition_ordered(cx, name)?;
+    let (net, state) = (cx.plan().net(), cx.ledger().state());
+    if cx.plan().transition(id).autonomy == Autonomy::Auto {
+        return Err(format!("`{name}` is not the operator's: it fires by itself"));
+    }
+    let Some(earliest) = state.earliest(id).filter(|_| !dates.waits_for_utc(cx.plan(), id)) else {
+        return Err(format!("`{name}` is not enabled: {}", hindrance(cx, dates, id)));
+    };
+    if net.transition(id).class == Class::Ordinary
+        && let Some(pause) = cx.ledger().pause()
+    {
+        return Err(format!("the mission is paused, by {}: resume it first", pause.by));
+    }
+    if earliest > cx.now() {
+        let left_s = (earliest - cx.now()).as_secs_f64();
+        return Err(format!("`{name}` may not fire yet: its time comes in {left_s:.1} s"));
+    }
+    Ok(format!("`{name}` fires"))
+}
+
+fn judge_answer(cx: &Context, name: &str) -> Result<(), String> {
+    let id = transition_ordered(cx, name)?;
+    match cx.ledger().authority().consent(id) {
+        Some(Consent::Asked(_)) => Ok(()),
+        Some(Consent::Granted) => Err(format!("`{name}` has been confirmed already")),
+        Some(Consent::Declined) => Err(format!("`{name}` has been declined already")),
+        None => Err(format!("`{name}` asks nothing now")),
+    }
+}
+
+fn transition_ordered(cx: &Context, name: &str) -> Result<TransitionId, String> {
+    cx.plan()
+        .transition_named(name)
+        .ok_or_else(|| format!("the mission has no transition called `{name}`"))
+}
+
+/// Why a transition is not enabled, in words.
+fn hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
+    let (net, state) = (cx.plan().net(), cx.ledger().state());
+    let transition = net.transition(id);
+    let needs = transition.inputs.iter().chain(&transition.reads);
+    if let Some((place, weight)) = needs.clone().find(|arc| state.tokens(arc.0) < arc.1) {
+        let (place, tokens) = (net.place(*place), state.tokens(*place));
+        return format!("`{place}` holds {tokens} of the {weight} tokens it needs");
+    }
+    let inhibited = transition.inhibitors.iter().find(|arc| state.tokens(arc.0) >= arc.1);
+    if let Some((place, _)) = inhibited {
+        return format!("a token in `{}` keeps it from firing", net.place(*place));
+    }
+    if let Some(why) = dates.hindrance(cx, id) {
+        return why;
+    }
+    match &cx.plan().transition(id).on {
+        Some((component, report)) => {
+            let component = &cx.plan().component(*component).name;
+            format!("it waits for `{component}.{report}`")
+        }
+        None => "its condition does not hold".into(),
+    }
+}
+
+fn in_command(order: &Order) -> String {
+    match order {
+        Order::Release => "the command is given back".into(),
+        _ => "the command is yours".into(),
+    }
+}

@@ -1,0 +1,61 @@
+//! Reports of components: which of them are worth a record. Each is acknowledged.
+
+use super::context::Context;
+use crate::event::Action;
+use crate::record::Entry;
+use crate::terms::Report;
+use armor_plan::ComponentId;
+
+/// Takes reports, and counts those that change nothing.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reports {
+    late: u64,
+    repeated: u64,
+    unheard: u64,
+}
+
+impl Reports {
+    /// Returns the reports of activations that are over.
+    pub(super) fn late(&self) -> u64 {
+        self.late
+    }
+
+    /// Returns the reports that were received again.
+    pub(super) fn repeated(&self) -> u64 {
+        self.repeated
+    }
+
+    /// Returns the reports that no transition waits for.
+    pub(super) fn unheard(&self) -> u64 {
+        self.unheard
+    }
+
+    /// Takes a report; `source` is the process start and the number of the report in it.
+    pub(super) fn take(
+        &mut self,
+        cx: &mut Context,
+        component: ComponentId,
+        source: (u64, u64),
+        activation: u64,
+        report: Report,
+    ) {
+        let (instance, serial) = source;
+        let planned = cx.plan().component(component);
+        let last = cx.ledger().activation(component);
+        let current = last.open && (activation == last.number || !planned.is_controlled());
+        let repeated = instance == last.heard.0 && serial <= last.heard.1;
+        let ends = matches!(report, Report::Done | Report::Failed { .. });
+        let listened = !cx.plan().listeners(component, report.name()).is_empty();
+        if repeated {
+            self.repeated += 1;
+        } else if !current {
+            self.late += 1;
+        } else if !ends && !listened {
+            self.unheard += 1;
+        } else {
+            let component = planned.name.clone();
+            cx.record(Entry::Heard { component, instance, serial, report });
+        }
+        cx.act(Action::Acknowledge { component, serial });
+    }
+}

@@ -1,0 +1,263 @@
+//! The values that guards read, and what the guards make of them. A value whose provider is lost
+//! stays in force for a while, then it is unknown. Every change of a guard is a record.
+
+use super::context::Context;
+use crate::record::Entry;
+use crate::terms::GuardTurned;
+use armor_petri::TransitionId;
+use armor_plan::{Operand, Plan, PlannedGuard, WatchId};
+use armor_robotfile::guard::Scalar;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+/// Least time between two publications for the sake of values alone.
+const SHOW_EVERY: Duration = Duration::from_secs(1);
+
+/// The state of one watch.
+#[derive(Clone, Debug)]
+struct Sense {
+    value: Option<Scalar>,
+    /// Since when its provider cannot be reached, while its value is still in force.
+    lost: Option<Duration>,
+    /// No news since a restart: the guards that read it stay as the journal has them.
+    inherited: bool,
+}
+
+/// The values of all watches, and the truth of all guards.
+#[derive(Clone, Debug)]
+pub(super) struct Senses {
+    senses: Vec<Sense>,
+    /// Per variable, the values that came from outside its domain.
+    outside: Vec<u64>,
+    /// Per transition, what its guard was when it was weighed last.
+    truths: Vec<Option<bool>>,
+    /// Guards whose values have changed.
+    unweighed: BTreeSet<TransitionId>,
+    /// Until when inherited guards stay as the journal has them.
+    inherited_until: Option<Duration>,
+    /// When values alone are shown next.
+    show_at: Option<Duration>,
+    shown_at: Duration,
+}
+
+impl Senses {
+    /// Begins without values. After a restart the guards stay as they were until there is news, or
+    /// until the time is over for which a value stays in force without its provider.
+    pub(super) fn new(plan: &Plan, restarted_at: Option<Duration>) -> Self {
+        let sense = Sense { value: None, lost: None, inherited: restarted_at.is_some() };
+        let guarded = plan.net().transition_ids().filter(|id| plan.transition(*id).guard.is_some());
+        Self {
+            senses: vec![sense; plan.watches().len()],
+            outside: vec![0; plan.variables().len()],
+            truths: vec![None; plan.transitions().len()],
+            unweighed: guarded.collect(),
+            inherited_until: restarted_at
+                .filter(|_| !plan.watches().is_empty())
+                .map(|at| at + plan.limits().value_holds),
+            show_at: None,
+            shown_at: Duration::ZERO,
+        }
+    }
+
+    /// Continues with another plan, whose watches begin with those there were.
+    pub(super) fn follow(&mut self, before: &Plan, after: &Plan) {
+        let new = Sense { value: None, lost: None, inherited: false };
+        self.senses.resize(after.watches().len(), new);
+        let counted = std::mem::take(&mut self.outside);
+        let known: BTreeMap<_, _> =
+            before.variables().iter().map(|variable| &variable.name).zip(counted).collect();
+        let variables = after.variables().iter();
+        self.outside =
+            variables.map(|variable| known.get(&variable.name).copied().unwrap_or(0)).collect();
+        self.truths = vec![None; after.transitions().len()];
+        let guarded =
+            after.net().transition_ids().filter(|id| after.transition(*id).guard.is_some());
+        self.unweighed = guarded.collect();
+    }
+
+    pub(super) fn sensed(&mut self, cx: &mut Context, watch: WatchId, value: Option<Scalar>) {
+        let Some(sense) = self.senses.get_mut(watch.index()) else {
+            return;
+        };
+        *sense = Sense { value: value.clone(), lost: None, inherited: false };
+        self.unweighed.extend(cx.plan().watchers(watch));
+        if let Some(Scalar::Number(number)) = value {
+            self.count_outside(cx.plan(), watch, number);
+        }
+        let next = (self.shown_at + SHOW_EVERY).max(cx.host());
+        self.show_at.get_or_insert(next);
+    }
+
+    pub(super) fn unlinked(&mut self, cx: &mut Context, watch: WatchId) {
+        let now = cx.host();
+        if let Some(sense) = self.senses.get_mut(watch.index())
+            && sense.value.is_some()
+        {
+            sense.lost.get_or_insert(now);
+        }
+    }
+
+    fn count_outside(&mut self, plan: &Plan, watch: WatchId, number: f64) {
+        for (variable, outside) in plan.variables().iter().zip(&mut self.outside) {
+            let is_inside = (variable.minimum..=variable.maximum).contains(&number);
+            if variable.source != watch || is_inside || number.is_nan() {
+                continue;
+            }
+            *outside += 1;
+            if *outside == 1 {
+                tracing::warn!(
+                    variable = variable.name.as_str(),
+                    "{number} is outside of {} to {}; it counts as the nearer end, and from now on \
+                     this is only counted",
+                    variable.minimum,
+                    variable.maximum
+                );
+            }
+        }
+    }
+
+    /// Forgets values that are too old, and records which guards have changed.
+    pub(super) fn weigh_guards(&mut self, cx: &mut Context) {
+        let (now, holds) = (cx.host(), cx.plan().limits().value_holds);
+        let is_over = self.inherited_until.is_some_and(|until| until <= now);
+        for (sense, watch) in self.senses.iter_mut().zip((0..).map(WatchId)) {
+            let is_lost = sense.lost.is_some_and(|since| since + holds <= now);
+            if is_lost || (sense.inherited && is_over) {
+                *sense = Sense { value: None, lost: None, inherited: false };
+                self.unweighed.extend(cx.plan().watchers(watch));
+            }
+        }
+        if is_over {
+            self.inherited_until = None;
+        }
+        if self.show_at.is_some_and(|at| at <= now) {
+            (self.show_at, self.shown_at) = (None, now);
+            cx.publish();
+        }
+        if cx.may_fire() {
+            for id in std::mem::take(&mut self.unweighed) {
+                self.weigh(cx, id);
+            }
+        }
+    }
+
+    fn weigh(&mut self, cx: &mut Context, id: TransitionId) {
+        let Some(planned) = &cx.plan().transition(id).guard else {
+            return;
+        };
+        let is_inherited =
+            |operand: &Operand| self.sense(cx, *operand).is_some_and(|sense| sense.inherited);
+        if planned.operands.iter().any(is_inherited) {
+            return;
+        }
+        let truth = self.truth_with(cx, planned, cx.ledger().counters());
+        if std::mem::replace(&mut self.truths[id.index()], truth) != truth {
+            cx.publish();
+        }
+        let holds = truth == Some(true);
+        if cx.ledger().guard_holds(id) != holds {
+            let transition = cx.plan().net().transition(id).name.clone();
+            cx.record(Entry::Guard { transition, holds, because: self.because(cx, id) });
+        }
+    }
+
+    /// Returns the guards that turn when counters are set to these values. An inherited value counts as
+    /// unknown here: the journal's guard was about other counters.
+    pub(super) fn guards_after(&mut self, cx: &Context, sets: &[(usize, i64)]) -> Vec<GuardTurned> {
+        let mut counters = cx.ledger().counters().to_vec();
+        let mut readers = BTreeSet::new();
+        for (index, value) in sets {
+            if std::mem::replace(&mut counters[*index], *value) != *value {
+                readers.extend(cx.plan().counter_readers(*index));
+            }
+        }
+        let mut turned = Vec::new();
+        for id in readers {
+            let Some(planned) = &cx.plan().transition(id).guard else {
+                continue;
+            };
+            let truth = self.truth_with(cx, planned, &counters);
+            self.truths[id.index()] = truth;
+            let holds = truth == Some(true);
+            if cx.ledger().guard_holds(id) != holds {
+                let transition = cx.plan().net().transition(id).name.clone();
+                turned.push(GuardTurned { transition, holds });
+            }
+        }
+        turned
+    }
+
+    fn truth_with(&self, cx: &Context, planned: &PlannedGuard, counters: &[i64]) -> Option<bool> {
+        let value = |operand: &Operand| match operand {
+            Operand::Counter(index) => Some(Scalar::Number(counters[*index] as f64)),
+            other => self.value(cx, *other),
+        };
+        planned.guard.holds(&planned.operands.iter().map(value).collect::<Vec<_>>())
+    }
+
+    /// Returns when values expire, or are published, without an event.
+    pub(super) fn next_due<'a>(&'a self, cx: &'a Context) -> impl Iterator<Item = Duration> + 'a {
+        let holds = cx.plan().limits().value_holds;
+        let lost = self.senses.iter().filter_map(move |sense| Some(sense.lost? + holds));
+        lost.chain(self.inherited_until).chain(self.show_at).filter(move |_| !cx.is_stopping())
+    }
+
+    /// Returns the truth of its guard; none if it is unknown, was never weighed, or there is no guard.
+    pub(super) fn truth(&self, id: TransitionId) -> Option<bool> {
+        self.truths[id.index()]
+    }
+
+    /// Returns the values that a guard reads, in words.
+    pub(super) fn because(&self, cx: &Context, id: TransitionId) -> String {
+        let Some(planned) = &cx.plan().transition(id).guard else {
+            return String::new();
+        };
+        let names = planned.guard.names().iter().zip(&planned.operands);
+        let words = names.map(|(name, operand)| {
+            let value = self.value(cx, *operand);
+            format!("{name} is {}", in_words(value.as_ref()))
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns, per variable, how many values came from outside its domain.
+    pub(super) fn outside(&self) -> &[u64] {
+        &self.outside
+    }
+
+    /// Returns the value of a variable.
+    pub(super) fn variable(&self, cx: &Context, index: usize) -> Option<Scalar> {
+        self.value(cx, Operand::Variable(index))
+    }
+
+    /// Returns the watch of an operand; a counter has none.
+    fn sense(&self, cx: &Context, operand: Operand) -> Option<&Sense> {
+        let watch = match operand {
+            Operand::Field(watch) => watch,
+            Operand::Variable(index) => cx.plan().variables()[index].source,
+            Operand::Counter(_) => return None,
+        };
+        Some(&self.senses[watch.index()])
+    }
+
+    fn value(&self, cx: &Context, operand: Operand) -> Option<Scalar> {
+        if let Operand::Counter(index) = operand {
+            return Some(Scalar::Number(cx.ledger().counters()[index] as f64));
+        }
+        let value = self.sense(cx, operand)?.value.clone()?;
+        Some(match operand {
+            Operand::Field(_) | Operand::Counter(_) => value,
+            Operand::Variable(index) => cx.plan().variables()[index].within(value),
+        })
+    }
+}
+
+/// A value as people read it.
+pub(crate) fn in_words(value: Option<&Scalar>) -> String {
+    match value {
+        None => "not known".to_owned(),
+        Some(Scalar::Number(number)) => format!("{number}"),
+        Some(Scalar::Flag(flag)) => format!("{flag}"),
+        Some(Scalar::Text(text)) => format!("'{text}'"),
+    }
+}
