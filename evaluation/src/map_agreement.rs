@@ -2,12 +2,13 @@
 //! be another.
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2};
-use armor_grid_slam::field::{Field, Window};
-use armor_grid_slam::grid::Grid as Surfaces;
+use armor_grid_slam::field::{CellWindow, LikelihoodField};
+use armor_grid_slam::grid::SurfaceGrid;
 use armor_grid_slam::pose::{Point, Pose};
+use armor_grid_slam::prior::Prior;
 use armor_grid_slam::refine::{Expected, refine};
 use armor_grid_slam::scan::thin;
-use armor_grid_slam::search::{Prior, search};
+use armor_grid_slam::search::search;
 use nalgebra::Matrix3;
 
 use crate::map_score::{MapScore, score_map};
@@ -67,7 +68,7 @@ pub fn compare_maps(
 /// identity if no motion within the search window fits.
 fn align_walls(map: &PlacedMap, reference: &PlacedMap) -> Pose {
     let points = thin(list_walls(map), THINNING_M);
-    let mut surfaces = Surfaces::new(THINNING_M / 2.0);
+    let mut surfaces = SurfaceGrid::new(THINNING_M / 2.0);
     surfaces.mark(&list_walls(reference).collect::<Vec<_>>());
     let prior = Prior {
         pose: Pose::default(),
@@ -77,8 +78,8 @@ fn align_walls(map: &PlacedMap, reference: &PlacedMap) -> Pose {
         window_rad: SEARCH_RAD,
     };
     let resolution_m = surfaces.resolution_m();
-    let window = Window::around(&points, &prior, resolution_m, 3.0 * BLUR_M);
-    let field = Field::draw(&surfaces, window, BLUR_M, 4);
+    let window = CellWindow::around(&points, &prior, resolution_m, 3.0 * BLUR_M);
+    let field = LikelihoodField::draw(&surfaces, window, BLUR_M, 4);
     let Some(found) = search(&field, &points, &prior, resolution_m, None) else {
         return Pose::default();
     };

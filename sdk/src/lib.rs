@@ -75,9 +75,11 @@ pub mod messages;
 pub mod node;
 pub mod operator;
 pub mod orders;
+pub mod parameters;
 pub mod tap;
 
 pub use armor::Armor;
+pub use armor_sdk_derive::Parameters;
 pub use armor_wire as wire;
 pub use armor_wire::{Array, Message};
 pub use call::{Call, Fault, Outcome};
@@ -89,6 +91,7 @@ pub use following::time_link;
 pub use launch::{run, run_with};
 pub use link::output::Sent;
 pub use parameter::{Parameter, Value, ValueError};
+pub use parameters::{FromValue, ParameterError, Parameters};
 pub use port_table::{DeclareError, SendError};
 pub use ports::{InputType, Latched, Optional, OutputType};
 pub use socket::ConnectError;
@@ -99,6 +102,6 @@ pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
         Armor, Array, Call, Component, Data, Fault, Header, Latched, Message, Optional, Outcome,
-        Parameter, Value,
+        Parameter, Parameters, Value,
     };
 }

@@ -99,6 +99,17 @@ impl Parameter {
         self
     }
 
+    /// Returns its name.
+    pub const fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Returns the default as a value, or why its text is none; `None` if there is no default.
+    pub(crate) fn default_value(&self) -> Option<Result<Value, String>> {
+        let parsed = self.manifest().parse(self.default?);
+        Some(parsed.map(|value| Value::new(value, Path::new(""))))
+    }
+
     /// Its entry in the manifest.
     pub fn manifest(&self) -> ParameterManifest {
         ParameterManifest {

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use armor_camera::{Finish, Limits, Picture, read};
+use armor_camera::{Finish, Picture, SizeLimits, read};
 
 const ROUNDS: u32 = 100;
 /// Larger pictures are made as small as this first.
-const MOST: Limits = Limits { width: 640, height: 0 };
+const MOST: SizeLimits = SizeLimits { width: 640, height: 0 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("give it a JPEG or PNG file")?;
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let raw_kb = small.pixels().len() as f64 / 1e3;
     println!("{width}x{height}: {raw_kb:.1} kB raw");
     for quality in [50, 80, 90, 95] {
-        let finish = Finish { limits: Limits::default(), quality };
+        let finish = Finish { limits: SizeLimits::default(), quality };
         let start = Instant::now();
         let mut len = 0;
         for _ in 0..ROUNDS {

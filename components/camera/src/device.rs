@@ -1,26 +1,27 @@
 //! A camera at this machine, by Video4Linux: a thread takes its pictures as they come and keeps the
-//! newest. What is JPEG already passes; YUYV is converted when somebody wants it.
+//! newest. What is JPEG already passes; YUYV is converted on demand.
 
 mod mjpeg;
 mod yuyv;
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use linuxvideo::format::{PixFormat, PixelFormat};
 use linuxvideo::stream::ReadStream;
 use linuxvideo::{BufType, Device as Video};
+use parking_lot::Mutex;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::finish::Finish;
 use crate::picture::PictureError;
-use crate::scale::Limits;
+use crate::scale::SizeLimits;
 
-/// What is asked for if nothing is said: what every camera has.
+/// The default size, which every camera has.
 const USUAL: (u32, u32) = (640, 480);
 /// How long the thread waits for a picture before it looks whether it is still wanted.
 const LOOK: Duration = Duration::from_millis(100);
@@ -35,7 +36,7 @@ pub(crate) enum DeviceError {
     Open {
         /// The device.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// It has no format that is read here.
@@ -51,21 +52,21 @@ pub(crate) enum DeviceError {
     Lost {
         /// The device.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
 
 /// How a device's pictures lie in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+enum FrameForm {
     Jpeg,
     Yuyv { width: usize, height: usize, step: usize },
 }
 
 /// What the thread and the component share.
 #[derive(Default)]
-struct Shared {
+struct DeviceShared {
     newest: Mutex<Newest>,
     is_over: AtomicBool,
 }
@@ -80,8 +81,8 @@ struct Newest {
 /// An open device. Its thread ends with it.
 pub(crate) struct Device {
     path: PathBuf,
-    form: Form,
-    shared: Arc<Shared>,
+    form: FrameForm,
+    shared: Arc<DeviceShared>,
     thread: Option<JoinHandle<()>>,
     has_warned: bool,
 }
@@ -91,7 +92,7 @@ impl Device {
     /// stamps.
     pub(crate) fn open(
         path: &Path,
-        limits: Limits,
+        limits: SizeLimits,
         clock: impl Fn() -> f64 + Send + 'static,
     ) -> Result<Self, DeviceError> {
         let unusable = |source| DeviceError::Open { path: path.to_owned(), source };
@@ -99,36 +100,36 @@ impl Device {
         let offered: Result<Vec<_>, _> = video.formats(BufType::VIDEO_CAPTURE).collect();
         let offered: Vec<_> =
             offered.map_err(unusable)?.iter().map(|format| format.pixel_format()).collect();
-        let wanted = best(&offered).ok_or_else(|| {
-            let names: Vec<_> = offered.iter().map(|format| name(*format)).collect();
+        let wanted = choose_format(&offered).ok_or_else(|| {
+            let names: Vec<_> = offered.iter().map(|format| format_name(*format)).collect();
             DeviceError::Format { path: path.to_owned(), offered: names.join(", ") }
         })?;
-        let (width, height) = size(limits);
+        let (width, height) = choose_size(limits);
         // The driver takes the nearest size that it has.
         let given = PixFormat::new(width, height, wanted);
         let capture = video.video_capture(given).map_err(unusable)?;
         let given = capture.format();
-        let form = form(given).ok_or_else(|| DeviceError::Format {
+        let form = frame_form(given).ok_or_else(|| DeviceError::Format {
             path: path.to_owned(),
-            offered: name(given.pixel_format()),
+            offered: format_name(given.pixel_format()),
         })?;
         tracing::info!(
             device = %path.display(), width = given.width(), height = given.height(),
-            format = name(given.pixel_format()), "the camera is open"
+            format = format_name(given.pixel_format()), "the camera is open"
         );
         let stream = capture.into_stream().map_err(unusable)?;
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(DeviceShared::default());
         let theirs = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("device".into())
-            .spawn(move || theirs.follow(stream, &clock))
+            .spawn(move || theirs.follow_stream(stream, &clock))
             .map_err(unusable)?;
         Ok(Self { path: path.to_owned(), form, shared, thread: Some(thread), has_warned: false })
     }
 
     /// Fails if the device is lost.
     pub(crate) fn check(&self) -> Result<(), DeviceError> {
-        match self.shared.newest().lost.take() {
+        match self.shared.newest.lock().lost.take() {
             Some(source) => Err(DeviceError::Lost { path: self.path.clone(), source }),
             None => Ok(()),
         }
@@ -138,13 +139,15 @@ impl Device {
     /// give now and then, is left out.
     pub(crate) fn take(&mut self, finish: &Finish) -> Result<Option<(f64, Vec<u8>)>, DeviceError> {
         self.check()?;
-        let Some((stamp_s, bytes)) = self.shared.newest().frame.take() else { return Ok(None) };
-        match finished(self.form, bytes, finish) {
+        let Some((stamp_s, bytes)) = self.shared.newest.lock().frame.take() else {
+            return Ok(None);
+        };
+        match finish_frame(self.form, bytes, finish) {
             Ok(jpeg) => Ok(Some((stamp_s, jpeg))),
             Err(reason) => {
                 if !std::mem::replace(&mut self.has_warned, true) {
                     let path = self.path.display();
-                    tracing::warn!("{path} gives damaged pictures, which are left out: {reason}");
+                    tracing::warn!("{path} gives damaged pictures, which are skipped: {reason}");
                 }
                 Ok(None)
             }
@@ -162,30 +165,27 @@ impl Drop for Device {
     }
 }
 
-impl Shared {
-    fn newest(&self) -> MutexGuard<'_, Newest> {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
+impl DeviceShared {
     /// Takes pictures until they are not wanted any more, or there are none.
-    fn follow(&self, mut stream: ReadStream, clock: &dyn Fn() -> f64) {
+    fn follow_stream(&self, mut stream: ReadStream, clock: &dyn Fn() -> f64) {
         let mut heard = Instant::now();
         let mut spare = Vec::new();
         while !self.is_over.load(Ordering::Relaxed) {
-            match next(&mut stream, &mut spare) {
+            match read_frame(&mut stream, &mut spare) {
                 Ok(true) => {
                     heard = Instant::now();
-                    let old = self.newest().frame.replace((clock(), std::mem::take(&mut spare)));
+                    let old =
+                        self.newest.lock().frame.replace((clock(), std::mem::take(&mut spare)));
                     spare = old.map(|(_, bytes)| bytes).unwrap_or_default();
                 }
                 Ok(false) if heard.elapsed() < SILENCE => {}
                 Ok(false) => {
                     let silent = format!("no picture for {} s", SILENCE.as_secs());
-                    self.newest().lost = Some(io::Error::new(io::ErrorKind::TimedOut, silent));
+                    self.newest.lock().lost = Some(io::Error::new(io::ErrorKind::TimedOut, silent));
                     return;
                 }
                 Err(error) => {
-                    self.newest().lost = Some(error);
+                    self.newest.lock().lost = Some(error);
                     return;
                 }
             }
@@ -194,7 +194,7 @@ impl Shared {
 }
 
 /// Copies the next picture to `into`; false if none came for a while or it was marked as damaged.
-fn next(stream: &mut ReadStream, into: &mut Vec<u8>) -> io::Result<bool> {
+fn read_frame(stream: &mut ReadStream, into: &mut Vec<u8>) -> io::Result<bool> {
     let look = Timespec { tv_sec: 0, tv_nsec: i64::from(LOOK.subsec_nanos()) };
     if poll(&mut [PollFd::new(stream, PollFlags::IN)], Some(&look))? == 0 {
         return Ok(false);
@@ -207,13 +207,13 @@ fn next(stream: &mut ReadStream, into: &mut Vec<u8>) -> io::Result<bool> {
 }
 
 /// The best format: what is compressed already takes no work and the least of the bus.
-fn best(offered: &[PixelFormat]) -> Option<PixelFormat> {
+fn choose_format(offered: &[PixelFormat]) -> Option<PixelFormat> {
     let known = [PixelFormat::MJPG, PixelFormat::JPEG, PixelFormat::YUYV];
     known.into_iter().find(|format| offered.contains(format))
 }
 
 /// The size to ask for.
-fn size(limits: Limits) -> (u32, u32) {
+fn choose_size(limits: SizeLimits) -> (u32, u32) {
     match (u32::from(limits.width), u32::from(limits.height)) {
         (0, 0) => USUAL,
         (width, 0) => (width, width * USUAL.1 / USUAL.0),
@@ -222,24 +222,24 @@ fn size(limits: Limits) -> (u32, u32) {
     }
 }
 
-fn form(format: &PixFormat) -> Option<Form> {
+fn frame_form(format: &PixFormat) -> Option<FrameForm> {
     if format.pixel_format() == PixelFormat::YUYV {
         let (width, height) = (format.width() as usize, format.height() as usize);
-        return Some(Form::Yuyv { width, height, step: format.bytes_per_line() as usize });
+        return Some(FrameForm::Yuyv { width, height, step: format.bytes_per_line() as usize });
     }
     let is_jpeg = [PixelFormat::MJPG, PixelFormat::JPEG].contains(&format.pixel_format());
-    is_jpeg.then_some(Form::Jpeg)
+    is_jpeg.then_some(FrameForm::Jpeg)
 }
 
-fn name(format: PixelFormat) -> String {
+fn format_name(format: PixelFormat) -> String {
     String::from_utf8_lossy(&format.as_fourcc()).into_owned()
 }
 
-fn finished(form: Form, bytes: Vec<u8>, finish: &Finish) -> Result<Vec<u8>, PictureError> {
+fn finish_frame(form: FrameForm, bytes: Vec<u8>, finish: &Finish) -> Result<Vec<u8>, PictureError> {
     match form {
-        Form::Jpeg => finish.file(mjpeg::complete(bytes)?),
-        Form::Yuyv { width, height, step } => {
-            finish.picture(yuyv::picture(width, height, step, &bytes)?)
+        FrameForm::Jpeg => finish.file(mjpeg::add_missing_tables(bytes)?),
+        FrameForm::Yuyv { width, height, step } => {
+            finish.picture(yuyv::convert_picture(width, height, step, &bytes)?)
         }
     }
 }
@@ -252,35 +252,38 @@ mod tests {
     #[test]
     fn what_is_compressed_goes_first() {
         use PixelFormat as P;
-        assert_eq!(best(&[P::YUYV, P::MJPG]).map(name).as_deref(), Some("MJPG"));
-        assert_eq!(best(&[P::BGR3, P::YUYV]).map(name).as_deref(), Some("YUYV"));
-        assert!(best(&[P::BGR3]).is_none());
+        assert_eq!(choose_format(&[P::YUYV, P::MJPG]).map(format_name).as_deref(), Some("MJPG"));
+        assert_eq!(choose_format(&[P::BGR3, P::YUYV]).map(format_name).as_deref(), Some("YUYV"));
+        assert!(choose_format(&[P::BGR3]).is_none());
     }
 
     #[test]
     fn the_size_keeps_within_the_limits() {
-        assert_eq!(size(Limits::default()), (640, 480));
-        assert_eq!(size(Limits { width: 1280, height: 0 }), (1280, 960));
-        assert_eq!(size(Limits { width: 0, height: 240 }), (320, 240));
-        assert_eq!(size(Limits { width: 300, height: 300 }), (300, 300));
+        assert_eq!(choose_size(SizeLimits::default()), (640, 480));
+        assert_eq!(choose_size(SizeLimits { width: 1280, height: 0 }), (1280, 960));
+        assert_eq!(choose_size(SizeLimits { width: 0, height: 240 }), (320, 240));
+        assert_eq!(choose_size(SizeLimits { width: 300, height: 300 }), (300, 300));
     }
 
     #[test]
     fn what_is_no_camera_is_refused_by_name() {
         for path in ["/dev/null", "/dev/no-such-video"] {
-            let refused = Device::open(Path::new(path), Limits::default(), || 0.0).err();
-            let said = refused.expect("no camera").to_string();
-            assert!(said.contains(path) && said.contains("as a camera"), "{said}");
+            let refused = Device::open(Path::new(path), SizeLimits::default(), || 0.0).err();
+            let error = refused.expect("no camera").to_string();
+            assert!(error.contains(path) && error.contains("as a camera"), "{error}");
         }
     }
 
     #[test]
     fn pictures_of_both_forms_become_jpegs() {
-        let form = Form::Yuyv { width: 4, height: 2, step: 8 };
-        let jpeg = finished(form, vec![128; 16], &AS_IT_IS).expect("a picture");
+        let form = FrameForm::Yuyv { width: 4, height: 2, step: 8 };
+        let jpeg = finish_frame(form, vec![128; 16], &AS_IT_IS).expect("a picture");
         assert_eq!(crate::jpeg::size(&jpeg).expect("a JPEG"), (4, 2));
-        assert_eq!(finished(Form::Jpeg, jpeg.clone(), &AS_IT_IS).expect("a picture"), jpeg);
-        assert!(finished(form, vec![128; 15], &AS_IT_IS).is_err());
-        assert!(finished(Form::Jpeg, vec![0; 64], &AS_IT_IS).is_err());
+        assert_eq!(
+            finish_frame(FrameForm::Jpeg, jpeg.clone(), &AS_IT_IS).expect("a picture"),
+            jpeg
+        );
+        assert!(finish_frame(form, vec![128; 15], &AS_IT_IS).is_err());
+        assert!(finish_frame(FrameForm::Jpeg, vec![0; 64], &AS_IT_IS).is_err());
     }
 }

@@ -22,7 +22,7 @@ pub(crate) enum FilmError {
     Read {
         /// It.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The folder has no pictures.
@@ -85,8 +85,8 @@ impl Film {
         self.next == self.files.len()
     }
 
-    /// Leaves the next picture out: nobody looks.
-    pub(crate) fn skip(&mut self) {
+    /// Skips the next picture: there is no subscriber.
+    pub(crate) fn skip_file(&mut self) {
         if !self.is_over() {
             self.next += 1;
         }
@@ -102,8 +102,8 @@ impl Film {
                 return Ok(None);
             }
             let at = self.next;
-            self.skip();
-            match read(&self.files[at], finish) {
+            self.skip_file();
+            match read_file(&self.files[at], finish) {
                 Ok(picture) => return Ok(Some(picture)),
                 Err(reason) => {
                     if self.named.insert(at) {
@@ -124,7 +124,7 @@ fn is_picture(path: &Path) -> bool {
     ending.is_some_and(|ending| ENDINGS.iter().any(|one| ending.eq_ignore_ascii_case(one)))
 }
 
-fn read(path: &Path, finish: &Finish) -> Result<Vec<u8>, Unreadable> {
+fn read_file(path: &Path, finish: &Finish) -> Result<Vec<u8>, Unreadable> {
     let mut bytes = Vec::new();
     let len = File::open(path)?.take(MAX_LEN + 1).read_to_end(&mut bytes)?;
     if len as u64 > MAX_LEN {
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// A grey picture of one row, as wide as it is to be told from others.
+    /// A grey picture of one row, as wide as distinguishes it from the others.
     fn wide(width: u32) -> Vec<u8> {
         png(width, 1, png::ColorType::Grayscale, png::BitDepth::Eight, &vec![9; width as usize])
     }
@@ -181,7 +181,7 @@ mod tests {
         let scratch = Scratch::new("order", &files);
         let mut film = Film::open(&scratch.0, true).expect("pictures");
         assert_eq!(widths(&mut film, 4), [1, 2, 3, 1]);
-        film.skip();
+        film.skip_file();
         assert_eq!(widths(&mut film, 1), [3]);
         let mut film = Film::open(&scratch.0, false).expect("pictures");
         assert_eq!(widths(&mut film, 5), [1, 2, 3, 0, 0]);
@@ -197,7 +197,7 @@ mod tests {
         let mut film = Film::open(&scratch.0, true).expect("pictures");
         assert_eq!(widths(&mut film, 4), [1, 3, 1, 3]);
         let mut film = Film::open(&scratch.0, true).expect("pictures");
-        fs::remove_file(scratch.0.join("1.png")).expect("it is there");
+        fs::remove_file(scratch.0.join("1.png")).expect("the file exists");
         assert_eq!(widths(&mut film, 2), [3, 3]);
     }
 
@@ -205,12 +205,12 @@ mod tests {
     fn nothing_to_show_is_an_error_that_names_it() {
         let scratch = Scratch::new("nothing", &[("1.jpg", b"no picture".to_vec())]);
         let mut film = Film::open(&scratch.0, true).expect("a name that fits");
-        let said = film.take(&AS_IT_IS).expect_err("none").to_string();
-        assert!(said.contains("none of the 1 pictures") && said.contains("nothing"), "{said}");
-        fs::remove_file(scratch.0.join("1.jpg")).expect("it is there");
-        let said = Film::open(&scratch.0, true).expect_err("empty").to_string();
-        assert!(said.contains("has no files"), "{said}");
-        let said = Film::open(&scratch.0.join("gone"), true).expect_err("missing").to_string();
-        assert!(said.contains("cannot read") && said.contains("gone"), "{said}");
+        let error = film.take(&AS_IT_IS).expect_err("none").to_string();
+        assert!(error.contains("none of the 1 pictures") && error.contains("nothing"), "{error}");
+        fs::remove_file(scratch.0.join("1.jpg")).expect("the file exists");
+        let error = Film::open(&scratch.0, true).expect_err("empty").to_string();
+        assert!(error.contains("has no files"), "{error}");
+        let error = Film::open(&scratch.0.join("gone"), true).expect_err("missing").to_string();
+        assert!(error.contains("cannot read") && error.contains("gone"), "{error}");
     }
 }

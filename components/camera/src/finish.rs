@@ -2,8 +2,8 @@
 //! that size already is not touched.
 
 use crate::jpeg;
-use crate::picture::{Layout, Picture, PictureError, sides};
-use crate::scale::{Limits, shrunk};
+use crate::picture::{Picture, PictureError, PixelLayout, check_sides};
+use crate::scale::{SizeLimits, shrink_picture};
 
 /// How every PNG file begins.
 const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
@@ -12,7 +12,7 @@ const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Finish {
     /// How large they may be.
-    pub limits: Limits,
+    pub limits: SizeLimits,
     /// JPEG's quality, 1 to 100.
     pub quality: u8,
 }
@@ -23,7 +23,7 @@ impl Finish {
     /// # Errors
     /// If it cannot be compressed.
     pub fn picture(&self, picture: Picture<'_>) -> Result<Vec<u8>, PictureError> {
-        jpeg::encode(&shrunk(picture, self.limits)?, self.quality)
+        jpeg::encode(&shrink_picture(picture, self.limits)?, self.quality)
     }
 
     /// The JPEG file of a JPEG or PNG file: itself, if it is a JPEG within the limits.
@@ -34,7 +34,7 @@ impl Finish {
     pub fn file(&self, file: Vec<u8>) -> Result<Vec<u8>, PictureError> {
         if jpeg::is_jpeg(&file) {
             let size = jpeg::size(&file)?;
-            if self.limits.fit(size) == size {
+            if self.limits.fit_size(size) == size {
                 return Ok(file);
             }
         }
@@ -64,15 +64,15 @@ fn read_png(file: &[u8]) -> Result<Picture<'static>, PictureError> {
     let (width, height) = reader.info().size();
     let (width, height) = (width as usize, height as usize);
     // Before there is memory for it: a header may claim any size.
-    sides(width, height)?;
+    check_sides(width, height)?;
     let len = reader.output_buffer_size().ok_or(PictureError::Size(width, height))?;
     let mut pixels = vec![0; len];
     let frame = reader.next_frame(&mut pixels)?;
     let (layout, pixel_len) = match frame.color_type {
-        png::ColorType::Grayscale => (Layout::Mono, 1),
-        png::ColorType::GrayscaleAlpha => (Layout::Mono, 2),
-        png::ColorType::Rgba => (Layout::Rgb, 4),
-        png::ColorType::Rgb | png::ColorType::Indexed => (Layout::Rgb, 3),
+        png::ColorType::Grayscale => (PixelLayout::Mono, 1),
+        png::ColorType::GrayscaleAlpha => (PixelLayout::Mono, 2),
+        png::ColorType::Rgba => (PixelLayout::Rgb, 4),
+        png::ColorType::Rgb | png::ColorType::Indexed => (PixelLayout::Rgb, 3),
     };
     if pixel_len != layout.pixel_len() {
         let opaque = |pixel: &[u8]| pixel[..layout.pixel_len()].to_vec();
@@ -87,7 +87,7 @@ pub(crate) mod tests {
     use crate::jpeg::tests::gradient;
 
     pub(crate) const AS_IT_IS: Finish =
-        Finish { limits: Limits { width: 0, height: 0 }, quality: 80 };
+        Finish { limits: SizeLimits { width: 0, height: 0 }, quality: 80 };
 
     /// A PNG file.
     pub(crate) fn png(
@@ -112,12 +112,12 @@ pub(crate) mod tests {
 
     #[test]
     fn a_jpeg_leaves_as_it_came_unless_it_is_too_large() {
-        let file = jpeg::encode(&gradient(64, 48, Layout::Rgb), 60).expect("a file");
+        let file = jpeg::encode(&gradient(64, 48, PixelLayout::Rgb), 60).expect("a file");
         assert_eq!(AS_IT_IS.file(file.clone()).expect("a JPEG"), file);
-        let small = Finish { limits: Limits { width: 32, height: 0 }, quality: 60 };
+        let small = Finish { limits: SizeLimits { width: 32, height: 0 }, quality: 60 };
         let smaller = small.file(file.clone()).expect("a JPEG");
         assert_eq!(jpeg::size(&smaller).expect("a JPEG"), (32, 24));
-        let large = Finish { limits: Limits { width: 64, height: 48 }, quality: 1 };
+        let large = Finish { limits: SizeLimits { width: 64, height: 48 }, quality: 1 };
         assert_eq!(large.file(file.clone()).expect("a JPEG"), file);
     }
 
@@ -130,21 +130,27 @@ pub(crate) mod tests {
             assert_eq!(&picture.pixels()[..layout.pixel_len()], first, "{colours:?}");
             AS_IT_IS.picture(picture).expect("a JPEG");
         };
-        check(ColorType::Rgb, BitDepth::Eight, &[1, 2, 3, 4, 5, 6], Layout::Rgb, &[1, 2, 3]);
-        check(ColorType::Rgba, BitDepth::Eight, &[1, 2, 3, 0, 5, 6, 7, 8], Layout::Rgb, &[1, 2, 3]);
-        check(ColorType::Grayscale, BitDepth::Sixteen, &[7, 0, 9, 0], Layout::Mono, &[7]);
-        check(ColorType::GrayscaleAlpha, BitDepth::Eight, &[7, 0, 9, 0], Layout::Mono, &[7]);
-        check(ColorType::Indexed, BitDepth::One, &[0b0100_0000], Layout::Rgb, &[200, 100, 50]);
+        check(ColorType::Rgb, BitDepth::Eight, &[1, 2, 3, 4, 5, 6], PixelLayout::Rgb, &[1, 2, 3]);
+        check(
+            ColorType::Rgba,
+            BitDepth::Eight,
+            &[1, 2, 3, 0, 5, 6, 7, 8],
+            PixelLayout::Rgb,
+            &[1, 2, 3],
+        );
+        check(ColorType::Grayscale, BitDepth::Sixteen, &[7, 0, 9, 0], PixelLayout::Mono, &[7]);
+        check(ColorType::GrayscaleAlpha, BitDepth::Eight, &[7, 0, 9, 0], PixelLayout::Mono, &[7]);
+        check(ColorType::Indexed, BitDepth::One, &[0b0100_0000], PixelLayout::Rgb, &[200, 100, 50]);
     }
 
     #[test]
     fn what_is_no_picture_says_so() {
-        let said = |file: &[u8]| AS_IT_IS.file(file.to_vec()).expect_err("refused").to_string();
-        assert!(said(b"GIF89a").contains("neither a JPEG nor a PNG"));
-        assert!(said(b"").contains("neither"));
-        let file = jpeg::encode(&gradient(64, 48, Layout::Rgb), 60).expect("a file");
-        assert!(said(&file[..file.len() / 2]).contains("ends in the middle"));
+        let refusal = |file: &[u8]| AS_IT_IS.file(file.to_vec()).expect_err("refused").to_string();
+        assert!(refusal(b"GIF89a").contains("neither a JPEG nor a PNG"));
+        assert!(refusal(b"").contains("neither"));
+        let file = jpeg::encode(&gradient(64, 48, PixelLayout::Rgb), 60).expect("a file");
+        assert!(refusal(&file[..file.len() / 2]).contains("ends in the middle"));
         let file = png(2, 1, png::ColorType::Rgb, png::BitDepth::Eight, &[9; 6]);
-        assert!(said(&file[..file.len() / 2]).contains("PNG"));
+        assert!(refusal(&file[..file.len() / 2]).contains("PNG"));
     }
 }

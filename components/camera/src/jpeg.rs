@@ -6,7 +6,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use crate::picture::{Layout, Picture, PictureError, sides};
+use crate::picture::{Picture, PictureError, PixelLayout, check_sides};
 
 /// How every JPEG file begins and ends.
 const BEGIN: [u8; 3] = [0xff, 0xd8, 0xff];
@@ -16,9 +16,9 @@ const END: [u8; 2] = [0xff, 0xd9];
 /// are stored at half the resolution.
 pub(crate) fn encode(picture: &Picture<'_>, quality: u8) -> Result<Vec<u8>, PictureError> {
     let colours = match picture.layout() {
-        Layout::Rgb => ColorType::Rgb,
-        Layout::Bgr => ColorType::Bgr,
-        Layout::Mono => ColorType::Luma,
+        PixelLayout::Rgb => ColorType::Rgb,
+        PixelLayout::Bgr => ColorType::Bgr,
+        PixelLayout::Mono => ColorType::Luma,
     };
     let mut file = Vec::with_capacity(picture.pixels().len() / 8);
     let encoder = Encoder::new(&mut file, quality);
@@ -26,7 +26,7 @@ pub(crate) fn encode(picture: &Picture<'_>, quality: u8) -> Result<Vec<u8>, Pict
     Ok(file)
 }
 
-/// Says whether a file begins as a JPEG does.
+/// Returns whether a file begins as a JPEG does.
 pub(crate) fn is_jpeg(file: &[u8]) -> bool {
     file.starts_with(&BEGIN)
 }
@@ -38,7 +38,7 @@ pub(crate) fn size(file: &[u8]) -> Result<(u16, u16), PictureError> {
         return Err(PictureError::Unfinished);
     }
     let mut decoder = JpegDecoder::new(ZCursor::new(file));
-    decoder.decode_headers().map_err(unreadable)?;
+    decoder.decode_headers().map_err(describe_failure)?;
     let info = decoder.info().ok_or(PictureError::Unknown)?;
     Ok((info.width, info.height))
 }
@@ -46,20 +46,20 @@ pub(crate) fn size(file: &[u8]) -> Result<(u16, u16), PictureError> {
 /// Reads a file.
 pub(crate) fn decode(file: &[u8]) -> Result<Picture<'static>, PictureError> {
     let mut decoder = JpegDecoder::new(ZCursor::new(file));
-    decoder.decode_headers().map_err(unreadable)?;
+    decoder.decode_headers().map_err(describe_failure)?;
     let (space, layout) = match decoder.input_colorspace() {
-        Some(ColorSpace::Luma) => (ColorSpace::Luma, Layout::Mono),
-        _ => (ColorSpace::RGB, Layout::Rgb),
+        Some(ColorSpace::Luma) => (ColorSpace::Luma, PixelLayout::Mono),
+        _ => (ColorSpace::RGB, PixelLayout::Rgb),
     };
     decoder.set_options(DecoderOptions::default().jpeg_set_out_colorspace(space));
     let info = decoder.info().ok_or(PictureError::Unknown)?;
     let (width, height) = (info.width.into(), info.height.into());
     // Before there is memory for it: a header is quickly written.
-    sides(width, height)?;
-    Picture::new(width, height, layout, decoder.decode().map_err(unreadable)?)
+    check_sides(width, height)?;
+    Picture::new(width, height, layout, decoder.decode().map_err(describe_failure)?)
 }
 
-fn unreadable(error: zune_jpeg::errors::DecodeErrors) -> PictureError {
+fn describe_failure(error: zune_jpeg::errors::DecodeErrors) -> PictureError {
     PictureError::Jpeg(error.to_string())
 }
 
@@ -68,13 +68,13 @@ pub(crate) mod tests {
     use super::*;
 
     /// A picture of smooth colours.
-    pub(crate) fn gradient(width: u16, height: u16, layout: Layout) -> Picture<'static> {
+    pub(crate) fn gradient(width: u16, height: u16, layout: PixelLayout) -> Picture<'static> {
         let pixel = |x: u16, y: u16| {
             let rgb = [x * 3 % 200, y * 5 % 200, (x + y) % 200].map(|value| value as u8);
             match layout {
-                Layout::Rgb => rgb.to_vec(),
-                Layout::Bgr => rgb.into_iter().rev().collect(),
-                Layout::Mono => vec![rgb[0]],
+                PixelLayout::Rgb => rgb.to_vec(),
+                PixelLayout::Bgr => rgb.into_iter().rev().collect(),
+                PixelLayout::Mono => vec![rgb[0]],
             }
         };
         let pixels: Vec<u8> =
@@ -91,13 +91,14 @@ pub(crate) mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        for layout in [Layout::Rgb, Layout::Bgr, Layout::Mono] {
+        for layout in [PixelLayout::Rgb, PixelLayout::Bgr, PixelLayout::Mono] {
             let file = encode(&gradient(60, 39, layout), 95).expect("a file");
             assert!(is_jpeg(&file));
             assert_eq!(size(&file).expect("a JPEG"), (60, 39));
             let read = decode(&file).expect("a JPEG");
             // What was blue, green, red is read as red, green, blue.
-            let wanted = if layout == Layout::Mono { Layout::Mono } else { Layout::Rgb };
+            let wanted =
+                if layout == PixelLayout::Mono { PixelLayout::Mono } else { PixelLayout::Rgb };
             let difference = difference(&read, &gradient(60, 39, wanted));
             assert!(read.layout() == wanted && difference < 12, "{layout:?}: {difference}");
         }
@@ -105,13 +106,14 @@ pub(crate) mod tests {
 
     #[test]
     fn lower_quality_takes_fewer_bytes() {
-        let len = |quality| encode(&gradient(64, 48, Layout::Rgb), quality).expect("a file").len();
+        let len =
+            |quality| encode(&gradient(64, 48, PixelLayout::Rgb), quality).expect("a file").len();
         assert!(len(10) < len(80) && len(80) < len(100));
     }
 
     #[test]
     fn no_byte_too_few_or_changed_is_a_panic() {
-        let file = encode(&gradient(24, 16, Layout::Rgb), 80).expect("a file");
+        let file = encode(&gradient(24, 16, PixelLayout::Rgb), 80).expect("a file");
         for end in 0..file.len() {
             assert!(size(&file[..end]).is_err(), "{end} of {} bytes", file.len());
             let _ = decode(&file[..end]);

@@ -14,6 +14,6 @@ mod ports;
 mod scale;
 
 pub use finish::{Finish, read};
-pub use picture::{Layout, Picture, PictureError};
+pub use picture::{Picture, PictureError, PixelLayout};
 pub use ports::Camera;
-pub use scale::Limits;
+pub use scale::SizeLimits;

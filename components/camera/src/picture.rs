@@ -7,7 +7,7 @@ const MAX_PIXELS: usize = 64 << 20;
 
 /// What the bytes of a pixel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
+pub enum PixelLayout {
     /// Red, green, blue.
     Rgb,
     /// Blue, green, red.
@@ -16,7 +16,7 @@ pub enum Layout {
     Mono,
 }
 
-impl Layout {
+impl PixelLayout {
     /// The layout that ROS calls by a name; `None` if JPEG has no place for it.
     fn of_encoding(encoding: &str) -> Option<Self> {
         match encoding {
@@ -48,7 +48,7 @@ pub enum PictureError {
     /// There are fewer bytes than pixels.
     #[error("{given} bytes for a picture that takes {wanted}")]
     Short {
-        /// Bytes that are there.
+        /// Bytes in the buffer.
         given: usize,
         /// Bytes that it takes.
         wanted: usize,
@@ -75,7 +75,7 @@ pub enum PictureError {
 pub struct Picture<'a> {
     width: u16,
     height: u16,
-    layout: Layout,
+    layout: PixelLayout,
     pixels: Cow<'a, [u8]>,
 }
 
@@ -87,10 +87,10 @@ impl<'a> Picture<'a> {
     pub fn new(
         width: usize,
         height: usize,
-        layout: Layout,
+        layout: PixelLayout,
         pixels: impl Into<Cow<'a, [u8]>>,
     ) -> Result<Self, PictureError> {
-        let (columns, rows) = sides(width, height)?;
+        let (columns, rows) = check_sides(width, height)?;
         let (pixels, wanted) = (pixels.into(), width * height * layout.pixel_len());
         if pixels.len() < wanted {
             return Err(PictureError::Short { given: pixels.len(), wanted });
@@ -110,9 +110,9 @@ impl<'a> Picture<'a> {
         step: usize,
         data: &'a [u8],
     ) -> Result<Self, PictureError> {
-        let layout = Layout::of_encoding(encoding)
+        let layout = PixelLayout::of_encoding(encoding)
             .ok_or_else(|| PictureError::Encoding(encoding.to_owned()))?;
-        sides(width, height)?;
+        check_sides(width, height)?;
         let row = width * layout.pixel_len();
         if step <= row {
             return Self::new(width, height, layout, data);
@@ -138,7 +138,7 @@ impl<'a> Picture<'a> {
     }
 
     /// What the bytes of a pixel are.
-    pub fn layout(&self) -> Layout {
+    pub fn layout(&self) -> PixelLayout {
         self.layout
     }
 
@@ -149,7 +149,7 @@ impl<'a> Picture<'a> {
 }
 
 /// The sides of a picture, if there can be one of that size.
-pub(crate) fn sides(width: usize, height: usize) -> Result<(u16, u16), PictureError> {
+pub(crate) fn check_sides(width: usize, height: usize) -> Result<(u16, u16), PictureError> {
     let wrong = || PictureError::Size(width, height);
     let columns = u16::try_from(width).map_err(|_| wrong())?;
     let rows = u16::try_from(height).map_err(|_| wrong())?;
@@ -176,11 +176,11 @@ mod tests {
         assert_eq!(picture.pixels(), [1, 2, 3, 4]);
     }
 
-    /// What is refused says what was wrong.
+    /// Checks that a picture is refused, with a reason.
     fn check(encoding: &str, (width, height, step): (usize, usize, usize), len: usize, word: &str) {
         let data = vec![0; len];
-        let said = Picture::of_rows(encoding, width, height, step, &data).expect_err(word);
-        assert!(said.to_string().contains(word), "{said}");
+        let error = Picture::of_rows(encoding, width, height, step, &data).expect_err(word);
+        assert!(error.to_string().contains(word), "{error}");
     }
 
     #[test]

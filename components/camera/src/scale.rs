@@ -4,16 +4,16 @@ use crate::picture::{Picture, PictureError};
 
 /// The most columns and rows that a picture may have; 0: any.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Limits {
+pub struct SizeLimits {
     /// Most columns.
     pub width: u16,
     /// Most rows.
     pub height: u16,
 }
 
-impl Limits {
+impl SizeLimits {
     /// The size within the limits that keeps the proportions; nothing grows.
-    pub(crate) fn fit(self, (width, height): (u16, u16)) -> (u16, u16) {
+    pub(crate) fn fit_size(self, (width, height): (u16, u16)) -> (u16, u16) {
         let share = |most: u16, of: u16| match most {
             0 => 1.0,
             most => f64::from(most) / f64::from(of.max(1)),
@@ -28,12 +28,16 @@ impl Limits {
 }
 
 /// Returns the picture within the limits: itself, if it is.
-pub(crate) fn shrunk(picture: Picture<'_>, limits: Limits) -> Result<Picture<'_>, PictureError> {
-    let (width, height) = limits.fit((picture.width(), picture.height()));
+pub(crate) fn shrink_picture(
+    picture: Picture<'_>,
+    limits: SizeLimits,
+) -> Result<Picture<'_>, PictureError> {
+    let (width, height) = limits.fit_size((picture.width(), picture.height()));
     if (width, height) == (picture.width(), picture.height()) {
         return Ok(picture);
     }
-    let (columns, rows) = (spans(picture.width(), width), spans(picture.height(), height));
+    let (columns, rows) =
+        (split_into_spans(picture.width(), width), split_into_spans(picture.height(), height));
     let layout = picture.layout();
     let row_len = usize::from(picture.width()) * layout.pixel_len();
     let mut pixels = Vec::with_capacity(columns.len() * rows.len() * layout.pixel_len());
@@ -60,7 +64,7 @@ pub(crate) fn shrunk(picture: Picture<'_>, limits: Limits) -> Result<Picture<'_>
 }
 
 /// Which of `from` old pixels each of `to` new ones covers, also in part: first, and one past the last.
-fn spans(from: u16, to: u16) -> Vec<(usize, usize)> {
+fn split_into_spans(from: u16, to: u16) -> Vec<(usize, usize)> {
     let (from, to) = (usize::from(from), usize::from(to));
     (0..to).map(|at| (at * from / to, ((at + 1) * from).div_ceil(to))).collect()
 }
@@ -68,11 +72,11 @@ fn spans(from: u16, to: u16) -> Vec<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::Layout;
+    use crate::picture::PixelLayout;
 
     #[test]
     fn a_picture_keeps_its_proportions_and_never_grows() {
-        let fit = |width, height, size| Limits { width, height }.fit(size);
+        let fit = |width, height, size| SizeLimits { width, height }.fit_size(size);
         assert_eq!(fit(0, 0, (640, 480)), (640, 480));
         assert_eq!(fit(320, 0, (640, 480)), (320, 240));
         assert_eq!(fit(0, 120, (640, 480)), (160, 120));
@@ -83,18 +87,18 @@ mod tests {
 
     #[test]
     fn a_new_pixel_is_the_mean_of_those_that_it_covers() {
-        let grey = Picture::new(4, 2, Layout::Mono, vec![0, 10, 100, 100, 20, 30, 100, 101])
+        let grey = Picture::new(4, 2, PixelLayout::Mono, vec![0, 10, 100, 100, 20, 30, 100, 101])
             .expect("a picture");
-        let small = shrunk(grey, Limits { width: 2, height: 0 }).expect("a picture");
+        let small = shrink_picture(grey, SizeLimits { width: 2, height: 0 }).expect("a picture");
         assert_eq!((small.width(), small.height(), small.pixels()), (2, 1, &[15, 100][..]));
     }
 
     #[test]
     fn colours_do_not_mix_and_odd_sizes_cover_everything() {
         let rgb = [[90, 0, 3], [0, 90, 3], [90, 0, 3]].concat();
-        let colour = Picture::new(3, 1, Layout::Rgb, rgb).expect("a picture");
-        let small = shrunk(colour, Limits { width: 2, height: 0 }).expect("a picture");
+        let colour = Picture::new(3, 1, PixelLayout::Rgb, rgb).expect("a picture");
+        let small = shrink_picture(colour, SizeLimits { width: 2, height: 0 }).expect("a picture");
         assert_eq!(small.pixels(), [45, 45, 3, 45, 45, 3]);
-        assert_eq!(spans(5, 3), [(0, 2), (1, 4), (3, 5)]);
+        assert_eq!(split_into_spans(5, 3), [(0, 2), (1, 4), (3, 5)]);
     }
 }

@@ -1,6 +1,6 @@
-//! Plays CARMEN logs: recorded laser scans and odometry, as if the robot were here.
+//! Plays CARMEN logs: recorded laser scans and odometry as live data.
 //!
-//! `line` reads one line, `log` streams a file of them, `playback` says what is due when; `ports`
+//! `line` reads one line, `log` streams a file of them, `playback` decides what is due when; `ports`
 //! publishes it.
 
 pub mod line;

@@ -2,7 +2,7 @@
 //! handed out as errors with their number, and do not end the stream.
 
 use crate::line::{self, LineFault};
-use crate::record::Record;
+use crate::record::LogRecord;
 use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -18,14 +18,14 @@ const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 #[derive(Debug, Error)]
 pub enum LogError {
     /// The file cannot be opened or read on, or its compression is damaged. The stream ends here.
-    #[error("{}{source}", place(*.line))]
+    #[error("{}{source}", describe_place(*.line))]
     Io {
         /// Number of the line being read, from 1; 0 when the file did not open.
         line: u64,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
-    /// One line is malformed; the stream goes on after it.
+    /// One line is malformed; the stream continues after it.
     #[error("line {line}: {fault}")]
     Line {
         /// Number of the line, from 1.
@@ -33,7 +33,7 @@ pub enum LogError {
         /// What is wrong with it.
         fault: LineFault,
     },
-    /// One line is longer than [`MAX_LINE_BYTES`] or not text; the stream goes on after it.
+    /// One line is longer than [`MAX_LINE_BYTES`] or not text; the stream continues after it.
     #[error("line {line}: longer than {MAX_LINE_BYTES} bytes, or not text")]
     Unreadable {
         /// Number of the line, from 1.
@@ -41,7 +41,7 @@ pub enum LogError {
     },
 }
 
-fn place(line: u64) -> String {
+fn describe_place(line: u64) -> String {
     if line == 0 { String::new() } else { format!("line {line}: ") }
 }
 
@@ -59,14 +59,14 @@ pub struct Tally {
 }
 
 /// An iterator over the records of a log.
-pub struct Log<R> {
+pub struct CarmenLog<R> {
     reader: R,
     buffer: Vec<u8>,
     tally: Tally,
     ended: bool,
 }
 
-impl Log<Box<dyn BufRead + Send>> {
+impl CarmenLog<Box<dyn BufRead + Send>> {
     /// Opens a log file; gzip is recognised by its first bytes, not by its name.
     ///
     /// # Errors
@@ -84,7 +84,7 @@ impl Log<Box<dyn BufRead + Send>> {
     }
 }
 
-impl<R: BufRead> Log<R> {
+impl<R: BufRead> CarmenLog<R> {
     /// Reads a log from text.
     pub fn new(reader: R) -> Self {
         Self { reader, buffer: Vec::new(), tally: Tally::default(), ended: false }
@@ -95,8 +95,8 @@ impl<R: BufRead> Log<R> {
         self.tally
     }
 
-    /// Says whether the last line has been read.
-    pub fn ended(&self) -> bool {
+    /// Returns whether the last line has been read.
+    pub fn has_ended(&self) -> bool {
         self.ended
     }
 
@@ -119,12 +119,12 @@ impl<R: BufRead> Log<R> {
         }
     }
 
-    fn record(&mut self) -> Result<Option<Record>, LogError> {
+    fn read_record(&mut self) -> Result<Option<LogRecord>, LogError> {
         let line = self.tally.lines;
         let text = std::str::from_utf8(&self.buffer).map_err(|_| LogError::Unreadable { line })?;
-        let record = line::parse(text).map_err(|fault| LogError::Line { line, fault })?;
+        let record = line::parse_line(text).map_err(|fault| LogError::Line { line, fault })?;
         match record {
-            Some(Record::Scan(_)) => self.tally.scans += 1,
+            Some(LogRecord::Scan(_)) => self.tally.scans += 1,
             None if !line::is_silent(text) => self.tally.unknown += 1,
             _ => {}
         }
@@ -132,12 +132,12 @@ impl<R: BufRead> Log<R> {
     }
 }
 
-impl<R: BufRead> Iterator for Log<R> {
-    type Item = Result<Record, LogError>;
+impl<R: BufRead> Iterator for CarmenLog<R> {
+    type Item = Result<LogRecord, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         while !self.ended {
-            let result = self.next_line()?.and_then(|()| self.record());
+            let result = self.next_line()?.and_then(|()| self.read_record());
             match result {
                 Ok(None) => {}
                 Ok(Some(record)) => return Some(Ok(record)),
@@ -186,8 +186,8 @@ mod tests {
 
     const SCAN: &str = "FLASER 2 1 2 0 0 0 0 0 0 5 host 5\n";
 
-    fn outcome(text: &[u8]) -> (Vec<Result<Record, LogError>>, Tally) {
-        let mut log = Log::new(text);
+    fn outcome(text: &[u8]) -> (Vec<Result<LogRecord, LogError>>, Tally) {
+        let mut log = CarmenLog::new(text);
         let items: Vec<_> = log.by_ref().collect();
         (items, log.tally())
     }
@@ -209,7 +209,7 @@ mod tests {
         let (items, tally) = outcome(&text);
         assert_eq!(tally, Tally { lines: 3, scans: 1, unknown: 0, malformed: 2 });
         assert!(matches!(items[0], Err(LogError::Unreadable { line: 1 })));
-        assert!(matches!(items[2], Ok(Record::Scan(_))));
+        assert!(matches!(items[2], Ok(LogRecord::Scan(_))));
     }
 
     #[test]
@@ -220,16 +220,16 @@ mod tests {
         let path = std::env::temp_dir().join(format!("armor-log-{}.dat", std::process::id()));
 
         std::fs::write(&path, &packed).unwrap();
-        assert_eq!(Log::open(&path).unwrap().filter(Result::is_ok).count(), 500);
+        assert_eq!(CarmenLog::open(&path).unwrap().filter(Result::is_ok).count(), 500);
         std::fs::write(&path, &packed[..packed.len() - 9]).unwrap();
-        let last = Log::open(&path).unwrap().last();
+        let last = CarmenLog::open(&path).unwrap().last();
         std::fs::remove_file(&path).unwrap();
         assert!(matches!(last, Some(Err(LogError::Io { .. }))), "{last:?}");
     }
 
     #[test]
     fn a_missing_file_is_an_error() {
-        let result = Log::open(Path::new("/nonexistent/robot.log"));
+        let result = CarmenLog::open(Path::new("/nonexistent/robot.log"));
         assert!(result.is_err_and(|error| error.to_string().starts_with("No such file")));
     }
 }

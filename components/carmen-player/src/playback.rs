@@ -1,8 +1,8 @@
 //! Turns a log into what is due now: scans of one laser, each with its odometry at the same stamp,
 //! in the log's own timing, times a factor, or as fast as they are taken. No clock, no sockets.
 
-use crate::log::{Log, LogError, Tally};
-use crate::record::{Mount, Odometry, Pose, Record, Scan};
+use crate::log::{CarmenLog, LogError, Tally};
+use crate::record::{LogRecord, Mount, RecordedOdometry, RecordedPose, RecordedScan};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::io::BufRead;
@@ -21,13 +21,13 @@ pub enum OdometrySource {
 
 /// Plays the scans of one laser out of a log.
 pub struct Playback<R> {
-    log: Log<R>,
+    log: CarmenLog<R>,
     mount: Mount,
     source: OdometrySource,
-    pace: Pace,
-    earlier: Option<Odometry>,
-    waiting: VecDeque<Scan>,
-    ready: VecDeque<Scan>,
+    pace: PlaybackPace,
+    earlier: Option<RecordedOdometry>,
+    waiting: VecDeque<RecordedScan>,
+    ready: VecDeque<RecordedScan>,
     played: u64,
     last_fault: Option<LogError>,
     damage: Option<LogError>,
@@ -35,12 +35,12 @@ pub struct Playback<R> {
 
 impl<R: BufRead> Playback<R> {
     /// Plays `log` at `speed` times its own timing; 0 plays as fast as the scans are taken.
-    pub fn new(log: Log<R>, mount: Mount, source: OdometrySource, speed: f64) -> Self {
+    pub fn new(log: CarmenLog<R>, mount: Mount, source: OdometrySource, speed: f64) -> Self {
         Self {
             log,
             mount,
             source,
-            pace: Pace { speed, origin: None },
+            pace: PlaybackPace { speed, origin: None },
             earlier: None,
             waiting: VecDeque::new(),
             ready: VecDeque::new(),
@@ -57,7 +57,7 @@ impl<R: BufRead> Playback<R> {
     /// # Errors
     /// [`LogError::Io`] when the log cannot be read before its first scan; malformed lines are counted
     /// instead, and a log that breaks off ends there.
-    pub fn next_due(&mut self, now_s: f64) -> Result<Option<Scan>, LogError> {
+    pub fn next_due(&mut self, now_s: f64) -> Result<Option<RecordedScan>, LogError> {
         self.read_ahead()?;
         let due = self.ready.front().is_some_and(|scan| self.pace.is_due(scan.stamp_s, now_s));
         let scan = if due { self.ready.pop_front() } else { None };
@@ -71,12 +71,12 @@ impl<R: BufRead> Playback<R> {
         self.pace.time_s(now_s)
     }
 
-    /// Says whether every scan has been played; true only after [`Self::next_due`] found the end.
-    pub fn ended(&self) -> bool {
-        self.log.ended() && self.ready.is_empty() && self.waiting.is_empty()
+    /// Returns whether every scan has been played; true only after [`Self::next_due`] found the end.
+    pub fn has_ended(&self) -> bool {
+        self.log.has_ended() && self.ready.is_empty() && self.waiting.is_empty()
     }
 
-    /// Lets the log go on from here after a pause, instead of catching up with the time lost.
+    /// Continues the log from here after a pause, instead of catching up with the time lost.
     pub fn resume(&mut self) {
         self.pace.origin = None;
     }
@@ -106,8 +106,8 @@ impl<R: BufRead> Playback<R> {
         while self.ready.is_empty() {
             match self.log.next() {
                 None => return self.end_of_log(),
-                Some(Ok(Record::Scan(scan))) if scan.mount == self.mount => self.scan(scan),
-                Some(Ok(Record::Odometry(odometry))) => self.odometry(odometry),
+                Some(Ok(LogRecord::Scan(scan))) if scan.mount == self.mount => self.take_scan(scan),
+                Some(Ok(LogRecord::Odometry(odometry))) => self.take_odometry(odometry),
                 Some(Ok(_)) => {}
                 Some(Err(error @ LogError::Io { .. })) if self.log.tally().scans == 0 => {
                     return Err(error);
@@ -122,7 +122,7 @@ impl<R: BufRead> Playback<R> {
         Ok(())
     }
 
-    fn scan(&mut self, scan: Scan) {
+    fn take_scan(&mut self, scan: RecordedScan) {
         if self.source == OdometrySource::Scan {
             self.ready.push_back(scan);
             return;
@@ -133,12 +133,12 @@ impl<R: BufRead> Playback<R> {
         }
     }
 
-    fn odometry(&mut self, later: Odometry) {
+    fn take_odometry(&mut self, later: RecordedOdometry) {
         let earlier = self.earlier.replace(later).unwrap_or(later);
         while self.waiting.front().is_some_and(|scan| scan.stamp_s <= later.stamp_s) {
             let scan = self.waiting.pop_front();
-            self.ready.extend(scan.map(|scan| Scan {
-                odometry: interpolate(&earlier, &later, scan.stamp_s),
+            self.ready.extend(scan.map(|scan| RecordedScan {
+                odometry: interpolate_pose(&earlier, &later, scan.stamp_s),
                 ..scan
             }));
         }
@@ -148,20 +148,25 @@ impl<R: BufRead> Playback<R> {
     fn end_of_log(&mut self) -> Result<(), LogError> {
         let last = self.earlier.map(|odometry| odometry.pose);
         let rest = self.waiting.drain(..);
-        self.ready
-            .extend(rest.map(|scan| Scan { odometry: last.unwrap_or(scan.odometry), ..scan }));
+        self.ready.extend(
+            rest.map(|scan| RecordedScan { odometry: last.unwrap_or(scan.odometry), ..scan }),
+        );
         Ok(())
     }
 }
 
 /// Pose at `stamp_s` between two readings, turning the short way round; held beyond them.
-pub fn interpolate(earlier: &Odometry, later: &Odometry, stamp_s: f64) -> Pose {
+pub fn interpolate_pose(
+    earlier: &RecordedOdometry,
+    later: &RecordedOdometry,
+    stamp_s: f64,
+) -> RecordedPose {
     let span_s = later.stamp_s - earlier.stamp_s;
     let part = if span_s > 0.0 { (stamp_s - earlier.stamp_s) / span_s } else { 1.0 };
     let part = part.clamp(0.0, 1.0);
     let (from, to) = (earlier.pose, later.pose);
     let turn_rad = (to.yaw_rad - from.yaw_rad + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-    Pose {
+    RecordedPose {
         x_m: from.x_m + part * (to.x_m - from.x_m),
         y_m: from.y_m + part * (to.y_m - from.y_m),
         yaw_rad: from.yaw_rad + part * turn_rad,
@@ -169,13 +174,13 @@ pub fn interpolate(earlier: &Odometry, later: &Odometry, stamp_s: f64) -> Pose {
 }
 
 /// Relates log time to a steady clock.
-struct Pace {
+struct PlaybackPace {
     speed: f64,
-    /// Log time and clock time of the moment playing began.
+    /// Time of the log and clock time of the moment playing began.
     origin: Option<(f64, f64)>,
 }
 
-impl Pace {
+impl PlaybackPace {
     fn time_s(&self, now_s: f64) -> Option<f64> {
         let (log_s, clock_s) = self.origin?;
         (self.speed > 0.0).then_some(log_s + (now_s - clock_s) * self.speed)
@@ -201,7 +206,7 @@ mod tests {
     }
 
     fn play(text: &str, source: OdometrySource, speed: f64) -> Playback<&[u8]> {
-        Playback::new(Log::new(text.as_bytes()), Mount::Front, source, speed)
+        Playback::new(CarmenLog::new(text.as_bytes()), Mount::Front, source, speed)
     }
 
     fn due(playback: &mut Playback<&[u8]>, now_s: f64) -> Vec<f64> {
@@ -219,7 +224,7 @@ mod tests {
         playback.resume();
         assert_eq!(playback.time_s(400.0), None);
         assert_eq!(due(&mut playback, 500.0), [13.0]);
-        assert!(playback.ended());
+        assert!(playback.has_ended());
         assert_eq!((playback.played(), playback.tally().scans), (3, 6));
     }
 
@@ -240,7 +245,7 @@ mod tests {
         let held = playback.next_due(0.0).unwrap().unwrap().odometry;
         assert_eq!((held.x_m, held.yaw_rad), (4.0, -3.0));
         assert_eq!(playback.next_due(0.0).unwrap(), None);
-        assert!(playback.ended());
+        assert!(playback.has_ended());
     }
 
     #[test]
@@ -252,13 +257,14 @@ mod tests {
         encoder.write_all(text(&stamps).as_bytes()).unwrap();
         let packed = encoder.finish().unwrap();
         let play = |bytes: &[u8]| {
-            let log =
-                Log::new(BufReader::new(GzDecoder::new(std::io::Cursor::new(bytes.to_vec()))));
+            let log = CarmenLog::new(BufReader::new(GzDecoder::new(std::io::Cursor::new(
+                bytes.to_vec(),
+            ))));
             Playback::new(log, Mount::Front, OdometrySource::Scan, 0.0)
         };
         let mut playback = play(&packed[..packed.len() / 2]);
         let played = std::iter::from_fn(|| playback.next_due(0.0).unwrap()).count();
-        assert!((1000..5000).contains(&played) && playback.ended(), "{played}");
+        assert!((1000..5000).contains(&played) && playback.has_ended(), "{played}");
         let damage = playback.damage().unwrap().to_string();
         assert!(damage.starts_with("line "), "{damage}");
         assert!(play(&packed[..12]).next_due(0.0).is_err(), "nothing of it can be played");

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use armor_sdk::prelude::*;
 
-use crate::log::Log;
+use crate::log::CarmenLog;
 use crate::playback::{OdometrySource, Playback};
-use crate::record::{Mount, Scan};
+use crate::record::{Mount, RecordedScan};
 
 /// Most scans of one call, so that a call stays short however fast they are taken.
 const SCANS_PER_CALL: u32 = 50;
@@ -16,14 +16,33 @@ const RANGE_MIN_M: f32 = 0.02;
 
 type LogFile = Box<dyn BufRead + Send>;
 
+/// What can be set in the file.
+#[derive(Debug, Parameters)]
+struct CarmenParameters {
+    /// the log, plain or gzip
+    file: PathBuf,
+    /// times the log's own timing; 0: as fast as the scans are taken
+    #[parameter(default = 0, range = 0.0..=1e6)]
+    speed: f64,
+    /// readings from here on mean that nothing was seen
+    // The logs' own robot_front_laser_max is often that of another program, so it is not used.
+    #[parameter(unit = "m", default = "50m", range = 0.1..=1000.0)]
+    range_max_m: f32,
+    /// which laser is played
+    #[parameter(default = "front", choices("front" = Mount::Front, "rear" = Mount::Rear))]
+    laser: Mount,
+    /// from the scan's own line, or interpolated between ODOM lines
+    #[parameter(
+        default = "scan",
+        choices("scan" = OdometrySource::Scan, "apart" = OdometrySource::Apart),
+    )]
+    odometry_from: OdometrySource,
+}
+
 /// Plays a CARMEN log, as if the robot were here.
 pub struct CarmenPlayer {
     armor: Armor,
-    file: PathBuf,
-    speed: f64,
-    range_max_m: f32,
-    mount: Mount,
-    odometry: OdometrySource,
+    parameters: CarmenParameters,
     playback: Option<Playback<LogFile>>,
     last_stamp_s: Option<f64>,
 }
@@ -31,24 +50,7 @@ pub struct CarmenPlayer {
 impl Component for CarmenPlayer {
     const KIND: &'static str = "carmen-player";
     const SUMMARY: &'static str = "Plays a CARMEN log: recorded laser scans and odometry.";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::path("file").doc("the log, plain or gzip"),
-        Parameter::number("speed", "")
-            .default("0")
-            .range(0.0, 1e6)
-            .doc("times the log's own timing; 0: as fast as the scans are taken"),
-        // The logs' own robot_front_laser_max is often that of another program, so it is not used.
-        Parameter::number("range_max", "m")
-            .default("50m")
-            .range(0.1, 1000.0)
-            .doc("readings from here on mean that nothing was seen"),
-        Parameter::choice("laser", &["front", "rear"])
-            .default("front")
-            .doc("which laser is played"),
-        Parameter::choice("odometry_from", &["scan", "apart"])
-            .default("scan")
-            .doc("from the scan's own line, or interpolated between ODOM lines"),
-    ];
+    const PARAMETERS: &'static [Parameter] = CarmenParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left, stamps of the log"),
         ("odometry", "before each scan the odometry of the same stamp"),
@@ -61,56 +63,39 @@ impl Component for CarmenPlayer {
         armor.provide::<Odometry>("odometry")?;
         armor.provide::<Latched<Clock>>("clock")?;
         armor.provide::<Latched<Count>>("end")?;
-        for name in ["file", "speed", "range_max", "laser", "odometry_from"] {
-            armor.get_parameter(name)?;
-        }
+        let parameters = CarmenParameters::request(&armor)?;
         armor.synchronize()?;
-        Ok(Self {
-            armor,
-            file: PathBuf::new(),
-            speed: 0.0,
-            range_max_m: 50.0,
-            mount: Mount::Front,
-            odometry: OdometrySource::Scan,
-            playback: None,
-            last_stamp_s: None,
-        })
+        Ok(Self { armor, parameters, playback: None, last_stamp_s: None })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        match name {
-            "file" => self.file = value.path()?,
-            "speed" => self.speed = value.number()?,
-            "range_max" => self.range_max_m = value.number()? as f32,
-            "laser" if value.text()? == "rear" => self.mount = Mount::Rear,
-            "odometry_from" if value.text()? == "apart" => self.odometry = OdometrySource::Apart,
-            _ => {}
-        }
-        Ok(())
+        Ok(self.parameters.set(name, value)?)
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.start()?,
+            Call::Started => self.start_playback()?,
             Call::Stopping => return Ok(Outcome::CarryOn),
             Call::Tick | Call::Data => {}
         }
         let Some(mut playback) = self.playback.take() else { return Ok(Outcome::CarryOn) };
-        let file = self.file.display().to_string();
+        let file = self.parameters.file.display().to_string();
         for _ in 0..SCANS_PER_CALL {
             match playback.next_due(self.armor.timestamp()).map_err(|e| format!("{file}: {e}"))? {
-                Some(scan) => self.publish(&scan)?,
+                Some(scan) => self.publish_scan(&scan)?,
                 None => break,
             }
         }
         if let Some(fault) = playback.take_fault() {
             tracing::warn!("{file}: {fault}");
         }
-        if let Some(clock) = playback.time_s(self.armor.timestamp()).filter(|_| !playback.ended()) {
+        if let Some(clock) =
+            playback.time_s(self.armor.timestamp()).filter(|_| !playback.has_ended())
+        {
             self.armor.send_data("clock", &Clock { clock })?;
         }
-        if playback.ended() {
-            return self.end(&playback);
+        if playback.has_ended() {
+            return self.report_end(&playback);
         }
         self.playback = Some(playback);
         Ok(Outcome::CarryOn)
@@ -118,22 +103,23 @@ impl Component for CarmenPlayer {
 }
 
 impl CarmenPlayer {
-    /// Opens the log, or goes on in it after a pause.
-    fn start(&mut self) -> Result<(), Fault> {
+    /// Opens the log, or continues in it after a pause.
+    fn start_playback(&mut self) -> Result<(), Fault> {
         if let Some(playback) = &mut self.playback {
             playback.resume();
             return Ok(());
         }
-        let log = Log::<LogFile>::open(&self.file)
-            .map_err(|error| format!("{}: {error}", self.file.display()))?;
-        self.playback = Some(Playback::new(log, self.mount, self.odometry, self.speed));
+        let log = CarmenLog::<LogFile>::open(&self.parameters.file)
+            .map_err(|error| format!("{}: {error}", self.parameters.file.display()))?;
+        let CarmenParameters { laser, odometry_from, speed, .. } = self.parameters;
+        self.playback = Some(Playback::new(log, laser, odometry_from, speed));
         Ok(())
     }
 
-    fn end(&self, playback: &Playback<LogFile>) -> Result<Outcome, Fault> {
+    fn report_end(&self, playback: &Playback<LogFile>) -> Result<Outcome, Fault> {
         let (count, tally) = (playback.played(), playback.tally());
         if let Some(damage) = playback.damage() {
-            let file = self.file.display();
+            let file = self.parameters.file.display();
             tracing::warn!("{file} breaks off: {damage}; the {count} scans before that are played");
         }
         tracing::info!(
@@ -144,21 +130,22 @@ impl CarmenPlayer {
             "the log is at its end"
         );
         if count == 0 {
-            let laser = if self.mount == Mount::Front { "front" } else { "rear" };
-            let text = format!("{} has no scan of the {laser} laser", self.file.display());
+            let laser = if self.parameters.laser == Mount::Front { "front" } else { "rear" };
+            let text =
+                format!("{} has no scan of the {laser} laser", self.parameters.file.display());
             return Ok(Outcome::Failed(text));
         }
         self.armor.send_data("end", &Count { count })?;
         Ok(Outcome::Done)
     }
 
-    fn publish(&mut self, scan: &Scan) -> Result<(), Fault> {
+    fn publish_scan(&mut self, scan: &RecordedScan) -> Result<(), Fault> {
         let (stamp, pose) = (scan.stamp_s, scan.odometry);
         let planar = Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad };
         self.armor.send_data("clock", &Clock { clock: stamp })?;
         let odometry = Odometry::planar(stamp, "odom", "base_link", planar, Twist::default());
         self.armor.send_data("odometry", &odometry)?;
-        let ranges = scan.ranges_within(self.range_max_m);
+        let ranges = scan.ranges_within(self.parameters.range_max_m);
         let scan_time = self.last_stamp_s.map_or(0.0, |last_s| stamp - last_s);
         self.last_stamp_s = Some(stamp);
         let laser_scan = LaserScan {
@@ -170,7 +157,10 @@ impl CarmenPlayer {
             time_increment: 0.0,
             scan_time: scan_time as f32,
             range_min: RANGE_MIN_M,
-            range_max: scan.beams.range_max_m.map_or(self.range_max_m, |max_m| max_m as f32),
+            range_max: scan
+                .beams
+                .range_max_m
+                .map_or(self.parameters.range_max_m, |max_m| max_m as f32),
             intensities: Array::default(),
             ranges: ranges.into(),
         };

@@ -1,10 +1,10 @@
-//! What a CARMEN log line says, once it is understood: a scan, an odometry reading, a parameter.
+//! The contents of a CARMEN log line once it is parsed: a scan, an odometry reading, a parameter.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A position and heading in the plane, in metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pose {
+pub struct RecordedPose {
     /// Metres along x.
     pub x_m: f64,
     /// Metres along y.
@@ -51,7 +51,7 @@ impl Beams {
 
 /// One sweep of a laser, with the odometry its line carries.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scan {
+pub struct RecordedScan {
     /// Time of the measurement (the log's ipc_timestamp), seconds.
     pub stamp_s: f64,
     /// The laser it is from.
@@ -61,13 +61,13 @@ pub struct Scan {
     /// Ranges in metres as logged, first beam to the right.
     pub ranges_m: Vec<f32>,
     /// Pose of the laser as logged, in the odometry's frame.
-    pub laser: Pose,
+    pub laser: RecordedPose,
     /// Pose of the robot by its odometry.
-    pub odometry: Pose,
+    pub odometry: RecordedPose,
 }
 
-impl Scan {
-    /// Gives the ranges with everything at or above `range_max_m` turned into +infinity.
+impl RecordedScan {
+    /// Returns the ranges with everything at or above `range_max_m` turned into +infinity.
     pub fn ranges_within(&self, range_max_m: f32) -> Vec<f32> {
         let seen = |&range: &f32| if range >= range_max_m { f32::INFINITY } else { range };
         self.ranges_m.iter().map(seen).collect()
@@ -76,11 +76,11 @@ impl Scan {
 
 /// One reading of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Odometry {
+pub struct RecordedOdometry {
     /// Time of the reading (the log's ipc_timestamp), seconds.
     pub stamp_s: f64,
     /// Pose of the robot by its odometry.
-    pub pose: Pose,
+    pub pose: RecordedPose,
     /// Forward speed, metres per second.
     pub speed_mps: f64,
     /// Turning speed, radians per second.
@@ -89,11 +89,11 @@ pub struct Odometry {
 
 /// A line that means something here.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Record {
+pub enum LogRecord {
     /// FLASER, RLASER, ROBOTLASER1 or ROBOTLASER2.
-    Scan(Scan),
+    Scan(RecordedScan),
     /// ODOM.
-    Odometry(Odometry),
+    Odometry(RecordedOdometry),
     /// PARAM, as name and value.
     Parameter(String, String),
 }

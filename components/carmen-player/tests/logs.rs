@@ -1,10 +1,10 @@
-//! Reads real logs to their end: every scan is there and nothing in them is malformed.
+//! Reads real logs to their end: no scan is missing and none is malformed.
 
-// A test that cannot go on may panic.
+// A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
 
-use armor_carmen_player::log::Log;
-use armor_carmen_player::record::Record;
+use armor_carmen_player::log::CarmenLog;
+use armor_carmen_player::record::LogRecord;
 use std::path::PathBuf;
 
 /// Folder with `laser/`; without `ARMOR_DATA` the test is skipped, except under CI.
@@ -28,9 +28,9 @@ fn every_scan_of_every_log_is_read() {
         ("acapulco", 861, 181),
     ];
     for (name, scans, beams) in expected {
-        let mut log = Log::open(&folder.join(format!("{name}.log.gz"))).unwrap();
+        let mut log = CarmenLog::open(&folder.join(format!("{name}.log.gz"))).unwrap();
         for record in log.by_ref() {
-            if let Record::Scan(scan) = record.unwrap() {
+            if let LogRecord::Scan(scan) = record.unwrap() {
                 assert_eq!(scan.ranges_m.len(), beams, "{name}");
             }
         }

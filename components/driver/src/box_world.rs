@@ -4,16 +4,16 @@
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, traverse};
 
 use crate::limits::Velocity;
-use crate::surroundings::Scan;
+use crate::surroundings::DriverScan;
 
 const BEAMS: usize = 180;
 const RANGE_M: f64 = 8.0;
 const ACCELERATION_MPS2: f64 = 1.0;
 
 /// Walls as segments.
-pub(crate) struct Walls(pub(crate) Vec<(Point2, Point2)>);
+pub(crate) struct BoxWalls(pub(crate) Vec<(Point2, Point2)>);
 
-impl Walls {
+impl BoxWalls {
     /// Adds walls from point to point.
     pub(crate) fn line(&mut self, points: &[(f64, f64)]) {
         let point = |at: (f64, f64)| Point2::new(at.0, at.1);
@@ -22,7 +22,7 @@ impl Walls {
 
     /// Puts six boxes of 10 to 40 cm anywhere but near the places to keep free.
     pub(crate) fn clutter(&mut self, seed: u64, keep_free: &[Point2]) {
-        let mut random = Random::new(seed);
+        let mut random = BoxRandom::new(seed);
         for _ in 0..6 {
             let (x, y) = (0.5 + 7.0 * random.unit(), 0.5 + 4.0 * random.unit());
             let size = 0.1 + 0.3 * random.unit();
@@ -68,20 +68,20 @@ pub(crate) struct Noise {
     pub(crate) seed: u64,
 }
 
-pub(crate) struct World {
-    pub(crate) walls: Walls,
+pub(crate) struct BoxWorld {
+    pub(crate) walls: BoxWalls,
     pub(crate) robot: Pose2,
     pub(crate) odometry: Pose2,
     pub(crate) map: Grid<Occupancy>,
     velocity: Velocity,
     field_rad: f64,
     noise: Noise,
-    random: Random,
+    random: BoxRandom,
 }
 
-impl World {
+impl BoxWorld {
     /// `field_rad` is the angle the laser looks over, ahead in the middle.
-    pub(crate) fn new(walls: Walls, robot: Pose2, field_rad: f64, noise: Noise) -> Self {
+    pub(crate) fn new(walls: BoxWalls, robot: Pose2, field_rad: f64, noise: Noise) -> Self {
         let geometry = Geometry {
             origin: Point2::new(-0.5, -0.5),
             resolution_m: 0.05,
@@ -97,7 +97,7 @@ impl World {
             velocity: Velocity::ZERO,
             field_rad,
             noise,
-            random: Random::new(noise.seed),
+            random: BoxRandom::new(noise.seed),
         }
     }
 
@@ -116,7 +116,7 @@ impl World {
     }
 
     /// Takes a scan and draws it into the map, seen from where the robot really is.
-    pub(crate) fn scan(&mut self, stamp_s: f64) -> Scan {
+    pub(crate) fn scan(&mut self, stamp_s: f64) -> DriverScan {
         let step_rad = self.field_rad / BEAMS as f64;
         let first_rad = (step_rad - self.field_rad) / 2.0;
         let mut ranges_m = Vec::with_capacity(BEAMS);
@@ -127,10 +127,10 @@ impl World {
             ranges_m.push(if range_m <= RANGE_M { range_m } else { f64::INFINITY });
             self.draw(direction_rad, range_m);
         }
-        Scan { stamp_s, robot_from_laser: Pose2::IDENTITY, first_rad, step_rad, ranges_m }
+        DriverScan { stamp_s, robot_from_laser: Pose2::IDENTITY, first_rad, step_rad, ranges_m }
     }
 
-    /// The pose as a mapper would say it.
+    /// The pose as a mapper would publish it.
     pub(crate) fn mapped_pose(&mut self) -> Pose2 {
         let off_m = self.noise.pose_m;
         let error = Pose2::new(off_m * self.normal(), off_m * self.normal(), off_m * self.normal());
@@ -161,9 +161,9 @@ impl World {
 }
 
 /// Random numbers that are the same in every run (xorshift; Marsaglia 2003).
-struct Random(u64);
+struct BoxRandom(u64);
 
-impl Random {
+impl BoxRandom {
     fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
@@ -178,8 +178,8 @@ impl Random {
 }
 
 /// Two rooms of 4 x 5 m, a wall between them with one door of `door_m`, and a box in each.
-pub(crate) fn two_rooms(door_m: f64) -> Walls {
-    let mut walls = Walls(Vec::new());
+pub(crate) fn two_rooms(door_m: f64) -> BoxWalls {
+    let mut walls = BoxWalls(Vec::new());
     let mut line = |points: &[(f64, f64)]| walls.line(points);
     line(&[(0.0, 0.0), (8.0, 0.0), (8.0, 5.0), (0.0, 5.0), (0.0, 0.0)]);
     let (low, high) = (2.5 - door_m / 2.0, 2.5 + door_m / 2.0);

@@ -1,15 +1,16 @@
-//! One step of driving: who says where to, where the robot is, and the speeds that bring it on.
+//! One step of driving: the input that has priority, the robot's pose, and the velocity that follows
+//! from them.
 //! Time is passed in: there is no clock.
 
 use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 
-use crate::follower::lead;
-use crate::guard::guarded;
-use crate::limits::{LONGEST_S, Limits, REACTION_S, Velocity};
-use crate::recovery::Recovery;
-use crate::surroundings::{Scan, surroundings};
-use crate::track::Track;
-use crate::window::{Distances, HORIZON_S, Window};
+use crate::follower::lead_point;
+use crate::guard::guard_velocity;
+use crate::limits::{DriveLimits, LONGEST_S, REACTION_S, Velocity};
+use crate::recovery::StuckRecovery;
+use crate::surroundings::{DriverScan, list_obstacles};
+use crate::track::PoseTrack;
+use crate::window::{Distances, DynamicWindow, HORIZON_S};
 
 /// The robot heads for a point at least this far ahead on its path, in metres, and as far as it
 /// gets within the window's horizon.
@@ -30,50 +31,32 @@ const COMFORT_M: f64 = 0.15;
 
 /// What the robot is and how it shall drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct DriverSettings {
     /// What the base can do.
-    pub limits: Limits,
-    /// Radius of the circle around the robot's centre that holds all of it, in metres.
+    pub limits: DriveLimits,
+    /// Radius of the circle around the robot's centre that encloses it, in metres.
     pub radius_m: f64,
     /// Kept free around it, in metres.
     pub margin_m: f64,
     /// The end of a path is reached within this, in metres.
     pub tolerance_m: f64,
-    /// Paths, scans, odometry and what a hand says do not count when older than this, in seconds.
+    /// Paths, scans, odometry and manual velocities older than this are ignored, in seconds.
     pub timeout_s: f64,
     /// Whether who drives by hand is slowed down and stopped before what the laser sees.
     pub guarded: bool,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            limits: Limits {
-                speed_mps: 0.6,
-                turn_radps: 1.2,
-                acceleration_mps2: 0.8,
-                turn_acceleration_radps2: 3.0,
-            },
-            radius_m: 0.18,
-            margin_m: 0.05,
-            tolerance_m: 0.12,
-            timeout_s: 0.5,
-            guarded: true,
-        }
-    }
-}
-
 /// The state of driving.
 #[derive(Debug)]
 pub struct Driving {
-    settings: Settings,
-    track: Track,
-    recovery: Recovery,
+    settings: DriverSettings,
+    track: PoseTrack,
+    recovery: StuckRecovery,
     map: Option<Grid<Occupancy>>,
     path: Option<Received<Vec<Pose2>>>,
     hand: Option<Received<Velocity>>,
     is_stopped: bool,
-    scan: Option<Received<Scan>>,
+    scan: Option<Received<DriverScan>>,
     odometry_s: f64,
     command: Velocity,
     stepped_s: f64,
@@ -88,7 +71,7 @@ struct Received<T> {
 }
 
 /// What is known of here and now.
-struct Senses {
+struct DriverSenses {
     map_from_robot: Option<Pose2>,
     /// Everything near, in the robot's frame.
     obstacles: Vec<Point2>,
@@ -96,11 +79,11 @@ struct Senses {
 
 impl Driving {
     /// Starts with nothing known, at rest.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: DriverSettings) -> Self {
         Self {
             settings,
-            track: Track::default(),
-            recovery: Recovery::default(),
+            track: PoseTrack::default(),
+            recovery: StuckRecovery::default(),
             map: None,
             path: None,
             hand: None,
@@ -113,8 +96,8 @@ impl Driving {
         }
     }
 
-    /// Starts afresh; only the map and the order to stand, which are not said again, are kept.
-    pub fn begin_anew(&mut self, settings: Settings) {
+    /// Resets the state. Only the map and the order to stand are kept: they are not sent again.
+    pub fn begin_anew(&mut self, settings: DriverSettings) {
         let (map, is_stopped) = (self.map.take(), self.is_stopped);
         *self = Self { map, is_stopped, ..Self::new(settings) };
     }
@@ -139,15 +122,15 @@ impl Driving {
         }
     }
 
-    /// Takes a scan that came at `now_s`; one that says nothing, as of a covered laser, does not count.
-    pub fn scan_seen(&mut self, now_s: f64, scan: Scan) {
-        if scan.says_something() {
+    /// Takes a scan that arrived at `now_s`. One without any range, as of a covered laser, is ignored.
+    pub fn scan_seen(&mut self, now_s: f64, scan: DriverScan) {
+        if scan.has_ranges() {
             self.scan = Some(Received { at_s: now_s, value: scan });
         }
     }
 
     /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading at
-    /// the end; empty if there is no way. One that is not finite counts as empty.
+    /// the end; empty if no path exists. One that is not finite counts as empty.
     pub fn path_seen(&mut self, now_s: f64, mut path: Vec<Pose2>) {
         if !path.iter().all(|pose| pose.is_finite()) {
             path.clear();
@@ -155,8 +138,8 @@ impl Driving {
         self.path = Some(Received { at_s: now_s, value: path });
     }
 
-    /// Takes what somebody's hand wants, which came at `now_s`; it holds before the path. What is no
-    /// number stands.
+    /// Takes a manual velocity that arrived at `now_s`; it has priority over the path. A velocity that
+    /// is not finite counts as zero.
     pub fn hand_seen(&mut self, now_s: f64, mut wanted: Velocity) {
         if !(wanted.speed_mps.is_finite() && wanted.turn_radps.is_finite()) {
             wanted = Velocity::ZERO;
@@ -164,22 +147,22 @@ impl Driving {
         self.hand = Some(Received { at_s: now_s, value: wanted });
     }
 
-    /// Takes the order to stand, whatever else is said, or its end.
+    /// Takes the order to stand, which has priority over every other input, or its end.
     pub fn stop_seen(&mut self, is_stopped: bool) {
         self.is_stopped = is_stopped;
     }
 
     /// Forgets where to drive; the next step stands still.
-    pub fn forget(&mut self) {
+    pub fn forget_orders(&mut self) {
         (self.path, self.hand) = (None, None);
     }
 
-    /// Decides at time `now_s` how to move; at rest if told to stand, or without a fresh path or
-    /// hand, or blind.
+    /// Decides at time `now_s` how to move. The robot rests if it is ordered to stand, if neither a
+    /// path nor a manual velocity is fresh, or if it has no fresh scan.
     pub fn step(&mut self, now_s: f64) -> Velocity {
         let interval_s = (now_s - self.stepped_s).clamp(0.02, LONGEST_S);
         self.stepped_s = now_s;
-        self.command = match self.fresh(&self.hand, now_s) {
+        self.command = match self.fresh_value(&self.hand, now_s) {
             _ if self.is_stopped => None,
             Some(&wanted) => self.by_hand(wanted, now_s, interval_s),
             None => self.along_path(now_s, interval_s),
@@ -194,96 +177,101 @@ impl Driving {
         Velocity::ZERO
     }
 
-    /// As the hand wants, within what the base can do and, if guarded, what is safe; `None` if that
-    /// cannot be told.
+    /// The manual velocity within what the base can do and, if guarded, what is safe; `None` if safety
+    /// cannot be judged.
     fn by_hand(&mut self, wanted: Velocity, now_s: f64, interval_s: f64) -> Option<Velocity> {
         self.rest();
         let limits = self.settings.limits;
-        let wanted = limits.within(wanted);
+        let wanted = limits.limit_velocity(wanted);
         if !self.settings.guarded {
-            return Some(limits.approach(self.command, wanted, interval_s));
+            return Some(limits.approach_velocity(self.command, wanted, interval_s));
         }
-        let senses = self.senses(now_s)?;
-        Some(guarded(&self.window(&limits, &senses.obstacles, interval_s), wanted))
+        let senses = self.gather_senses(now_s)?;
+        Some(guard_velocity(&self.build_window(&limits, &senses.obstacles, interval_s), wanted))
     }
 
     /// The next step on the path; `None` without one, or if it is not known where the robot is.
     fn along_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
-        let path = self.fresh(&self.path, now_s)?.clone();
-        let senses = self.senses(now_s)?;
+        let path = self.fresh_value(&self.path, now_s)?.clone();
+        let senses = self.gather_senses(now_s)?;
         let robot = senses.map_from_robot?;
         let limits = self.settings.limits;
-        let window = self.window(&limits, &senses.obstacles, interval_s);
+        let window = self.build_window(&limits, &senses.obstacles, interval_s);
         if let Some(goal) = path.last()
             && robot.point().distance_m(goal.point()) <= self.settings.tolerance_m
         {
-            return Some(self.face(wrap_angle(goal.yaw_rad - robot.yaw_rad), &window));
+            return Some(self.face_target(wrap_angle(goal.yaw_rad - robot.yaw_rad), &window));
         }
         if let Some(escape) = self.recovery.step(robot, !path.is_empty(), &window, now_s) {
-            return Some(limits.approach(self.command, escape, interval_s));
+            return Some(limits.approach_velocity(self.command, escape, interval_s));
         }
-        Some(self.follow(&path, robot, &window))
+        Some(self.follow_path(&path, robot, &window))
     }
 
     /// Where the robot is and what is around it; `None` without a fresh scan and odometry.
-    fn senses(&self, now_s: f64) -> Option<Senses> {
-        let scan = self.fresh(&self.scan, now_s)?;
+    fn gather_senses(&self, now_s: f64) -> Option<DriverSenses> {
+        let scan = self.fresh_value(&self.scan, now_s)?;
         self.is_fresh(self.odometry_s, now_s).then_some(())?;
         let odom_from_then = self.track.odom_from_robot_at(scan.stamp_s)?;
         let now_from_then = self.track.odom_from_robot()?.inverse().compose(odom_from_then);
         let map_from_robot = self.track.map_from_robot();
         let map = self.map.as_ref().zip(map_from_robot);
         let reach_m = NEAR_M.max(self.settings.radius_m + self.settings.limits.stopping_m());
-        let obstacles = surroundings(scan, now_from_then, map, reach_m);
-        Some(Senses { map_from_robot, obstacles })
+        let obstacles = list_obstacles(scan, now_from_then, map, reach_m);
+        Some(DriverSenses { map_from_robot, obstacles })
     }
 
-    fn window<'a>(
+    fn build_window<'a>(
         &self,
-        limits: &'a Limits,
+        limits: &'a DriveLimits,
         obstacles: &'a [Point2],
         interval_s: f64,
-    ) -> Window<'a> {
+    ) -> DynamicWindow<'a> {
         let keep_m = self.settings.radius_m + self.settings.margin_m / 2.0;
         let distances = Distances { keep_m, comfort_m: keep_m + COMFORT_M };
-        Window { limits, distances, obstacles, now: self.command, interval_s }
+        DynamicWindow { limits, distances, obstacles, now: self.command, interval_s }
     }
 
     /// At the goal: turns to its heading, then stands.
-    fn face(&mut self, off_rad: f64, window: &Window<'_>) -> Velocity {
+    fn face_target(&mut self, off_rad: f64, window: &DynamicWindow<'_>) -> Velocity {
         self.recovery.rest();
-        if off_rad.abs() > HEADING_RAD { self.spin(off_rad, window) } else { Velocity::ZERO }
+        if off_rad.abs() > HEADING_RAD { self.spin_by(off_rad, window) } else { Velocity::ZERO }
     }
 
     /// Drives on along the path; stands if there is none.
-    fn follow(&mut self, path: &[Pose2], robot: Pose2, window: &Window<'_>) -> Velocity {
+    fn follow_path(
+        &mut self,
+        path: &[Pose2],
+        robot: Pose2,
+        window: &DynamicWindow<'_>,
+    ) -> Velocity {
         let look_m = LOOK_M.max(window.limits.speed_mps * HORIZON_S);
         let clear_m = self.settings.radius_m + self.settings.margin_m;
         let robot_from_map = robot.inverse();
         let is_open = |point| window.is_way_clear(robot_from_map.apply(point), clear_m);
-        let Some(lead) = lead(path, robot.point(), look_m, is_open) else {
+        let Some(lead) = lead_point(path, robot.point(), look_m, is_open) else {
             return Velocity::ZERO;
         };
         let target = robot_from_map.apply(lead.target);
         let bearing_rad = Point2::default().bearing_rad(target);
         self.spinning = bearing_rad.abs() > if self.spinning { SPUN_RAD } else { SPIN_RAD };
         if self.spinning {
-            return self.spin(bearing_rad, window);
+            return self.spin_by(bearing_rad, window);
         }
         let limits = window.limits;
         // Slow enough to stop at the end of the path.
         let stopping_mps = (limits.acceleration_mps2 * lead.remaining_m).sqrt();
         let fastest_mps = limits.speed_mps.min(stopping_mps).max(0.05);
-        match window.choose(target, fastest_mps) {
+        match window.choose_velocity(target, fastest_mps) {
             Some(velocity) if velocity.speed_mps > 0.01 => velocity,
             // Nothing but standing is safe: look for an opening towards the target.
-            _ => self.spin(bearing_rad, window),
+            _ => self.spin_by(bearing_rad, window),
         }
     }
 
     /// Turns on the spot. A base that still rolls is brought to rest first, on the arc it is on: that
     /// one was found to be free, others only where nothing is near.
-    fn spin(&self, off_rad: f64, window: &Window<'_>) -> Velocity {
+    fn spin_by(&self, off_rad: f64, window: &DynamicWindow<'_>) -> Velocity {
         let limits = window.limits;
         // By the time this takes effect, the robot has turned on.
         let left_rad = off_rad - window.now.turn_radps * REACTION_S / 2.0;
@@ -292,16 +280,16 @@ impl Driving {
         let turn_radps = braking_radps.min(limits.turn_radps) * left_rad.signum();
         let wanted = Velocity::spin(turn_radps);
         if !window.is_room_to_stop() {
-            return limits.braked(window.now, window.interval_s);
+            return limits.brake_velocity(window.now, window.interval_s);
         }
-        let mut next = limits.approach(window.now, wanted, window.interval_s);
+        let mut next = limits.approach_velocity(window.now, wanted, window.interval_s);
         if !window.is_safe(next) {
             next.speed_mps = 0.0;
         }
         next
     }
 
-    fn fresh<'a, T>(&self, received: &'a Option<Received<T>>, now_s: f64) -> Option<&'a T> {
+    fn fresh_value<'a, T>(&self, received: &'a Option<Received<T>>, now_s: f64) -> Option<&'a T> {
         received.as_ref().filter(|it| self.is_fresh(it.at_s, now_s)).map(|it| &it.value)
     }
 

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use armor_planner::{Planning, Rank};
 
 use super::*;
-use crate::box_world::{Noise, Walls, World, two_rooms};
+use crate::box_world::{BoxWalls, BoxWorld, Noise, two_rooms};
 use crate::window::Distances;
 
 const TICK_S: f64 = 0.05;
@@ -14,7 +14,7 @@ const EXACT: Noise = Noise { range_m: 0.0, pose_m: 0.0, odometry: 0.0, seed: 1 }
 const START: Pose2 = Pose2::new(1.0, 1.0, 0.0);
 
 struct Trial {
-    world: World,
+    world: BoxWorld,
     planning: Planning,
     driving: Driving,
     now_s: f64,
@@ -25,10 +25,10 @@ struct Trial {
 }
 
 impl Trial {
-    fn new(walls: Walls, field_rad: f64, noise: Noise) -> Self {
-        let world = World::new(walls, START, field_rad, noise);
-        let planning = Planning::new(armor_planner::Settings::default());
-        let driving = Driving::new(Settings::default());
+    fn new(walls: BoxWalls, field_rad: f64, noise: Noise) -> Self {
+        let world = BoxWorld::new(walls, START, field_rad, noise);
+        let planning = Planning::new(armor_planner::PlannerSettings::default());
+        let driving = Driving::new(DriverSettings::default());
         let late = std::collections::VecDeque::new();
         Self { world, planning, driving, now_s: 100.0, ticks: 0, nearest_m: f64::INFINITY, late }
     }
@@ -112,8 +112,8 @@ const TOUR: [Pose2; 5] = [
     Pose2::new(0.7, 4.2, 0.0),
 ];
 
-/// Drives the tour; says how close to a wall it came and how long it took.
-fn check(walls: Walls, field_rad: f64, noise: Noise) {
+/// Drives the tour; returns how close to a wall it came and how long it took.
+fn check(walls: BoxWalls, field_rad: f64, noise: Noise) {
     let mut trial = Trial::new(walls, field_rad, noise);
     for goal in TOUR {
         trial.reach(goal, 60.0);
@@ -179,7 +179,7 @@ fn without_a_fresh_path_it_stops() {
 #[test]
 fn when_the_goal_ends_it_stops_at_the_next_path() {
     let mut trial = under_way();
-    trial.planning.stop();
+    trial.planning.forget_goals();
     trial.tick(None);
     trial.tick(None);
     assert_eq!(trial.driving.command, Velocity::ZERO);
@@ -188,7 +188,7 @@ fn when_the_goal_ends_it_stops_at_the_next_path() {
 #[test]
 fn blind_it_stands() {
     let mut trial = under_way();
-    // Paths and odometry go on, scans do not.
+    // Paths and odometry still arrive, scans do not.
     for _ in 0..13 {
         trial.driving.odometry_seen(trial.now_s, trial.now_s, trial.world.odometry);
         trial.driving.path_seen(trial.now_s, vec![TOUR[0]]);
@@ -206,8 +206,8 @@ fn told_to_stand_it_stands_whatever_else_is_said() {
         trial.driving.hand_seen(trial.now_s, FORWARD);
         assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO);
     }
-    trial.driving.begin_anew(Settings::default());
-    assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO, "started afresh it still stands");
+    trial.driving.begin_anew(DriverSettings::default());
+    assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO, "after a reset it still stands");
     trial.driving.stop_seen(false);
     trial.reach(TOUR[0], 30.0);
 }
@@ -266,7 +266,7 @@ fn guarded_a_hand_does_not_reach_the_wall_and_may_back_off() {
 #[test]
 fn guarded_a_fast_base_looks_as_far_as_it_takes_to_stop() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    let mut settings = Settings::default();
+    let mut settings = DriverSettings::default();
     settings.limits.speed_mps = 1.6;
     trial.driving.begin_anew(settings);
     trial.world.robot = Pose2::new(0.4, 4.5, -0.05);
@@ -311,7 +311,7 @@ fn guarded_and_blind_a_hand_gets_nothing() {
 #[test]
 fn unguarded_a_hand_may_run_into_the_wall() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    trial.driving.begin_anew(Settings { guarded: false, ..Settings::default() });
+    trial.driving.begin_anew(DriverSettings { guarded: false, ..DriverSettings::default() });
     for _ in 0..300 {
         assert!(trial.tick_by_hand(FORWARD).speed_mps > 0.0);
     }
@@ -334,18 +334,18 @@ fn at_the_goal_it_turns_to_its_heading_and_stands() {
 fn a_base_that_rolls_beside_a_wall_is_not_turned_into_it() {
     let wall: Vec<Point2> = (-20..20).map(|i| Point2::new(0.05 * f64::from(i), 0.25)).collect();
     let now = Velocity { speed_mps: 0.5, turn_radps: 0.1 };
-    let window = Window {
-        limits: &Settings::default().limits,
+    let window = DynamicWindow {
+        limits: &DriverSettings::default().limits,
         distances: Distances { keep_m: 0.205, comfort_m: 0.355 },
         obstacles: &wall,
         now,
         interval_s: TICK_S,
     };
     // The goal has come to lie where the robot is, and looks at the wall.
-    let next = Driving::new(Settings::default()).spin(PI / 2.0, &window);
+    let next = Driving::new(DriverSettings::default()).spin_by(PI / 2.0, &window);
     assert!(next.speed_mps < now.speed_mps && next.turn_radps < now.turn_radps, "{next:?}");
-    let at_rest = Window { now: Velocity::ZERO, ..window };
-    assert!(Driving::new(Settings::default()).spin(PI / 2.0, &at_rest).turn_radps > 0.1);
+    let at_rest = DynamicWindow { now: Velocity::ZERO, ..window };
+    assert!(Driving::new(DriverSettings::default()).spin_by(PI / 2.0, &at_rest).turn_radps > 0.1);
 }
 
 #[test]
@@ -374,15 +374,15 @@ fn what_came_before_time_went_back_does_not_count() {
     for _ in 0..5 {
         trial.tick_by_hand(Velocity { speed_mps: 0.3, turn_radps: 0.0 });
     }
-    assert!(trial.driving.step(trial.now_s).speed_mps > 0.0, "the hand holds");
+    assert!(trial.driving.step(trial.now_s).speed_mps > 0.0, "the manual velocity has priority");
     let before_s = trial.now_s - 30.0;
-    assert_eq!(trial.driving.step(before_s), Velocity::ZERO, "30 s before it was said");
+    assert_eq!(trial.driving.step(before_s), Velocity::ZERO, "30 s before it arrived");
 }
 
 #[test]
 fn a_covered_laser_is_no_free_world() {
     let mut trial = Trial::new(two_rooms(1.0), TAU, EXACT);
-    let covered = |now_s: f64| Scan {
+    let covered = |now_s: f64| DriverScan {
         stamp_s: now_s,
         robot_from_laser: Pose2::IDENTITY,
         first_rad: 0.0,

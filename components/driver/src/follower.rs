@@ -1,4 +1,4 @@
-//! The point to head for: some way ahead on the path, as long as it can be seen (the look-ahead
+//! The point to head for: some distance ahead on the path, as long as it can be seen (the look-ahead
 //! point of pure pursuit; Coulter, CMU-RI-TR-92-01, 1992).
 
 use armor_grid::{Point2, Pose2};
@@ -12,10 +12,10 @@ pub(crate) struct Lead {
     pub(crate) remaining_m: f64,
 }
 
-/// Finds the point `look_m` ahead on the path, nearer where the way straight there is not open.
+/// Finds the point `look_m` ahead on the path, nearer where the straight line to it is not open.
 ///
 /// `None` for an empty path.
-pub(crate) fn lead(
+pub(crate) fn lead_point(
     path: &[Pose2],
     robot: Point2,
     look_m: f64,
@@ -28,7 +28,7 @@ pub(crate) fn lead(
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     let ahead = &path[nearest..];
     let remaining_m = robot.distance_m(ahead[0].point()) + length_m(ahead);
-    // At least a short way ahead, or a robot that stands off its path would head for its own side.
+    // At least a short distance ahead, or a robot that stands off its path would head for its own side.
     let mut target = ahead[0].point();
     for point in ahead.iter().map(|pose| pose.point()) {
         let away_m = robot.distance_m(point);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     fn check(robot: Point2, open: bool, expected: Point2, remaining_m: f64) {
-        let found = lead(&corner(), robot, 0.55, |_| open).unwrap();
+        let found = lead_point(&corner(), robot, 0.55, |_| open).unwrap();
         assert!(found.target.distance_m(expected) < 1e-9, "{found:?}");
         assert!((found.remaining_m - remaining_m).abs() < 1e-9, "{found:?}");
     }
@@ -76,6 +76,6 @@ mod tests {
 
     #[test]
     fn no_path_no_lead() {
-        assert_eq!(lead(&[], Point2::default(), 0.6, |_| true), None);
+        assert_eq!(lead_point(&[], Point2::default(), 0.6, |_| true), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Drives a differential-drive robot along paths, or as somebody's hand wants, without touching
+//! Drives a differential-drive robot along paths, or by manual velocities, without touching
 //! anything. `driver` decides at each step; `follower` finds the point to head for, `window` the
 //! speeds that hit nothing within the `limits` of the base, `guard` what is left of a hand's wish,
 //! `track` where the robot is between two poses, `surroundings` what is near, `recovery` how to get
@@ -16,7 +16,7 @@ mod surroundings;
 mod track;
 mod window;
 
-pub use driver::{Driving, Settings};
-pub use limits::{Limits, Velocity};
+pub use driver::{DriverSettings, Driving};
+pub use limits::{DriveLimits, Velocity};
 pub use ports::Driver;
-pub use surroundings::Scan;
+pub use surroundings::DriverScan;

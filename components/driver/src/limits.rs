@@ -26,7 +26,7 @@ impl Velocity {
 
 /// What the base can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct DriveLimits {
     /// Fastest forward speed, in metres per second.
     pub speed_mps: f64,
     /// Fastest turn rate, in radians per second.
@@ -37,7 +37,7 @@ pub struct Limits {
     pub turn_acceleration_radps2: f64,
 }
 
-impl Limits {
+impl DriveLimits {
     /// Returns how far ahead the base must look at full speed, in metres: as far as it goes at that
     /// speed in the time it takes to stop.
     pub(crate) fn stopping_m(&self) -> f64 {
@@ -45,7 +45,12 @@ impl Limits {
     }
 
     /// Returns the velocity nearest to `wanted` that can be reached within `interval_s`.
-    pub(crate) fn approach(&self, now: Velocity, wanted: Velocity, interval_s: f64) -> Velocity {
+    pub(crate) fn approach_velocity(
+        &self,
+        now: Velocity,
+        wanted: Velocity,
+        interval_s: f64,
+    ) -> Velocity {
         let speed = self.acceleration_mps2 * interval_s;
         let turn = self.turn_acceleration_radps2 * interval_s;
         Velocity {
@@ -55,7 +60,7 @@ impl Limits {
     }
 
     /// Returns the velocity nearest to `wanted` that the base can have, backwards as fast as forward.
-    pub(crate) fn within(&self, wanted: Velocity) -> Velocity {
+    pub(crate) fn limit_velocity(&self, wanted: Velocity) -> Velocity {
         Velocity {
             speed_mps: wanted.speed_mps.clamp(-self.speed_mps, self.speed_mps),
             turn_radps: wanted.turn_radps.clamp(-self.turn_radps, self.turn_radps),
@@ -63,7 +68,7 @@ impl Limits {
     }
 
     /// Returns the velocity after braking for `interval_s` on the same arc.
-    pub(crate) fn braked(&self, now: Velocity, interval_s: f64) -> Velocity {
+    pub(crate) fn brake_velocity(&self, now: Velocity, interval_s: f64) -> Velocity {
         let less_mps = (self.acceleration_mps2 * interval_s).min(now.speed_mps.abs());
         let speed_mps = now.speed_mps - less_mps.copysign(now.speed_mps);
         let left = if speed_mps == 0.0 { 0.0 } else { speed_mps / now.speed_mps };
@@ -75,7 +80,7 @@ impl Limits {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
+    const LIMITS: DriveLimits = DriveLimits {
         speed_mps: 0.6,
         turn_radps: 1.2,
         acceleration_mps2: 0.8,
@@ -85,9 +90,9 @@ mod tests {
     #[test]
     fn braking_stays_on_the_arc() {
         let now = Velocity { speed_mps: -0.4, turn_radps: 0.6 };
-        let next = LIMITS.braked(now, 0.1);
+        let next = LIMITS.brake_velocity(now, 0.1);
         assert!((next.speed_mps + 0.32).abs() < 1e-9 && (next.turn_radps - 0.48).abs() < 1e-9);
-        assert_eq!(LIMITS.braked(now, 1.0), Velocity::ZERO);
-        assert_eq!(LIMITS.braked(Velocity::spin(1.0), 0.1), Velocity::ZERO);
+        assert_eq!(LIMITS.brake_velocity(now, 1.0), Velocity::ZERO);
+        assert_eq!(LIMITS.brake_velocity(Velocity::spin(1.0), 0.1), Velocity::ZERO);
     }
 }

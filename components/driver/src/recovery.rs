@@ -1,11 +1,11 @@
-//! Notices that the robot is stuck and says how to get loose: back off a little, then turn.
+//! Detects a stuck robot and frees it: back off a little, then turn.
 
 use std::f64::consts::TAU;
 
 use armor_grid::{Point2, Pose2, wrap_angle};
 
 use crate::limits::Velocity;
-use crate::window::Window;
+use crate::window::DynamicWindow;
 
 /// Without having moved `MOVED_M` for this long, not counting turns, the robot is stuck, in seconds.
 const STUCK_S: f64 = 4.0;
@@ -22,7 +22,7 @@ const TURN_RADPS: f64 = 0.8;
 
 /// Watches the robot get somewhere.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Recovery {
+pub(crate) struct StuckRecovery {
     /// Where and when it was last known to move, and how it turned since.
     moved: Option<Moved>,
     /// When getting loose began, and to which side to turn.
@@ -37,7 +37,7 @@ struct Moved {
     turned_rad: f64,
 }
 
-impl Recovery {
+impl StuckRecovery {
     /// The robot has no reason to move, or just got one.
     pub(crate) fn rest(&mut self) {
         *self = Self::default();
@@ -48,11 +48,11 @@ impl Recovery {
         &mut self,
         robot: Pose2,
         has_path: bool,
-        window: &Window<'_>,
+        window: &DynamicWindow<'_>,
         now_s: f64,
     ) -> Option<Velocity> {
         if let Some((began_s, side)) = self.began {
-            return self.escape(began_s, side, has_path, window, now_s);
+            return self.choose_escape(began_s, side, has_path, window, now_s);
         }
         let Pose2 { yaw_rad, .. } = robot;
         let here = Moved { place: robot.point(), at_s: now_s, yaw_rad, turned_rad: 0.0 };
@@ -68,12 +68,12 @@ impl Recovery {
         None
     }
 
-    fn escape(
+    fn choose_escape(
         &mut self,
         began_s: f64,
         side: f64,
         has_path: bool,
-        window: &Window<'_>,
+        window: &DynamicWindow<'_>,
         now_s: f64,
     ) -> Option<Velocity> {
         let back = Velocity { speed_mps: BACK_MPS, turn_radps: 0.0 };
@@ -100,22 +100,22 @@ fn free_side(obstacles: &[Point2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::Limits;
+    use crate::limits::DriveLimits;
     use crate::window::Distances;
 
-    const LIMITS: Limits = Limits {
+    const LIMITS: DriveLimits = DriveLimits {
         speed_mps: 0.6,
         turn_radps: 1.2,
         acceleration_mps2: 0.8,
         turn_acceleration_radps2: 3.0,
     };
 
-    /// Steps a robot that stays where it is; says what it did in each second from 0 to 8.
+    /// Steps a robot that stays where it is; returns what it did in each second from 0 to 8.
     fn check(has_path: bool, obstacles: &[Point2], expected: [Option<Velocity>; 9]) {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
         let now = Velocity::ZERO;
-        let window = Window { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 };
-        let mut recovery = Recovery::default();
+        let window = DynamicWindow { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 };
+        let mut recovery = StuckRecovery::default();
         let mut did = [None; 9];
         for tick in 0..=80_u32 {
             let now_s = f64::from(tick) * 0.1;
@@ -152,8 +152,9 @@ mod tests {
     fn a_robot_that_moves_is_left_alone() {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
         let now = Velocity::ZERO;
-        let window = Window { limits: &LIMITS, distances, obstacles: &[], now, interval_s: 0.1 };
-        let mut recovery = Recovery::default();
+        let window =
+            DynamicWindow { limits: &LIMITS, distances, obstacles: &[], now, interval_s: 0.1 };
+        let mut recovery = StuckRecovery::default();
         for tick in 0..300 {
             let robot = Pose2::new(f64::from(tick) * 0.005, 0.0, 0.0);
             assert_eq!(recovery.step(robot, true, &window, f64::from(tick) * 0.1), None);

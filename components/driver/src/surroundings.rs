@@ -1,5 +1,5 @@
-//! What is near the robot, as points in its own frame: what the laser sees now, and behind its
-//! back what the map remembers.
+//! What is near the robot, as points in its own frame: what the laser sees now and, behind its back,
+//! what the map shows.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 
 /// One laser scan.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scan {
+pub struct DriverScan {
     /// When it was taken, in seconds.
     pub stamp_s: f64,
     /// Where the laser sits on the robot.
@@ -16,14 +16,14 @@ pub struct Scan {
     pub first_rad: f64,
     /// Turn from beam to beam, in radians.
     pub step_rad: f64,
-    /// Distances, in metres; infinite where nothing is in sight, not a number where the laser could
-    /// not tell.
+    /// Distances, in metres; infinite where nothing is in sight, not a number where the laser is
+    /// blind.
     pub ranges_m: Vec<f64>,
 }
 
-impl Scan {
+impl DriverScan {
     /// Returns the points it hit, in the frame of the robot when it was taken.
-    fn points(&self) -> impl Iterator<Item = Point2> {
+    fn scan_points(&self) -> impl Iterator<Item = Point2> {
         self.ranges_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite()).map(
             |(beam, range_m)| {
                 let (sin, cos) = (self.first_rad + beam as f64 * self.step_rad).sin_cos();
@@ -32,13 +32,13 @@ impl Scan {
         )
     }
 
-    /// Says whether any beam was a reading.
-    pub(crate) fn says_something(&self) -> bool {
+    /// Returns whether any beam was a reading.
+    pub(crate) fn has_ranges(&self) -> bool {
         let angles = [self.stamp_s, self.first_rad, self.step_rad];
         angles.iter().all(|value| value.is_finite()) && !self.ranges_m.iter().all(|r| r.is_nan())
     }
 
-    /// Says whether a point in the robot's frame lies in the sector that the laser looks over.
+    /// Returns whether a point in the robot's frame lies in the sector that the laser looks over.
     fn covers(&self, point: Point2) -> bool {
         let in_laser = self.robot_from_laser.inverse().apply(point);
         let bearing_rad = Point2::default().bearing_rad(in_laser);
@@ -55,15 +55,15 @@ impl Scan {
 /// Returns everything within `reach_m`, in the robot's frame now.
 ///
 /// `now_from_then` is the frame of the robot when the scan was taken, seen from now.
-pub(crate) fn surroundings(
-    scan: &Scan,
+pub(crate) fn list_obstacles(
+    scan: &DriverScan,
     now_from_then: Pose2,
     map: Option<(&Grid<Occupancy>, Pose2)>,
     reach_m: f64,
 ) -> Vec<Point2> {
     let near = |point: &Point2| point.distance_m(Point2::default()) < reach_m;
     let mut points: Vec<Point2> =
-        scan.points().map(|point| now_from_then.apply(point)).filter(near).collect();
+        scan.scan_points().map(|point| now_from_then.apply(point)).filter(near).collect();
     if let Some((map, map_from_robot)) = map.filter(|_| !scan.is_all_round()) {
         let remembered = occupied_near(map, map_from_robot, reach_m);
         points.extend(remembered.into_iter().filter(near).filter(|point| !scan.covers(*point)));
@@ -89,8 +89,8 @@ mod tests {
     use armor_grid::{Cell, Geometry};
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    fn half_circle(range_m: f64) -> Scan {
-        Scan {
+    fn half_circle(range_m: f64) -> DriverScan {
+        DriverScan {
             stamp_s: 0.0,
             robot_from_laser: Pose2::new(0.1, 0.0, 0.0),
             first_rad: -FRAC_PI_2,
@@ -104,7 +104,7 @@ mod tests {
         let mut scan = half_circle(f64::INFINITY);
         scan.ranges_m[90] = 1.0;
         let moved_on = Pose2::new(-0.2, 0.0, 0.0);
-        let points = surroundings(&scan, moved_on, None, 1.5);
+        let points = list_obstacles(&scan, moved_on, None, 1.5);
         assert_eq!(points.len(), 1);
         assert!(points[0].distance_m(Point2::new(0.9, 0.0)) < 1e-9, "{points:?}");
     }
@@ -117,7 +117,7 @@ mod tests {
         map[Cell::new(10, 20)] = Occupancy::Occupied;
         map[Cell::new(30, 20)] = Occupancy::Occupied;
         let scan = half_circle(f64::INFINITY);
-        let points = surroundings(&scan, Pose2::IDENTITY, Some((&map, Pose2::IDENTITY)), 1.5);
+        let points = list_obstacles(&scan, Pose2::IDENTITY, Some((&map, Pose2::IDENTITY)), 1.5);
         assert_eq!(points.len(), 1);
         assert!(points[0].x_m < -0.9, "{points:?}");
     }

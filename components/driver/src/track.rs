@@ -7,9 +7,9 @@ use armor_grid::Pose2;
 /// Odometry older than this is forgotten, in seconds; poses later than that are of no use.
 const MEMORY_S: f64 = 5.0;
 
-/// The recent odometry and what the map says about it.
+/// The recent odometry and its correction by the map.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Track {
+pub(crate) struct PoseTrack {
     /// Stamps and poses in the odometry frame, oldest first.
     odometry: VecDeque<(f64, Pose2)>,
     /// A pose on the map whose moment the odometry has not reached yet.
@@ -17,7 +17,7 @@ pub(crate) struct Track {
     map_from_odom: Option<Pose2>,
 }
 
-impl Track {
+impl PoseTrack {
     /// Takes a new odometry pose; one that goes back in time starts a new track.
     pub(crate) fn odometry_seen(&mut self, stamp_s: f64, odom_from_robot: Pose2) {
         if self.odometry.back().is_some_and(|newest| stamp_s < newest.0) {
@@ -27,13 +27,13 @@ impl Track {
         while self.odometry.front().is_some_and(|oldest| stamp_s - oldest.0 > MEMORY_S) {
             self.odometry.pop_front();
         }
-        self.settle();
+        self.settle_correction();
     }
 
     /// Takes a pose on the map, valid at its stamp.
     pub(crate) fn pose_seen(&mut self, stamp_s: f64, map_from_robot: Pose2) {
         self.pending = Some((stamp_s, map_from_robot));
-        self.settle();
+        self.settle_correction();
     }
 
     /// Returns the odometry pose at a moment: interpolated, or the newest if it is later.
@@ -60,7 +60,7 @@ impl Track {
     }
 
     /// Fits the odometry frame to the pending pose once the odometry has caught up with it.
-    fn settle(&mut self) {
+    fn settle_correction(&mut self) {
         let Some((stamp_s, map_from_robot)) = self.pending else { return };
         let caught_up = self.odometry.back().is_some_and(|newest| newest.0 >= stamp_s);
         // The very first pose need not wait: roughly right beats not knowing.
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn odometry_carries_an_old_pose_on() {
-        let mut track = Track::default();
+        let mut track = PoseTrack::default();
         for tick in 0..10 {
             track.odometry_seen(f64::from(tick), along(f64::from(tick)));
         }
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn a_pose_ahead_of_the_odometry_waits_for_it() {
-        let mut track = Track::default();
+        let mut track = PoseTrack::default();
         track.odometry_seen(0.0, along(0.0));
         track.pose_seen(0.0, along(10.0));
         track.pose_seen(1.0, along(12.0));
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn time_going_back_starts_anew() {
-        let mut track = Track::default();
+        let mut track = PoseTrack::default();
         track.odometry_seen(10.0, along(3.0));
         track.pose_seen(10.0, along(3.0));
         track.odometry_seen(1.0, along(0.0));

@@ -4,14 +4,14 @@
 
 use armor_grid::{Point2, Pose2};
 
-use crate::limits::{Limits, REACTION_S, Velocity};
+use crate::limits::{DriveLimits, REACTION_S, Velocity};
 
 /// Arcs are looked at this far ahead, in seconds.
 pub(crate) const HORIZON_S: f64 = 1.2;
 /// In steps of this, in seconds: 6 cm at full speed.
 const STEP_S: f64 = 0.1;
 /// A command takes effect this long after the senses it is based on, in seconds; until then the
-/// robot goes on as it does now.
+/// robot moves on as it does now.
 const DELAY_S: f64 = 0.1;
 /// The faster past a thing, the wider, in metres per metre per second: senses and commands are late,
 /// and a person takes a step.
@@ -22,6 +22,37 @@ const SLACK_M: f64 = 0.012;
 const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
 const TURNS: usize = 15;
+
+// The cost of an arc is a weighted sum, in units of the distance to the target: an arc that comes no
+// closer to it costs 1, one that passes through it 0. The weights state what else is worth how much.
+
+/// A radian off the target's direction costs as much as missing the target by 35 % of its distance:
+/// of two arcs that come equally close, the one that faces the target wins.
+const HEADING_WEIGHT: f64 = 0.35;
+/// The closest passage that is allowed costs as much as 40 % of the distance. The term is squared, so
+/// that half of the comfort distance costs a quarter of that and a narrow gap still beats standing.
+const TIGHT_WEIGHT: f64 = 0.4;
+/// Standing costs as much as 20 % of the distance. It is the smallest weight: speed decides between
+/// arcs that are about equally good otherwise.
+const SLOW_WEIGHT: f64 = 0.2;
+/// Closer to the target than this, its direction counts less the closer it is, in metres: a target
+/// that is reached has no direction any more.
+const DIRECTION_M: f64 = 0.2;
+/// The distance to the target counts as this at least, in metres, so that a miss by millimetres is
+/// not divided by nothing.
+const LEAST_DISTANCE_M: f64 = 0.1;
+/// A fastest speed below this counts as this, in metres per second: it is a divisor.
+const LEAST_FASTEST_MPS: f64 = 0.05;
+/// Braking may be sharper than starting: this many times as hard.
+const BRAKE_FACTOR: f64 = 2.0;
+/// A base that needs less than this to stop hardly rolls any more, and may turn where it is, in
+/// metres.
+const ROLLED_OUT_M: f64 = 0.01;
+/// From too close, an arc may come closer by this, in metres: the noise of a range is larger.
+const CLOSER_M: f64 = 0.005;
+/// From too close, an arc must leave this much of the distance at least, in metres: rounding must not
+/// forbid an arc that stays at that distance.
+const ROUNDING_M: f64 = 0.001;
 
 /// How close the robot's centre may and should come to things.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +65,8 @@ pub(crate) struct Distances {
 
 /// One choice to make: where to, from which speeds, among what.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Window<'a> {
-    pub(crate) limits: &'a Limits,
+pub(crate) struct DynamicWindow<'a> {
+    pub(crate) limits: &'a DriveLimits,
     pub(crate) distances: Distances,
     /// Everything near, in the robot's frame.
     pub(crate) obstacles: &'a [Point2],
@@ -45,35 +76,34 @@ pub(crate) struct Window<'a> {
     pub(crate) interval_s: f64,
 }
 
-impl Window<'_> {
+impl DynamicWindow<'_> {
     /// Returns the best forward velocity towards `target`, no faster than `fastest_mps`.
     ///
     /// `target` is in the robot's frame. `None` if every arc hits something.
-    pub(crate) fn choose(&self, target: Point2, fastest_mps: f64) -> Option<Velocity> {
-        let candidates = self.speeds(fastest_mps).flat_map(|speed_mps| {
-            self.turns().map(move |turn_radps| Velocity { speed_mps, turn_radps })
+    pub(crate) fn choose_velocity(&self, target: Point2, fastest_mps: f64) -> Option<Velocity> {
+        let candidates = self.reachable_speeds(fastest_mps).flat_map(|speed_mps| {
+            self.reachable_turns().map(move |turn_radps| Velocity { speed_mps, turn_radps })
         });
         candidates
-            .filter_map(|velocity| Some((velocity, self.cost(velocity, target, fastest_mps)?)))
+            .filter_map(|velocity| Some((velocity, self.arc_cost(velocity, target, fastest_mps)?)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(velocity, _)| velocity)
     }
 
-    /// Says whether the base can drive on like this and still stop before it hits anything.
+    /// Returns whether the base can drive on like this and still stop before it hits anything.
     pub(crate) fn is_safe(&self, velocity: Velocity) -> bool {
         self.nearest_on_arc(velocity).is_some()
     }
 
-    /// Says whether the base comes to rest before it hits anything, wherever it turns on the way.
+    /// Returns whether the base comes to rest before it hits anything, whatever it turns meanwhile.
     pub(crate) fn is_room_to_stop(&self) -> bool {
         let speed_mps = self.now.speed_mps.abs();
-        let way_m =
+        let stop_m =
             speed_mps * REACTION_S + speed_mps * speed_mps / (2.0 * self.limits.acceleration_mps2);
-        // What hardly rolls any more may turn where it is.
-        way_m < 0.01 || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + way_m
+        stop_m < ROLLED_OUT_M || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + stop_m
     }
 
-    /// Says whether nothing is closer than `clear_m` to the straight way to a point in the robot's
+    /// Returns whether nothing is closer than `clear_m` to the straight line to a point in the robot's
     /// frame, or no closer than it is to the robot now.
     pub(crate) fn is_way_clear(&self, to: Point2, clear_m: f64) -> bool {
         let clear_m = clear_m.min(self.nearest_m(Pose2::IDENTITY));
@@ -84,34 +114,34 @@ impl Window<'_> {
         })
     }
 
-    fn speeds(&self, fastest_mps: f64) -> impl Iterator<Item = f64> + use<> {
+    fn reachable_speeds(&self, fastest_mps: f64) -> impl Iterator<Item = f64> + use<> {
         let step = self.limits.acceleration_mps2 * self.interval_s;
         let highest = (self.now.speed_mps + step).min(fastest_mps).max(0.0);
-        // Braking may be sharper than starting: twice as hard.
-        let lowest = (self.now.speed_mps - 2.0 * step).clamp(0.0, highest);
-        spread(lowest, highest, SPEEDS)
+        let lowest = (self.now.speed_mps - BRAKE_FACTOR * step).clamp(0.0, highest);
+        spread_evenly(lowest, highest, SPEEDS)
     }
 
-    fn turns(&self) -> impl Iterator<Item = f64> + use<> {
+    fn reachable_turns(&self) -> impl Iterator<Item = f64> + use<> {
         let step = self.limits.turn_acceleration_radps2 * self.interval_s;
         let most = self.limits.turn_radps;
         let right = (self.now.turn_radps - step).clamp(-most, most);
         let left = (self.now.turn_radps + step).clamp(-most, most);
-        spread(right, left, TURNS)
+        spread_evenly(right, left, TURNS)
     }
 
     /// What an arc costs (lower is better), or `None` if it is not safe.
-    fn cost(&self, velocity: Velocity, target: Point2, fastest_mps: f64) -> Option<f64> {
+    fn arc_cost(&self, velocity: Velocity, target: Point2, fastest_mps: f64) -> Option<f64> {
         let (nearest_m, seconds) = self.nearest_on_arc(velocity)?;
-        let now_m = target.distance_m(Point2::default()).max(0.1);
+        let now_m = target.distance_m(Point2::default()).max(LEAST_DISTANCE_M);
         // Judged where it comes closest, not where it ends: passing the target fast is no fault.
         let (in_robot, miss_m) = self.closest_to(target, velocity, seconds);
-        // A target that is reached has no direction any more.
-        let off_rad = Point2::default().bearing_rad(in_robot).abs() * (miss_m / 0.2).min(1.0);
+        let bearing_rad = Point2::default().bearing_rad(in_robot);
+        let off_rad = bearing_rad.abs() * (miss_m / DIRECTION_M).min(1.0);
         let Distances { keep_m, comfort_m } = self.distances;
         let tight = ((comfort_m - nearest_m) / (comfort_m - keep_m)).clamp(0.0, 1.0);
-        let slow = 1.0 - velocity.speed_mps / fastest_mps.max(0.05);
-        Some(miss_m / now_m + 0.35 * off_rad + 0.4 * tight * tight + 0.2 * slow)
+        let slow = 1.0 - velocity.speed_mps / fastest_mps.max(LEAST_FASTEST_MPS);
+        let terms = miss_m / now_m + HEADING_WEIGHT * off_rad + TIGHT_WEIGHT * tight * tight;
+        Some(terms + SLOW_WEIGHT * slow)
     }
 
     /// The least distance to anything on the arc as far as it is driven before a stop, and for how
@@ -120,7 +150,8 @@ impl Window<'_> {
         let start_m = self.nearest_m(Pose2::IDENTITY);
         // A robot that stands too close already may move, but hardly closer.
         let speed_mps = velocity.speed_mps.abs();
-        let slack_m = (start_m - 0.005).max(self.distances.keep_m - SLACK_M).min(start_m - 0.001);
+        let crept_m = (start_m - CLOSER_M).max(self.distances.keep_m - SLACK_M);
+        let slack_m = crept_m.min(start_m - ROUNDING_M);
         let keep_m = (self.distances.keep_m + CARE_S * speed_mps).min(slack_m);
         let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
         let mut nearest_m = start_m;
@@ -168,7 +199,7 @@ impl Window<'_> {
     }
 }
 
-fn spread(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+fn spread_evenly(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |index| low + (high - low) * index as f64 / (count - 1) as f64)
 }
 
@@ -176,35 +207,36 @@ fn spread(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
+    const LIMITS: DriveLimits = DriveLimits {
         speed_mps: 0.6,
         turn_radps: 1.2,
         acceleration_mps2: 0.8,
         turn_acceleration_radps2: 3.0,
     };
 
-    fn window(obstacles: &[Point2], now: Velocity) -> Window<'_> {
+    fn window(obstacles: &[Point2], now: Velocity) -> DynamicWindow<'_> {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
-        Window { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 }
+        DynamicWindow { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 }
     }
 
     const CRUISE: Velocity = Velocity { speed_mps: 0.5, turn_radps: 0.0 };
 
     #[test]
     fn in_the_open_it_speeds_up_straight_ahead() {
-        let chosen = window(&[], CRUISE).choose(Point2::new(1.0, 0.0), 0.6).unwrap();
+        let chosen = window(&[], CRUISE).choose_velocity(Point2::new(1.0, 0.0), 0.6).unwrap();
         assert!(chosen.speed_mps > 0.55 && chosen.turn_radps.abs() < 1e-9, "{chosen:?}");
     }
 
     #[test]
     fn it_turns_towards_the_target() {
-        let chosen = window(&[], CRUISE).choose(Point2::new(0.6, 0.4), 0.6).unwrap();
+        let chosen = window(&[], CRUISE).choose_velocity(Point2::new(0.6, 0.4), 0.6).unwrap();
         assert!(chosen.turn_radps > 0.1, "{chosen:?}");
     }
 
     #[test]
     fn it_never_exceeds_what_the_base_can_do_next() {
-        let chosen = window(&[], Velocity::ZERO).choose(Point2::new(1.0, 1.0), 0.6).unwrap();
+        let chosen =
+            window(&[], Velocity::ZERO).choose_velocity(Point2::new(1.0, 1.0), 0.6).unwrap();
         assert!(chosen.speed_mps <= 0.08 + 1e-9 && chosen.turn_radps <= 0.3 + 1e-9, "{chosen:?}");
     }
 
@@ -213,7 +245,7 @@ mod tests {
         let post: Vec<Point2> =
             (0..5).map(|i| Point2::new(0.5, -0.1 + 0.04 * f64::from(i))).collect();
         let slow = Velocity { speed_mps: 0.2, turn_radps: 0.0 };
-        let chosen = window(&post, slow).choose(Point2::new(0.8, -0.15), 0.6).unwrap();
+        let chosen = window(&post, slow).choose_velocity(Point2::new(0.8, -0.15), 0.6).unwrap();
         assert!(chosen.turn_radps < 0.0, "{chosen:?}");
     }
 
@@ -232,9 +264,9 @@ mod tests {
         let (mut ahead_m, mut now) = (0.4, Velocity::ZERO);
         for _ in 0..400 {
             let post = [Point2::new(ahead_m, 0.0)];
-            let window = Window { now, interval_s: 0.05, ..window(&post, now) };
+            let window = DynamicWindow { now, interval_s: 0.05, ..window(&post, now) };
             let target = Point2::new(ahead_m + 0.5, 0.0);
-            now = window.choose(target, 0.6).unwrap_or(Velocity::ZERO);
+            now = window.choose_velocity(target, 0.6).unwrap_or(Velocity::ZERO);
             now.turn_radps = 0.0;
             ahead_m -= now.speed_mps * 0.05;
         }

@@ -7,10 +7,10 @@ use armor_grid::{
     Cell, CostMap, Grid, Inflation, Occupancy, Point2, Pose2, traverse, wavefront, wrap_angle,
 };
 
-use crate::Settings;
-use crate::frontier::{Frontier, frontiers};
+use crate::ExplorerSettings;
+use crate::frontier::{Frontier, find_frontiers};
 
-/// How far from an obstacle the way costs nothing extra, beyond the closed radius, in metres.
+/// How far from an obstacle a path costs nothing extra, beyond the closed radius, in metres.
 const COMFORT_M: f64 = 0.3;
 /// What a metre costs close to an obstacle, on top of its length.
 const WEIGHT: f64 = 2.0;
@@ -27,10 +27,10 @@ const VIEW_M: f64 = 2.5;
 const APART_M: f64 = 1.25;
 /// Directions in which it is looked for.
 const VIEW_RAYS: u32 = 72;
-/// What is worth a way of this length is worth a longer one, in metres: more lies behind what can
+/// A trip that is worth this length is worth a longer one, in metres: more lies behind what can
 /// be looked into, and a world of any size is to be seen.
 const FAR_M: f64 = 10.0;
-/// The direction of a trip is that of the place this far on the way, in metres.
+/// The direction of a trip is that of the place this far along its path, in metres.
 const DEPARTURE_M: f64 = 0.8;
 /// Frontier cells this close to the one that is pursued are part of the pursuit, in metres.
 const PURSUED_M: f64 = 1.0;
@@ -39,26 +39,26 @@ const ASIDE: f64 = 0.5;
 
 /// A place from which a frontier is seen.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Candidate {
+pub(crate) struct GoalCandidate {
     /// Where to stand, heading at the frontier.
     pub(crate) goal: Pose2,
     /// The frontier cell to be seen from there.
     pub(crate) target: Point2,
-    /// The weighted way there, in metres.
+    /// The weighted length of the path, in metres.
     pub(crate) travel_m: f64,
-    /// The turn and the way less what the frontier is worth, in metres; lower is better.
+    /// The turn and the path less the value of the frontier, in metres; lower is better.
     pub(crate) cost_m: f64,
 }
 
 /// The reachable places of one map, and how far away each is.
 #[derive(Debug)]
-pub(crate) struct Reach {
+pub(crate) struct ReachableSpace {
     robot: Pose2,
     travel_m: Grid<f32>,
     closed_m: f64,
 }
 
-impl Reach {
+impl ReachableSpace {
     /// Spreads from the robot over the cells that far from obstacles; `None` if it stands nowhere
     /// near one.
     pub(crate) fn new(map: &Grid<Occupancy>, robot: Pose2, clearance_m: f64) -> Option<Self> {
@@ -74,8 +74,8 @@ impl Reach {
         Some(Self { robot, travel_m, closed_m: clearance_m })
     }
 
-    /// Says whether the robot can get to a place, or as near to it as it may stand to a wall.
-    pub(crate) fn reaches(&self, place: Point2) -> bool {
+    /// Returns whether the robot can get to a place, or as near to it as it may stand to a wall.
+    pub(crate) fn can_reach(&self, place: Point2) -> bool {
         let cells = (ESCAPE_M / self.travel_m.geometry().resolution_m) as i32;
         let middle = self.travel_m.geometry().cell_at(place);
         let around =
@@ -87,30 +87,30 @@ impl Reach {
     ///
     /// Of what is underfoot only the frontier around `pursued` counts: the robot would leave it
     /// when it comes near, and turn back to it from afar.
-    pub(crate) fn candidates(
+    pub(crate) fn list_candidates(
         &self,
         map: &Grid<Occupancy>,
-        settings: &Settings,
+        settings: &ExplorerSettings,
         pursued: Option<Point2>,
         avoid: impl Fn(Point2) -> bool,
-    ) -> Vec<Candidate> {
+    ) -> Vec<GoalCandidate> {
         let robot = self.robot.point();
         let is_pursued = |place: Point2| pursued.is_some_and(|p| p.distance_m(place) < PURSUED_M);
         let counts =
             |place: Point2| place.distance_m(robot) > settings.underfoot_m || is_pursued(place);
-        frontiers(map, settings.min_frontier_m, counts)
+        find_frontiers(map, settings.min_frontier_m, counts)
             .iter()
-            .filter_map(|frontier| self.candidate(map, frontier, settings, &avoid))
+            .filter_map(|frontier| self.build_candidate(map, frontier, settings, &avoid))
             .collect()
     }
 
-    fn candidate(
+    fn build_candidate(
         &self,
         map: &Grid<Occupancy>,
         frontier: &Frontier,
-        settings: &Settings,
+        settings: &ExplorerSettings,
         avoid: impl Fn(Point2) -> bool,
-    ) -> Option<Candidate> {
+    ) -> Option<GoalCandidate> {
         let geometry = map.geometry();
         let price = |cell: Cell, stand: Cell| {
             let aside_m = geometry.centre(cell).distance_m(frontier.centre);
@@ -118,19 +118,19 @@ impl Reach {
         };
         let allowed = frontier.cells.iter().filter(|&&cell| !avoid(geometry.centre(cell)));
         let (target, stand) = allowed
-            .filter_map(|&cell| Some((cell, self.stand(map, cell)?)))
+            .filter_map(|&cell| Some((cell, self.find_stand(map, cell)?)))
             .min_by(|a, b| price(a.0, a.1).total_cmp(&price(b.0, b.1)))?;
         let stand = self.step_back(stand, settings.setback_m);
         let (position, seen) = (geometry.centre(stand), geometry.centre(target));
         let yaw_rad = if stand == target { 0.0 } else { position.bearing_rad(seen) };
         let travel_m = f64::from(self.travel_m[stand]);
         let turn_m = settings.turn_m_per_rad * self.departure_rad(stand).abs();
-        let gain_m2 = unseen_m2(map, &lookouts(map, seen, &frontier.cells));
+        let gain_m2 = unseen_m2(map, &choose_lookouts(map, seen, &frontier.cells));
         if gain_m2 < settings.least_yield_m2_per_m * travel_m.min(FAR_M) {
             return None;
         }
         let worth_m = settings.worth_m_per_m2 * gain_m2.min(LARGE_M2);
-        Some(Candidate {
+        Some(GoalCandidate {
             goal: Pose2::new(position.x_m, position.y_m, yaw_rad),
             target: seen,
             travel_m,
@@ -143,7 +143,7 @@ impl Reach {
         let geometry = self.travel_m.geometry();
         let mut here = to;
         while f64::from(self.travel_m[here]) > DEPARTURE_M {
-            let Some(next) = self.nearer(here) else { break };
+            let Some(next) = self.nearer_neighbour(here) else { break };
             here = next;
         }
         let direction_rad = self.robot.point().bearing_rad(geometry.centre(here));
@@ -151,7 +151,7 @@ impl Reach {
     }
 
     /// The neighbour that is nearest to the robot, if it is nearer than the cell.
-    fn nearer(&self, cell: Cell) -> Option<Cell> {
+    fn nearer_neighbour(&self, cell: Cell) -> Option<Cell> {
         let reached = cell.neighbours().filter(|&next| self.is_reached(next));
         reached
             .min_by(|a, b| self.travel_m[*a].total_cmp(&self.travel_m[*b]))
@@ -163,7 +163,7 @@ impl Reach {
     }
 
     /// The frontier cell itself, or the nearest reached one with nothing in between.
-    fn stand(&self, map: &Grid<Occupancy>, cell: Cell) -> Option<Cell> {
+    fn find_stand(&self, map: &Grid<Occupancy>, cell: Cell) -> Option<Cell> {
         if self.is_reached(cell) {
             return Some(cell);
         }
@@ -185,7 +185,7 @@ impl Reach {
         let setback = setback_m / self.travel_m.geometry().resolution_m;
         let mut here = from;
         while from.distance(here) < setback {
-            let Some(next) = self.nearer(here) else { break };
+            let Some(next) = self.nearer_neighbour(here) else { break };
             here = next;
         }
         here
@@ -193,7 +193,7 @@ impl Reach {
 }
 
 /// Places along a frontier, `first` and others as far apart as each shows something of its own.
-fn lookouts(map: &Grid<Occupancy>, first: Point2, frontier: &[Cell]) -> Vec<Point2> {
+fn choose_lookouts(map: &Grid<Occupancy>, first: Point2, frontier: &[Cell]) -> Vec<Point2> {
     let mut places = vec![first];
     for cell in frontier {
         let place = map.geometry().centre(*cell);
@@ -235,21 +235,21 @@ fn unseen_m2(map: &Grid<Occupancy>, places: &[Point2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::Drawing;
+    use crate::drawing::MapDrawing;
 
     #[test]
     fn a_long_frontier_promises_all_that_lies_behind_it() {
-        // 8 m of unseen space, 1 m deep, beside a free strip; walls around.
+        // 8 m of unseen space, 1 m deep, along a free strip; walls around.
         let row = |what: &str| format!("#{}#", what.repeat(80));
         let unseen = row("?");
         let mut rows = vec![row("#")];
         rows.extend(vec![unseen; 10]);
         rows.extend([row("."), row("."), row("#")]);
         let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
-        let map = Drawing::read(0.1, &rows).map;
-        let frontier = &frontiers(&map, 0.8, |_| true)[0];
+        let map = MapDrawing::read(0.1, &rows).map;
+        let frontier = &find_frontiers(&map, 0.8, |_| true)[0];
         let end = map.geometry().centre(frontier.cells[0]);
-        let places = lookouts(&map, end, &frontier.cells);
+        let places = choose_lookouts(&map, end, &frontier.cells);
         assert!((6..=8).contains(&places.len()), "{} places", places.len());
         let one_m2 = unseen_m2(&map, &[end]);
         let all_m2 = unseen_m2(&map, &places);

@@ -3,13 +3,13 @@
 use armor_grid::{Cell, Geometry, Grid, Occupancy, Point2};
 
 /// A drawn map with a robot and the place where a goal is expected.
-pub(crate) struct Drawing {
+pub(crate) struct MapDrawing {
     pub(crate) map: Grid<Occupancy>,
     pub(crate) robot: Option<Point2>,
     pub(crate) goal: Option<Point2>,
 }
 
-impl Drawing {
+impl MapDrawing {
     /// Reads rows, the top one first: `#` occupied, `?` unknown, `R` robot, `G` goal, `.` free.
     pub(crate) fn read(resolution_m: f64, rows: &[&str]) -> Self {
         let geometry = Geometry {

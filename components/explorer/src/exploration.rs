@@ -2,7 +2,7 @@
 
 use armor_grid::{Grid, Occupancy, Point2, Pose2};
 
-use crate::candidate::{Candidate, Reach};
+use crate::candidate::{GoalCandidate, ReachableSpace};
 
 /// A new map is looked at no more often than this, in seconds: spreading over it costs time.
 const EVALUATION_S: f64 = 0.5;
@@ -16,14 +16,14 @@ const PROGRESS_M: f64 = 0.2;
 const PROGRESS_M2: f64 = 0.25;
 /// This close to the goal the robot has arrived, in metres.
 const ARRIVED_M: f64 = 0.3;
-/// The part of the clearance that is kept where the map has closed the way back.
+/// The part of the clearance that is kept where the map has closed the path back.
 const TIGHT: f64 = 0.7;
 /// Frontier cells within this distance of a given-up one are left alone, in metres.
 const GIVEN_UP_M: f64 = 0.6;
 
 /// What the robot is and how it shall explore.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ExplorerSettings {
     /// Distance the robot's centre keeps from obstacles, in metres.
     pub clearance_m: f64,
     /// Frontiers shorter than this are not worth a trip, in metres: cells times their edge length.
@@ -48,7 +48,7 @@ pub struct Settings {
     pub confirm_s: f64,
 }
 
-impl Default for Settings {
+impl Default for ExplorerSettings {
     fn default() -> Self {
         Self {
             clearance_m: 0.25,
@@ -68,8 +68,8 @@ impl Default for Settings {
 
 /// What to do now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Decision {
-    /// Nothing can be said yet: a map with the robot in it, or a confirmation, is missing.
+pub enum ExplorerDecision {
+    /// Undecided: a map with the robot in it, or a confirmation, is missing.
     Wait,
     /// Drive here, in the map's frame.
     Goto(Pose2),
@@ -80,11 +80,11 @@ pub enum Decision {
 /// The state of one exploration.
 #[derive(Debug)]
 pub struct Exploration {
-    settings: Settings,
+    settings: ExplorerSettings,
     map: Option<Grid<Occupancy>>,
     map_is_new: bool,
     robot: Option<Pose2>,
-    /// Where it was first: as it came from there, a way leads back.
+    /// Its first pose: as it came from there, a path leads back.
     start: Option<Point2>,
     evaluated_s: f64,
     pursuit: Option<Pursuit>,
@@ -99,7 +99,7 @@ struct Pursuit {
     goal: Pose2,
     /// The frontier cell it is for.
     target: Point2,
-    /// The way that was left at the last progress, in weighted metres.
+    /// The path that was left at the last progress, in weighted metres.
     closest_m: f64,
     /// What was known of the world at the last progress.
     known_m2: f64,
@@ -109,7 +109,7 @@ struct Pursuit {
 
 impl Exploration {
     /// Starts with nothing known.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: ExplorerSettings) -> Self {
         Self {
             settings,
             map: None,
@@ -125,7 +125,7 @@ impl Exploration {
 
     /// Takes the newest map, replacing the one before.
     pub fn map_seen(&mut self, map: Grid<Occupancy>) {
-        // A map in which nothing is free says that mapping has not begun.
+        // A map in which nothing is free: mapping has not begun.
         if map.values().contains(&Occupancy::Free) {
             self.map = Some(map);
             self.map_is_new = true;
@@ -141,17 +141,19 @@ impl Exploration {
     }
 
     /// Decides at time `now_s`.
-    pub fn step(&mut self, now_s: f64) -> Decision {
-        let Some(robot) = self.robot else { return Decision::Wait };
+    pub fn step(&mut self, now_s: f64) -> ExplorerDecision {
+        let Some(robot) = self.robot else { return ExplorerDecision::Wait };
         self.watch_progress(robot, now_s);
         let interval_s = if self.map_is_new { EVALUATION_S } else { REVIEW_S };
         if now_s - self.evaluated_s >= interval_s {
-            self.evaluate(robot, now_s);
+            self.evaluate_map(robot, now_s);
         }
         match (&self.pursuit, self.nothing_since_s) {
-            (Some(pursuit), _) => Decision::Goto(pursuit.goal),
-            (None, Some(since_s)) if now_s - since_s >= self.settings.confirm_s => Decision::Done,
-            _ => Decision::Wait,
+            (Some(pursuit), _) => ExplorerDecision::Goto(pursuit.goal),
+            (None, Some(since_s)) if now_s - since_s >= self.settings.confirm_s => {
+                ExplorerDecision::Done
+            }
+            _ => ExplorerDecision::Wait,
         }
     }
 
@@ -169,21 +171,21 @@ impl Exploration {
         }
     }
 
-    fn evaluate(&mut self, robot: Pose2, now_s: f64) {
+    fn evaluate_map(&mut self, robot: Pose2, now_s: f64) {
         let Some(map) = &self.map else { return };
         self.evaluated_s = now_s;
         self.map_is_new = false;
-        let Some(reach) = self.reach(map, robot) else { return };
+        let Some(reach) = self.compute_reach(map, robot) else { return };
         let given_up = &self.given_up;
         let avoid = |place: Point2| given_up.iter().any(|g| g.distance_m(place) < GIVEN_UP_M);
         let pursued = self.pursuit.as_ref().map(|pursuit| pursuit.target);
-        let candidates = reach.candidates(map, &self.settings, pursued, avoid);
+        let candidates = reach.list_candidates(map, &self.settings, pursued, avoid);
         let known = map.values().iter().filter(|&&o| o != Occupancy::Unknown).count();
         let known_m2 = known as f64 * map.geometry().resolution_m.powi(2);
-        match self.best(&candidates) {
+        match self.choose_best(&candidates) {
             Some(best) => {
                 self.nothing_since_s = None;
-                self.pursue(best, known_m2, now_s);
+                self.pursue_candidate(best, known_m2, now_s);
             }
             None => {
                 self.pursuit = None;
@@ -193,24 +195,25 @@ impl Exploration {
     }
 
     /// The places the robot can get to. A map may be a cell thicker than the world and close a gap
-    /// that the robot came through: if there is no way back to the start, gaps count as wider.
-    fn reach(&self, map: &Grid<Occupancy>, robot: Pose2) -> Option<Reach> {
-        let leads_back = |reach: &Reach| self.start.is_none_or(|start| reach.reaches(start));
+    /// that the robot came through: if no path leads back to the start, gaps count as wider.
+    fn compute_reach(&self, map: &Grid<Occupancy>, robot: Pose2) -> Option<ReachableSpace> {
+        let leads_back =
+            |reach: &ReachableSpace| self.start.is_none_or(|start| reach.can_reach(start));
         let clearance_m = self.settings.clearance_m;
-        let usual = Reach::new(map, robot, clearance_m).filter(leads_back);
-        usual.or_else(|| Reach::new(map, robot, TIGHT * clearance_m))
+        let usual = ReachableSpace::new(map, robot, clearance_m).filter(leads_back);
+        usual.or_else(|| ReachableSpace::new(map, robot, TIGHT * clearance_m))
     }
 
     /// The cheapest candidate, the one being pursued preferred.
-    fn best(&self, candidates: &[Candidate]) -> Option<Candidate> {
-        let price = |candidate: &Candidate| {
+    fn choose_best(&self, candidates: &[GoalCandidate]) -> Option<GoalCandidate> {
+        let price = |candidate: &GoalCandidate| {
             let pursued = self.pursuit.as_ref().is_some_and(|p| p.is_for(candidate.goal));
             candidate.cost_m - if pursued { self.settings.switch_gain_m } else { 0.0 }
         };
         candidates.iter().min_by(|a, b| price(a).total_cmp(&price(b))).copied()
     }
 
-    fn pursue(&mut self, best: Candidate, known_m2: f64, now_s: f64) {
+    fn pursue_candidate(&mut self, best: GoalCandidate, known_m2: f64, now_s: f64) {
         match &mut self.pursuit {
             Some(pursuit) if pursuit.is_for(best.goal) => {
                 let learned = known_m2 > pursuit.known_m2 + PROGRESS_M2;

@@ -1,9 +1,9 @@
 //! Drawn maps and what shall be decided on them.
 
 use super::*;
-use crate::drawing::Drawing;
+use crate::drawing::MapDrawing;
 
-const SETTINGS: Settings = Settings {
+const SETTINGS: ExplorerSettings = ExplorerSettings {
     clearance_m: 0.15,
     min_frontier_m: 0.3,
     underfoot_m: 0.0,
@@ -17,8 +17,8 @@ const SETTINGS: Settings = Settings {
     confirm_s: 2.0,
 };
 
-fn begin(rows: &[&str]) -> (Exploration, Drawing) {
-    let drawing = Drawing::read(0.1, rows);
+fn begin(rows: &[&str]) -> (Exploration, MapDrawing) {
+    let drawing = MapDrawing::read(0.1, rows);
     let mut exploration = Exploration::new(SETTINGS);
     let robot = drawing.robot.expect("the drawing has a robot");
     exploration.map_seen(drawing.map.clone());
@@ -31,11 +31,13 @@ fn check(rows: &[&str]) {
     let (mut exploration, drawing) = begin(rows);
     let first = exploration.step(0.0);
     match (first, drawing.goal) {
-        (Decision::Goto(goal), Some(expected)) => {
+        (ExplorerDecision::Goto(goal), Some(expected)) => {
             let off_m = goal.point().distance_m(expected);
             assert!(off_m <= 0.25, "{off_m:.2} m off: {goal:?}\n{rows:#?}");
         }
-        (Decision::Wait, None) => assert_eq!(exploration.step(2.1), Decision::Done, "{rows:#?}"),
+        (ExplorerDecision::Wait, None) => {
+            assert_eq!(exploration.step(2.1), ExplorerDecision::Done, "{rows:#?}")
+        }
         _ => panic!("{first:?} for {rows:#?}"),
     }
 }
@@ -73,17 +75,21 @@ fn a_gap_that_the_map_has_closed_behind_the_robot_is_passed() {
         "#........#.......???",
         "####################",
     ];
-    let drawing = Drawing::read(0.1, &rows);
+    let drawing = MapDrawing::read(0.1, &rows);
     let robot = drawing.robot.expect("the drawing has a robot");
     let there = Pose2::new(robot.x_m, robot.y_m, 0.0);
     let beyond = Pose2::new(robot.x_m + 0.9, robot.y_m, 0.0);
     for (start, is_passed) in [(there, false), (beyond, true)] {
-        let mut exploration = Exploration::new(Settings { clearance_m: 0.25, ..SETTINGS });
+        let mut exploration = Exploration::new(ExplorerSettings { clearance_m: 0.25, ..SETTINGS });
         exploration.map_seen(drawing.map.clone());
         exploration.pose_seen(start);
         exploration.pose_seen(there);
         let decision = exploration.step(0.0);
-        assert_eq!(matches!(decision, Decision::Goto(_)), is_passed, "{decision:?} from {start:?}");
+        assert_eq!(
+            matches!(decision, ExplorerDecision::Goto(_)),
+            is_passed,
+            "{decision:?} from {start:?}"
+        );
     }
 }
 
@@ -157,8 +163,8 @@ fn a_shadow_is_worth_no_long_way_but_an_open_end_is_worth_any() {
         rows.extend(middle.iter().map(String::as_str));
         rows.push(&wall);
         // 35 m of corridor.
-        let drawing = Drawing::read(0.5, &rows);
-        let mut exploration = Exploration::new(Settings {
+        let drawing = MapDrawing::read(0.5, &rows);
+        let mut exploration = Exploration::new(ExplorerSettings {
             least_yield_m2_per_m: 0.2,
             min_frontier_m: 0.5,
             ..SETTINGS
@@ -166,7 +172,7 @@ fn a_shadow_is_worth_no_long_way_but_an_open_end_is_worth_any() {
         let robot = drawing.robot.expect("the drawing has a robot");
         exploration.map_seen(drawing.map);
         exploration.pose_seen(Pose2::new(robot.x_m, robot.y_m, 0.0));
-        let goes = matches!(exploration.step(0.0), Decision::Goto(_));
+        let goes = matches!(exploration.step(0.0), ExplorerDecision::Goto(_));
         assert_eq!(goes, is_worth_it, "{rows:#?}");
     }
 }
@@ -188,10 +194,10 @@ fn what_lies_ahead_comes_before_what_lies_behind() {
 fn what_is_seen_by_the_first_step_is_no_goal() {
     let rows = ["########", "#......#", "#......#", "#..?R..#", "#..?...#", "#......#", "########"];
     let (mut exploration, _) = begin(&rows);
-    assert!(matches!(exploration.step(0.0), Decision::Goto(_)));
+    assert!(matches!(exploration.step(0.0), ExplorerDecision::Goto(_)));
     let (mut exploration, _) = begin(&rows);
     exploration.settings.underfoot_m = 0.6;
-    assert_eq!(exploration.step(0.0), Decision::Wait);
+    assert_eq!(exploration.step(0.0), ExplorerDecision::Wait);
 }
 
 #[test]
@@ -210,12 +216,12 @@ fn a_frontier_behind_a_thin_wall_is_not_mistaken_for_near() {
 #[test]
 fn without_map_or_pose_it_waits() {
     let mut exploration = Exploration::new(SETTINGS);
-    assert_eq!(exploration.step(0.0), Decision::Wait);
+    assert_eq!(exploration.step(0.0), ExplorerDecision::Wait);
     exploration.pose_seen(Pose2::IDENTITY);
-    assert_eq!(exploration.step(100.0), Decision::Wait);
-    exploration.map_seen(Drawing::read(0.1, &["???", "???"]).map);
-    assert_eq!(exploration.step(200.0), Decision::Wait);
-    assert_eq!(exploration.step(300.0), Decision::Wait);
+    assert_eq!(exploration.step(100.0), ExplorerDecision::Wait);
+    exploration.map_seen(MapDrawing::read(0.1, &["???", "???"]).map);
+    assert_eq!(exploration.step(200.0), ExplorerDecision::Wait);
+    assert_eq!(exploration.step(300.0), ExplorerDecision::Wait);
 }
 
 const TWO_WAYS: [&str; 7] = [
@@ -230,7 +236,7 @@ const TWO_WAYS: [&str; 7] = [
 
 fn goal(exploration: &mut Exploration, now_s: f64) -> Pose2 {
     match exploration.step(now_s) {
-        Decision::Goto(goal) => goal,
+        ExplorerDecision::Goto(goal) => goal,
         other => panic!("no goal but {other:?} at {now_s} s"),
     }
 }
@@ -272,7 +278,7 @@ fn a_goal_without_progress_is_given_up_for_another() {
     let second = goal(&mut exploration, 8.1);
     assert!(second.point().distance_m(first.point()) > 1.0, "still {second:?}");
     let mut now_s = 8.1;
-    while exploration.step(now_s) != Decision::Done {
+    while exploration.step(now_s) != ExplorerDecision::Done {
         now_s += 0.5;
         exploration.map_seen(drawing.map.clone());
         assert!(now_s < 60.0, "never done");
@@ -293,9 +299,9 @@ fn a_frontier_that_stays_though_looked_at_is_given_up_soon() {
 #[test]
 fn a_frontier_that_comes_back_ends_the_confirmation() {
     let (mut exploration, _) = begin(&["######", "#....#", "#..R.#", "#....#", "######"]);
-    assert_eq!(exploration.step(0.0), Decision::Wait);
+    assert_eq!(exploration.step(0.0), ExplorerDecision::Wait);
     let opened = ["######", "#....?", "#..R.?", "#....?", "######"];
-    exploration.map_seen(Drawing::read(0.1, &opened).map);
-    assert!(matches!(exploration.step(1.5), Decision::Goto(_)));
-    assert!(matches!(exploration.step(2.5), Decision::Goto(_)));
+    exploration.map_seen(MapDrawing::read(0.1, &opened).map);
+    assert!(matches!(exploration.step(1.5), ExplorerDecision::Goto(_)));
+    assert!(matches!(exploration.step(2.5), ExplorerDecision::Goto(_)));
 }

@@ -13,7 +13,7 @@ pub(crate) struct Frontier {
 }
 
 /// Returns the frontiers of at least `min_size_m`, made of cells in places that count.
-pub(crate) fn frontiers(
+pub(crate) fn find_frontiers(
     map: &Grid<Occupancy>,
     min_size_m: f64,
     counts: impl Fn(Point2) -> bool,
@@ -28,7 +28,7 @@ pub(crate) fn frontiers(
             let cells = take_connected(&mut open, cell);
             let size_m = cells.len() as f64 * map.geometry().resolution_m;
             if size_m >= min_size_m {
-                let centre = mean(map, &cells);
+                let centre = mean_point(map, &cells);
                 found.push(Frontier { cells, centre });
             }
         }
@@ -59,7 +59,7 @@ fn take_connected(open: &mut Grid<bool>, first: Cell) -> Vec<Cell> {
     cells
 }
 
-fn mean(map: &Grid<Occupancy>, cells: &[Cell]) -> Point2 {
+fn mean_point(map: &Grid<Occupancy>, cells: &[Cell]) -> Point2 {
     let centres = cells.iter().map(|&cell| map.geometry().centre(cell));
     let sum = centres.fold((0.0, 0.0), |sum, c| (sum.0 + c.x_m, sum.1 + c.y_m));
     Point2::new(sum.0 / cells.len() as f64, sum.1 / cells.len() as f64)
@@ -68,13 +68,13 @@ fn mean(map: &Grid<Occupancy>, cells: &[Cell]) -> Point2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::Drawing;
+    use crate::drawing::MapDrawing;
 
     /// Checks the sizes, in cells, of the frontiers of at least two cells.
     fn check(rows: &[&str], expected: &[usize]) {
-        let map = Drawing::read(0.1, rows).map;
+        let map = MapDrawing::read(0.1, rows).map;
         let mut sizes: Vec<usize> =
-            frontiers(&map, 0.2, |_| true).iter().map(|f| f.cells.len()).collect();
+            find_frontiers(&map, 0.2, |_| true).iter().map(|f| f.cells.len()).collect();
         sizes.sort_unstable();
         assert_eq!(sizes, expected, "{rows:#?}");
     }

@@ -9,5 +9,5 @@ mod exploration;
 mod frontier;
 mod ports;
 
-pub use exploration::{Decision, Exploration, Settings};
+pub use exploration::{Exploration, ExplorerDecision, ExplorerSettings};
 pub use ports::Explorer;

@@ -1,14 +1,40 @@
 //! The explorer as a component: maps and poses in, goals out.
 
-use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
+use armor_convert::{build_stamped_pose, read_occupancy, read_robot_pose};
+use armor_grid::Thresholds;
 use armor_sdk::prelude::*;
 
-use crate::exploration::{Decision, Exploration, Settings};
+use crate::exploration::{Exploration, ExplorerDecision, ExplorerSettings};
+
+/// What can be set in the file.
+#[derive(Debug, Parameters)]
+struct ExplorerParameters {
+    /// distance the robot's centre keeps from obstacles
+    #[parameter(unit = "m", default = "0.25m", range = 0.05..=2.0)]
+    clearance_m: f64,
+    /// smaller frontiers are not worth a trip
+    #[parameter(unit = "m", default = "0.8m", range = 0.05..=5.0)]
+    min_frontier_m: f64,
+    /// a goal without progress for this long is given up
+    #[parameter(unit = "s", default = "8s", range = 1.0..=600.0)]
+    patience_s: f64,
+    /// nothing left for this long: done
+    #[parameter(unit = "s", default = "1.5s", range = 0.0..=60.0)]
+    confirm_s: f64,
+}
+
+impl ExplorerParameters {
+    fn settings(&self) -> ExplorerSettings {
+        let Self { clearance_m, min_frontier_m, patience_s, confirm_s } = *self;
+        let default = ExplorerSettings::default();
+        ExplorerSettings { clearance_m, min_frontier_m, patience_s, confirm_s, ..default }
+    }
+}
 
 /// Sends the robot to where the known meets the unknown, until nothing is left.
 pub struct Explorer {
     armor: Armor,
-    settings: Settings,
+    parameters: ExplorerParameters,
     exploration: Exploration,
     frame: String,
 }
@@ -17,24 +43,7 @@ impl Component for Explorer {
     const KIND: &'static str = "explorer";
     const SUMMARY: &'static str =
         "Sends the robot to where the known meets the unknown (frontiers), until nothing is left.";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::number("clearance", "m")
-            .default("0.25m")
-            .range(0.05, 2.0)
-            .doc("distance the robot's centre keeps from obstacles"),
-        Parameter::number("min_frontier", "m")
-            .default("0.8m")
-            .range(0.05, 5.0)
-            .doc("smaller frontiers are not worth a trip"),
-        Parameter::number("patience", "s")
-            .default("8s")
-            .range(1.0, 600.0)
-            .doc("a goal without progress for this long is given up"),
-        Parameter::number("confirm", "s")
-            .default("1.5s")
-            .range(0.0, 60.0)
-            .doc("nothing left for this long: done"),
-    ];
+    const PARAMETERS: &'static [Parameter] = ExplorerParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("map", "what is known of the world"),
         ("pose", "where the robot is on it"),
@@ -45,39 +54,24 @@ impl Component for Explorer {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
-        for parameter in ["clearance", "min_frontier", "patience", "confirm"] {
-            armor.get_parameter(parameter)?;
-        }
+        let parameters = ExplorerParameters::request(&armor)?;
         armor.synchronize()?;
-        let settings = Settings::default();
-        let exploration = Exploration::new(settings);
-        Ok(Self { armor, settings, exploration, frame: "map".into() })
+        let exploration = Exploration::new(parameters.settings());
+        Ok(Self { armor, parameters, exploration, frame: "map".into() })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let number = value.number()?;
-        match name {
-            "clearance" => self.settings.clearance_m = number,
-            "min_frontier" => self.settings.min_frontier_m = number,
-            "patience" => self.settings.patience_s = number,
-            "confirm" => self.settings.confirm_s = number,
-            _ => {}
-        }
-        Ok(())
+        Ok(self.parameters.set(name, value)?)
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         match header.id() {
             "map" => {
                 let map: OccupancyGrid = data.decode()?;
-                self.exploration.map_seen(grid(&map)?);
+                self.exploration.map_seen(read_occupancy(&map, Thresholds::SEEN)?);
                 self.frame = map.frame;
             }
-            "pose" => {
-                let pose: PoseWithCovarianceStamped = data.decode()?;
-                let Pose2D { x, y, theta } = pose.pose.pose.to_planar();
-                self.exploration.pose_seen(Pose2::new(x, y, theta));
-            }
+            "pose" => self.exploration.pose_seen(read_robot_pose(&data.decode()?)),
             _ => {}
         }
         Ok(())
@@ -85,34 +79,29 @@ impl Component for Explorer {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call == Call::Started {
-            self.exploration = Exploration::new(self.settings);
+            self.exploration = Exploration::new(self.parameters.settings());
         }
         if call == Call::Stopping {
             return Ok(Outcome::CarryOn);
         }
         let now_s = self.armor.timestamp();
         match self.exploration.step(now_s) {
-            Decision::Wait => Ok(Outcome::CarryOn),
-            Decision::Done => Ok(Outcome::Done),
-            Decision::Goto(Pose2 { x_m: x, y_m: y, yaw_rad: theta }) => {
-                let pose = Pose::planar(Pose2D { x, y, theta });
-                let goal = PoseStamped { stamp: now_s, frame: self.frame.clone(), pose };
-                self.armor.send_data("goal", &goal)?;
+            ExplorerDecision::Wait => Ok(Outcome::CarryOn),
+            ExplorerDecision::Done => Ok(Outcome::Done),
+            ExplorerDecision::Goto(goal) => {
+                self.armor.send_data("goal", &build_stamped_pose(now_s, &self.frame, goal))?;
                 Ok(Outcome::CarryOn)
             }
         }
     }
 }
 
-fn grid(map: &OccupancyGrid) -> Result<Grid<Occupancy>, Fault> {
-    let corner = map.info.origin.to_planar();
-    let geometry = Geometry {
-        origin: Point2::new(corner.x, corner.y),
-        resolution_m: f64::from(map.info.resolution),
-        width: map.info.width as usize,
-        height: map.info.height as usize,
-    };
-    Grid::classified_by(Thresholds::SEEN, geometry, &map.data).ok_or_else(|| {
-        "the map has not as many cells as its width and height say, or they have no size".into()
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declared_defaults_are_those_of_the_algorithm() {
+        assert_eq!(ExplorerParameters::defaults().settings(), ExplorerSettings::default());
+    }
 }

@@ -1,17 +1,17 @@
-//! Which matches of places tell the same story: pairwise loops that close, and the largest set of
+//! Which matches of places are consistent: pairwise loops that close, and the largest set of
 //! them by the first eigenvector (Olson, *Recognizing places using spectrally clustered local
 //! matches*, Robotics and Autonomous Systems 57, 2009).
 
-use crate::graph::{Edge, Graph, error, turned};
+use crate::graph::{PoseEdge, PoseGraph, pose_error, turn_covariance};
 use crate::pose::Pose;
 use nalgebra::{DMatrix, Matrix3};
 
 /// A second story may be at most this much of the first, as eigenvalues.
 const RIVAL_STORY: f64 = 0.6;
 
-/// Gives the numbers of the matches that agree with each other, if there is one story only.
+/// Returns the numbers of the matches that agree with each other, if there is one story only.
 /// Two contradict each other when their loop is open by more than `contradiction` squared sigmas.
-pub fn agreeing(graph: &Graph, matches: &[Edge], contradiction: f64) -> Vec<usize> {
+pub fn select_agreeing(graph: &PoseGraph, matches: &[PoseEdge], contradiction: f64) -> Vec<usize> {
     if matches.is_empty() {
         return Vec::new();
     }
@@ -24,7 +24,7 @@ pub fn agreeing(graph: &Graph, matches: &[Edge], contradiction: f64) -> Vec<usiz
             return 1.0;
         }
         let (from, to) = (&doubts[a].0[matches[b].from], &doubts[a].1[matches[b].to]);
-        let open = openness(graph, &matches[a], &matches[b], from, to);
+        let open = loop_openness(graph, &matches[a], &matches[b], from, to);
         if open < contradiction { (-open / contradiction).exp() } else { 0.0 }
     });
     let eigen = consistent.symmetric_eigen();
@@ -44,24 +44,33 @@ pub fn agreeing(graph: &Graph, matches: &[Edge], contradiction: f64) -> Vec<usiz
 
 /// Squared error in sigmas of the loop over two matches and the two ways between them. `from` and
 /// `to` are the doubts about the second's keyframes as seen from the first's.
-fn openness(graph: &Graph, a: &Edge, b: &Edge, from: &Matrix3<f64>, to: &Matrix3<f64>) -> f64 {
+fn loop_openness(
+    graph: &PoseGraph,
+    a: &PoseEdge,
+    b: &PoseEdge,
+    from: &Matrix3<f64>,
+    to: &Matrix3<f64>,
+) -> f64 {
     let over_a = a.motion * graph.between(a.to, b.to);
     let over_b = graph.between(a.from, b.from) * b.motion;
-    let open = error(&over_a, &over_b);
+    let open = pose_error(&over_a, &over_b);
     // All in the frame of b's newer keyframe.
-    let spread = moved(&a.covariance, &graph.between(a.to, b.to))
-        + turned(to, -graph.between(a.to, b.to).yaw_rad)
-        + moved(&turned(from, -graph.between(a.from, b.from).yaw_rad), &b.motion)
+    let spread = move_covariance(&a.covariance, &graph.between(a.to, b.to))
+        + turn_covariance(to, -graph.between(a.to, b.to).yaw_rad)
+        + move_covariance(
+            &turn_covariance(from, -graph.between(a.from, b.from).yaw_rad),
+            &b.motion,
+        )
         + b.covariance;
     spread.cholesky().map_or(f64::INFINITY, |c| c.solve(&open).dot(&open))
 }
 
 /// A covariance in a frame as that of a pose fixed to it, in the pose's own frame.
-fn moved(covariance: &Matrix3<f64>, pose: &Pose) -> Matrix3<f64> {
+fn move_covariance(covariance: &Matrix3<f64>, pose: &Pose) -> Matrix3<f64> {
     let mut lever = Matrix3::identity();
     lever[(0, 2)] = -pose.y_m;
     lever[(1, 2)] = pose.x_m;
-    turned(&(lever * covariance * lever.transpose()), -pose.yaw_rad)
+    turn_covariance(&(lever * covariance * lever.transpose()), -pose.yaw_rad)
 }
 
 #[cfg(test)]
@@ -70,9 +79,9 @@ mod tests {
     use nalgebra::Vector3;
 
     /// Out and back along a corridor; keyframe 20 + i is at the place of keyframe 20 - i.
-    fn there_and_back() -> Graph {
+    fn there_and_back() -> PoseGraph {
         let covariance = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-6));
-        let mut graph = Graph::default();
+        let mut graph = PoseGraph::default();
         for step in 0..41 {
             let (x_m, yaw_rad) =
                 if step <= 20 { (f64::from(step), 0.0) } else { (f64::from(40 - step), 3.0) };
@@ -89,10 +98,10 @@ mod tests {
         let edge = |&(from, to, wrong_m): &(usize, usize, f64)| {
             let motion = Pose::new(wrong_m, 0.0, 0.0) * graph.between(from, to);
             let covariance = Matrix3::from_diagonal(&Vector3::new(4e-4, 4e-4, 1e-5));
-            Edge { from, to, motion, covariance, is_closure: true }
+            PoseEdge { from, to, motion, covariance, is_closure: true }
         };
         let edges: Vec<_> = found.iter().map(edge).collect();
-        assert_eq!(agreeing(&graph, &edges, 11.3), expected, "{found:?}");
+        assert_eq!(select_agreeing(&graph, &edges, 11.3), expected, "{found:?}");
     }
 
     #[test]

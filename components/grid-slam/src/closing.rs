@@ -4,21 +4,22 @@
 //! Correlative matching after Olson (ICRA 2009); agreement of pairs after Olson, *Recognizing
 //! places using spectrally clustered local matches*, Robotics and Autonomous Systems 57, 2009.
 
-use crate::agreement::agreeing;
-use crate::field::{Field, Window};
-use crate::graph::{Edge, Graph, error, turned};
-use crate::grid::Grid;
+use crate::agreement::select_agreeing;
+use crate::field::{CellWindow, LikelihoodField};
+use crate::graph::{PoseEdge, PoseGraph, pose_error, turn_covariance};
+use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose};
+use crate::prior::Prior;
 use crate::refine::{Expected, refine};
 use crate::scan::{Beam, thin};
-use crate::search::{Prior, search};
+use crate::search::search;
 use nalgebra::{Matrix3, Vector3};
 
 /// Keyframes are compared after this much travel, metres: nearer ones are the chain's business.
 const FRESH_M: f64 = 12.0;
-/// What was seen over this much travel is matched at once: one scan alone looks like many others.
+/// What was seen over this much travel is matched together: one scan alone looks like many others.
 const NEW_M: f64 = 4.0;
-/// … to what was seen this far along the old way, metres.
+/// … to what was seen this far along the old trajectory, metres.
 const OLD_M: f64 = 8.0;
 /// Places this far apart still see the same, metres.
 const OVERLAP_M: f64 = 3.0;
@@ -68,13 +69,18 @@ pub struct Keyframe {
 /// Looks for closures and remembers matches that wait for witnesses.
 #[derive(Debug, Default)]
 pub struct Closing {
-    waiting: Vec<Edge>,
+    waiting: Vec<PoseEdge>,
     looked_m: f64,
 }
 
 impl Closing {
     /// Looks where the newest keyframe has been before; gives the closures that are believed now.
-    pub fn look(&mut self, graph: &Graph, keyframes: &[Keyframe], every_m: f64) -> Vec<Edge> {
+    pub fn look_for_closures(
+        &mut self,
+        graph: &PoseGraph,
+        keyframes: &[Keyframe],
+        every_m: f64,
+    ) -> Vec<PoseEdge> {
         let newest = keyframes.len() - 1;
         let travelled_m = keyframes[newest].travelled_m;
         if travelled_m - self.looked_m < every_m {
@@ -84,22 +90,22 @@ impl Closing {
         self.waiting.retain(|edge| travelled_m - keyframes[edge.to].travelled_m < MEMORY_M);
         let doubts = graph.seen_from(newest);
         let mut believed = Vec::new();
-        for old in places(graph, keyframes, &doubts) {
-            let Some(edge) = matched(graph, keyframes, old, &doubts[old]) else { continue };
+        for old in choose_places(graph, keyframes, &doubts) {
+            let Some(edge) = match_place(graph, keyframes, old, &doubts[old]) else { continue };
             let is_familiar = sigma_m(&doubts[old]) < FAMILIAR_M;
-            if is_familiar && agrees(graph, &edge, &doubts[old]) {
+            if is_familiar && agrees_with_graph(graph, &edge, &doubts[old]) {
                 believed.push(edge);
             } else {
                 self.waiting.push(edge);
-                believed.extend(self.witnessed(graph));
+                believed.extend(self.take_witnessed(graph));
             }
         }
         believed
     }
 
     /// Takes the newest of the waiting matches, and those that agree with it, if they are enough.
-    fn witnessed(&mut self, graph: &Graph) -> Vec<Edge> {
-        let together = agreeing(graph, &self.waiting, CONTRADICTION);
+    fn take_witnessed(&mut self, graph: &PoseGraph) -> Vec<PoseEdge> {
+        let together = select_agreeing(graph, &self.waiting, CONTRADICTION);
         if together.len() < WITNESSES {
             return Vec::new();
         }
@@ -113,8 +119,8 @@ impl Closing {
     }
 }
 
-/// Old keyframes to compare the newest with: of each stretch of way that may overlap, the nearest.
-fn places(graph: &Graph, keyframes: &[Keyframe], doubts: &[Matrix3<f64>]) -> Vec<usize> {
+/// Old keyframes to compare the newest with: of each stretch of trajectory that may overlap, the nearest.
+fn choose_places(graph: &PoseGraph, keyframes: &[Keyframe], doubts: &[Matrix3<f64>]) -> Vec<usize> {
     let newest = keyframes.len() - 1;
     let here = &graph.poses()[newest];
     let mut stretches: Vec<(f64, usize)> = Vec::new();
@@ -145,30 +151,30 @@ fn places(graph: &Graph, keyframes: &[Keyframe], doubts: &[Matrix3<f64>]) -> Vec
 }
 
 /// Where the newest keyframe is as seen from an old one, if their surroundings fit in one way only.
-fn matched(
-    graph: &Graph,
+fn match_place(
+    graph: &PoseGraph,
     keyframes: &[Keyframe],
     old: usize,
     doubt: &Matrix3<f64>,
-) -> Option<Edge> {
+) -> Option<PoseEdge> {
     let newest = keyframes.len() - 1;
-    let prior = prior(graph.between(old, newest), doubt);
+    let prior = build_prior(graph.between(old, newest), doubt);
     let now_m = keyframes[newest].travelled_m;
-    let new_side = surroundings(graph, keyframes, newest, |k| now_m - k.travelled_m < NEW_M);
+    let new_side = draw_surroundings(graph, keyframes, newest, |k| now_m - k.travelled_m < NEW_M);
     let then_m = keyframes[old].travelled_m;
-    let old_side = surroundings(graph, keyframes, old, |k| {
+    let old_side = draw_surroundings(graph, keyframes, old, |k| {
         (k.travelled_m - then_m).abs() < OLD_M + prior.window_m && now_m - k.travelled_m > FRESH_M
     });
     let points = thin(new_side.iter().flatten().copied(), COARSE_M);
     let [coarse, fine] = [COARSE_M, COARSE_M / 2.0].map(|side_m| {
-        let mut grid = Grid::new(side_m);
+        let mut grid = SurfaceGrid::new(side_m);
         old_side.iter().for_each(|points| grid.mark(points));
         grid
     });
     let levels = ((prior.window_m / COARSE_M).log2() as usize).clamp(2, 5);
-    let field = Field::draw(
+    let field = LikelihoodField::draw(
         &coarse,
-        Window::around(&points, &prior, COARSE_M, 3.0 * BLUR_M),
+        CellWindow::around(&points, &prior, COARSE_M, 3.0 * BLUR_M),
         BLUR_M,
         levels,
     );
@@ -187,13 +193,14 @@ fn matched(
     }
     let known = (refined.information + Matrix3::identity()).try_inverse()?;
     let floor = Vector3::new(FLOOR_M, FLOOR_M, FLOOR_RAD).map(|sigma| sigma * sigma);
-    let covariance = turned(&known, -refined.pose.yaw_rad) + Matrix3::from_diagonal(&floor);
-    Some(Edge { from: old, to: newest, motion: refined.pose, covariance, is_closure: true })
+    let covariance =
+        turn_covariance(&known, -refined.pose.yaw_rad) + Matrix3::from_diagonal(&floor);
+    Some(PoseEdge { from: old, to: newest, motion: refined.pose, covariance, is_closure: true })
 }
 
 /// Points seen from the chosen keyframes, by keyframe, in the frame of one of them.
-fn surroundings(
-    graph: &Graph,
+fn draw_surroundings(
+    graph: &PoseGraph,
     keyframes: &[Keyframe],
     anchor: usize,
     is_chosen: impl Fn(&Keyframe) -> bool,
@@ -207,7 +214,7 @@ fn surroundings(
         .collect()
 }
 
-fn prior(pose: Pose, doubt: &Matrix3<f64>) -> Prior {
+fn build_prior(pose: Pose, doubt: &Matrix3<f64>) -> Prior {
     let (sigma_m, sigma_rad) = (sigma_m(doubt).max(0.05), doubt.m33.sqrt().max(0.02));
     let window_m = (SIGMAS * sigma_m).clamp(LEAST_WINDOW_M, MOST_WINDOW_M);
     let window_rad = (SIGMAS * sigma_rad).clamp(LEAST_WINDOW_RAD, MOST_WINDOW_RAD);
@@ -223,9 +230,9 @@ fn sigma_m(covariance: &Matrix3<f64>) -> f64 {
     (half + (half * half - product).max(0.0).sqrt()).sqrt()
 }
 
-/// Says whether a match lies where the graph expects it.
-fn agrees(graph: &Graph, edge: &Edge, doubt: &Matrix3<f64>) -> bool {
-    let error = error(&edge.motion, &graph.between(edge.from, edge.to));
+/// Returns whether a match lies where the graph expects it.
+fn agrees_with_graph(graph: &PoseGraph, edge: &PoseEdge, doubt: &Matrix3<f64>) -> bool {
+    let error = pose_error(&edge.motion, &graph.between(edge.from, edge.to));
     let spread = sigma_m(doubt).powi(2);
     let expected = Matrix3::from_diagonal(&Vector3::new(spread, spread, doubt.m33));
     let both = edge.covariance + expected;
@@ -238,9 +245,9 @@ mod tests {
 
     /// A ring of `count` keyframes a metre apart, believed to spiral outwards by `drift_m` a round,
     /// twice around; each sees the points of the world within 6 m.
-    fn twice_around(world: &[Point], count: usize, drift_m: f64) -> (Graph, Vec<Keyframe>) {
+    fn twice_around(world: &[Point], count: usize, drift_m: f64) -> (PoseGraph, Vec<Keyframe>) {
         let radius_m = count as f64 / std::f64::consts::TAU;
-        let (mut graph, mut keyframes) = (Graph::default(), Vec::new());
+        let (mut graph, mut keyframes) = (PoseGraph::default(), Vec::new());
         let chain = Matrix3::from_diagonal(&Vector3::new(2e-3, 2e-3, 1e-5));
         for step in 0..count + 12 {
             let angle = step as f64 / radius_m;
@@ -256,14 +263,14 @@ mod tests {
     }
 
     /// All closures that are believed while the ring is driven.
-    fn closures(graph: &Graph, keyframes: &[Keyframe]) -> Vec<Edge> {
-        let (mut closing, mut driven) = (Closing::default(), Graph::default());
+    fn closures(graph: &PoseGraph, keyframes: &[Keyframe]) -> Vec<PoseEdge> {
+        let (mut closing, mut driven) = (Closing::default(), PoseGraph::default());
         let mut found = Vec::new();
         for number in 1..=keyframes.len() {
             let chain = Matrix3::from_diagonal(&Vector3::new(2e-3, 2e-3, 1e-5));
             let before = driven.poses().last().copied().unwrap_or_default();
             driven.extend(before.inverse() * graph.poses()[number - 1], chain);
-            found.extend(closing.look(&driven, &keyframes[..number], 1.0));
+            found.extend(closing.look_for_closures(&driven, &keyframes[..number], 1.0));
         }
         found
     }

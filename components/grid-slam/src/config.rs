@@ -1,15 +1,15 @@
 //! How the mapper works, and what it expects of the odometry. The defaults are good for buildings.
 
 use crate::pose::Pose;
+use crate::prior::Prior;
 use crate::refine::Expected;
-use crate::scan::Reach;
-use crate::search::Prior;
+use crate::scan::BeamReach;
 use nalgebra::{Matrix3, Vector3};
 
 /// How the mapper works; the defaults are good for buildings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// Hypotheses about the way and the map that are followed side by side.
+    /// Hypotheses about trajectory and map that are followed in parallel.
     pub particles: usize,
     /// The same seed and data give the same map.
     pub seed: u64,
@@ -22,7 +22,7 @@ pub struct Config {
     /// Where the laser sits on the robot.
     pub robot_from_laser: Pose,
     /// How far beams are believed.
-    pub reach: Reach,
+    pub reach: BeamReach,
     /// The map is drawn on after moving this far, metres …
     pub keyframe_m: f64,
     /// … or turning this far, radians …
@@ -46,7 +46,7 @@ impl Default for Config {
             loop_closing: true,
             resolution_m: 0.05,
             robot_from_laser: Pose::default(),
-            reach: Reach { hit_m: 40.0, clear_m: 4.0 },
+            reach: BeamReach { hit_m: 40.0, clear_m: 4.0 },
             keyframe_m: 0.2,
             keyframe_rad: 10f64.to_radians(),
             keyframe_s: 10.0,
@@ -68,9 +68,9 @@ const LEAST_WINDOW_M: f64 = 0.2;
 const LEAST_WINDOW_RAD: f64 = 0.35;
 
 impl Config {
-    /// Where the robot should be that was at `from` and moved by `motion` as its odometry tells,
+    /// Where the robot should be that was at `from` and moved by `motion` according to its odometry,
     /// as a Gaussian and as a window to search.
-    pub(crate) fn expect(&self, from: &Pose, motion: &Pose) -> (Expected, Prior) {
+    pub(crate) fn expect_motion(&self, from: &Pose, motion: &Pose) -> (Expected, Prior) {
         let distance_m = motion.x_m.hypot(motion.y_m);
         let turned_rad = motion.yaw_rad.abs();
         let sigma_m = REST_M + self.slip * distance_m + TURN_M * turned_rad;

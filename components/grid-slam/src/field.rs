@@ -1,9 +1,9 @@
 //! A likelihood field over a window of the map, with the maxima over squares that a coarse-to-fine
 //! search needs as upper bounds.
 
-use crate::grid::Grid;
+use crate::grid::SurfaceGrid;
 use crate::pose::Point;
-use crate::search::Prior;
+use crate::prior::Prior;
 
 /// Likelihoods are kept as 0..=255.
 pub const FULL: f64 = 255.0;
@@ -12,14 +12,14 @@ const SUBCELLS: usize = 4;
 
 /// A rectangle of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
+pub struct CellWindow {
     /// Its first cell.
     pub low: [i32; 2],
     /// The cell after its last one.
     pub high: [i32; 2],
 }
 
-impl Window {
+impl CellWindow {
     /// The cells of `resolution_m` that a search for `points` can touch, with a margin.
     pub fn around(points: &[Point], prior: &Prior, resolution_m: f64, margin_m: f64) -> Self {
         let far_m = points.iter().map(|p| p.x_m.hypot(p.y_m)).fold(0.0, f64::max);
@@ -35,30 +35,30 @@ impl Window {
         Self { low: low.map(cell), high: high.map(|metres| cell(metres) + 1) }
     }
 
-    /// Says whether all of `inner` lies in it.
+    /// Returns whether all of `inner` lies in it.
     pub fn contains(&self, inner: &Self) -> bool {
         (0..2).all(|i| self.low[i] <= inner.low[i] && inner.high[i] <= self.high[i])
     }
 
-    /// Gives the window widened by `cells` on all sides.
+    /// Returns the window widened by `cells` on all sides.
     pub fn widened(&self, cells: i32) -> Self {
         Self { low: self.low.map(|c| c - cells), high: self.high.map(|c| c + cells) }
     }
 }
 
 /// How well a point at each cell of a window fits the surfaces near it.
-pub struct Field {
-    window: Window,
+pub struct LikelihoodField {
+    window: CellWindow,
     width: usize,
     height: usize,
-    /// Level h holds, at every cell, the maximum over the 2^h × 2^h cells from it up and right.
+    /// Level h stores, at every cell, the maximum over the 2^h × 2^h cells from it up and right.
     levels: Vec<Vec<u8>>,
 }
 
-impl Field {
+impl LikelihoodField {
     /// Draws the surfaces of `grid` in `window`, blurred by `sigma_m`, with `levels` levels of maxima
     /// above the finest.
-    pub fn draw(grid: &Grid, window: Window, sigma_m: f64, levels: usize) -> Self {
+    pub fn draw(grid: &SurfaceGrid, window: CellWindow, sigma_m: f64, levels: usize) -> Self {
         let width = (window.high[0] - window.low[0]).max(0) as usize;
         let height = (window.high[1] - window.low[1]).max(0) as usize;
         let kernel = Kernel::new(sigma_m / grid.resolution_m());
@@ -68,18 +68,18 @@ impl Field {
         grid.for_each_surface(low, high, |at, point| {
             let x = (at[0] - margin - window.low[0]) as usize;
             let y = (at[1] - margin - window.low[1]) as usize;
-            kernel.stamp(&mut base[y * width + x..], width, subcell(grid, point, at));
+            kernel.stamp_kernel(&mut base[y * width + x..], width, subcell_index(grid, point, at));
         });
         let mut field = Self { window, width, height, levels: vec![base] };
         for level in 0..levels {
-            let next = field.maxima(level);
+            let next = field.compute_maxima(level);
             field.levels.push(next);
         }
         field
     }
 
     /// The cells it covers.
-    pub fn window(&self) -> Window {
+    pub fn window(&self) -> CellWindow {
         self.window
     }
 
@@ -94,16 +94,16 @@ impl Field {
         if x < self.width && y < self.height { self.levels[level][y * self.width + x] } else { 0 }
     }
 
-    fn maxima(&self, level: usize) -> Vec<u8> {
+    fn compute_maxima(&self, level: usize) -> Vec<u8> {
         let (below, step) = (&self.levels[level], 1 << level);
         let mut next = below.clone();
         for (y, row) in next.chunks_mut(self.width.max(1)).enumerate() {
             let mine = &below[y * self.width..][..self.width];
-            raise(row, mine, step);
+            raise_row(row, mine, step);
             if y + step < self.height {
                 let above = &below[(y + step) * self.width..][..self.width];
-                raise(row, above, 0);
-                raise(row, above, step);
+                raise_row(row, above, 0);
+                raise_row(row, above, step);
             }
         }
         next
@@ -111,13 +111,13 @@ impl Field {
 }
 
 /// Raises every cell of a row to the one `shift` to its right in another.
-fn raise(row: &mut [u8], other: &[u8], shift: usize) {
+fn raise_row(row: &mut [u8], other: &[u8], shift: usize) {
     for (cell, &candidate) in row.iter_mut().zip(other.get(shift..).unwrap_or(&[])) {
         *cell = (*cell).max(candidate);
     }
 }
 
-fn subcell(grid: &Grid, point: Point, [x, y]: [i32; 2]) -> usize {
+fn subcell_index(grid: &SurfaceGrid, point: Point, [x, y]: [i32; 2]) -> usize {
     let part = |metres: f64, cell: i32| {
         let within = metres / grid.resolution_m() - f64::from(cell);
         ((within * SUBCELLS as f64) as usize).min(SUBCELLS - 1)
@@ -148,9 +148,9 @@ impl Kernel {
         Self { radius, side, values: (0..SUBCELLS * SUBCELLS).map(gaussian).collect() }
     }
 
-    fn stamp(&self, cells: &mut [u8], width: usize, sub: usize) {
+    fn stamp_kernel(&self, cells: &mut [u8], width: usize, sub: usize) {
         for (line, values) in cells.chunks_mut(width).zip(self.values[sub].chunks(self.side)) {
-            raise(line, values, 0);
+            raise_row(line, values, 0);
         }
     }
 }
@@ -161,12 +161,12 @@ mod tests {
     use crate::pose::Pose;
     use crate::scan::Beam;
 
-    fn field() -> Field {
-        let mut grid = Grid::new(0.1);
+    fn field() -> LikelihoodField {
+        let mut grid = SurfaceGrid::new(0.1);
         let beam = Beam { end: Point { x_m: 2.05, y_m: 0.05 }, hit: true };
         grid.insert(&Pose::default(), Point::default(), &[beam]);
-        let window = Window { low: [0, -20], high: [40, 20] };
-        Field::draw(&grid, window, 0.1, 3)
+        let window = CellWindow { low: [0, -20], high: [40, 20] };
+        LikelihoodField::draw(&grid, window, 0.1, 3)
     }
 
     #[test]

@@ -1,28 +1,28 @@
 //! The front: a Rao-Blackwellized particle filter on occupancy grids (Grisetti, Stachniss and
 //! Burgard, *Improved Techniques for Grid Mapping With Rao-Blackwellized Particle Filters*, T-RO
-//! 2007). The best particle follows the robot scan by scan; all of them go on when a scan brings
+//! 2007). The best particle follows the robot scan by scan; all of them advance when a scan brings
 //! news. Deterministic for a seed, whatever the number of threads.
 
 use crate::config::Config;
-use crate::field::Field;
-use crate::grid::Grid;
-use crate::matching::place;
-use crate::particle::{News, Particle, Random, Step};
+use crate::field::LikelihoodField;
+use crate::grid::SurfaceGrid;
+use crate::matching::place_scan;
+use crate::particle::{Particle, ParticleRandom, ScanNews, ScanStep};
 use crate::pose::{Point, Pose, wrapped};
-use crate::refine::difference;
+use crate::refine::pose_difference;
 use crate::scan::Beam;
-use crate::snapshot::Snapshot;
+use crate::snapshot::GridSnapshot;
 use nalgebra::Matrix3;
 use std::num::NonZero;
 
 /// One scan alone is not believed by anyone who plans on the map: the first few are all drawn.
 const FIRST_KEYFRAMES: u64 = 6;
-/// Particles are drawn anew when their effective number falls below this share.
+/// Particles are resampled when their effective number falls below this share.
 const RESAMPLED_SHARE: f64 = 0.5;
 
 /// Where the robot was when a scan was taken.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimate {
+pub struct ScanEstimate {
     /// `map_from_robot`.
     pub pose: Pose,
     /// Covariance of x, y (m²) and heading (rad²).
@@ -38,34 +38,34 @@ pub struct Estimate {
 }
 
 /// Builds maps from scans and odometry, one scan at a time.
-pub(crate) struct Filter {
+pub(crate) struct ParticleFilter {
     config: Config,
     particles: Vec<Particle>,
     best: usize,
     effective: f64,
     /// The best particle's likelihood field, while its map does not change.
-    field: Option<Field>,
+    field: Option<LikelihoodField>,
     travelled_m: f64,
     /// Where the best particle sees the robot, and the odometry of that moment.
     followed: Option<(Pose, Pose)>,
-    drawn: Option<Drawn>,
+    drawn: Option<DrawnScan>,
     /// Number of scans drawn.
     count: u64,
 }
 
 /// The last scan that was drawn.
-struct Drawn {
+struct DrawnScan {
     odometry: Pose,
     stamp_s: f64,
 }
 
-impl Filter {
+impl ParticleFilter {
     /// Makes a filter whose map begins where the robot stands.
     pub(crate) fn new(config: Config) -> Self {
-        let grid = Grid::new(config.resolution_m);
+        let grid = SurfaceGrid::new(config.resolution_m);
         let pose = Pose::default();
         let count = config.particles.max(1);
-        let one = Particle { pose, grid, weight: -(count as f64).ln(), way: Vec::new() };
+        let one = Particle { pose, grid, weight: -(count as f64).ln(), steps: Vec::new() };
         Self {
             config,
             particles: vec![one; count],
@@ -79,19 +79,19 @@ impl Filter {
         }
     }
 
-    /// Places a scan, taken where the odometry says `odometry`, and draws it if it brings news.
+    /// Places a scan, taken at the odometry pose `odometry`, and draws it if it brings news.
     pub(crate) fn add(
         &mut self,
         odometry: Pose,
         stamp_s: f64,
         beams: &[Beam],
         points: &[Point],
-    ) -> Estimate {
-        let (mut pose, mut covariance, score) = self.follow(odometry, points);
+    ) -> ScanEstimate {
+        let (mut pose, mut covariance, score) = self.follow_motion(odometry, points);
         let drawn = self.is_news(&pose, stamp_s);
         if drawn {
             let from = self.drawn.as_ref().map_or(odometry, |drawn| drawn.odometry);
-            let news = News {
+            let news = ScanNews {
                 points,
                 beams,
                 odometry: from.inverse() * odometry,
@@ -100,18 +100,18 @@ impl Filter {
                 number: self.count,
             };
             self.go_on(&news);
-            self.drawn = Some(Drawn { odometry, stamp_s });
-            (pose, covariance) = (self.keyframe(), self.spread());
+            self.drawn = Some(DrawnScan { odometry, stamp_s });
+            (pose, covariance) = (self.keyframe(), self.particle_covariance());
         }
         self.followed = Some((pose, odometry));
         let map_from_odom = pose * odometry.inverse();
         let effective = self.effective;
-        Estimate { pose, covariance, score, effective, drawn, map_from_odom }
+        ScanEstimate { pose, covariance, score, effective, drawn, map_from_odom }
     }
 
     /// Where the best particle took the last scan that was drawn.
     pub(crate) fn keyframe(&self) -> Pose {
-        self.way().last().map_or(Pose::default(), |step| step.pose)
+        self.steps().last().map_or(Pose::default(), |step| step.pose)
     }
 
     /// Where the best particle sees the robot.
@@ -125,9 +125,9 @@ impl Filter {
         self.particles.iter().map(move |particle| particle.pose * since)
     }
 
-    /// The end of the best particle's way: the part that may still become another's.
-    pub(crate) fn way(&self) -> &[Step] {
-        &self.particles[self.best].way
+    /// The end of the best particle's trajectory: the part that resampling may still replace.
+    pub(crate) fn steps(&self) -> &[ScanStep] {
+        &self.particles[self.best].steps
     }
 
     /// Way driven by the odometry, metres.
@@ -136,7 +136,7 @@ impl Filter {
     }
 
     /// The best particle's map.
-    pub(crate) fn snapshot(&self) -> Snapshot {
+    pub(crate) fn snapshot(&self) -> GridSnapshot {
         self.particles[self.best].grid.snapshot()
     }
 
@@ -145,18 +145,18 @@ impl Filter {
         crate::grid::shared_tiles(self.particles.iter().map(|particle| &particle.grid))
     }
 
-    /// Draws the map anew from scans at other poses, the last of which is where the robot was at
-    /// the last drawn scan; all particles go on from there.
-    pub(crate) fn redraw<'a>(&mut self, scans: impl Iterator<Item = (Pose, &'a [Beam])>) {
+    /// Redraws the map from scans at other poses, the last of which is where the robot was at
+    /// the last drawn scan; all particles continue from there.
+    pub(crate) fn redraw_map<'a>(&mut self, scans: impl Iterator<Item = (Pose, &'a [Beam])>) {
         let before = self.keyframe();
-        let grid = Grid::new(self.config.resolution_m);
+        let grid = SurfaceGrid::new(self.config.resolution_m);
         let weight = -(self.particles.len() as f64).ln();
-        let mut one = Particle { pose: before, grid, weight, way: Vec::new() };
+        let mut one = Particle { pose: before, grid, weight, steps: Vec::new() };
         for (pose, beams) in scans {
             one.draw(&self.config, &pose, beams);
             one.pose = pose;
         }
-        one.way.push(Step { pose: one.pose, covariance: Matrix3::identity() * 1e-6 });
+        one.steps.push(ScanStep { pose: one.pose, covariance: Matrix3::identity() * 1e-6 });
         if let Some((followed, _)) = &mut self.followed {
             *followed = one.pose * (before.inverse() * *followed);
         }
@@ -166,15 +166,15 @@ impl Filter {
     }
 
     /// Finds the scan on the best particle's map: pose, covariance and support.
-    fn follow(&mut self, odometry: Pose, points: &[Point]) -> (Pose, Matrix3<f64>, f64) {
+    fn follow_motion(&mut self, odometry: Pose, points: &[Point]) -> (Pose, Matrix3<f64>, f64) {
         let Some((from, last)) = self.followed else {
             return (Pose::default(), Matrix3::identity() * 1e-6, 0.0);
         };
         let motion = last.inverse() * odometry;
         self.travelled_m += motion.x_m.hypot(motion.y_m);
-        let (expected, prior) = self.config.expect(&from, &motion);
+        let (expected, prior) = self.config.expect_motion(&from, &motion);
         let grid = &self.particles[self.best].grid;
-        match place(grid, &mut self.field, points, &expected, &prior) {
+        match place_scan(grid, &mut self.field, points, &expected, &prior) {
             Some(placed) => (placed.pose, placed.covariance, placed.support),
             None => (expected.pose, expected.information.try_inverse().unwrap_or_default(), 0.0),
         }
@@ -189,29 +189,29 @@ impl Filter {
             || (stamp_s - drawn.stamp_s).abs() >= self.config.keyframe_s
     }
 
-    fn go_on(&mut self, news: &News<'_>) {
+    fn go_on(&mut self, news: &ScanNews<'_>) {
         let config = self.config;
         if self.count == 0 {
             // Nothing to compare with yet: all begin alike.
             let one = &mut self.particles[0];
             let covariance = Matrix3::identity() * 1e-6;
-            one.way.push(Step { pose: one.pose, covariance });
+            one.steps.push(ScanStep { pose: one.pose, covariance });
             one.draw(&config, &Pose::default(), news.beams);
             self.particles = vec![one.clone(); self.particles.len()];
         } else {
-            self.resample(news.number);
-            self.forget_shared_way();
-            each(&mut self.particles, config.threads, |index, particle| {
+            self.resample_particles(news.number);
+            self.forget_shared_steps();
+            for_each_particle(&mut self.particles, config.threads, |index, particle| {
                 particle.go_on(&config, news, index);
             });
-            self.weigh();
+            self.weigh_particles();
         }
         self.field = None;
         self.count += 1;
     }
 
     /// Brings the weights to a sum of one and finds the best.
-    fn weigh(&mut self) {
+    fn weigh_particles(&mut self) {
         let most = self.particles.iter().map(|p| p.weight).fold(f64::NEG_INFINITY, f64::max);
         let sum: f64 = self.particles.iter().map(|p| (p.weight - most).exp()).sum();
         for particle in &mut self.particles {
@@ -224,14 +224,14 @@ impl Filter {
         self.best = best.unwrap_or(0);
     }
 
-    /// Draws particles anew by their weights when few of them carry most of it (low variance
+    /// Resamples the particles by their weights when few of them carry most of it (low variance
     /// sampling, Thrun, Burgard and Fox, *Probabilistic Robotics*, table 4.4).
-    fn resample(&mut self, number: u64) {
+    fn resample_particles(&mut self, number: u64) {
         let count = self.particles.len();
         if self.effective >= RESAMPLED_SHARE * count as f64 {
             return;
         }
-        let first = Random::new(self.config.seed, number, count).uniform();
+        let first = ParticleRandom::new(self.config.seed, number, count).uniform();
         let (mut chosen, mut passed) = (0, self.particles[0].weight.exp());
         let (mut drawn, mut best) = (Vec::with_capacity(count), None);
         for number in 0..count {
@@ -252,24 +252,24 @@ impl Filter {
     }
 
     /// Drops what all ways have in common: it cannot become another's any more.
-    fn forget_shared_way(&mut self) {
+    fn forget_shared_steps(&mut self) {
         let Some((first, others)) = self.particles.split_first() else { return };
-        let is_shared = |&at: &usize| others.iter().all(|p| p.way[at] == first.way[at]);
-        let shared = (0..first.way.len()).take_while(is_shared).count();
+        let is_shared = |&at: &usize| others.iter().all(|p| p.steps[at] == first.steps[at]);
+        let shared = (0..first.steps.len()).take_while(is_shared).count();
         for particle in &mut self.particles {
             // The last step stays: the next one's motion is measured from it.
-            let known = shared.saturating_sub(1).min(particle.way.len() - 1);
-            particle.way.drain(..known);
+            let known = shared.saturating_sub(1).min(particle.steps.len() - 1);
+            particle.steps.drain(..known);
         }
     }
 
     /// Covariance of all particles' poses around the best one's.
-    fn spread(&self) -> Matrix3<f64> {
+    fn particle_covariance(&self) -> Matrix3<f64> {
         let best = &self.particles[self.best];
         let mut all = Matrix3::zeros();
         for particle in &self.particles {
-            let apart = difference(&particle.pose, &best.pose);
-            let own = particle.way.last().map_or_else(Matrix3::zeros, |step| step.covariance);
+            let apart = pose_difference(&particle.pose, &best.pose);
+            let own = particle.steps.last().map_or_else(Matrix3::zeros, |step| step.covariance);
             all += (own + apart * apart.transpose()) * particle.weight.exp();
         }
         all
@@ -277,7 +277,11 @@ impl Filter {
 }
 
 /// Does something to every particle on several threads; which one does which changes nothing.
-fn each(particles: &mut [Particle], threads: usize, work: impl Fn(usize, &mut Particle) + Sync) {
+fn for_each_particle(
+    particles: &mut [Particle],
+    threads: usize,
+    work: impl Fn(usize, &mut Particle) + Sync,
+) {
     let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = if threads == 0 { cores() } else { threads };
     let share = particles.len().div_ceil(threads.max(1)).max(1);
@@ -318,10 +322,10 @@ mod tests {
     }
 
     /// Drives a circle whose odometry bends; gives the poses found, the true ones and the filter.
-    fn driven(config: Config) -> (Vec<Pose>, Vec<Pose>, Filter) {
+    fn driven(config: Config) -> (Vec<Pose>, Vec<Pose>, ParticleFilter) {
         let (mut truth, mut odometry) = (Pose::default(), Pose::default());
         let (mut found, mut true_poses) = (Vec::new(), Vec::new());
-        let mut filter = Filter::new(config);
+        let mut filter = ParticleFilter::new(config);
         for step in 0..60 {
             let beams = seen(&truth);
             let points = thinned(&beams, 0.1);
@@ -355,25 +359,25 @@ mod tests {
     }
 
     #[test]
-    fn particles_drawn_anew_share_their_maps_and_their_past() {
+    fn resampled_particles_share_their_maps_and_their_past() {
         let (_, _, mut filter) = driven(Config { particles: 20, ..Config::default() });
         let (apart, all) = filter.tiles();
         for (number, particle) in filter.particles.iter_mut().enumerate() {
             particle.weight = if number == 4 { 0.0 } else { -1e3 };
         }
-        filter.weigh();
+        filter.weigh_particles();
         assert!(filter.best == 4 && filter.effective < 1.01, "{}", filter.effective);
         let [first, second] = [0, 19].map(|number| filter.robots().nth(number));
         assert_ne!(first, second, "each has the robot where it believes it");
-        let best = filter.way().to_vec();
-        filter.resample(1);
-        filter.forget_shared_way();
+        let best = filter.steps().to_vec();
+        filter.resample_particles(1);
+        filter.forget_shared_steps();
         let (shared, after) = filter.tiles();
         assert!(
             shared * 20 == after && shared < apart,
             "{shared} of {after}, were {apart} of {all}"
         );
-        assert_eq!(filter.way(), &best[best.len() - 1..], "nothing before it can change");
+        assert_eq!(filter.steps(), &best[best.len() - 1..], "nothing before it can change");
         let first = filter.robots().next();
         assert!(filter.robots().all(|pose| Some(pose) == first), "all are the best's");
     }

@@ -1,11 +1,11 @@
 //! The pose graph: keyframes, what was measured between them, and the poses that fit all of it
 //! best (Gauss-Newton as in Grisetti, Kümmerle, Stachniss and Burgard, *A Tutorial on Graph-Based
-//! SLAM*, 2010). Closures that disagree with the rest lose their say by dynamic covariance scaling
+//! SLAM*, 2010). Closures that disagree with the rest lose their weight by dynamic covariance scaling
 //! (Agarwal et al., ICRA 2013), gradually, so that right ones far off are not lost at the start
 //! (graduated non-convexity, Yang et al., RA-L 2020).
 
 use crate::pose::{Pose, wrapped};
-use crate::sparse::System;
+use crate::sparse::SparseSystem;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Dynamic covariance scaling's Φ: closures with a larger squared error count less and less.
@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 30;
 const STILL: f64 = 1e-4;
 /// What was measured between two keyframes.
 #[derive(Clone, Copy, Debug)]
-pub struct Edge {
+pub struct PoseEdge {
     /// The keyframe it is measured from.
     pub from: usize,
     /// The keyframe that is seen.
@@ -32,16 +32,16 @@ pub struct Edge {
 
 /// Keyframes and edges.
 #[derive(Clone, Debug, Default)]
-pub struct Graph {
+pub struct PoseGraph {
     poses: Vec<Pose>,
-    edges: Vec<Edge>,
+    edges: Vec<PoseEdge>,
     /// Number of the edge that leads to each keyframe from the one before.
     chain: Vec<usize>,
     /// Numbers of the edges at each keyframe.
     at: Vec<Vec<usize>>,
 }
 
-impl Graph {
+impl PoseGraph {
     /// `map_from_keyframe` of all keyframes.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
@@ -62,7 +62,7 @@ impl Graph {
             None => self.poses.push(motion),
             Some(from) => {
                 self.poses.push(self.poses[from] * motion);
-                self.connect(Edge { from, to, motion, covariance, is_closure: false });
+                self.connect(PoseEdge { from, to, motion, covariance, is_closure: false });
             }
         }
     }
@@ -81,7 +81,7 @@ impl Graph {
     }
 
     /// Adds an edge between two keyframes.
-    pub fn connect(&mut self, edge: Edge) {
+    pub fn connect(&mut self, edge: PoseEdge) {
         self.at[edge.from].push(self.edges.len());
         self.at[edge.to].push(self.edges.len());
         self.edges.push(edge);
@@ -93,24 +93,24 @@ impl Graph {
     }
 
     /// Squared error of an edge in sigmas, as the graph stands.
-    pub fn disagreement(&self, edge: &Edge) -> f64 {
-        let error = error(&edge.motion, &self.between(edge.from, edge.to));
+    pub fn disagreement(&self, edge: &PoseEdge) -> f64 {
+        let error = pose_error(&edge.motion, &self.between(edge.from, edge.to));
         edge.covariance.cholesky().map_or(f64::INFINITY, |c| c.solve(&error).dot(&error))
     }
 
     /// The edges at a keyframe.
-    pub(crate) fn edges_at(&self, keyframe: usize) -> impl Iterator<Item = &Edge> {
+    pub(crate) fn edges_at(&self, keyframe: usize) -> impl Iterator<Item = &PoseEdge> {
         self.at[keyframe].iter().map(|&number| &self.edges[number])
     }
 
-    /// Moves the keyframes to where all edges fit best; the first one stays. Gives the longest way
-    /// that one was moved, metres.
+    /// Moves the keyframes to where all edges fit best; the first one stays. Returns the longest
+    /// distance that one was moved, metres.
     pub fn optimise(&mut self) -> f64 {
         let before = self.poses.clone();
         let closures = self.edges.iter().filter(|edge| edge.is_closure);
         let mut doubt = closures.map(|edge| self.disagreement(edge)).fold(DOUBT, f64::max);
         for _ in 0..MOST_STEPS {
-            let Some(steps) = self.system(doubt).solve() else { break };
+            let Some(steps) = self.build_system(doubt).solve() else { break };
             let mut largest: f64 = 0.0;
             for (pose, step) in self.poses.iter_mut().zip(&steps) {
                 let yaw_rad = wrapped(pose.yaw_rad + step.z);
@@ -125,21 +125,21 @@ impl Graph {
         self.poses.iter().zip(&before).map(|(new, old)| new.distance_m(old)).fold(0.0, f64::max)
     }
 
-    fn system(&self, doubt: f64) -> System {
-        let mut system = System::new(self.poses.len());
+    fn build_system(&self, doubt: f64) -> SparseSystem {
+        let mut system = SparseSystem::new(self.poses.len());
         for edge in &self.edges {
             let Some(information) = edge.covariance.try_inverse() else { continue };
             let (from, to) = (&self.poses[edge.from], &self.poses[edge.to]);
-            let error = error(&edge.motion, &(from.inverse() * *to));
+            let error = pose_error(&edge.motion, &(from.inverse() * *to));
             let squared = (information * error).dot(&error);
             let trust = (2.0 * doubt / (doubt + squared)).min(1.0);
             let scale = if edge.is_closure { trust } else { 1.0 };
             let information = information * (scale * scale);
-            let (a, b) = jacobians(from, to, &edge.motion);
+            let (a, b) = error_jacobians(from, to, &edge.motion);
             let (left, right) = (a.transpose() * information, b.transpose() * information);
             system.add(edge.from, &(left * a), &(-left * error));
             system.add(edge.to, &(right * b), &(-right * error));
-            system.couple(edge.from, edge.to, &(left * b));
+            system.couple_blocks(edge.from, edge.to, &(left * b));
         }
         system.add(0, &(Matrix3::identity() * 1e12), &Vector3::zeros());
         system
@@ -147,25 +147,25 @@ impl Graph {
 }
 
 /// Error of a pose in the frame of what was measured: x, y, heading.
-pub fn error(measured: &Pose, believed: &Pose) -> Vector3<f64> {
+pub fn pose_error(measured: &Pose, believed: &Pose) -> Vector3<f64> {
     let error = measured.inverse() * *believed;
     Vector3::new(error.x_m, error.y_m, error.yaw_rad)
 }
 
 /// Brings a covariance from a frame into the one it is turned in by an angle.
-pub fn turned(covariance: &Matrix3<f64>, yaw_rad: f64) -> Matrix3<f64> {
-    let turning = turning(yaw_rad);
+pub fn turn_covariance(covariance: &Matrix3<f64>, yaw_rad: f64) -> Matrix3<f64> {
+    let turning = turn_matrix(yaw_rad);
     turning * covariance * turning.transpose()
 }
 
-pub(crate) fn turning(yaw_rad: f64) -> Matrix3<f64> {
+pub(crate) fn turn_matrix(yaw_rad: f64) -> Matrix3<f64> {
     let (sin, cos) = yaw_rad.sin_cos();
     Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }
 
 /// Derivatives of an edge's error by both poses.
-fn jacobians(from: &Pose, to: &Pose, motion: &Pose) -> (Matrix3<f64>, Matrix3<f64>) {
-    let back = |yaw_rad: f64| turning(yaw_rad).fixed_view::<2, 2>(0, 0).transpose();
+fn error_jacobians(from: &Pose, to: &Pose, motion: &Pose) -> (Matrix3<f64>, Matrix3<f64>) {
+    let back = |yaw_rad: f64| turn_matrix(yaw_rad).fixed_view::<2, 2>(0, 0).transpose();
     let (sin, cos) = from.yaw_rad.sin_cos();
     let way = Vector2::new(to.x_m - from.x_m, to.y_m - from.y_m);
     let turn = back(motion.yaw_rad) * Matrix2::new(-sin, cos, -cos, -sin) * way;
@@ -186,8 +186,8 @@ pub(crate) mod tests {
     }
 
     /// A square of 4 × `side` keyframes driven with a bend that the truth does not have.
-    pub(crate) fn bent_square(side: usize) -> (Vec<Pose>, Graph) {
-        let (mut truth, mut graph) = (vec![Pose::default()], Graph::default());
+    pub(crate) fn bent_square(side: usize) -> (Vec<Pose>, PoseGraph) {
+        let (mut truth, mut graph) = (vec![Pose::default()], PoseGraph::default());
         graph.extend(Pose::default(), Matrix3::identity());
         for step in 1..=4 * side {
             let turn = if step % side == 0 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
@@ -200,7 +200,7 @@ pub(crate) mod tests {
     #[test]
     fn a_closure_straightens_what_was_bent() {
         let (truth, mut graph) = bent_square(10);
-        let worst = |graph: &Graph| {
+        let worst = |graph: &PoseGraph| {
             let pairs = truth.iter().zip(graph.poses());
             pairs.map(|(true_pose, pose)| true_pose.distance_m(pose)).fold(0.0, f64::max)
         };
@@ -208,7 +208,7 @@ pub(crate) mod tests {
         for (from, to) in [(0, 40), (1, 39), (0, 39)] {
             let motion = truth[from].inverse() * truth[to];
             let covariance = covariance(0.01, 0.003);
-            graph.connect(Edge { from, to, motion, covariance, is_closure: true });
+            graph.connect(PoseEdge { from, to, motion, covariance, is_closure: true });
         }
         graph.optimise();
         assert!(bent > 2.0 && worst(&graph) < 0.6, "{bent} became {}", worst(&graph));
@@ -224,7 +224,7 @@ pub(crate) mod tests {
         let (truth, mut graph) = bent_square(10);
         let mut close = |from: usize, to: usize, motion: Pose| {
             let covariance = covariance(0.01, 0.003);
-            graph.connect(Edge { from, to, motion, covariance, is_closure: true });
+            graph.connect(PoseEdge { from, to, motion, covariance, is_closure: true });
         };
         for (from, to) in [(0, 40), (1, 40), (0, 39), (1, 39), (2, 38)] {
             close(from, to, truth[from].inverse() * truth[to]);
@@ -249,7 +249,7 @@ pub(crate) mod tests {
             (graph.between(4, 5), motion),
             (graph.between(5, 12), after),
         ] {
-            assert!(error(&found, &expected).norm() < 1e-12, "{found:?}, not {expected:?}");
+            assert!(pose_error(&found, &expected).norm() < 1e-12, "{found:?}, not {expected:?}");
         }
     }
 
@@ -258,8 +258,8 @@ pub(crate) mod tests {
     fn jacobians_are_the_errors_derivatives() {
         let (from, to) = (Pose::new(1.0, 2.0, 0.7), Pose::new(2.5, 1.0, -0.4));
         let motion = Pose::new(1.0, -1.5, -0.9);
-        let at = |from: Pose, to: Pose| error(&motion, &(from.inverse() * to));
-        let (a, b) = jacobians(&from, &to, &motion);
+        let at = |from: Pose, to: Pose| pose_error(&motion, &(from.inverse() * to));
+        let (a, b) = error_jacobians(&from, &to, &motion);
         let moved = |pose: Pose, axis: usize| {
             let mut shift = [0.0; 3];
             shift[axis] = 1e-6;

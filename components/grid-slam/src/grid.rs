@@ -3,9 +3,9 @@
 
 use crate::pose::{Point, Pose};
 use crate::scan::Beam;
-use crate::snapshot::Snapshot;
+use crate::snapshot::GridSnapshot;
 use crate::sweep::Sweep;
-use crate::tile::{TILE_CELLS, Tile, floor};
+use crate::tile::{MapTile, TILE_CELLS, floor};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -15,17 +15,17 @@ pub const MAX_TILES: usize = 12_288;
 /// The growing occupancy grid. A copy costs a pointer per tile; what is drawn into it afterwards
 /// copies the tiles it touches (cf. Eliazar and Parr, *DP-SLAM 2.0*, ICRA 2004).
 #[derive(Clone)]
-pub struct Grid {
+pub struct SurfaceGrid {
     resolution_m: f64,
     /// Tile coordinates of the first tile.
     first: [i32; 2],
     /// Tiles along x and y.
     size: [i32; 2],
-    tiles: Vec<Option<Arc<Tile>>>,
+    tiles: Vec<Option<Arc<MapTile>>>,
     outside: u64,
 }
 
-impl Grid {
+impl SurfaceGrid {
     /// Makes an empty map with cells of `resolution_m`.
     pub fn new(resolution_m: f64) -> Self {
         let (first, size, tiles) = ([0, 0], [0, 0], Vec::new());
@@ -46,15 +46,17 @@ impl Grid {
     pub fn insert(&mut self, world_from_robot: &Pose, laser: Point, beams: &[Beam]) {
         let from = self.cell_of(world_from_robot.apply(laser));
         let ends: Vec<_> = beams.iter().map(|b| (world_from_robot.apply(b.end), b.hit)).collect();
-        let fits = |grid: &mut Self, end: Point| grid.cover(from) && grid.cover(grid.cell_of(end));
+        let fits = |grid: &mut Self, end: Point| {
+            grid.cover_tile(from) && grid.cover_tile(grid.cell_of(end))
+        };
         let kept: Vec<_> = ends.iter().copied().filter(|&(end, _)| fits(self, end)).collect();
         self.outside += (ends.len() - kept.len()) as u64;
         let cells: Vec<_> = kept.iter().map(|&(end, _)| self.cell_of(end)).collect();
         let mut sweep = Sweep::over(cells.iter().copied().chain([from]));
         for (&(end, _), &cell) in kept.iter().zip(&cells).filter(|((_, hit), _)| *hit) {
-            self.hit(cell, end, sweep.end(cell));
+            self.hit(cell, end, sweep.mark_end(cell));
         }
-        cells.iter().for_each(|&cell| sweep.pass(from, cell));
+        cells.iter().for_each(|&cell| sweep.mark_passed(from, cell));
         // What this scan saw as a surface, no other beam of it may clear.
         for (tile, passed) in sweep.passed() {
             if let Some(tile) = self.tile_mut(tile.map(|t| t * TILE_CELLS)) {
@@ -65,19 +67,19 @@ impl Grid {
 
     /// Marks surfaces alone, as of one scan: what lies between them and the robot stays unknown.
     pub fn mark(&mut self, surfaces: &[Point]) {
-        let fits = |grid: &mut Self, point: Point| grid.cover(grid.cell_of(point));
+        let fits = |grid: &mut Self, point: Point| grid.cover_tile(grid.cell_of(point));
         let kept: Vec<_> = surfaces.iter().copied().filter(|&point| fits(self, point)).collect();
         self.outside += (surfaces.len() - kept.len()) as u64;
         let mut sweep = Sweep::over(kept.iter().map(|&point| self.cell_of(point)));
         for point in kept {
             let cell = self.cell_of(point);
-            self.hit(cell, point, sweep.end(cell));
+            self.hit(cell, point, sweep.mark_end(cell));
         }
     }
 
-    /// Says whether a beam has ever ended in or gone through a cell.
+    /// Returns whether a beam has ever ended in or gone through a cell.
     pub fn is_known(&self, cell: [i32; 2]) -> bool {
-        self.tile(cell.map(tile_of)).is_some_and(|tile| tile.is_known(within_tile(cell)))
+        self.tile_at(cell.map(tile_of)).is_some_and(|tile| tile.is_known(within_tile(cell)))
     }
 
     /// Calls `visit` with every surface in the cells from `low` up to and without `high`: its cell,
@@ -90,7 +92,7 @@ impl Grid {
     ) {
         for tile_y in tile_of(low[1])..=tile_of(high[1] - 1) {
             for tile_x in tile_of(low[0])..=tile_of(high[0] - 1) {
-                let Some(tile) = self.tile([tile_x, tile_y]) else { continue };
+                let Some(tile) = self.tile_at([tile_x, tile_y]) else { continue };
                 let corner = [tile_x * TILE_CELLS, tile_y * TILE_CELLS];
                 let part = |axis: usize| {
                     let within = |cell: i32| (cell - corner[axis]).clamp(0, TILE_CELLS) as usize;
@@ -113,14 +115,14 @@ impl Grid {
     }
 
     /// Takes a picture of the rectangle around all that is known.
-    pub fn snapshot(&self) -> Snapshot {
+    pub fn snapshot(&self) -> GridSnapshot {
         let [width, height] = self.size.map(|tiles| (tiles * TILE_CELLS) as usize);
         let mut cells = vec![-1; width * height];
         for (number, tile) in self.tiles.iter().enumerate() {
             let Some(tile) = tile else { continue };
             let column = number % self.size[0] as usize * TILE_CELLS as usize;
             let row = number / self.size[0] as usize * TILE_CELLS as usize;
-            for (y, line) in tile.percents().enumerate() {
+            for (y, line) in tile.percent_rows().enumerate() {
                 let start = (row + y) * width + column;
                 for (target, percent) in cells[start..].iter_mut().zip(line) {
                     *target = percent;
@@ -129,7 +131,7 @@ impl Grid {
         }
         let corner = |axis: usize| f64::from(self.first[axis] * TILE_CELLS) * self.resolution_m;
         let origin = Pose::new(corner(0), corner(1), 0.0);
-        Snapshot { origin, resolution_m: self.resolution_m, width, height, cells }
+        GridSnapshot { origin, resolution_m: self.resolution_m, width, height, cells }
     }
 
     fn hit(&mut self, cell: [i32; 2], end: Point, is_first: bool) {
@@ -141,7 +143,7 @@ impl Grid {
         }
     }
 
-    fn tile(&self, tile: [i32; 2]) -> Option<&Tile> {
+    fn tile_at(&self, tile: [i32; 2]) -> Option<&MapTile> {
         self.tiles[self.tile_index(tile.map(|t| t * TILE_CELLS))?].as_deref()
     }
 
@@ -152,14 +154,14 @@ impl Grid {
     }
 
     /// The tile of a cell to draw into: a copy, if others have it too.
-    fn tile_mut(&mut self, at: [i32; 2]) -> Option<&mut Tile> {
+    fn tile_mut(&mut self, at: [i32; 2]) -> Option<&mut MapTile> {
         let index = self.tile_index(at)?;
-        let unknown = || Arc::new(Tile::UNKNOWN);
+        let unknown = || Arc::new(MapTile::UNKNOWN);
         Some(Arc::make_mut(self.tiles[index].get_or_insert_with(unknown)))
     }
 
     /// Grows the rectangle of tiles around a cell; false if it would become too large.
-    fn cover(&mut self, at: [i32; 2]) -> bool {
+    fn cover_tile(&mut self, at: [i32; 2]) -> bool {
         if self.tile_index(at).is_some() {
             return true;
         }
@@ -180,7 +182,7 @@ impl Grid {
     }
 
     fn move_into(&mut self, first: [i32; 2], size: [i32; 2]) {
-        let mut tiles: Vec<Option<Arc<Tile>>> = Vec::new();
+        let mut tiles: Vec<Option<Arc<MapTile>>> = Vec::new();
         tiles.resize_with((size[0] * size[1]) as usize, || None);
         let old_width = self.size[0].max(1);
         for (number, tile) in self.tiles.drain(..).enumerate() {
@@ -193,7 +195,7 @@ impl Grid {
 }
 
 /// Counts the tiles of several maps: how many there are in memory, and how many without sharing.
-pub(crate) fn shared_tiles<'a>(maps: impl Iterator<Item = &'a Grid>) -> (usize, usize) {
+pub(crate) fn shared_tiles<'a>(maps: impl Iterator<Item = &'a SurfaceGrid>) -> (usize, usize) {
     let (mut found, mut all) = (HashSet::new(), 0);
     for tile in maps.flat_map(|map| map.tiles.iter().flatten()) {
         found.insert(Arc::as_ptr(tile));
@@ -218,14 +220,14 @@ mod tests {
         Beam { end: Point { x_m, y_m }, hit: true }
     }
 
-    fn surface(grid: &Grid, x_m: f64, y_m: f64) -> Option<Point> {
+    fn surface(grid: &SurfaceGrid, x_m: f64, y_m: f64) -> Option<Point> {
         let [x, y] = grid.cell_of(Point { x_m, y_m });
         let mut found = None;
         grid.for_each_surface([x, y], [x + 1, y + 1], |_, point| found = Some(point));
         found
     }
 
-    fn value(snapshot: &Snapshot, x_m: f64, y_m: f64) -> i8 {
+    fn value(snapshot: &GridSnapshot, x_m: f64, y_m: f64) -> i8 {
         let column = ((x_m - snapshot.origin.x_m) / snapshot.resolution_m).floor() as usize;
         let row = ((y_m - snapshot.origin.y_m) / snapshot.resolution_m).floor() as usize;
         snapshot.cells[row * snapshot.width + column]
@@ -233,7 +235,7 @@ mod tests {
 
     #[test]
     fn beams_make_free_and_occupied_cells_and_leave_the_rest_unknown() {
-        let mut grid = Grid::new(0.05);
+        let mut grid = SurfaceGrid::new(0.05);
         for _ in 0..5 {
             grid.insert(&Pose::default(), Point::default(), &[beam(2.01, 0.01), beam(-7.0, -7.0)]);
         }
@@ -246,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_surface_is_the_mean_of_its_points() {
-        let mut grid = Grid::new(0.1);
+        let mut grid = SurfaceGrid::new(0.1);
         let from = Pose::default();
         grid.insert(&from, Point::default(), &[beam(1.02, 0.01)]);
         grid.insert(&from, Point::default(), &[beam(1.08, 0.01)]);
@@ -256,7 +258,7 @@ mod tests {
 
     #[test]
     fn what_was_occupied_becomes_free_when_seen_through() {
-        let mut grid = Grid::new(0.1);
+        let mut grid = SurfaceGrid::new(0.1);
         let from = Pose::default();
         for _ in 0..10 {
             grid.insert(&from, Point::default(), &[beam(1.05, 0.05)]);
@@ -270,7 +272,7 @@ mod tests {
 
     #[test]
     fn beams_to_the_end_of_the_world_are_left_out_and_counted() {
-        let mut grid = Grid::new(0.05);
+        let mut grid = SurfaceGrid::new(0.05);
         let beams = [beam(1.0, 0.0), beam(5e3, 5e3), beam(1e300, 0.0)];
         grid.insert(&Pose::default(), Point::default(), &beams);
         assert_eq!(grid.beams_outside(), 2);
@@ -279,7 +281,7 @@ mod tests {
 
     #[test]
     fn copies_share_all_tiles_but_those_drawn_since() {
-        let mut grid = Grid::new(0.05);
+        let mut grid = SurfaceGrid::new(0.05);
         // Rays to the east and the west: tiles of 3.2 m in both directions.
         let far: Vec<_> = [-9.0, 9.0].map(|x_m| beam(x_m, 0.01)).to_vec();
         grid.insert(&Pose::default(), Point::default(), &far);
@@ -288,7 +290,7 @@ mod tests {
         assert_eq!(shared_tiles(copies.iter()), (tiles, 30 * tiles));
         copies[3].insert(&Pose::default(), Point::default(), &[beam(1.0, 0.01)]);
         assert_eq!(shared_tiles(copies.iter()), (tiles + 1, 30 * tiles), "one tile was copied");
-        let is_wall = |map: &Grid| surface(map, 1.0, 0.01).is_some();
+        let is_wall = |map: &SurfaceGrid| surface(map, 1.0, 0.01).is_some();
         assert!(is_wall(&copies[3]) && !is_wall(&copies[2]));
         copies.truncate(3);
         assert_eq!(shared_tiles(copies.iter()), (tiles, 3 * tiles), "it went with its owner");
@@ -296,7 +298,7 @@ mod tests {
 
     #[test]
     fn pictures_tell_which_tiles_changed() {
-        let mut grid = Grid::new(0.05);
+        let mut grid = SurfaceGrid::new(0.05);
         grid.insert(&Pose::default(), Point::default(), &[beam(9.0, 0.01)]);
         let before = grid.snapshot();
         assert_eq!(before.changed_since(&before), Some(vec![]));

@@ -14,6 +14,7 @@ pub mod pairing;
 mod particle;
 mod ports;
 pub mod pose;
+pub mod prior;
 pub mod refine;
 pub mod scan;
 pub mod search;

@@ -1,14 +1,15 @@
 //! Places a scan on a map near where the odometry expects it: correlative search, then refinement.
 
-use crate::field::{Field, Window};
-use crate::grid::Grid;
+use crate::field::{CellWindow, LikelihoodField};
+use crate::grid::SurfaceGrid;
 use crate::pose::Point;
+use crate::prior::Prior;
 use crate::refine::{Expected, Refined, refine};
-use crate::search::{Prior, search};
+use crate::search::search;
 
 /// Scans with fewer points are not matched.
 const FEWEST_POINTS: usize = 8;
-/// Below this share of points on surfaces a match is not believed, and odometry goes on alone.
+/// Below this share of points on surfaces a match is rejected, and odometry alone moves the robot.
 pub(crate) const BELIEVED_SUPPORT: f64 = 0.35;
 /// Blur of the likelihood field, metres.
 const BLUR_M: f64 = 0.1;
@@ -19,9 +20,9 @@ const WIDER_M: f64 = 1.0;
 
 /// Finds where `points` fit the map. The field is kept between scans that change nothing; `None`
 /// when they fit nowhere.
-pub(crate) fn place(
-    grid: &Grid,
-    field: &mut Option<Field>,
+pub(crate) fn place_scan(
+    grid: &SurfaceGrid,
+    field: &mut Option<LikelihoodField>,
     points: &[Point],
     expected: &Expected,
     prior: &Prior,
@@ -30,10 +31,10 @@ pub(crate) fn place(
         return None;
     }
     let resolution_m = grid.resolution_m();
-    let window = Window::around(points, prior, resolution_m, 3.0 * BLUR_M);
+    let window = CellWindow::around(points, prior, resolution_m, 3.0 * BLUR_M);
     if !field.as_ref().is_some_and(|field| field.window().contains(&window)) {
         let wide = window.widened((WIDER_M / resolution_m) as i32);
-        *field = Some(Field::draw(grid, wide, BLUR_M, LEVELS));
+        *field = Some(LikelihoodField::draw(grid, wide, BLUR_M, LEVELS));
     }
     let found = search(field.as_ref()?, points, prior, resolution_m, None)?;
     let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose));

@@ -5,13 +5,13 @@
 use std::collections::VecDeque;
 
 use crate::pose::Pose;
-use crate::scan::Scan;
+use crate::scan::MapperScan;
 
 /// Most scans that wait; a minute of a fast laser. Beyond it the oldest is dropped and counted.
 pub const MAX_WAITING: usize = 2_400;
 /// Odometry is remembered for so many readings: half a minute of a fast base.
 const MAX_ODOMETRY: usize = 3_000;
-/// Odometry whose stamps go back by more than this begins anew, seconds; recorders' go back by less.
+/// Odometry whose stamps go back by more than this restarts, seconds; recorders' go back by less.
 const ANEW_S: f64 = 5.0;
 /// A scan whose stamp went back waits for odometry that does too until that is so far ahead, seconds.
 const PATIENCE_S: f64 = 2.0;
@@ -19,7 +19,7 @@ const PATIENCE_S: f64 = 2.0;
 /// The scans and odometry that have not met yet.
 #[derive(Debug, Default)]
 pub struct Pairing {
-    scans: VecDeque<Scan>,
+    scans: VecDeque<MapperScan>,
     /// As it came.
     odometry: VecDeque<(f64, Pose)>,
     /// The reading in `odometry` that the last scan got, or the one after its moment.
@@ -43,7 +43,7 @@ impl Pairing {
     }
 
     /// Takes a scan.
-    pub fn scan_seen(&mut self, scan: Scan) {
+    pub fn scan_seen(&mut self, scan: MapperScan) {
         if !scan.stamp_s.is_finite() {
             return;
         }
@@ -61,7 +61,7 @@ impl Pairing {
 
     /// The next scan whose odometry is known, in the order they came. Of several scans with one stamp,
     /// as coarse clocks give, each gets a reading of its own.
-    pub fn next_pair(&mut self) -> Option<(Pose, Scan)> {
+    pub fn next_pair(&mut self) -> Option<(Pose, MapperScan)> {
         let (stamp_s, found) = loop {
             let stamp_s = self.scans.front()?.stamp_s;
             let found = match self.last_s {
@@ -72,7 +72,7 @@ impl Pairing {
             if stamp_s <= self.odometry[found].0 + PATIENCE_S {
                 break (stamp_s, found);
             }
-            // The odometry has begun anew, and nothing of this scan's time is left to come.
+            // The odometry has restarted, and nothing of this scan's time is left to come.
             self.scans.pop_front();
             self.dropped += 1;
         };
@@ -84,12 +84,12 @@ impl Pairing {
             _ => after,
         };
         (self.used, self.last_s) = (found, Some(stamp_s));
-        self.forget(stamp_s);
+        self.forget_before(stamp_s);
         self.scans.pop_front().map(|scan| (pose, scan))
     }
 
-    /// The first reading from one on that is not older than a stamp, or the last before time began
-    /// anew; `None` if that is still to come.
+    /// The first reading from one on that is not older than a stamp, or the last before time
+    /// restarted; `None` if that is still to come.
     fn on_from(&self, first: usize, stamp_s: f64) -> Option<usize> {
         let readings = self.odometry.iter().enumerate().skip(first);
         let mut last_s = f64::NEG_INFINITY;
@@ -115,7 +115,7 @@ impl Pairing {
     }
 
     /// The scans' stamps went back from `last_s`: the odometry's do too, or those that were seen
-    /// before still hold if they go on without.
+    /// before remain valid if they continue without.
     fn back_at(&self, stamp_s: f64, last_s: f64) -> Option<usize> {
         let went_on = last_s.max(self.odometry[self.used].0) + PATIENCE_S;
         for number in self.used + 1..self.odometry.len() {
@@ -133,7 +133,7 @@ impl Pairing {
 
     /// Forgets what no later scan asks for: all before the reading in use, but for as long as a scan
     /// out of order may look back.
-    fn forget(&mut self, stamp_s: f64) {
+    fn forget_before(&mut self, stamp_s: f64) {
         let is_old =
             |(odometry_s, _): &(f64, Pose)| !(0.0..ANEW_S).contains(&(stamp_s - odometry_s));
         while self.used > 1 && is_old(&self.odometry[0]) {
@@ -147,8 +147,8 @@ impl Pairing {
 mod tests {
     use super::*;
 
-    fn scan(stamp_s: f64) -> Scan {
-        Scan { stamp_s, ..Scan::default() }
+    fn scan(stamp_s: f64) -> MapperScan {
+        MapperScan { stamp_s, ..MapperScan::default() }
     }
 
     /// Odometry at x = 10 * stamp for the given stamps, and what the scans are paired with.
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn time_that_begins_anew_takes_both_along() {
+    fn time_that_restarts_takes_both_along() {
         let stream = [(98.0, 1.0), (99.0, 2.0), (100.0, 3.0), (0.5, 4.0), (1.5, 6.0), (2.5, 7.0)];
         check_order(&stream, &[98.0, 100.4, 0.4, 1.0, 2.5], &[1.0, 3.0, 4.0, 5.0, 7.0]);
         let mut pairing = Pairing::default();

@@ -1,10 +1,10 @@
-//! One hypothesis: a way and the map drawn along it. A new scan proposes where it goes on: from the
+//! One hypothesis: a trajectory and the map drawn along it. A new scan proposes its next pose: from the
 //! optimum of the scan on its own map, by samples around it (Grisetti, Stachniss and Burgard,
 //! T-RO 2007, section III).
 
 use crate::config::Config;
-use crate::grid::Grid;
-use crate::matching::{BELIEVED_SUPPORT, place};
+use crate::grid::SurfaceGrid;
+use crate::matching::{BELIEVED_SUPPORT, place_scan};
 use crate::pose::{Point, Pose, wrapped};
 use crate::refine::{BEAM_WORTH, Expected, Landscape, refine};
 use crate::scan::Beam;
@@ -20,31 +20,31 @@ const WIDER: f64 = 1.5;
 /// Where another hypothesis' motion fits this much worse on the own map, the own is searched for.
 const FOLLOWED_SUPPORT: f64 = 0.8;
 
-/// A drawn scan on a particle's way.
+/// A drawn scan on a particle's trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Step {
+pub(crate) struct ScanStep {
     /// Where it fits best: the middle of the proposal, not the sample that was drawn from it.
     pub(crate) pose: Pose,
     /// How well that is known from the map before it.
     pub(crate) covariance: Matrix3<f64>,
 }
 
-/// A way and its map.
+/// A trajectory and its map.
 #[derive(Clone)]
 pub(crate) struct Particle {
     pub(crate) pose: Pose,
-    pub(crate) grid: Grid,
+    pub(crate) grid: SurfaceGrid,
     /// Logarithm of its weight.
     pub(crate) weight: f64,
-    /// Its way since all particles' ways parted.
-    pub(crate) way: Vec<Step>,
+    /// Its trajectory since the last step that all particles share.
+    pub(crate) steps: Vec<ScanStep>,
 }
 
-/// A drawn scan, as all particles are told of it.
-pub(crate) struct News<'a> {
+/// A drawn scan, as all particles receive it.
+pub(crate) struct ScanNews<'a> {
     pub(crate) points: &'a [Point],
     pub(crate) beams: &'a [Beam],
-    /// The motion since the last drawn scan as the odometry tells.
+    /// The motion since the last drawn scan according to the odometry.
     pub(crate) odometry: Pose,
     /// … and as the best particle saw it, with the share of points that lay on its map then.
     pub(crate) followed: Pose,
@@ -55,10 +55,10 @@ pub(crate) struct News<'a> {
 
 impl Particle {
     /// Goes on by a scan: a place is proposed, weighed and drawn, and the scan is drawn there.
-    pub(crate) fn go_on(&mut self, config: &Config, news: &News<'_>, index: usize) {
-        let (step, pose) = self.propose(config, news, index);
+    pub(crate) fn go_on(&mut self, config: &Config, news: &ScanNews<'_>, index: usize) {
+        let (step, pose) = self.propose_pose(config, news, index);
         self.pose = pose;
-        self.way.push(step);
+        self.steps.push(step);
         self.draw(config, &pose, news.beams);
     }
 
@@ -68,18 +68,23 @@ impl Particle {
         self.grid.insert(pose, Point { x_m: laser.x_m, y_m: laser.y_m }, beams);
     }
 
-    fn propose(&mut self, config: &Config, news: &News<'_>, index: usize) -> (Step, Pose) {
-        let (expected, prior) = config.expect(&self.pose, &news.odometry);
+    fn propose_pose(
+        &mut self,
+        config: &Config,
+        news: &ScanNews<'_>,
+        index: usize,
+    ) -> (ScanStep, Pose) {
+        let (expected, prior) = config.expect_motion(&self.pose, &news.odometry);
         let start = self.pose * news.followed;
         let near = expected.doubted(&start);
         let mut refined = refine(&self.grid, news.points, start, &near);
         if refined.support < FOLLOWED_SUPPORT * news.support
-            && let Some(own) = place(&self.grid, &mut None, news.points, &expected, &prior)
+            && let Some(own) = place_scan(&self.grid, &mut None, news.points, &expected, &prior)
             && own.support > refined.support
         {
             refined = own;
         }
-        let mut random = Random::new(config.seed, news.number, index);
+        let mut random = ParticleRandom::new(config.seed, news.number, index);
         let is_believed = refined.support >= BELIEVED_SUPPORT;
         let (centre, spread) = if is_believed {
             let sharp = refined.information / BEAM_WORTH + near.information;
@@ -90,13 +95,13 @@ impl Particle {
             (expected.pose, refined.covariance)
         };
         let proposal =
-            Proposal::sample(&refined.landscape, &expected, &centre, &spread, &mut random);
+            Proposal::sample_pose(&refined.landscape, &expected, &centre, &spread, &mut random);
         self.weight += BEAM_WORTH * proposal.weight;
-        let step = Step { pose: centre, covariance: refined.covariance };
+        let step = ScanStep { pose: centre, covariance: refined.covariance };
         if config.particles == 1 {
             return (step, centre);
         }
-        (step, moved(&proposal.mean, &(proposal.root * random.normals())))
+        (step, move_pose(&proposal.mean, &(proposal.root * random.draw_normals())))
     }
 }
 
@@ -110,18 +115,19 @@ struct Proposal {
 }
 
 impl Proposal {
-    fn sample(
+    fn sample_pose(
         landscape: &Landscape,
         expected: &Expected,
         centre: &Pose,
         spread: &Matrix3<f64>,
-        random: &mut Random,
+        random: &mut ParticleRandom,
     ) -> Self {
         let root = spread.cholesky().map_or_else(Matrix3::zeros, |c| c.l());
         let mut samples = Vec::with_capacity(SAMPLES);
         for number in 0..SAMPLES {
-            let drawn = if number % 2 == 0 { random.normals() } else { -samples_last(&samples) };
-            let pose = moved(centre, &(root * drawn * WIDER));
+            let drawn =
+                if number % 2 == 0 { random.draw_normals() } else { -samples_last(&samples) };
+            let pose = move_pose(centre, &(root * drawn * WIDER));
             let value = landscape.likelihood(&pose) + expected.likelihood(&pose);
             samples.push((drawn, value + drawn.norm_squared() / 2.0));
         }
@@ -136,7 +142,7 @@ impl Proposal {
         let inner = (covariance * WIDER * WIDER + Matrix3::identity() * 0.05).cholesky();
         let weight = most + (all / SAMPLES as f64).ln() + root.determinant().max(1e-300).ln();
         Self {
-            mean: moved(centre, &(root * mean * WIDER)),
+            mean: move_pose(centre, &(root * mean * WIDER)),
             root: inner.map_or(root, |inner| root * inner.l()),
             weight,
         }
@@ -147,14 +153,14 @@ fn samples_last(samples: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
     samples.last().map_or_else(Vector3::zeros, |(drawn, _)| *drawn)
 }
 
-fn moved(pose: &Pose, by: &Vector3<f64>) -> Pose {
+fn move_pose(pose: &Pose, by: &Vector3<f64>) -> Pose {
     Pose::new(pose.x_m + by.x, pose.y_m + by.y, wrapped(pose.yaw_rad + by.z))
 }
 
 /// Random numbers of one particle at one scan, so that no thread's turn matters.
-pub(crate) struct Random(ChaCha8Rng);
+pub(crate) struct ParticleRandom(ChaCha8Rng);
 
-impl Random {
+impl ParticleRandom {
     pub(crate) fn new(seed: u64, scan: u64, particle: usize) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         // Fewer than 2^16 particles.
@@ -169,7 +175,7 @@ impl Random {
     }
 
     /// Draws three independent normal numbers (Box and Muller).
-    fn normals(&mut self) -> Vector3<f64> {
+    fn draw_normals(&mut self) -> Vector3<f64> {
         let mut pair = || {
             let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
             let (sin, cos) = (TAU * self.uniform()).sin_cos();

@@ -1,57 +1,107 @@
 //! The mapper as a component: scans and odometry in, poses and the map out.
 
+use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
 use armor_sdk::prelude::*;
 
 use crate::config::Config;
-use crate::filter::Estimate;
+use crate::filter::ScanEstimate;
 use crate::pairing::Pairing;
 use crate::pose::Pose as Pose2;
-use crate::scan::Scan;
+use crate::scan::MapperScan;
 use crate::slam::Slam;
-use crate::snapshot::Snapshot;
+use crate::snapshot::GridSnapshot;
 
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
 
-/// Draws a map while the robot drives, and tells where on it the robot is.
+/// What can be set in the file.
+#[derive(Debug, Parameters)]
+struct GridSlamParameters {
+    /// hypotheses about way and map that are followed side by side
+    #[parameter(default = 8, range = 1.0..=500.0)]
+    particles: usize,
+    /// the same seed and data give the same map
+    #[parameter(default = 1, range = 0.0..=1e15)]
+    seed: u64,
+    /// cores to use, 0 for all; changes nothing but the speed
+    #[parameter(default = 0, range = 0.0..=64.0)]
+    threads: usize,
+    /// old places are recognised, and the whole map is corrected by them
+    #[parameter(default = true)]
+    loop_closing: bool,
+    /// side of a map cell
+    #[parameter(unit = "m", default = "0.05m", range = 0.01..=1.0)]
+    resolution_m: f64,
+    /// laser ahead of the middle of the base
+    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
+    laser_x_m: f64,
+    /// laser left of the middle of the base
+    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
+    laser_y_m: f64,
+    /// direction of the laser, anticlockwise from ahead
+    #[parameter(unit = "deg", default = "0deg", range = -PI..=PI)]
+    laser_yaw_rad: f64,
+    /// the whole map is published this often, if it has changed; changes at every tick
+    #[parameter(unit = "s", default = "1s", range = 0.05..=3600.0)]
+    map_period_s: f64,
+    /// the map is drawn on after moving this far
+    #[parameter(unit = "m", default = "0.2m", range = 0.01..=10.0)]
+    keyframe_distance_m: f64,
+    /// or after turning this far
+    #[parameter(unit = "deg", default = "10deg", range = 0.01..=3.2)]
+    keyframe_turn_rad: f64,
+    /// expected odometry error, as a share of the distance driven
+    #[parameter(default = 0.06, range = 0.001..=1.0)]
+    slip: f64,
+    /// expected odometry error, heading for each metre driven
+    #[parameter(unit = "deg", default = "0.02rad", range = 0.0001..=1.0)]
+    bend_rad: f64,
+    /// expected odometry error, as a share of the angle turned
+    #[parameter(default = 0.08, range = 0.001..=1.0)]
+    skid: f64,
+}
+
+impl GridSlamParameters {
+    fn config(&self) -> Config {
+        Config {
+            particles: self.particles,
+            seed: self.seed,
+            threads: self.threads,
+            loop_closing: self.loop_closing,
+            resolution_m: self.resolution_m,
+            robot_from_laser: Pose2::new(self.laser_x_m, self.laser_y_m, self.laser_yaw_rad),
+            keyframe_m: self.keyframe_distance_m,
+            keyframe_rad: self.keyframe_turn_rad,
+            slip: self.slip,
+            bend_radpm: self.bend_rad,
+            skid: self.skid,
+            ..Config::default()
+        }
+    }
+}
+
+/// Draws a map while the robot drives, and publishes the robot's pose on it.
 pub struct GridSlam {
     armor: Armor,
-    config: Config,
-    map_period_s: f64,
+    parameters: GridSlamParameters,
     pairing: Pairing,
     slam: Slam,
-    /// The map has changed since any of it was published.
+    /// Whether the map has changed since any of it was published.
     is_new: bool,
     /// The whole map as it was published last, with the changes published since.
-    published: Option<Snapshot>,
+    published: Option<GridSnapshot>,
     published_s: f64,
     /// Scans in the trajectory as it was published last, those known at the last tick, and ticks
     /// since one came.
-    told: usize,
+    published_scans: usize,
     ticked: usize,
     quiet: u32,
     stamp_s: f64,
     dropped: u64,
 }
 
-const PARAMETER_NAMES: [&str; 14] = [
-    "particles",
-    "seed",
-    "threads",
-    "loop_closing",
-    "resolution",
-    "laser_x",
-    "laser_y",
-    "laser_yaw",
-    "map_period",
-    "keyframe_distance",
-    "keyframe_turn",
-    "slip",
-    "bend",
-    "skid",
-];
 /// The trajectory is published at most once in this long for each of its poses, seconds: its cost
 /// stays a share of the time however long it grows.
 const TRAJECTORY_S: f64 = 2e-4;
@@ -61,63 +111,7 @@ const QUIET_TICKS: u32 = 3;
 impl Component for GridSlam {
     const KIND: &'static str = "grid-slam";
     const SUMMARY: &'static str = "Maps and localises at once from scans and odometry: a particle filter on occupancy grids, and a pose graph that closes loops.";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::integer("particles")
-            .default("8")
-            .range(1.0, 500.0)
-            .doc("hypotheses about way and map that are followed side by side"),
-        Parameter::integer("seed")
-            .default("1")
-            .range(0.0, 1e15)
-            .doc("the same seed and data give the same map"),
-        Parameter::integer("threads")
-            .default("0")
-            .range(0.0, 64.0)
-            .doc("cores to use, 0 for all; changes nothing but the speed"),
-        Parameter::flag("loop_closing")
-            .default("true")
-            .doc("old places are recognised, and the whole map is corrected by them"),
-        Parameter::number("resolution", "m")
-            .default("0.05m")
-            .range(0.01, 1.0)
-            .doc("side of a map cell"),
-        Parameter::number("laser_x", "m")
-            .default("0m")
-            .range(-10.0, 10.0)
-            .doc("laser ahead of the middle of the base"),
-        Parameter::number("laser_y", "m")
-            .default("0m")
-            .range(-10.0, 10.0)
-            .doc("laser left of the middle of the base"),
-        Parameter::number("laser_yaw", "deg")
-            .default("0deg")
-            .range(-std::f64::consts::PI, std::f64::consts::PI)
-            .doc("direction of the laser, anticlockwise from ahead"),
-        Parameter::number("map_period", "s")
-            .default("1s")
-            .range(0.05, 3600.0)
-            .doc("the whole map is published this often, if it has changed; changes at every tick"),
-        Parameter::number("keyframe_distance", "m")
-            .default("0.2m")
-            .range(0.01, 10.0)
-            .doc("the map is drawn on after moving this far"),
-        Parameter::number("keyframe_turn", "deg")
-            .default("10deg")
-            .range(0.01, 3.2)
-            .doc("or after turning this far"),
-        Parameter::number("slip", "")
-            .default("0.06")
-            .range(0.001, 1.0)
-            .doc("expected odometry error, as a share of the distance driven"),
-        Parameter::number("bend", "deg")
-            .default("0.02rad")
-            .range(0.0001, 1.0)
-            .doc("expected odometry error, heading for each metre driven"),
-        Parameter::number("skid", "")
-            .default("0.08")
-            .range(0.001, 1.0)
-            .doc("expected odometry error, as a share of the angle turned"),
-    ];
+    const PARAMETERS: &'static [Parameter] = GridSlamParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "what the laser sees"),
         ("odometry", "where the wheels believe the robot is"),
@@ -140,21 +134,18 @@ impl Component for GridSlam {
         armor.provide::<Latched<Path>>("trajectory")?;
         armor.provide::<PoseArray>("particles")?;
         armor.provide::<SlamDiagnostics>("diagnostics")?;
-        for name in PARAMETER_NAMES {
-            armor.get_parameter(name)?;
-        }
+        let parameters = GridSlamParameters::request(&armor)?;
         armor.synchronize()?;
-        let config = Config::default();
+        let slam = Slam::new(parameters.config());
         Ok(Self {
             armor,
-            config,
-            map_period_s: 1.0,
+            parameters,
             pairing: Pairing::default(),
-            slam: Slam::new(config),
+            slam,
             is_new: false,
             published: None,
             published_s: f64::NEG_INFINITY,
-            told: 0,
+            published_scans: 0,
             ticked: 0,
             quiet: 0,
             stamp_s: 0.0,
@@ -163,26 +154,9 @@ impl Component for GridSlam {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let config = &mut self.config;
-        match name {
-            "particles" => config.particles = value.integer()?.max(1) as usize,
-            "seed" => config.seed = value.integer()?.unsigned_abs(),
-            "threads" => config.threads = value.integer()?.max(0) as usize,
-            "loop_closing" => config.loop_closing = value.flag()?,
-            "resolution" => config.resolution_m = value.number()?,
-            "laser_x" => config.robot_from_laser.x_m = value.number()?,
-            "laser_y" => config.robot_from_laser.y_m = value.number()?,
-            "laser_yaw" => config.robot_from_laser.yaw_rad = value.number()?,
-            "map_period" => self.map_period_s = value.number()?,
-            "keyframe_distance" => config.keyframe_m = value.number()?,
-            "keyframe_turn" => config.keyframe_rad = value.number()?,
-            "slip" => config.slip = value.number()?,
-            "bend" => config.bend_radpm = value.number()?,
-            "skid" => config.skid = value.number()?,
-            _ => {}
-        }
+        self.parameters.set(name, value)?;
         // All of them arrive before the first scan.
-        self.slam = Slam::new(self.config);
+        self.slam = Slam::new(self.parameters.config());
         Ok(())
     }
 
@@ -216,12 +190,12 @@ impl Component for GridSlam {
     }
 
     /// Publishes what has changed. At the end of a log no scan follows, so it is the tick, not the
-    /// scan, that looks; where scans stay away, the last ones are told of though they drew nothing.
+    /// scan, that checks; when scans stop, the last ones are published though they drew nothing.
     fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
         self.quiet =
             if self.ticked == self.slam.scans() { self.quiet.saturating_add(1) } else { 0 };
         self.ticked = self.slam.scans();
-        if self.is_new || (self.quiet >= QUIET_TICKS && self.told < self.ticked) {
+        if self.is_new || (self.quiet >= QUIET_TICKS && self.published_scans < self.ticked) {
             self.publish_map(self.armor.timestamp())?;
         }
         Ok(Outcome::CarryOn)
@@ -231,7 +205,7 @@ impl Component for GridSlam {
 impl GridSlam {
     /// The whole map with the trajectory when its period is over, else the tiles that changed.
     fn publish_map(&mut self, now_s: f64) -> Result<(), Fault> {
-        let period_s = self.map_period_s.max(TRAJECTORY_S * self.slam.scans() as f64);
+        let period_s = self.parameters.map_period_s.max(TRAJECTORY_S * self.slam.scans() as f64);
         let is_due = now_s - self.published_s >= period_s;
         let snapshot = self.slam.snapshot();
         let earlier = self.published.as_ref();
@@ -239,23 +213,24 @@ impl GridSlam {
         match changes {
             Some(changes) if !is_due => {
                 for (corner, size) in changes {
-                    self.armor.send_data("map_updates", &self.update(&snapshot, corner, size))?;
+                    self.armor
+                        .send_data("map_updates", &self.build_update(&snapshot, corner, size))?;
                 }
             }
             // It has outgrown what was published, but not for long.
             _ if !is_due => return Ok(()),
             _ => {
                 self.armor.send_data("trajectory", &self.trajectory())?;
-                self.armor.send_data("map", &self.map(&snapshot))?;
+                self.armor.send_data("map", &self.build_map(&snapshot))?;
                 (self.is_new, self.published_s) = (false, now_s);
-                self.told = self.slam.scans();
+                self.published_scans = self.slam.scans();
             }
         }
         self.published = Some(snapshot);
         Ok(())
     }
 
-    fn map(&self, snapshot: &Snapshot) -> OccupancyGrid {
+    fn build_map(&self, snapshot: &GridSnapshot) -> OccupancyGrid {
         OccupancyGrid {
             stamp: self.stamp_s,
             frame: MAP.into(),
@@ -270,9 +245,9 @@ impl GridSlam {
         }
     }
 
-    fn update(
+    fn build_update(
         &self,
-        snapshot: &Snapshot,
+        snapshot: &GridSnapshot,
         corner: [usize; 2],
         size: [usize; 2],
     ) -> OccupancyGridUpdate {
@@ -300,12 +275,12 @@ impl GridSlam {
     fn publish_diagnostics(
         &self,
         stamp: f64,
-        estimate: &Estimate,
+        estimate: &ScanEstimate,
         took: Duration,
     ) -> Result<(), Fault> {
         let diagnostics = SlamDiagnostics {
             stamp,
-            particles: self.config.particles as u32,
+            particles: self.parameters.particles as u32,
             effective_particles: estimate.effective,
             match_score: estimate.score,
             closures: self.slam.closures() as u64,
@@ -322,7 +297,7 @@ impl GridSlam {
         Ok(())
     }
 
-    fn publish_pose(&self, stamp: f64, estimate: &Estimate) -> Result<(), Fault> {
+    fn publish_pose(&self, stamp: f64, estimate: &ScanEstimate) -> Result<(), Fault> {
         let mut covariance = [0.0; 36];
         for (row, from) in [0, 1, 5].into_iter().enumerate() {
             for (column, to) in [0, 1, 5].into_iter().enumerate() {
@@ -343,13 +318,23 @@ fn as_message(pose: &Pose2) -> Pose2D {
     Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad }
 }
 
-fn as_scan(scan: &LaserScan) -> Scan {
-    Scan {
+fn as_scan(scan: &LaserScan) -> MapperScan {
+    MapperScan {
         stamp_s: scan.stamp,
         angle_min_rad: f64::from(scan.angle_min),
         increment_rad: f64::from(scan.angle_increment),
         range_min_m: f64::from(scan.range_min),
         range_max_m: f64::from(scan.range_max),
         ranges_m: scan.ranges.to_vec(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declared_defaults_are_those_of_the_algorithm() {
+        assert_eq!(GridSlamParameters::defaults().config(), Config::default());
     }
 }

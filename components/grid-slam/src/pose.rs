@@ -20,7 +20,7 @@ impl Pose {
         Self { x_m, y_m, yaw_rad }
     }
 
-    /// Gives the transform the other way: `robot_from_world` of `world_from_robot`.
+    /// Returns the inverse transform: `robot_from_world` of `world_from_robot`.
     pub fn inverse(&self) -> Self {
         let (sin, cos) = self.yaw_rad.sin_cos();
         Self {
@@ -53,7 +53,7 @@ impl Pose {
         )
     }
 
-    /// Says whether all three numbers are finite.
+    /// Returns whether all three numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.yaw_rad.is_finite()
     }

@@ -2,7 +2,7 @@
 //! the local distribution of the map's surface points (after Biber and Straßer's NDT, IROS 2003),
 //! with the odometry as one more measurement.
 
-use crate::grid::Grid;
+use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose, wrapped};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
@@ -10,7 +10,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 const NEIGHBOUR_CELLS: i32 = 3;
 /// Scatter of a surface that comes from the laser and from walls being rough, metres.
 const ROUGHNESS_M: f64 = 0.03;
-/// Beyond this many sigmas a point loses its say: it sees something that is not in the map.
+/// Beyond this many sigmas a point loses its weight: it sees something that is not in the map.
 const DOUBT_SIGMAS: f64 = 2.0;
 /// Share of an independent measurement that a beam is worth: neighbours err together.
 pub(crate) const BEAM_WORTH: f64 = 0.15;
@@ -33,7 +33,7 @@ pub struct Refined {
     pub(crate) landscape: Landscape,
 }
 
-/// What the odometry says, as a Gaussian.
+/// The pose by odometry, as a Gaussian.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
     /// Its mean.
@@ -43,9 +43,9 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// Gives the odometry less weight the farther it is from where the scan fits.
+    /// Reduces the weight of the odometry the farther it is from where the scan fits.
     pub fn doubted(&self, found: &Pose) -> Self {
-        let error = difference(found, &self.pose);
+        let error = pose_difference(found, &self.pose);
         let trust = |i: usize| 1.0 / (1.0 + error[i] * error[i] * self.information[(i, i)]);
         let scale = Matrix3::from_diagonal(&Vector3::new(trust(0), trust(1), trust(2)));
         Self { pose: self.pose, information: self.information * scale }
@@ -60,7 +60,7 @@ const UNKNOWN: f64 = 0.5 * CONTRADICTED;
 impl Expected {
     /// Logarithm of the likelihood of a pose, up to a constant, with the long tails of wheels.
     pub(crate) fn likelihood(&self, pose: &Pose) -> f64 {
-        let error = difference(pose, &self.pose);
+        let error = pose_difference(pose, &self.pose);
         let of = |i: usize| error[i] * error[i] * self.information[(i, i)];
         -(1.0 + of(0) + of(1)).ln() - (1.0 + of(2)).ln()
     }
@@ -71,16 +71,16 @@ impl Expected {
 #[derive(Clone, Debug)]
 pub(crate) struct Landscape {
     seen: Vec<(Point, Patch)>,
-    /// What the points without a surface say, wherever the pose is.
+    /// The likelihood of the points without a surface, which no pose changes.
     elsewhere: f64,
 }
 
 impl Landscape {
-    pub(crate) fn new(grid: &Grid, points: &[Point], pose: &Pose) -> Self {
+    pub(crate) fn new(grid: &SurfaceGrid, points: &[Point], pose: &Pose) -> Self {
         let mut landscape = Self { seen: Vec::with_capacity(points.len()), elsewhere: 0.0 };
         for point in points {
             let world = pose.apply(*point);
-            match patch(grid, world) {
+            match read_patch(grid, world) {
                 Some(patch) => landscape.seen.push((*point, patch)),
                 None if grid.is_known(grid.cell_of(world)) => landscape.elsewhere += CONTRADICTED,
                 None => landscape.elsewhere += UNKNOWN,
@@ -104,17 +104,20 @@ impl Landscape {
     }
 
     /// The step to where the scan fits these surfaces better (Gauss-Newton).
-    fn step(&self, pose: &Pose, expected: &Expected) -> Option<Vector3<f64>> {
-        let system = self.system(pose);
-        let error = difference(pose, &expected.pose);
+    fn newton_step(&self, pose: &Pose, expected: &Expected) -> Option<Vector3<f64>> {
+        let system = self.build_system(pose);
+        let error = pose_difference(pose, &expected.pose);
         let hessian = system.hessian + expected.information;
         let gradient = system.gradient + expected.information * error;
         hessian.cholesky().map(|c| -c.solve(&gradient))
     }
 
-    fn system(&self, pose: &Pose) -> System {
-        let mut system =
-            System { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), supported: 0.0 };
+    fn build_system(&self, pose: &Pose) -> NormalEquations {
+        let mut system = NormalEquations {
+            hessian: Matrix3::zeros(),
+            gradient: Vector3::zeros(),
+            supported: 0.0,
+        };
         let (sin, cos) = pose.yaw_rad.sin_cos();
         for (point, patch) in &self.seen {
             let (dx, dy) = (cos * point.x_m - sin * point.y_m, sin * point.x_m + cos * point.y_m);
@@ -132,38 +135,38 @@ struct Patch {
 }
 
 /// Moves `start` to where `points` fit the surfaces of the map best.
-pub fn refine(grid: &Grid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
+pub fn refine(grid: &SurfaceGrid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
     let mut pose = start;
     let mut landscape = Landscape::new(grid, points, &pose);
-    // Surfaces are looked up anew after every step: where they say nothing along a wall, those of
+    // Surfaces are looked up again after every step: where they give no information along a wall, those of
     // the step before would hold the scan back.
     for _ in 0..MOST_STEPS {
-        let Some(step) = landscape.step(&pose, expected) else { break };
+        let Some(step) = landscape.newton_step(&pose, expected) else { break };
         pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
         if step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD {
             break;
         }
         landscape = Landscape::new(grid, points, &pose);
     }
-    let system = landscape.system(&pose);
+    let system = landscape.build_system(&pose);
     let all = system.hessian + expected.information;
     let covariance = all.cholesky().map_or_else(Matrix3::identity, |c| c.inverse());
     let support = system.supported / points.len().max(1) as f64;
     Refined { pose, covariance, information: system.hessian, support, landscape }
 }
 
-pub(crate) fn difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
+pub(crate) fn pose_difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
     Vector3::new(pose.x_m - from.x_m, pose.y_m - from.y_m, wrapped(pose.yaw_rad - from.yaw_rad))
 }
 
 /// The normal equations at one pose.
-struct System {
+struct NormalEquations {
     hessian: Matrix3<f64>,
     gradient: Vector3<f64>,
     supported: f64,
 }
 
-impl System {
+impl NormalEquations {
     /// Adds a point that lies at `arm` from the robot, in the map's directions.
     fn add(&mut self, arm: Vector2<f64>, pose: &Pose, patch: &Patch) {
         let residual = Vector2::new(pose.x_m, pose.y_m) + arm - patch.mean;
@@ -188,7 +191,7 @@ fn nearness(x: f64) -> f64 {
 }
 
 /// Weighted mean and scatter of the surface points around `world`.
-fn patch(grid: &Grid, world: Point) -> Option<Patch> {
+fn read_patch(grid: &SurfaceGrid, world: Point) -> Option<Patch> {
     let [x, y] = grid.cell_of(world);
     let width_m = 0.5 * f64::from(NEIGHBOUR_CELLS) * grid.resolution_m();
     let scale = 0.5 / (width_m * width_m);
@@ -209,7 +212,7 @@ fn patch(grid: &Grid, world: Point) -> Option<Patch> {
     let scatter = squares / weights - mean * mean.transpose();
     let roughness = ROUGHNESS_M * ROUGHNESS_M;
     let within = (scatter + Matrix2::identity() * roughness).try_inverse()?;
-    // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it says nothing.
+    // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it carries no information.
     let information = within - Matrix2::identity() / (width_m * width_m + roughness);
     Some(Patch { mean: mean + Vector2::new(world.x_m, world.y_m), information })
 }

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 /// One sweep of a planar laser, ranges as in a LaserScan message.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scan {
+pub struct MapperScan {
     /// Time of the measurement, seconds.
     pub stamp_s: f64,
     /// Direction of the first beam in the laser's frame, radians.
@@ -31,16 +31,16 @@ pub struct Beam {
 
 /// How far beams are believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct BeamReach {
     /// Surfaces farther away are not used, metres.
     pub hit_m: f64,
     /// A beam that saw nothing clears this far, metres: glass and black walls return nothing too.
     pub clear_m: f64,
 }
 
-impl Scan {
-    /// Gives the beams that say something, in the robot's frame.
-    pub fn beams(&self, robot_from_laser: &Pose, reach: Reach) -> Vec<Beam> {
+impl MapperScan {
+    /// Returns the beams that measured something, in the robot's frame.
+    pub fn beams(&self, robot_from_laser: &Pose, reach: BeamReach) -> Vec<Beam> {
         let (range_min_m, range_max_m) = (self.range_min_m, self.range_max_m);
         let beam = |(index, &range): (usize, &f32)| {
             let range_m = f64::from(range);
@@ -77,15 +77,15 @@ mod tests {
 
     #[test]
     fn readings_beyond_the_range_clear_and_broken_ones_say_nothing() {
-        let scan = Scan {
+        let scan = MapperScan {
             angle_min_rad: -FRAC_PI_2,
             increment_rad: FRAC_PI_2 / 2.0,
             range_min_m: 0.1,
             range_max_m: 10.0,
             ranges_m: vec![2.0, f32::NAN, f32::INFINITY, 0.05, 7.0],
-            ..Scan::default()
+            ..MapperScan::default()
         };
-        let reach = Reach { hit_m: 5.0, clear_m: 3.0 };
+        let reach = BeamReach { hit_m: 5.0, clear_m: 3.0 };
         let beams = scan.beams(&Pose::new(0.5, 0.0, 0.0), reach);
         let lengths: Vec<_> =
             beams.iter().map(|b| (b.hit, (b.end.x_m - 0.5).hypot(b.end.y_m))).collect();

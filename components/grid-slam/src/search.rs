@@ -1,28 +1,14 @@
 //! Finds the pose near a prior at which a scan fits the map best: the correlative search of Olson
 //! (ICRA 2009), exhaustive within its window, made fast by upper bounds from coarse to fine.
 
-use crate::field::{FULL, Field};
+use crate::field::{FULL, LikelihoodField};
 use crate::pose::{Point, Pose};
+use crate::prior::Prior;
 use crate::tile::floor;
-
-/// What is searched, and what is expected there.
-#[derive(Clone, Copy, Debug)]
-pub struct Prior {
-    /// The pose in the middle of the window.
-    pub pose: Pose,
-    /// Expected error of the position, metres along each axis.
-    pub sigma_m: f64,
-    /// Expected error of the heading, radians.
-    pub sigma_rad: f64,
-    /// Half the window's side, metres.
-    pub window_m: f64,
-    /// Half the window's angle, radians.
-    pub window_rad: f64,
-}
 
 /// The best pose found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct ScanMatch {
     /// Where it is, to a cell and a step of angle.
     pub pose: Pose,
     /// Mean likelihood of the points there, 0..1.
@@ -33,20 +19,20 @@ pub struct Found {
 /// (wheels slip rarely, but then far), so the cost grows with the logarithm.
 const PRIOR_WEIGHT: f64 = 0.02;
 
-struct Search<'a> {
-    field: &'a Field,
+struct WindowSearch<'a> {
+    field: &'a LikelihoodField,
     prior: &'a Prior,
     resolution_m: f64,
     /// The scan's cells at each heading, for the prior's position.
     turned: Vec<(f64, Vec<[i32; 2]>)>,
     reach: i32,
-    best: Option<Candidate>,
+    best: Option<ShiftCandidate>,
     /// Shifts nearer than this to one are not looked at, in cells.
     left_out: Option<([i32; 2], i32)>,
 }
 
 #[derive(Clone, Copy)]
-struct Candidate {
+struct ShiftCandidate {
     turn: usize,
     shift: [i32; 2],
     fit: f64,
@@ -56,12 +42,12 @@ struct Candidate {
 /// Searches the prior's window; `None` when there is nothing to match. With `rival_of` it finds the
 /// best pose outside the square around that one, half its side in metres.
 pub fn search(
-    field: &Field,
+    field: &LikelihoodField,
     points: &[Point],
     prior: &Prior,
     resolution_m: f64,
     rival_of: Option<(&Pose, f64)>,
-) -> Option<Found> {
+) -> Option<ScanMatch> {
     if points.is_empty() {
         return None;
     }
@@ -72,8 +58,9 @@ pub fn search(
         let shift = [cells(pose.x_m - prior.pose.x_m), cells(pose.y_m - prior.pose.y_m)];
         (shift, cells(apart_m))
     });
-    let mut search = Search { field, prior, resolution_m, turned, reach, best: None, left_out };
-    search.run();
+    let mut search =
+        WindowSearch { field, prior, resolution_m, turned, reach, best: None, left_out };
+    search.search_window();
     let best = search.best?;
     let along = |cells: i32| f64::from(cells) * resolution_m;
     let pose = Pose::new(
@@ -81,7 +68,7 @@ pub fn search(
         prior.pose.y_m + along(best.shift[1]),
         prior.pose.yaw_rad + search.turned[best.turn].0,
     );
-    Some(Found { pose, fit: best.fit })
+    Some(ScanMatch { pose, fit: best.fit })
 }
 
 /// One step of angle moves the farther points by about a cell and a half, at most half a degree.
@@ -102,20 +89,20 @@ fn turn_all(points: &[Point], prior: &Prior, resolution_m: f64) -> Vec<(f64, Vec
     (-steps..=steps).map(|i| f64::from(i) * step_rad).map(|turn| (turn, cells(turn))).collect()
 }
 
-impl Search<'_> {
-    fn run(&mut self) {
+impl WindowSearch<'_> {
+    fn search_window(&mut self) {
         let top = self.field.top();
         let shifts: Vec<i32> = (-self.reach..=self.reach).step_by(1 << top).collect();
         let mut nodes = Vec::new();
         for turn in 0..self.turned.len() {
             for &x in &shifts {
-                nodes.extend(shifts.iter().map(|&y| self.candidate(turn, [x, y], top)));
+                nodes.extend(shifts.iter().map(|&y| self.rate_candidate(turn, [x, y], top)));
             }
         }
-        self.descend(nodes, top);
+        self.descend_level(nodes, top);
     }
 
-    fn descend(&mut self, mut nodes: Vec<Candidate>, level: usize) {
+    fn descend_level(&mut self, mut nodes: Vec<ShiftCandidate>, level: usize) {
         nodes.sort_by(|a, b| b.value.total_cmp(&a.value));
         for node in nodes {
             if self.best.is_some_and(|best| best.value >= node.value) {
@@ -133,15 +120,15 @@ impl Search<'_> {
             for [x, y] in [[0, 0], [half, 0], [0, half], [half, half]] {
                 let shift = [node.shift[0] + x, node.shift[1] + y];
                 if shift.iter().all(|&s| s <= self.reach) {
-                    below.push(self.candidate(node.turn, shift, level - 1));
+                    below.push(self.rate_candidate(node.turn, shift, level - 1));
                 }
             }
-            self.descend(below, level - 1);
+            self.descend_level(below, level - 1);
         }
     }
 
-    /// Says whether all of a node's shifts are too near to the pose a rival is looked for.
-    fn is_left_out(&self, node: &Candidate, level: usize) -> bool {
+    /// Returns whether all of a node's shifts are too near to the pose a rival is looked for.
+    fn is_left_out(&self, node: &ShiftCandidate, level: usize) -> bool {
         let side = (1 << level) - 1;
         self.left_out.is_some_and(|(shift, apart)| {
             let within = |i: usize| {
@@ -152,7 +139,7 @@ impl Search<'_> {
     }
 
     /// Value of a square of shifts: exact at level 0, an upper bound above.
-    fn candidate(&self, turn: usize, shift: [i32; 2], level: usize) -> Candidate {
+    fn rate_candidate(&self, turn: usize, shift: [i32; 2], level: usize) -> ShiftCandidate {
         let (turn_rad, cells) = &self.turned[turn];
         let at = |cell: &[i32; 2]| {
             u32::from(self.field.at(level, [cell[0] + shift[0], cell[1] + shift[1]]))
@@ -164,6 +151,6 @@ impl Search<'_> {
         let squared_m = nearest(shift[0]).powi(2) + nearest(shift[1]).powi(2);
         let unlikely = (1.0 + squared_m / self.prior.sigma_m.powi(2)).ln()
             + (1.0 + (turn_rad / self.prior.sigma_rad).powi(2)).ln();
-        Candidate { turn, shift, fit, value: fit - PRIOR_WEIGHT * unlikely }
+        ShiftCandidate { turn, shift, fit, value: fit - PRIOR_WEIGHT * unlikely }
     }
 }

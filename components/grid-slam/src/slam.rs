@@ -1,38 +1,38 @@
 //! The whole mapper: the front follows the robot scan by scan, the graph remembers every drawn scan
-//! and corrects them all when a loop closes, and the map is drawn anew where they are then.
+//! and corrects them all when a loop closes, and the map is redrawn at the corrected poses.
 
 use crate::closing::{Closing, Keyframe};
 use crate::config::Config;
-use crate::filter::{Estimate, Filter};
-use crate::graph::{Graph, turned};
-use crate::particle::Step;
+use crate::filter::{ParticleFilter, ScanEstimate};
+use crate::graph::{PoseGraph, turn_covariance};
+use crate::particle::ScanStep;
 use crate::pose::Pose;
-use crate::scan::{Scan, thinned};
-use crate::snapshot::Snapshot;
+use crate::scan::{MapperScan, thinned};
+use crate::snapshot::GridSnapshot;
 use nalgebra::{Matrix3, Vector3};
 
-/// What no scan match is better than: metres and share of the way, radians.
+/// The accuracy that no scan match exceeds: metres and share of the distance, radians.
 const CHAIN_FLOOR_M: f64 = 0.01;
 const CHAIN_FLOOR_RAD: f64 = 0.002;
 /// Loops are looked for this often, metres.
 const LOOK_EVERY_M: f64 = 1.0;
 /// New closures that disagree with the graph by this many squared sigmas together have it
-/// optimised at once.
+/// optimised immediately.
 const DISAGREEMENT: f64 = 15.0;
-/// Keyframes that moved by more than this have the map drawn anew, metres …
+/// Keyframes that moved by more than this have the map redrawn, metres …
 const REDRAWN_M: f64 = 0.03;
 /// … when this share of them is new since it was drawn, so that a scan pays for sixteen at most
 /// however many there are …
 const REDRAWN_SHARE: usize = 16;
-/// … or at once, where the map is too wrong to go on with, metres.
+/// … or immediately, where the map is too wrong to continue with, metres.
 const REDRAWN_AT_ONCE_M: f64 = 0.3;
 
 /// Simultaneous localisation and mapping, one scan at a time.
 pub struct Slam {
-    front: Filter,
+    front: ParticleFilter,
     config: Config,
     keyframes: Vec<Keyframe>,
-    graph: Graph,
+    graph: PoseGraph,
     closing: Closing,
     /// Every scan: its stamp, the keyframe before it or itself, and where it was seen from there.
     track: Vec<(f64, usize, Pose)>,
@@ -48,10 +48,10 @@ impl Slam {
     /// Makes a map that begins where the robot stands.
     pub fn new(config: Config) -> Self {
         Self {
-            front: Filter::new(config),
+            front: ParticleFilter::new(config),
             config,
             keyframes: Vec::new(),
-            graph: Graph::default(),
+            graph: PoseGraph::default(),
             closing: Closing::default(),
             track: Vec::new(),
             disagreement: 0.0,
@@ -60,13 +60,13 @@ impl Slam {
         }
     }
 
-    /// Places a scan, taken where the odometry says `odometry`, and draws it if it brings news.
-    pub fn add(&mut self, odometry: Pose, scan: &Scan) -> Estimate {
+    /// Places a scan, taken at the odometry pose `odometry`, and draws it if it brings news.
+    pub fn add(&mut self, odometry: Pose, scan: &MapperScan) -> ScanEstimate {
         let beams = scan.beams(&self.config.robot_from_laser, self.config.reach);
         let points = thinned(&beams, 2.0 * self.config.resolution_m);
         let mut estimate = self.front.add(odometry, scan.stamp_s, &beams, &points);
         if estimate.drawn {
-            self.remember();
+            self.remember_keyframe();
             let travelled_m = self.front.travelled_m();
             if self.config.loop_closing {
                 self.keyframes.push(Keyframe { travelled_m, beams, points });
@@ -74,7 +74,7 @@ impl Slam {
             }
         }
         let keyframe = self.graph.poses().len() - 1;
-        // The front's map lags behind the graph by what is too little to draw it anew.
+        // The front's map lags behind the graph by corrections too small to redraw it.
         let seen = self.front.keyframe().inverse() * self.front.robot();
         self.track.push((scan.stamp_s, keyframe, seen));
         estimate.pose = self.front.robot();
@@ -99,7 +99,7 @@ impl Slam {
     }
 
     /// The map as it is now.
-    pub fn snapshot(&self) -> Snapshot {
+    pub fn snapshot(&self) -> GridSnapshot {
         self.front.snapshot()
     }
 
@@ -113,15 +113,15 @@ impl Slam {
         self.graph.closures()
     }
 
-    /// Brings the graph's chain to the best particle's way, which may have become another.
-    fn remember(&mut self) {
-        let way = self.front.way();
+    /// Brings the graph's chain to the trajectory of the best particle, which may have changed.
+    fn remember_keyframe(&mut self) {
+        let way = self.front.steps();
         let first = self.graph.poses().len() + 1 - way.len();
         if first == 0 && self.graph.poses().is_empty() {
             self.graph.extend(way[0].pose, way[0].covariance);
         }
         for (number, pair) in way.windows(2).enumerate() {
-            let (motion, covariance) = link(&pair[0], &pair[1]);
+            let (motion, covariance) = relate_steps(&pair[0], &pair[1]);
             let keyframe = first + number + 1;
             if keyframe < self.graph.poses().len() {
                 self.graph.reached(keyframe, motion, covariance);
@@ -132,37 +132,37 @@ impl Slam {
     }
 
     fn close_loops(&mut self) {
-        let believed = self.closing.look(&self.graph, &self.keyframes, LOOK_EVERY_M);
+        let believed = self.closing.look_for_closures(&self.graph, &self.keyframes, LOOK_EVERY_M);
         for edge in believed {
             self.disagreement += self.graph.disagreement(&edge).max(f64::MIN_POSITIVE);
             self.graph.connect(edge);
         }
         if self.disagreement > DISAGREEMENT {
-            self.optimise();
+            self.optimise_graph();
         }
         let is_due = (self.keyframes.len() - self.redrawn) * REDRAWN_SHARE >= self.keyframes.len();
         if self.moved_m > REDRAWN_AT_ONCE_M || (is_due && self.moved_m > REDRAWN_M) {
-            self.redraw();
+            self.redraw_map();
         }
     }
 
-    fn optimise(&mut self) {
+    fn optimise_graph(&mut self) {
         self.moved_m += self.graph.optimise();
         self.disagreement = 0.0;
     }
 
-    fn redraw(&mut self) {
+    fn redraw_map(&mut self) {
         let scans = self.graph.poses().iter().zip(&self.keyframes);
-        self.front.redraw(scans.map(|(pose, k)| (*pose, k.beams.as_slice())));
+        self.front.redraw_map(scans.map(|(pose, k)| (*pose, k.beams.as_slice())));
         (self.moved_m, self.redrawn) = (0.0, self.keyframes.len());
     }
 }
 
 /// The motion from one step to the next, and its covariance in the frame of the second.
-fn link(from: &Step, to: &Step) -> (Pose, Matrix3<f64>) {
+fn relate_steps(from: &ScanStep, to: &ScanStep) -> (Pose, Matrix3<f64>) {
     let motion = from.pose.inverse() * to.pose;
     let floor_m = CHAIN_FLOOR_M * (1.0 + motion.x_m.hypot(motion.y_m));
     let floor = Vector3::new(floor_m, floor_m, CHAIN_FLOOR_RAD).map(|sigma| sigma * sigma);
-    let own = turned(&to.covariance, -to.pose.yaw_rad);
+    let own = turn_covariance(&to.covariance, -to.pose.yaw_rad);
     (motion, own + Matrix3::from_diagonal(&floor))
 }

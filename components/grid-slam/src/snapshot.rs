@@ -5,7 +5,7 @@ use crate::tile::TILE_CELLS;
 
 /// A picture of the map at one moment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
+pub struct GridSnapshot {
     /// Pose of the lower left corner of cell (0, 0) in the map's frame.
     pub origin: Pose,
     /// Side of a cell, metres.
@@ -18,7 +18,7 @@ pub struct Snapshot {
     pub cells: Vec<i8>,
 }
 
-impl Snapshot {
+impl GridSnapshot {
     /// The tiles that differ from an earlier picture, as their first cell and size; `None` if the
     /// two do not lie alike.
     pub fn changed_since(&self, earlier: &Self) -> Option<Vec<([usize; 2], [usize; 2])>> {

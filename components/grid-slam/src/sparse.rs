@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// `A x = b` while it is gathered.
 #[derive(Clone, Debug)]
-pub struct System {
+pub struct SparseSystem {
     diagonal: Vec<Matrix3<f64>>,
     right: Vec<Vector3<f64>>,
-    /// Blocks beside the diagonal by column; each stands in both its rows.
+    /// Blocks off the diagonal by column; each stands in both its rows.
     rows: Vec<BTreeMap<usize, Matrix3<f64>>>,
 }
 
@@ -22,7 +22,7 @@ struct Eliminated {
     others: Vec<(usize, Matrix3<f64>)>,
 }
 
-impl System {
+impl SparseSystem {
     /// Makes a system of `unknowns` blocks that is all zero.
     pub fn new(unknowns: usize) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl System {
     }
 
     /// Adds to the block of two different unknowns, and its transpose to the one across.
-    pub fn couple(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
+    pub fn couple_blocks(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
         *self.rows[row].entry(column).or_default() += block;
         *self.rows[column].entry(row).or_default() += block.transpose();
     }
@@ -50,7 +50,7 @@ impl System {
             self.rows.iter().enumerate().map(|(unknown, row)| (row.len(), unknown)).collect();
         let mut eliminated = Vec::with_capacity(self.rows.len());
         while let Some((_, unknown)) = waiting.pop_first() {
-            eliminated.push(self.eliminate(unknown, &mut waiting)?);
+            eliminated.push(self.eliminate_column(unknown, &mut waiting)?);
         }
         let mut solution = vec![Vector3::zeros(); eliminated.len()];
         for one in eliminated.iter().rev() {
@@ -60,7 +60,7 @@ impl System {
         Some(solution)
     }
 
-    fn eliminate(
+    fn eliminate_column(
         &mut self,
         unknown: usize,
         waiting: &mut BTreeSet<(usize, usize)>,
@@ -98,13 +98,13 @@ mod tests {
     #[test]
     fn it_solves_what_a_dense_solver_solves() {
         let unknowns = 30;
-        let mut system = System::new(unknowns);
+        let mut system = SparseSystem::new(unknowns);
         let mut dense = DMatrix::zeros(3 * unknowns, 3 * unknowns);
         let right = DVector::from_fn(3 * unknowns, |i, _| (i as f64 * 0.7).sin());
         let across = [(2, 27), (5, 19), (19, 2), (11, 28)];
         for (i, j) in (1..unknowns).map(|i| (i - 1, i)).chain(across) {
             let block = Matrix3::from_fn(|r, c| ((i * 7 + j * 3 + r * 5 + c) as f64).cos());
-            system.couple(i, j, &block);
+            system.couple_blocks(i, j, &block);
             let mut view = dense.view_mut((3 * i, 3 * j), (3, 3));
             view += block;
             let mut view = dense.view_mut((3 * j, 3 * i), (3, 3));
@@ -124,8 +124,8 @@ mod tests {
 
     #[test]
     fn what_is_not_definite_has_no_solution() {
-        let mut system = System::new(2);
+        let mut system = SparseSystem::new(2);
         system.add(0, &Matrix3::identity(), &Vector3::zeros());
-        assert!(system.solve().is_none(), "nothing holds the second unknown");
+        assert!(system.solve().is_none(), "nothing determines the second unknown");
     }
 }

@@ -1,7 +1,7 @@
-//! What one scan says of the cells around it: which its beams ended in, and which they went through,
+//! What one scan shows of the cells around it: which its beams ended in, and which they went through,
 //! a bit each. A scan changes a cell once, however many of its beams touch it.
 
-use crate::tile::{Rows, TILE_CELLS};
+use crate::tile::{TILE_CELLS, TileRows};
 
 /// A rectangle of tiles, and the cells that were touched there.
 pub(crate) struct Sweep {
@@ -28,20 +28,20 @@ impl Sweep {
     }
 
     /// Says that a beam ended in a cell; whether it is the first.
-    pub(crate) fn end(&mut self, cell: [i32; 2]) -> bool {
-        let (word, bit) = self.place(cell);
+    pub(crate) fn mark_end(&mut self, cell: [i32; 2]) -> bool {
+        let (word, bit) = self.bit_of_cell(cell);
         let is_first = self.ended[word] & bit == 0;
         self.ended[word] |= bit;
         is_first
     }
 
     /// Says that a beam went through the cells of a line, without its last one (Bresenham).
-    pub(crate) fn pass(&mut self, from: [i32; 2], to: [i32; 2]) {
+    pub(crate) fn mark_passed(&mut self, from: [i32; 2], to: [i32; 2]) {
         let (dx, dy) = ((to[0] - from[0]).abs(), -(to[1] - from[1]).abs());
         let step = [(to[0] - from[0]).signum(), (to[1] - from[1]).signum()];
         let (mut at, mut error) = (from, dx + dy);
         while at != to {
-            let (word, bit) = self.place(at);
+            let (word, bit) = self.bit_of_cell(at);
             self.passed[word] |= bit;
             let twice = 2 * error;
             if twice >= dy {
@@ -56,8 +56,8 @@ impl Sweep {
     }
 
     /// The tiles that beams went through, and the cells there in which none ended.
-    pub(crate) fn passed(&self) -> impl Iterator<Item = ([i32; 2], Rows)> + '_ {
-        let rows = |number: usize| -> Rows {
+    pub(crate) fn passed(&self) -> impl Iterator<Item = ([i32; 2], TileRows)> + '_ {
+        let rows = |number: usize| -> TileRows {
             let start = number * TILE_CELLS as usize;
             std::array::from_fn(|row| self.passed[start + row] & !self.ended[start + row])
         };
@@ -69,7 +69,7 @@ impl Sweep {
         all.filter(|(_, rows)| rows.iter().any(|&row| row != 0))
     }
 
-    fn place(&self, [x, y]: [i32; 2]) -> (usize, u64) {
+    fn bit_of_cell(&self, [x, y]: [i32; 2]) -> (usize, u64) {
         let column = x.div_euclid(TILE_CELLS) - self.first[0];
         let row = y - self.first[1] * TILE_CELLS;
         let height = self.size[1] * TILE_CELLS as usize;
@@ -84,9 +84,9 @@ mod tests {
     /// Cells that are passed by a line and by a beam that ends at its last cell.
     fn passed(from: [i32; 2], to: [i32; 2]) -> Vec<[i32; 2]> {
         let mut sweep = Sweep::over([from, to].into_iter());
-        assert!(sweep.end(to) && !sweep.end(to), "the second is not the first");
-        sweep.pass(from, to);
-        sweep.pass(from, to);
+        assert!(sweep.mark_end(to) && !sweep.mark_end(to), "the second is not the first");
+        sweep.mark_passed(from, to);
+        sweep.mark_passed(from, to);
         let mut cells = Vec::new();
         for ([x, y], rows) in sweep.passed() {
             for (row, bits) in rows.iter().enumerate() {

@@ -21,18 +21,18 @@ const MEAN_OVER: u8 = 24;
 const OFFSET_STEPS: f64 = 250.0;
 
 /// Cells of a tile, a bit each: a number for every row.
-pub(crate) type Rows = [u64; SIDE];
+pub(crate) type TileRows = [u64; SIDE];
 
 /// Cells row by row.
 #[derive(Clone)]
-pub(crate) struct Tile {
+pub(crate) struct MapTile {
     log_odds: [i8; SIDE * SIDE],
     /// Mean hit point from the cell's centre, in 1/250 of a cell, and over how many.
     means: [([i8; 2], u8); SIDE * SIDE],
     /// Where a beam has ever ended or gone through.
-    known: Rows,
+    known: TileRows,
     /// Where there is more likely a surface than not.
-    surfaces: Rows,
+    surfaces: TileRows,
 }
 
 /// What eight cells lose that are seen through, by the bits of a byte.
@@ -48,7 +48,7 @@ static MISSES: [[i8; 8]; 256] = {
     misses
 };
 
-impl Tile {
+impl MapTile {
     /// A square of which nothing is known.
     pub(crate) const UNKNOWN: Self = Self {
         log_odds: [0; SIDE * SIDE],
@@ -79,7 +79,7 @@ impl Tile {
     }
 
     /// Beams of a scan went through cells.
-    pub(crate) fn clear(&mut self, passed: &Rows) {
+    pub(crate) fn clear(&mut self, passed: &TileRows) {
         for (y, &passed) in passed.iter().enumerate().filter(|(_, passed)| **passed != 0) {
             self.known[y] |= passed;
             let row = &mut self.log_odds[y * SIDE..][..SIDE];
@@ -99,7 +99,7 @@ impl Tile {
         }
     }
 
-    /// Says whether a beam has ever ended in or gone through a cell.
+    /// Returns whether a beam has ever ended in or gone through a cell.
     pub(crate) fn is_known(&self, [x, y]: [usize; 2]) -> bool {
         self.known[y] >> x & 1 == 1
     }
@@ -125,10 +125,10 @@ impl Tile {
     }
 
     /// Rows of what is known: -1 unknown, else the probability in percent of being occupied.
-    pub(crate) fn percents(&self) -> impl Iterator<Item = impl Iterator<Item = i8>> {
+    pub(crate) fn percent_rows(&self) -> impl Iterator<Item = impl Iterator<Item = i8>> {
         self.log_odds.chunks(SIDE).zip(self.known).map(|(row, known)| {
             let of = move |(x, odds): (usize, &i8)| {
-                if known >> x & 1 == 1 { percent(*odds) } else { -1 }
+                if known >> x & 1 == 1 { to_percent(*odds) } else { -1 }
             };
             row.iter().enumerate().map(of)
         })
@@ -142,7 +142,7 @@ pub(crate) fn floor(number: f64) -> i32 {
 }
 
 /// Probability of being occupied, in percent.
-fn percent(log_odds: i8) -> i8 {
+fn to_percent(log_odds: i8) -> i8 {
     /// They are few, and many cells ask.
     static PERCENTS: std::sync::LazyLock<[i8; 256]> = std::sync::LazyLock::new(|| {
         std::array::from_fn(|number| {

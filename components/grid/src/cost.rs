@@ -1,16 +1,16 @@
 //! From an occupancy grid to what driving costs: cells closer to an obstacle than the robot's
-//! radius are closed, cells a little further off are dear, open space costs its length.
+//! radius are closed, cells a little further off cost more, open space costs its length.
 
 use crate::{Cell, Geometry, Grid, Point2, distance_transform, traverse};
 
 /// What is known about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occupancy {
-    /// Seen, and nothing is there.
+    /// Seen, and empty.
     Free,
     /// Not seen yet, or undecided.
     Unknown,
-    /// Something is there.
+    /// Seen, and not empty.
     Occupied,
 }
 
@@ -109,7 +109,7 @@ impl CostMap {
         self.factor.get(cell).copied().filter(|factor| factor.is_finite())
     }
 
-    /// Says whether a robot's centre may be in a cell.
+    /// Returns whether a robot's centre may be in a cell.
     pub fn is_open(&self, cell: Cell) -> bool {
         self.factor(cell).is_some()
     }
@@ -200,8 +200,8 @@ mod tests {
     fn unknown_is_closed_or_dear() {
         let map = ascii_map(0.1, &["..?."]);
         assert!(!CostMap::new(&map, &INFLATION).is_open(Cell::new(2, 0)));
-        let dear = Inflation { unknown_weight: Some(3.0), ..INFLATION };
-        assert_eq!(CostMap::new(&map, &dear).factor(Cell::new(2, 0)), Some(4.0));
+        let costly = Inflation { unknown_weight: Some(3.0), ..INFLATION };
+        assert_eq!(CostMap::new(&map, &costly).factor(Cell::new(2, 0)), Some(4.0));
     }
 
     #[test]

@@ -14,13 +14,13 @@ pub fn distance_transform(marked: &Grid<bool>) -> Grid<f32> {
     let mut envelope = Envelope::default();
     let values = squared.values_mut();
     for column in 0..width {
-        envelope.transform((0..height).map(|row| values[row * width + column]));
+        envelope.transform_line((0..height).map(|row| values[row * width + column]));
         for (row, value) in envelope.result.iter().enumerate() {
             values[row * width + column] = *value;
         }
     }
     for row in values.chunks_exact_mut(width.max(1)) {
-        envelope.transform(row.iter().copied());
+        envelope.transform_line(row.iter().copied());
         row.copy_from_slice(&envelope.result);
     }
     let resolution_m = geometry.resolution_m as f32;
@@ -40,7 +40,7 @@ struct Envelope {
 }
 
 impl Envelope {
-    fn transform(&mut self, samples: impl Iterator<Item = f32>) {
+    fn transform_line(&mut self, samples: impl Iterator<Item = f32>) {
         self.samples.clear();
         self.samples.extend(samples);
         self.vertices.clear();

@@ -63,12 +63,12 @@ impl Geometry {
         self.width * self.height
     }
 
-    /// Says whether there is no cell at all.
+    /// Returns whether there is no cell at all.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Says whether the cells have a size, of a millimetre at least, and a place: with less, a metre
+    /// Returns whether the cells have a size, of a millimetre at least, and a place: with less, a metre
     /// would be cells without end.
     pub fn is_sound(&self) -> bool {
         let Point2 { x_m, y_m } = self.origin;
@@ -90,7 +90,7 @@ impl Geometry {
         )
     }
 
-    /// Says whether a cell lies within the grid.
+    /// Returns whether a cell lies within the grid.
     pub fn contains(&self, cell: Cell) -> bool {
         self.index(cell).is_some()
     }

@@ -28,7 +28,7 @@ impl Point2 {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// Returns the point at `fraction` of the way to another one (0 here, 1 there).
+    /// Returns the point at `fraction` of the distance to another one (0 here, 1 there).
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         Self {
             x_m: self.x_m + (other.x_m - self.x_m) * fraction,
@@ -57,7 +57,7 @@ impl Pose2 {
         Self { x_m, y_m, yaw_rad }
     }
 
-    /// Says whether it is a pose at all: what a peer sends may hold infinities and NaN.
+    /// Returns whether it is a pose at all: what a peer sends may hold infinities and NaN.
     pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.yaw_rad.is_finite()
     }
@@ -94,7 +94,7 @@ impl Pose2 {
         )
     }
 
-    /// Returns the pose at `fraction` of the way to another one, turning the shorter way round.
+    /// Returns the pose at `fraction` between this one and another, turning the shorter way round.
     #[must_use]
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         let position = self.point().toward(other.point(), fraction);

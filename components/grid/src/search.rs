@@ -11,19 +11,19 @@ use crate::{Cell, CostMap, Grid, Point2};
 /// Fixed-point steps per cell length: costs must be integers to be ordered and added exactly.
 const STEPS_PER_CELL: f64 = 1000.0;
 
-/// Returns the cheapest way between two open cells, as the centres of its cells, ends included.
+/// Returns the cheapest path between two open cells, as the centres of its cells, ends included.
 ///
-/// `None` if either end is closed or there is no way. A* (Hart, Nilsson & Raphael 1968).
+/// `None` if either end is closed or no path exists. A* (Hart, Nilsson & Raphael 1968).
 pub fn shortest_path(map: &CostMap, from: Cell, to: Cell) -> Option<Vec<Point2>> {
     if !map.is_open(from) || !map.is_open(to) {
         return None;
     }
-    let straight = |cell: &Cell| (octile(*cell, to) * STEPS_PER_CELL) as u64;
-    let (cells, _) = astar(&from, |&cell| steps(map, cell), straight, |&cell| cell == to)?;
+    let straight = |cell: &Cell| (octile_distance(*cell, to) * STEPS_PER_CELL) as u64;
+    let (cells, _) = astar(&from, |&cell| list_steps(map, cell), straight, |&cell| cell == to)?;
     Some(cells.into_iter().map(|cell| map.geometry().centre(cell)).collect())
 }
 
-/// Returns for each open cell the length of the cheapest way from `from`, in weighted metres;
+/// Returns for each open cell the length of the cheapest path from `from`, in weighted metres;
 /// infinite where there is none.
 pub fn wavefront(map: &CostMap, from: Cell) -> Grid<f32> {
     let geometry = *map.geometry();
@@ -37,7 +37,7 @@ pub fn wavefront(map: &CostMap, from: Cell) -> Grid<f32> {
         if cost > reached[cell] {
             continue;
         }
-        for (next, step) in steps(map, cell) {
+        for (next, step) in list_steps(map, cell) {
             if cost + step < reached[next] {
                 reached[next] = cost + step;
                 queue.push(Reverse((cost + step, next)));
@@ -51,7 +51,7 @@ pub fn wavefront(map: &CostMap, from: Cell) -> Grid<f32> {
 }
 
 /// The open neighbours of an open cell and what it costs to get there.
-fn steps(map: &CostMap, cell: Cell) -> impl Iterator<Item = (Cell, u64)> + '_ {
+fn list_steps(map: &CostMap, cell: Cell) -> impl Iterator<Item = (Cell, u64)> + '_ {
     let here = map.factor(cell).unwrap_or(1.0);
     cell.neighbours().filter_map(move |next| {
         let there = map.factor(next)?;
@@ -61,8 +61,8 @@ fn steps(map: &CostMap, cell: Cell) -> impl Iterator<Item = (Cell, u64)> + '_ {
     })
 }
 
-/// Length of the shortest way between two cells on an empty grid, in cells.
-fn octile(a: Cell, b: Cell) -> f64 {
+/// Length of the shortest path between two cells on an empty grid, in cells.
+fn octile_distance(a: Cell, b: Cell) -> f64 {
     let columns = f64::from(a.column.abs_diff(b.column));
     let rows = f64::from(a.row.abs_diff(b.row));
     columns.max(rows) + (2.0_f64.sqrt() - 1.0) * columns.min(rows)

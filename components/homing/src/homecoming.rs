@@ -1,4 +1,5 @@
-//! Is the robot home? Told only after it has stayed there, so that driving past does not count.
+//! Decides whether the robot is home: only after it has stayed there, so that driving past does not
+//! count.
 
 use armor_grid::Pose2;
 
@@ -7,14 +8,14 @@ const STAY_S: f64 = 0.5;
 
 /// What to do now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum HomingStep {
     /// Drive there.
     Goto(Pose2),
     /// The robot is home.
     Home,
 }
 
-/// One way home. Time is passed in: there is no clock.
+/// One return home. Time is passed in: there is no clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Homecoming {
     home: Pose2,
@@ -24,7 +25,7 @@ pub struct Homecoming {
 }
 
 impl Homecoming {
-    /// Home is a pose on the map; within `tolerance_m` of it the robot is there.
+    /// Home is a pose on the map; within `tolerance_m` of it the robot has arrived.
     pub fn new(home: Pose2, tolerance_m: f64) -> Self {
         Self { home, tolerance_m, robot: None, there_since_s: None }
     }
@@ -37,14 +38,14 @@ impl Homecoming {
     }
 
     /// Decides at time `now_s`.
-    pub fn step(&mut self, now_s: f64) -> Step {
+    pub fn step(&mut self, now_s: f64) -> HomingStep {
         let home = self.home.point();
         let is_there =
             self.robot.is_some_and(|robot| robot.point().distance_m(home) <= self.tolerance_m);
         self.there_since_s = is_there.then(|| self.there_since_s.unwrap_or(now_s));
         match self.there_since_s {
-            Some(since_s) if now_s - since_s >= STAY_S => Step::Home,
-            _ => Step::Goto(self.home),
+            Some(since_s) if now_s - since_s >= STAY_S => HomingStep::Home,
+            _ => HomingStep::Goto(self.home),
         }
     }
 }
@@ -58,7 +59,7 @@ mod tests {
         let mut homecoming = Homecoming::new(Pose2::IDENTITY, 0.25);
         let reported = xs_m.iter().enumerate().position(|(index, x_m)| {
             homecoming.pose_seen(Pose2::new(*x_m, 0.0, 1.0));
-            homecoming.step(index as f64 * 0.2) == Step::Home
+            homecoming.step(index as f64 * 0.2) == HomingStep::Home
         });
         assert_eq!(reported, expected_at, "{xs_m:?}");
     }
@@ -73,7 +74,7 @@ mod tests {
     #[test]
     fn without_a_pose_it_is_not_home() {
         let mut homecoming = Homecoming::new(Pose2::IDENTITY, 0.25);
-        assert_eq!(homecoming.step(0.0), Step::Goto(Pose2::IDENTITY));
-        assert_eq!(homecoming.step(9.0), Step::Goto(Pose2::IDENTITY));
+        assert_eq!(homecoming.step(0.0), HomingStep::Goto(Pose2::IDENTITY));
+        assert_eq!(homecoming.step(9.0), HomingStep::Goto(Pose2::IDENTITY));
     }
 }

@@ -1,7 +1,7 @@
-//! Homing: sends the robot home and says when it is there. `ports` is all there is of messages.
+//! Homing: sends the robot home and reports when it has arrived. `ports` alone handles messages.
 
 mod homecoming;
 mod ports;
 
-pub use homecoming::{Homecoming, Step};
+pub use homecoming::{Homecoming, HomingStep};
 pub use ports::Homing;

@@ -1,4 +1,4 @@
-//! Files that are complete or not there: written beside their place, then renamed into it.
+//! Files that are complete or absent: written next to their place, then renamed into it.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -12,18 +12,18 @@ use armor_files::save_atomically;
 pub struct WriteError {
     /// The file or folder in question.
     pub path: PathBuf,
-    /// What the system said.
+    /// The system's error.
     pub source: std::io::Error,
 }
 
-/// Replaces a file at once: readers see the old content or the new one, never a part.
-pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+/// Replaces a file atomically: readers see the old content or the new one, never a part.
+pub(crate) fn replace_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     save_atomically(path, content)
         .map_err(|error| WriteError { path: path.to_owned(), source: error.reason })
 }
 
 /// Adds to the end of a file, which is made if it does not exist; all of it or nothing.
-pub(crate) fn append(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+pub(crate) fn append_to_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     let opened = OpenOptions::new().append(true).create(true).open(path);
     let written = opened.and_then(|mut file| {
         let length = file.metadata()?.len();
@@ -64,8 +64,8 @@ pub(crate) mod tests {
     fn a_file_is_replaced_and_nothing_is_left_beside_it() {
         let scratch = Scratch::new("replace");
         let path = scratch.0.join("map.txt");
-        replace(&path, b"first").unwrap();
-        replace(&path, b"second").unwrap();
+        replace_file(&path, b"first").unwrap();
+        replace_file(&path, b"second").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"second");
         assert_eq!(fs::read_dir(&scratch.0).unwrap().count(), 1);
     }
@@ -74,7 +74,7 @@ pub(crate) mod tests {
     fn a_failure_names_the_file() {
         let scratch = Scratch::new("failure");
         let path = scratch.0.join("missing").join("map.png");
-        let error = replace(&path, b"lost").unwrap_err().to_string();
+        let error = replace_file(&path, b"lost").unwrap_err().to_string();
         assert!(error.contains("missing/map.png"), "{error}");
     }
 }

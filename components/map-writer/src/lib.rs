@@ -1,5 +1,5 @@
 //! Writes what a robot has mapped: a picture to look at (`picture`), a map for
-//! `map_server` (`map_server`), the trajectory as text (`trajectory`). `record` says what is to be
+//! `map_server` (`map_server`), the trajectory as text (`trajectory`). `record` decides what is
 //! written when, `files` puts it on the disk; `ports` is all there is of messages.
 
 mod files;
@@ -11,4 +11,4 @@ mod trajectory;
 
 pub use files::WriteError;
 pub use ports::MapWriter;
-pub use record::{MapSnapshot, Progress, Record};
+pub use record::{MapRecord, MapSnapshot, RecordProgress};

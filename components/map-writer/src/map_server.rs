@@ -1,4 +1,4 @@
-//! The map as `map_server` reads it: a grey PGM image, top row first, and a YAML file beside it.
+//! The map as `map_server` reads it: a grey PGM image, top row first, and a YAML file next to it.
 
 use armor_grid::{Grid, Occupancy, Thresholds};
 
@@ -7,7 +7,7 @@ const UNKNOWN: u8 = 205;
 const OCCUPIED: u8 = 0;
 
 /// Returns the content of `map.pgm`.
-pub(crate) fn pgm(map: &Grid<i8>) -> Vec<u8> {
+pub(crate) fn encode_pgm(map: &Grid<i8>) -> Vec<u8> {
     let geometry = map.geometry();
     let mut bytes = format!("P5\n{} {}\n255\n", geometry.width, geometry.height).into_bytes();
     let thresholds = Thresholds::default();
@@ -22,20 +22,20 @@ pub(crate) fn pgm(map: &Grid<i8>) -> Vec<u8> {
 }
 
 /// Returns the content of `map.yaml`.
-pub(crate) fn yaml(map: &Grid<i8>) -> String {
+pub(crate) fn write_yaml(map: &Grid<i8>) -> String {
     let geometry = map.geometry();
     let Thresholds { free, occupied } = Thresholds::default();
     format!(
         "image: map.pgm\nmode: trinary\nresolution: {}\norigin: [{}, {}, 0.0]\nnegate: 0\n\
          occupied_thresh: {occupied}\nfree_thresh: {free}\n",
-        metres(geometry.resolution_m),
-        metres(geometry.origin.x_m),
-        metres(geometry.origin.y_m),
+        format_metres(geometry.resolution_m),
+        format_metres(geometry.origin.x_m),
+        format_metres(geometry.origin.y_m),
     )
 }
 
 /// To the micrometre: a resolution that came as an f32 reads 0.05 again, not 0.05000000074505806.
-fn metres(value_m: f64) -> String {
+fn format_metres(value_m: f64) -> String {
     let text = format!("{value_m:.6}");
     let short = text.trim_end_matches('0');
     if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn the_top_row_comes_first() {
         let expected = [b"P5\n3 2\n255\n".as_slice(), &[205, 254, 0, 254, 205, 0]].concat();
-        assert_eq!(pgm(&map()), expected);
+        assert_eq!(encode_pgm(&map()), expected);
     }
 
     #[test]
@@ -64,6 +64,6 @@ mod tests {
         let expected = "image: map.pgm\nmode: trinary\nresolution: 0.05\n\
                         origin: [-1.25, 0.0, 0.0]\nnegate: 0\n\
                         occupied_thresh: 0.65\nfree_thresh: 0.196\n";
-        assert_eq!(yaml(&map()), expected);
+        assert_eq!(write_yaml(&map()), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! `map.png`: the known part of the map, the way that was driven coloured from start to end, a
+//! `map.png`: the known part of the map, the trajectory coloured from start to end, a
 //! scale bar in metres.
 
 use armor_grid::{Cell, Grid, Point2};
@@ -21,16 +21,16 @@ const INK: Colour = [30, 34, 40];
 const TRUTH: Colour = [150, 150, 150];
 const START: Colour = [20, 150, 70];
 const END: Colour = [215, 40, 40];
-/// Colours along the way: blue at the start over purple to orange at the end.
+/// Colours along the trajectory: blue at the start over purple to orange at the end.
 const WAY: [Colour; 3] = [[25, 100, 220], [150, 50, 175], [240, 110, 30]];
 
-/// Draws a map in percent (negative: unknown), the way, and the true way if it is known.
-pub(crate) fn picture(
+/// Draws a map in percent (negative: unknown), the trajectory, and the true one if it is known.
+pub(crate) fn draw_picture(
     map: &Grid<i8>,
     way: impl Iterator<Item = Point2> + Clone,
     truth: impl Iterator<Item = Point2> + Clone,
 ) -> RgbCanvas {
-    let view = View::of(map, way.clone().chain(truth.clone()));
+    let view = MapView::of(map, way.clone().chain(truth.clone()));
     let width = view.width().max(STRIP_WIDTH);
     let mut canvas = RgbCanvas::new(width, view.height() + STRIP, UNKNOWN);
     view.draw_map(&mut canvas, map);
@@ -45,7 +45,7 @@ pub(crate) fn picture(
 
 /// Which cells are shown, and how large.
 #[derive(Debug)]
-struct View {
+struct MapView {
     /// Lower left cell shown.
     first: Cell,
     columns: usize,
@@ -62,7 +62,7 @@ enum Scale {
     CellsPerPixel(usize),
 }
 
-impl View {
+impl MapView {
     fn of(map: &Grid<i8>, way: impl Iterator<Item = Point2>) -> Self {
         let geometry = map.geometry();
         let known = map.iter().filter(|(_, percent)| **percent >= 0).map(|(cell, _)| cell);
@@ -178,7 +178,7 @@ fn draw_end(canvas: &mut RgbCanvas, (x, y): (i32, i32)) {
 }
 
 /// Below the map: the scale bar on the left, on the right what the marks mean.
-fn draw_strip(canvas: &mut RgbCanvas, view: &View, width: i32) {
+fn draw_strip(canvas: &mut RgbCanvas, view: &MapView, width: i32) {
     let top = view.height() as i32;
     let middle = top + STRIP as i32 / 2;
     canvas.fill_rectangle(0, top, width, STRIP as i32, [255; 3]);
@@ -209,7 +209,7 @@ fn scale_bar(pixels_per_metre: f64, most: f64) -> (f64, i32) {
     (length_m, (length_m * pixels_per_metre).round() as i32)
 }
 
-/// The colour at a fraction of the way.
+/// The colour at a fraction of the trajectory.
 fn way_colour(fraction: f64) -> Colour {
     let place = fraction.clamp(0.0, 1.0) * (WAY.len() - 1) as f64;
     let before = (place as usize).min(WAY.len() - 2);

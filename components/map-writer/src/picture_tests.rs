@@ -47,8 +47,8 @@ fn way() -> Vec<Point2> {
 #[test]
 fn the_map_is_where_it_belongs() {
     let map = room();
-    let view = View::of(&map, std::iter::empty());
-    let decoded = Decoded::of(&picture(&map, std::iter::empty(), std::iter::empty()));
+    let view = MapView::of(&map, std::iter::empty());
+    let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
     assert_eq!(view.scale, Scale::PixelsPerCell(8));
     assert_eq!((decoded.width, decoded.height), (100 * 8, 80 * 8 + STRIP));
     let check = |x_m, y_m, expected: Colour| {
@@ -66,8 +66,8 @@ fn the_map_is_where_it_belongs() {
 #[test]
 fn the_way_runs_from_the_start_mark_to_the_end_mark() {
     let map = room();
-    let view = View::of(&map, way().into_iter());
-    let decoded = Decoded::of(&picture(&map, way().into_iter(), std::iter::empty()));
+    let view = MapView::of(&map, way().into_iter());
+    let decoded = Decoded::of(&draw_picture(&map, way().into_iter(), std::iter::empty()));
     let colour = |x_m| decoded.at(view.pixel(Point2::new(x_m, 1.0)));
     assert_eq!(colour(0.5), START);
     assert_eq!(colour(3.5), END);
@@ -81,16 +81,16 @@ fn the_way_runs_from_the_start_mark_to_the_end_mark() {
 fn the_truth_is_drawn_below_the_way() {
     let map = room();
     let above = way().into_iter().map(|p| Point2::new(p.x_m, p.y_m + 0.5));
-    let decoded = Decoded::of(&picture(&map, way().into_iter(), above));
-    let view = View::of(&map, way().into_iter());
+    let decoded = Decoded::of(&draw_picture(&map, way().into_iter(), above));
+    let view = MapView::of(&map, way().into_iter());
     assert_eq!(decoded.at(view.pixel(Point2::new(2.0, 1.5))), TRUTH);
 }
 
 #[test]
 fn the_scale_bar_is_as_long_as_it_says() {
     let map = room();
-    let decoded = Decoded::of(&picture(&map, std::iter::empty(), std::iter::empty()));
-    // 160 pixels are a metre here: a quarter of the width holds one.
+    let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
+    // 160 pixels are a metre here: a quarter of the width has room for one.
     let row = (decoded.height - STRIP / 2 + 8) as f64;
     let dark = (0..decoded.width / 2).filter(|x| decoded.at((*x as f64, row)) == INK).count();
     assert_eq!(dark, 160);
@@ -107,9 +107,9 @@ fn a_large_map_is_made_smaller_and_keeps_its_walls() {
     for row in 0..600 {
         map[Cell::new(2500, row)] = 100;
     }
-    let view = View::of(&map, std::iter::empty());
+    let view = MapView::of(&map, std::iter::empty());
     assert_eq!(view.scale, Scale::CellsPerPixel(3));
-    let decoded = Decoded::of(&picture(&map, std::iter::empty(), std::iter::empty()));
+    let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
     assert!(decoded.width <= LARGE);
     let row = decoded.height as f64 / 2.0 - 30.0;
     assert!((0..decoded.width).any(|x| decoded.at((x as f64, row)) == [25; 3]));
@@ -119,6 +119,6 @@ fn a_large_map_is_made_smaller_and_keeps_its_walls() {
 fn a_map_of_nothing_is_still_a_picture() {
     let geometry = Geometry { origin: Point2::default(), resolution_m: 0.05, width: 2, height: 2 };
     let map = Grid::filled(geometry, -1);
-    let decoded = Decoded::of(&picture(&map, std::iter::empty(), std::iter::empty()));
+    let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
     assert!(decoded.width >= STRIP_WIDTH && decoded.height > STRIP);
 }

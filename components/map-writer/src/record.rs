@@ -1,14 +1,14 @@
-//! What has been received, when it is to be written, and whether it is all there. Time is passed
+//! What has been received, when it is written, and whether it is complete. Time is passed
 //! in: there is no clock.
 
 use std::path::{Path, PathBuf};
 
 use armor_grid::{Grid, Point2, Pose2};
 
-use crate::files::{WriteError, append, make_folder, replace};
+use crate::files::{WriteError, append_to_file, make_folder, replace_file};
 use crate::map_server;
-use crate::picture::picture;
-use crate::trajectory::{HEADER, Trajectory};
+use crate::picture::draw_picture;
+use crate::trajectory::{HEADER, WrittenTrajectory};
 
 /// After the last pose, a map that lags behind is waited for this long, in seconds.
 const SETTLE_S: f64 = 2.0;
@@ -26,7 +26,7 @@ pub struct MapSnapshot {
 
 /// How far a recording has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Progress {
+pub enum RecordProgress {
     /// More may come.
     Open,
     /// As many poses as announced, and the map drawn from them, are on the disk.
@@ -42,7 +42,7 @@ pub enum Progress {
 
 /// Everything that goes into one output folder.
 #[derive(Debug)]
-pub struct Record {
+pub struct MapRecord {
     folder: PathBuf,
     interval_s: f64,
     patience_s: f64,
@@ -51,8 +51,8 @@ pub struct Record {
     is_corrected: bool,
     map: Option<MapSnapshot>,
     map_written: bool,
-    trajectory: Trajectory,
-    truth: Trajectory,
+    trajectory: WrittenTrajectory,
+    truth: WrittenTrajectory,
     /// Number of poses there will be, once that is known.
     announced: Option<u64>,
     /// When a pose, a map or the announcement came last.
@@ -60,7 +60,7 @@ pub struct Record {
     due_s: f64,
 }
 
-impl Record {
+impl MapRecord {
     /// Writes into `folder` every `interval_s`; waits `patience_s` for what was announced.
     pub fn new(folder: PathBuf, interval_s: f64, patience_s: f64) -> Self {
         Self {
@@ -71,22 +71,22 @@ impl Record {
             is_corrected: false,
             map: None,
             map_written: true,
-            trajectory: Trajectory::default(),
-            truth: Trajectory::default(),
+            trajectory: WrittenTrajectory::default(),
+            truth: WrittenTrajectory::default(),
             announced: None,
             heard_s: f64::NEG_INFINITY,
             due_s: f64::NEG_INFINITY,
         }
     }
 
-    /// Makes the folder and starts `trajectory.csv`; a second call goes on with what is there.
+    /// Makes the folder and starts `trajectory.csv`; a second call continues with the existing files.
     ///
     /// # Errors
     /// If the folder or the file cannot be written.
     pub fn begin(&mut self, now_s: f64) -> Result<(), WriteError> {
         if !self.begun {
             make_folder(&self.folder)?;
-            replace(&self.file("trajectory.csv"), HEADER.as_bytes())?;
+            replace_file(&self.file_path("trajectory.csv"), HEADER.as_bytes())?;
             self.truth.begin_anew();
             self.begun = true;
             self.due_s = now_s + self.interval_s;
@@ -94,8 +94,8 @@ impl Record {
         Ok(())
     }
 
-    /// Says whether somebody tells where all poses are by now: complete is then what its last word
-    /// and the map of that moment say, and nothing else.
+    /// Sets whether corrections of all poses arrive: the recording is then complete with the last
+    /// correction and the map of that time, and not before.
     pub fn expect_corrections(&mut self, come: bool) {
         self.is_corrected = come;
     }
@@ -113,14 +113,14 @@ impl Record {
         self.heard_s = now_s;
     }
 
-    /// Takes where all poses up to a stamp are by now: `trajectory.csv` is written anew.
+    /// Takes the corrected poses up to a stamp: `trajectory.csv` is rewritten.
     pub fn correction_seen(
         &mut self,
         now_s: f64,
         stamp_s: f64,
         poses: impl Iterator<Item = (f64, Pose2)>,
     ) {
-        self.trajectory.correct(stamp_s, poses);
+        self.trajectory.correct_poses(stamp_s, poses);
         self.heard_s = now_s;
     }
 
@@ -135,13 +135,13 @@ impl Record {
         self.heard_s = now_s;
     }
 
-    /// Writes if it is time to, and says how far the recording has come.
+    /// Writes if it is due, and returns how far the recording has come.
     ///
     /// # Errors
     /// If a file cannot be written; what is in memory is kept for the next time.
-    pub fn step(&mut self, now_s: f64) -> Result<Progress, WriteError> {
+    pub fn step(&mut self, now_s: f64) -> Result<RecordProgress, WriteError> {
         let progress = self.progress(now_s);
-        if progress != Progress::Open || now_s >= self.due_s {
+        if progress != RecordProgress::Open || now_s >= self.due_s {
             self.write()?;
             self.due_s = now_s + self.interval_s;
         }
@@ -158,16 +158,19 @@ impl Record {
     /// # Errors
     /// If a file cannot be written; what is in memory is kept for the next time.
     pub fn write(&mut self) -> Result<(), WriteError> {
-        let new_poses = !self.trajectory.unwritten().is_empty();
+        let new_poses = !self.trajectory.unwritten_lines().is_empty();
         write_lines(&self.folder.join("trajectory.csv"), &mut self.trajectory)?;
         write_lines(&self.folder.join("truth.csv"), &mut self.truth)?;
         let Some(map) = &self.map else { return Ok(()) };
         if !self.map_written {
-            replace(&self.file("map.pgm"), &map_server::pgm(&map.percent))?;
-            replace(&self.file("map.yaml"), map_server::yaml(&map.percent).as_bytes())?;
+            replace_file(&self.file_path("map.pgm"), &map_server::encode_pgm(&map.percent))?;
+            replace_file(
+                &self.file_path("map.yaml"),
+                map_server::write_yaml(&map.percent).as_bytes(),
+            )?;
         }
         if new_poses || !self.map_written {
-            self.write_picture(&self.file("map.png"), &map.percent)?;
+            self.write_picture(&self.file_path("map.png"), &map.percent)?;
         }
         self.map_written = true;
         Ok(())
@@ -177,52 +180,52 @@ impl Record {
         let finite = |point: &Point2| point.x_m.is_finite() && point.y_m.is_finite();
         let way = self.trajectory.line().filter(finite);
         let truth = self.truth.line().filter(finite);
-        let png = picture(map, way, truth).encode_png().map_err(|error| WriteError {
+        let png = draw_picture(map, way, truth).encode_png().map_err(|error| WriteError {
             path: path.to_owned(),
             source: std::io::Error::other(error),
         })?;
-        replace(path, &png)
+        replace_file(path, &png)
     }
 
-    fn progress(&self, now_s: f64) -> Progress {
-        let Some(announced) = self.announced else { return Progress::Open };
+    fn progress(&self, now_s: f64) -> RecordProgress {
+        let Some(announced) = self.announced else { return RecordProgress::Open };
         let quiet_s = now_s - self.heard_s;
         let mapped_s = self.map.as_ref().map(|map| map.stamp_s);
         let (received, is_complete) = if self.is_corrected {
             let corrected_s = self.trajectory.corrected_s();
             let is_current = mapped_s.is_some() && mapped_s == corrected_s;
-            (self.trajectory.corrected(), is_current)
+            (self.trajectory.count_corrected(), is_current)
         } else {
             let is_current = mapped_s >= self.trajectory.newest_s();
             let is_settled = mapped_s.is_some() && quiet_s >= SETTLE_S;
             (self.trajectory.count(), is_current || is_settled)
         };
         if received >= announced && is_complete {
-            Progress::Complete
+            RecordProgress::Complete
         } else if quiet_s >= self.patience_s {
-            Progress::Missing { announced, received }
+            RecordProgress::Missing { announced, received }
         } else {
-            Progress::Open
+            RecordProgress::Open
         }
     }
 
-    fn file(&self, name: &str) -> PathBuf {
+    fn file_path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 }
 
 /// Writes the lines that are new: after those in the file, or in their place.
-fn write_lines(file: &Path, trajectory: &mut Trajectory) -> Result<(), WriteError> {
-    let lines = trajectory.unwritten();
+fn write_lines(file: &Path, trajectory: &mut WrittenTrajectory) -> Result<(), WriteError> {
+    let lines = trajectory.unwritten_lines();
     if lines.is_empty() {
         return Ok(());
     }
     if trajectory.begins_anew() {
-        replace(file, [HEADER, lines].concat().as_bytes())?;
+        replace_file(file, [HEADER, lines].concat().as_bytes())?;
     } else {
-        append(file, lines.as_bytes())?;
+        append_to_file(file, lines.as_bytes())?;
     }
-    trajectory.written();
+    trajectory.mark_written();
     Ok(())
 }
 
@@ -239,14 +242,14 @@ mod tests {
         MapSnapshot { stamp_s, percent: Grid::filled(geometry, 0) }
     }
 
-    fn begin(name: &str) -> (Scratch, Record) {
+    fn begin(name: &str) -> (Scratch, MapRecord) {
         let scratch = Scratch::new(name);
-        let mut record = Record::new(scratch.0.join("deep").join("out"), 3.0, 60.0);
+        let mut record = MapRecord::new(scratch.0.join("deep").join("out"), 3.0, 60.0);
         record.begin(0.0).unwrap();
         (scratch, record)
     }
 
-    fn names(record: &Record) -> Vec<String> {
+    fn names(record: &MapRecord) -> Vec<String> {
         let entries = fs::read_dir(&record.folder).unwrap();
         let mut names: Vec<_> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
@@ -254,8 +257,8 @@ mod tests {
         names
     }
 
-    fn lines(record: &Record) -> usize {
-        fs::read_to_string(record.file("trajectory.csv")).unwrap().lines().count()
+    fn lines(record: &MapRecord) -> usize {
+        fs::read_to_string(record.file_path("trajectory.csv")).unwrap().lines().count()
     }
 
     #[test]
@@ -278,7 +281,7 @@ mod tests {
             record.step(f64::from(scan)).unwrap();
         }
         record.write().unwrap();
-        let text = fs::read_to_string(record.file("trajectory.csv")).unwrap();
+        let text = fs::read_to_string(record.file_path("trajectory.csv")).unwrap();
         let scans: Vec<_> =
             text.lines().skip(1).map(|line| line.split(',').next().unwrap()).collect();
         let expected: Vec<_> = (0..100).map(|scan| scan.to_string()).collect();
@@ -297,7 +300,7 @@ mod tests {
     }
 
     /// After the end, at `now_s`, with a map of a stamp and some of two announced poses.
-    fn check(poses: u32, map_stamp_s: Option<f64>, now_s: f64, expected: Progress) {
+    fn check(poses: u32, map_stamp_s: Option<f64>, now_s: f64, expected: RecordProgress) {
         let (_scratch, mut record) = begin(&format!("end-{poses}-{map_stamp_s:?}-{now_s}"));
         for scan in 0..poses {
             record.pose_seen(10.0, f64::from(scan), Pose2::IDENTITY);
@@ -305,10 +308,10 @@ mod tests {
         if let Some(stamp_s) = map_stamp_s {
             record.map_seen(10.0, map(stamp_s));
         }
-        assert_eq!(record.step(10.0).unwrap(), Progress::Open);
+        assert_eq!(record.step(10.0).unwrap(), RecordProgress::Open);
         record.end_seen(10.0, 2);
         assert_eq!(record.step(now_s).unwrap(), expected);
-        if expected == Progress::Complete {
+        if expected == RecordProgress::Complete {
             assert_eq!(lines(&record), 3);
             assert_eq!(names(&record).len(), 4);
         }
@@ -316,17 +319,17 @@ mod tests {
 
     #[test]
     fn it_is_complete_with_all_poses_and_the_map_of_the_last() {
-        check(2, Some(1.0), 10.1, Progress::Complete);
-        check(2, Some(0.0), 11.9, Progress::Open);
-        check(2, Some(0.0), 12.1, Progress::Complete);
-        check(1, Some(1.0), 12.1, Progress::Open);
-        check(2, None, 12.1, Progress::Open);
+        check(2, Some(1.0), 10.1, RecordProgress::Complete);
+        check(2, Some(0.0), 11.9, RecordProgress::Open);
+        check(2, Some(0.0), 12.1, RecordProgress::Complete);
+        check(1, Some(1.0), 12.1, RecordProgress::Open);
+        check(2, None, 12.1, RecordProgress::Open);
     }
 
     #[test]
     fn what_never_comes_is_named() {
-        check(1, Some(1.0), 70.1, Progress::Missing { announced: 2, received: 1 });
-        check(2, None, 70.1, Progress::Missing { announced: 2, received: 2 });
+        check(1, Some(1.0), 70.1, RecordProgress::Missing { announced: 2, received: 1 });
+        check(2, None, 70.1, RecordProgress::Missing { announced: 2, received: 2 });
     }
 
     #[test]
@@ -339,7 +342,7 @@ mod tests {
             record.truth_seen(stamp_s, Pose2::new(3.0, 0.0, 0.0));
             record.write().unwrap();
         }
-        let text = fs::read_to_string(record.file("truth.csv")).unwrap();
+        let text = fs::read_to_string(record.file_path("truth.csv")).unwrap();
         let line = |i: u32| format!("{i},{}.000000,3.000000,0.000000,0.000000\n", i + 1);
         assert_eq!(text, [HEADER, &line(0), &line(1)].concat());
     }
@@ -361,7 +364,7 @@ mod tests {
         let scratch = Scratch::new("blocked");
         let blocked = scratch.0.join("file");
         fs::write(&blocked, "not a folder").unwrap();
-        let mut record = Record::new(blocked.join("out"), 3.0, 60.0);
+        let mut record = MapRecord::new(blocked.join("out"), 3.0, 60.0);
         let error = record.begin(0.0).unwrap_err().to_string();
         assert!(error.contains("file/out"), "{error}");
     }
@@ -376,14 +379,18 @@ mod tests {
         record.pose_seen(2.0, 2.0, Pose2::IDENTITY);
         record.map_seen(2.0, map(2.0));
         record.end_seen(2.0, 2);
-        assert_eq!(record.step(30.0).unwrap(), Progress::Open, "the last pose is not corrected");
+        assert_eq!(
+            record.step(30.0).unwrap(),
+            RecordProgress::Open,
+            "the last pose is not corrected"
+        );
         let both = [(1.0, Pose2::new(7.5, 0.0, 0.0)), (2.0, Pose2::IDENTITY)];
         record.map_seen(30.1, map(1.0));
         record.correction_seen(30.2, 2.0, both.into_iter());
-        assert_eq!(record.step(60.0).unwrap(), Progress::Open, "the map is older");
+        assert_eq!(record.step(60.0).unwrap(), RecordProgress::Open, "the map is older");
         record.map_seen(61.0, map(2.0));
-        assert_eq!(record.step(61.1).unwrap(), Progress::Complete);
-        let text = fs::read_to_string(record.file("trajectory.csv")).unwrap();
+        assert_eq!(record.step(61.1).unwrap(), RecordProgress::Complete);
+        let text = fs::read_to_string(record.file_path("trajectory.csv")).unwrap();
         assert!(lines(&record) == 3 && text.contains(",7.5"), "{text}");
     }
 
@@ -394,7 +401,10 @@ mod tests {
         record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
         record.map_seen(1.0, map(1.0));
         record.end_seen(1.0, 1);
-        assert_eq!(record.step(50.0).unwrap(), Progress::Open);
-        assert_eq!(record.step(61.1).unwrap(), Progress::Missing { announced: 1, received: 0 });
+        assert_eq!(record.step(50.0).unwrap(), RecordProgress::Open);
+        assert_eq!(
+            record.step(61.1).unwrap(),
+            RecordProgress::Missing { announced: 1, received: 0 }
+        );
     }
 }

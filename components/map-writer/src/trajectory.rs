@@ -16,7 +16,7 @@ const MOST_SINCE: usize = 100_000;
 
 /// Everywhere the robot has been.
 #[derive(Debug, Default)]
-pub(crate) struct Trajectory {
+pub(crate) struct WrittenTrajectory {
     count: u64,
     /// Poses since the last correction.
     since: VecDeque<(f64, Pose2)>,
@@ -30,9 +30,13 @@ pub(crate) struct Trajectory {
     unwritten: String,
 }
 
-impl Trajectory {
+impl WrittenTrajectory {
     /// Takes where all poses up to a stamp are by now; the newer ones stay as they came.
-    pub(crate) fn correct(&mut self, stamp_s: f64, poses: impl Iterator<Item = (f64, Pose2)>) {
+    pub(crate) fn correct_poses(
+        &mut self,
+        stamp_s: f64,
+        poses: impl Iterator<Item = (f64, Pose2)>,
+    ) {
         // By the order they came in: stamps of recorders also go back.
         let last = self.since.iter().rposition(|(own_s, _)| *own_s == stamp_s);
         let covered = last.map_or(0, |last| last + 1);
@@ -75,11 +79,11 @@ impl Trajectory {
     }
 
     /// Number of poses that are corrected.
-    pub(crate) fn corrected(&self) -> u64 {
+    pub(crate) fn count_corrected(&self) -> u64 {
         self.corrected
     }
 
-    /// Says whether the lines that were not written take the place of all before them.
+    /// Returns whether the lines that were not written take the place of all before them.
     pub(crate) fn begins_anew(&self) -> bool {
         self.begins_anew
     }
@@ -100,7 +104,7 @@ impl Trajectory {
     }
 
     /// Returns the lines of text that were not written yet.
-    pub(crate) fn unwritten(&self) -> &str {
+    pub(crate) fn unwritten_lines(&self) -> &str {
         &self.unwritten
     }
 
@@ -110,7 +114,7 @@ impl Trajectory {
     }
 
     /// Says that they are written now.
-    pub(crate) fn written(&mut self) {
+    pub(crate) fn mark_written(&mut self) {
         self.unwritten.clear();
         self.begins_anew = false;
     }
@@ -122,20 +126,20 @@ mod tests {
 
     #[test]
     fn each_pose_is_a_line_of_text() {
-        let mut trajectory = Trajectory::default();
+        let mut trajectory = WrittenTrajectory::default();
         trajectory.push(32.9068, Pose2::new(0.600266, -0.0320327, -0.354665));
         trajectory.push(35.1051, Pose2::new(0.68231, -0.100086, -0.938803));
         let expected = "0,32.906800,0.600266,-0.032033,-0.354665\n\
                         1,35.105100,0.682310,-0.100086,-0.938803\n";
-        assert_eq!(trajectory.unwritten(), expected);
-        trajectory.written();
+        assert_eq!(trajectory.unwritten_lines(), expected);
+        trajectory.mark_written();
         trajectory.push(36.0, Pose2::IDENTITY);
-        assert_eq!(trajectory.unwritten(), "2,36.000000,0.000000,0.000000,0.000000\n");
+        assert_eq!(trajectory.unwritten_lines(), "2,36.000000,0.000000,0.000000,0.000000\n");
     }
 
     #[test]
     fn standing_still_adds_nothing_to_draw() {
-        let mut trajectory = Trajectory::default();
+        let mut trajectory = WrittenTrajectory::default();
         for scan in 0..1000 {
             trajectory.push(f64::from(scan), Pose2::new(1.0, 2.0, 0.0));
         }
@@ -145,29 +149,30 @@ mod tests {
 
     #[test]
     fn a_correction_replaces_the_old_poses_and_keeps_the_new() {
-        let mut trajectory = Trajectory::default();
+        let mut trajectory = WrittenTrajectory::default();
         for stamp_s in [1.0, 2.0, 3.0] {
             trajectory.push(stamp_s, Pose2::new(stamp_s, 0.0, 0.0));
         }
-        trajectory.written();
+        trajectory.mark_written();
         let corrected = [1.0, 2.0].map(|stamp_s| (stamp_s, Pose2::new(stamp_s, 0.5, 0.0)));
-        trajectory.correct(2.0, corrected.into_iter());
+        trajectory.correct_poses(2.0, corrected.into_iter());
         let expected = "0,1.000000,1.000000,0.500000,0.000000\n\
                         1,2.000000,2.000000,0.500000,0.000000\n\
                         2,3.000000,3.000000,0.000000,0.000000\n";
-        assert_eq!(trajectory.unwritten(), expected);
+        assert_eq!(trajectory.unwritten_lines(), expected);
         assert!(trajectory.begins_anew() && trajectory.count() == 3);
         trajectory.push(1.5, Pose2::IDENTITY);
         assert_eq!(trajectory.count(), 3, "what comes late is in the correction already");
-        assert_eq!(trajectory.corrected(), 2);
+        assert_eq!(trajectory.count_corrected(), 2);
     }
 
     #[test]
     fn stamps_that_go_back_leave_no_pose_twice() {
-        let mut trajectory = Trajectory::default();
+        let mut trajectory = WrittenTrajectory::default();
         let stamps_s = [1.0, 3.0, 2.0, 2.5];
         stamps_s.iter().for_each(|&stamp_s| trajectory.push(stamp_s, Pose2::IDENTITY));
-        trajectory.correct(2.0, stamps_s[..3].iter().map(|&stamp_s| (stamp_s, Pose2::IDENTITY)));
-        assert_eq!((trajectory.count(), trajectory.corrected()), (4, 3));
+        trajectory
+            .correct_poses(2.0, stamps_s[..3].iter().map(|&stamp_s| (stamp_s, Pose2::IDENTITY)));
+        assert_eq!((trajectory.count(), trajectory.count_corrected()), (4, 3));
     }
 }

@@ -1,9 +1,9 @@
-//! Patrol: sends the robot from waypoint to waypoint. `ports` is all there is of messages.
+//! Patrol: sends the robot from waypoint to waypoint. `ports` alone handles messages.
 
 mod ports;
 mod rounds;
 mod route;
 
 pub use ports::Patrol;
-pub use rounds::{Rounds, Settings, Step};
-pub use route::{RouteError, parse};
+pub use rounds::{PatrolSettings, PatrolStep, Rounds};
+pub use route::{RouteError, parse_route};

@@ -2,10 +2,10 @@
 
 use armor_grid::Point2;
 
-/// How a patrol is walked.
+/// The settings of a patrol.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// How often the route is walked; 0 is without end.
+pub struct PatrolSettings {
+    /// How many times the route is driven; 0 is without end.
     pub laps: u32,
     /// A waypoint is reached within this, in metres.
     pub tolerance_m: f64,
@@ -17,7 +17,7 @@ pub struct Settings {
 
 /// What to do now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum PatrolStep {
     /// Nothing: it is not known where the robot is.
     Wait,
     /// Drive there.
@@ -37,11 +37,11 @@ pub enum Step {
 /// Nearer by this is progress, in metres.
 const PROGRESS_M: f64 = 0.1;
 
-/// A patrol under way.
+/// A patrol in progress.
 #[derive(Clone, Debug)]
 pub struct Rounds {
     route: Vec<Point2>,
-    settings: Settings,
+    settings: PatrolSettings,
     robot: Option<Point2>,
     next: usize,
     laps: u32,
@@ -55,7 +55,7 @@ pub struct Rounds {
 
 impl Rounds {
     /// A patrol along `route`, which has at least one waypoint.
-    pub fn new(route: Vec<Point2>, settings: Settings) -> Self {
+    pub fn new(route: Vec<Point2>, settings: PatrolSettings) -> Self {
         Self {
             route,
             settings,
@@ -74,50 +74,50 @@ impl Rounds {
     }
 
     /// Decides at time `now_s`.
-    pub fn step(&mut self, now_s: f64) -> Step {
+    pub fn step(&mut self, now_s: f64) -> PatrolStep {
         if self.next == self.route.len() {
             return self.end_lap();
         }
-        let Some(robot) = self.robot else { return Step::Wait };
+        let Some(robot) = self.robot else { return PatrolStep::Wait };
         let goal = self.route[self.next];
         let distance_m = robot.distance_m(goal);
         if distance_m <= self.settings.tolerance_m || self.there_since_s.is_some() {
             let since_s = *self.there_since_s.get_or_insert(now_s);
             if now_s - since_s < self.settings.stay_s {
-                return Step::Goto(goal);
+                return PatrolStep::Goto(goal);
             }
             self.reached += 1;
-            return Step::Reached(self.leave());
+            return PatrolStep::Reached(self.leave_waypoint());
         }
         let (nearest_m, since_s) = *self.nearest.get_or_insert((distance_m, now_s));
         if distance_m < nearest_m - PROGRESS_M {
             self.nearest = Some((distance_m, now_s));
         } else if now_s - since_s >= self.settings.patience_s {
-            return Step::Skipped(self.leave());
+            return PatrolStep::Skipped(self.leave_waypoint());
         }
-        Step::Goto(goal)
+        PatrolStep::Goto(goal)
     }
 
     /// Turns to the next waypoint; the number of the one left.
-    fn leave(&mut self) -> usize {
+    fn leave_waypoint(&mut self) -> usize {
         (self.there_since_s, self.nearest) = (None, None);
         self.next += 1;
         self.next
     }
 
-    fn end_lap(&mut self) -> Step {
+    fn end_lap(&mut self) -> PatrolStep {
         let all = self.settings.laps != 0 && self.laps >= self.settings.laps;
         if all {
-            return Step::Done;
+            return PatrolStep::Done;
         }
         if self.reached == 0 {
-            return Step::Stuck;
+            return PatrolStep::Stuck;
         }
         self.laps += 1;
         if self.settings.laps == 0 || self.laps < self.settings.laps {
             (self.next, self.reached) = (0, 0);
         }
-        Step::Lap(self.laps)
+        PatrolStep::Lap(self.laps)
     }
 }
 
@@ -125,21 +125,22 @@ impl Rounds {
 mod tests {
     use super::*;
 
-    const SETTINGS: Settings = Settings { laps: 2, tolerance_m: 0.3, stay_s: 1.0, patience_s: 5.0 };
+    const SETTINGS: PatrolSettings =
+        PatrolSettings { laps: 2, tolerance_m: 0.3, stay_s: 1.0, patience_s: 5.0 };
 
     fn route() -> Vec<Point2> {
         vec![Point2::new(2.0, 0.0), Point2::new(2.0, 2.0), Point2::new(0.0, 0.0)]
     }
 
     /// Drives straight to each goal at 1 m/s, except to those `blocked`; all that is not driving.
-    fn patrol(settings: Settings, blocked: &[Point2], most_steps: usize) -> Vec<Step> {
+    fn patrol(settings: PatrolSettings, blocked: &[Point2], most_steps: usize) -> Vec<PatrolStep> {
         let mut rounds = Rounds::new(route(), settings);
-        let (mut robot, mut told) = (Point2::new(0.0, 0.0), Vec::new());
+        let (mut robot, mut reported) = (Point2::new(0.0, 0.0), Vec::new());
         for step in 0..most_steps {
             rounds.robot_seen(robot);
             match rounds.step(step as f64 * 0.1) {
-                Step::Goto(goal) if blocked.contains(&goal) => {}
-                Step::Goto(goal) => {
+                PatrolStep::Goto(goal) if blocked.contains(&goal) => {}
+                PatrolStep::Goto(goal) => {
                     let left_m = robot.distance_m(goal);
                     let share = if left_m > 0.1 { 0.1 / left_m } else { 1.0 };
                     robot = Point2::new(
@@ -148,19 +149,19 @@ mod tests {
                     );
                 }
                 other => {
-                    told.push(other);
-                    if matches!(other, Step::Done | Step::Stuck) {
+                    reported.push(other);
+                    if matches!(other, PatrolStep::Done | PatrolStep::Stuck) {
                         break;
                     }
                 }
             }
         }
-        told
+        reported
     }
 
     #[test]
     fn every_waypoint_is_reached_in_order_lap_after_lap() {
-        use Step::{Done, Lap, Reached};
+        use PatrolStep::{Done, Lap, Reached};
         let lap = |number| [Reached(1), Reached(2), Reached(3), Lap(number)];
         let expected: Vec<_> = lap(1).into_iter().chain(lap(2)).chain([Done]).collect();
         assert_eq!(patrol(SETTINGS, &[], 1000), expected);
@@ -168,16 +169,19 @@ mod tests {
 
     #[test]
     fn without_a_number_of_laps_it_goes_on() {
-        let told = patrol(Settings { laps: 0, ..SETTINGS }, &[], 2000);
-        assert!(told.iter().filter(|step| matches!(step, Step::Lap(_))).count() > 5, "{told:?}");
-        assert!(!told.contains(&Step::Done));
+        let reported = patrol(PatrolSettings { laps: 0, ..SETTINGS }, &[], 2000);
+        assert!(
+            reported.iter().filter(|step| matches!(step, PatrolStep::Lap(_))).count() > 5,
+            "{reported:?}"
+        );
+        assert!(!reported.contains(&PatrolStep::Done));
     }
 
     #[test]
     fn what_cannot_be_reached_is_given_up_and_the_rest_goes_on() {
-        let told = patrol(Settings { laps: 1, ..SETTINGS }, &route()[1..2], 1000);
-        use Step::{Done, Lap, Reached, Skipped};
-        assert_eq!(told, [Reached(1), Skipped(2), Reached(3), Lap(1), Done]);
+        let reported = patrol(PatrolSettings { laps: 1, ..SETTINGS }, &route()[1..2], 1000);
+        use PatrolStep::{Done, Lap, Reached, Skipped};
+        assert_eq!(reported, [Reached(1), Skipped(2), Reached(3), Lap(1), Done]);
     }
 
     #[test]
@@ -185,21 +189,25 @@ mod tests {
         let far: Vec<_> = route()[..2].to_vec();
         let mut rounds = Rounds::new(far, SETTINGS);
         rounds.robot_seen(Point2::new(9.0, 9.0));
-        let told: Vec<_> = (0..).map(|step| rounds.step(f64::from(step))).take(20).collect();
-        assert!(told.contains(&Step::Skipped(1)) && told.contains(&Step::Skipped(2)), "{told:?}");
-        assert_eq!(told.last(), Some(&Step::Stuck));
+        let reported: Vec<_> = (0..).map(|step| rounds.step(f64::from(step))).take(20).collect();
+        assert!(
+            reported.contains(&PatrolStep::Skipped(1))
+                && reported.contains(&PatrolStep::Skipped(2)),
+            "{reported:?}"
+        );
+        assert_eq!(reported.last(), Some(&PatrolStep::Stuck));
     }
 
     #[test]
     fn the_robot_stays_at_each_waypoint_and_without_a_pose_it_waits() {
         let mut rounds = Rounds::new(route(), SETTINGS);
-        assert_eq!(rounds.step(0.0), Step::Wait);
+        assert_eq!(rounds.step(0.0), PatrolStep::Wait);
         rounds.robot_seen(Point2::new(1.9, 0.0));
-        assert_eq!(rounds.step(1.0), Step::Goto(route()[0]));
-        // A pose that jumps while it stays does not begin the stay anew.
+        assert_eq!(rounds.step(1.0), PatrolStep::Goto(route()[0]));
+        // A pose that jumps while it stays does not restart the stay.
         rounds.robot_seen(Point2::new(1.5, 0.0));
-        assert_eq!(rounds.step(1.5), Step::Goto(route()[0]));
-        assert_eq!(rounds.step(2.0), Step::Reached(1));
-        assert_eq!(rounds.step(2.1), Step::Goto(route()[1]));
+        assert_eq!(rounds.step(1.5), PatrolStep::Goto(route()[0]));
+        assert_eq!(rounds.step(2.0), PatrolStep::Reached(1));
+        assert_eq!(rounds.step(2.1), PatrolStep::Goto(route()[1]));
     }
 }

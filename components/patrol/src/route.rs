@@ -29,13 +29,13 @@ pub enum RouteError {
 ///
 /// # Errors
 /// [`RouteError`] naming the first waypoint that is none.
-pub fn parse(text: &str) -> Result<Vec<Point2>, RouteError> {
+pub fn parse_route(text: &str) -> Result<Vec<Point2>, RouteError> {
     let mut route = Vec::new();
     for (index, word) in text.split_whitespace().enumerate() {
         if index == MAX_WAYPOINTS {
             return Err(RouteError::TooLong);
         }
-        let point = point(word).ok_or_else(|| RouteError::NotAPoint {
+        let point = parse_point(word).ok_or_else(|| RouteError::NotAPoint {
             number: index + 1,
             text: word.chars().take(40).collect(),
         })?;
@@ -44,7 +44,7 @@ pub fn parse(text: &str) -> Result<Vec<Point2>, RouteError> {
     if route.is_empty() { Err(RouteError::Empty) } else { Ok(route) }
 }
 
-fn point(word: &str) -> Option<Point2> {
+fn parse_point(word: &str) -> Option<Point2> {
     let (x, y) = word.split_once(',')?;
     let metres = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
     Some(Point2::new(metres(x)?, metres(y)?))
@@ -56,19 +56,19 @@ mod tests {
 
     #[test]
     fn a_route_is_points_with_spaces_between() {
-        let route = parse(" 4,1\n 9.5,-1e0 ").expect("a route");
+        let route = parse_route(" 4,1\n 9.5,-1e0 ").expect("a route");
         assert_eq!(route, [Point2::new(4.0, 1.0), Point2::new(9.5, -1.0)]);
     }
 
     #[test]
     fn what_is_no_route_says_where() {
-        assert_eq!(parse("  "), Err(RouteError::Empty));
+        assert_eq!(parse_route("  "), Err(RouteError::Empty));
         for (text, number) in [("4", 1), ("1,2 3,4,5", 2), ("1,2 nan,3", 2), ("1,2 3, 4", 2)] {
-            match parse(text) {
+            match parse_route(text) {
                 Err(RouteError::NotAPoint { number: found, .. }) => assert_eq!(found, number),
                 other => panic!("{text}: {other:?}"),
             }
         }
-        assert_eq!(parse(&"1,1 ".repeat(MAX_WAYPOINTS + 1)), Err(RouteError::TooLong));
+        assert_eq!(parse_route(&"1,1 ".repeat(MAX_WAYPOINTS + 1)), Err(RouteError::TooLong));
     }
 }

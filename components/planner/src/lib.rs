@@ -1,9 +1,9 @@
-//! Finds the way over the map to the goal that holds. `planning` says which goal that is and what
-//! to tell; `way` is the search. `ports` is all there is of messages.
+//! Plans a path over the map to the goal that has priority. `planning` chooses the goal and what to
+//! publish; `planned_path` is the search; `ports` alone handles messages.
 
+mod planned_path;
 mod planning;
 mod ports;
-mod way;
 
-pub use planning::{Planning, Rank, Settings};
+pub use planning::{PlannerSettings, Planning, Rank};
 pub use ports::Planner;

@@ -1,8 +1,8 @@
-//! Which goal holds, and the path to tell. Time is passed in: there is no clock.
+//! Which goal has priority, and the path to publish. Time is passed in: there is no clock.
 
 use armor_grid::{Grid, Inflation, Occupancy, Pose2};
 
-use crate::way::Way;
+use crate::planned_path::PlannedPath;
 
 /// Further than the margin from walls, paths gain nothing, in metres.
 const COMFORT_M: f64 = 0.3;
@@ -13,19 +13,13 @@ const UNKNOWN_WEIGHT: f64 = 10.0;
 
 /// What the robot is and how long goals hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Radius of the circle around the robot's centre that holds all of it, in metres.
+pub struct PlannerSettings {
+    /// Radius of the circle around the robot's centre that encloses it, in metres.
     pub radius_m: f64,
     /// Kept free around it, in metres.
     pub margin_m: f64,
     /// Goals older than this do not count, in seconds.
     pub timeout_s: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { radius_m: 0.18, margin_m: 0.05, timeout_s: 0.5 }
-    }
 }
 
 /// Whose goal it is. While the goal of a higher rank is fresh, the lower ones do not count.
@@ -46,13 +40,13 @@ pub struct Planning {
     /// When they came and where they are, by rank.
     goals: [Option<(f64, Pose2)>; 3],
     robot: Option<Pose2>,
-    way: Way,
+    way: PlannedPath,
     has_goal: bool,
 }
 
 impl Planning {
     /// Starts with nothing known.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: PlannerSettings) -> Self {
         let comfort_m = settings.radius_m + settings.margin_m + COMFORT_M;
         let inflation = |radius_m| Inflation {
             radius_m,
@@ -65,13 +59,13 @@ impl Planning {
             timeout_s: settings.timeout_s,
             goals: [None; 3],
             robot: None,
-            way: Way::new(inflations),
+            way: PlannedPath::new(inflations),
             has_goal: false,
         }
     }
 
-    /// Starts afresh; only the map, which may not be said again, is kept.
-    pub fn begin_anew(&mut self, settings: Settings) {
+    /// Resets the state. Only the map is kept: it may not be sent again.
+    pub fn begin_anew(&mut self, settings: PlannerSettings) {
         let map = self.way.take_map();
         *self = Self::new(settings);
         map.into_iter().for_each(|map| self.map_seen(map));
@@ -95,18 +89,18 @@ impl Planning {
     }
 
     /// Forgets all goals.
-    pub fn stop(&mut self) {
+    pub fn forget_goals(&mut self) {
         self.goals = [None; 3];
     }
 
-    /// Returns what to tell at time `now_s`: the path to the goal that holds, empty if there is none;
-    /// one empty path when the last goal has ended; nothing without a goal.
+    /// Returns what to publish at time `now_s`: the path to the goal that has priority, empty if no
+    /// path exists; one empty path when the last goal has ended; `None` without a goal.
     ///
     /// A path goes from where the robot was when it was planned to the goal, or as near to it as a
     /// robot may stand, and ends with the goal's heading.
     pub fn step(&mut self, now_s: f64) -> Option<&[Pose2]> {
-        let Some(goal) = self.goal(now_s) else {
-            self.way.forget();
+        let Some(goal) = self.freshest_goal(now_s) else {
+            self.way.forget_path();
             return std::mem::take(&mut self.has_goal).then_some(&[]);
         };
         self.has_goal = true;
@@ -115,7 +109,7 @@ impl Planning {
     }
 
     /// The fresh goal of the highest rank.
-    fn goal(&self, now_s: f64) -> Option<Pose2> {
+    fn freshest_goal(&self, now_s: f64) -> Option<Pose2> {
         // What came in a future that time has gone back from is not fresh either.
         let fresh = |&(at_s, _): &(f64, Pose2)| (now_s - at_s).abs() <= self.timeout_s;
         self.goals.iter().rev().find_map(|goal| goal.filter(fresh)).map(|(_, goal)| goal)

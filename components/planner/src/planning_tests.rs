@@ -39,7 +39,7 @@ fn with_gap(gap_m: f64) -> Grid<Occupancy> {
 }
 
 fn planning(map: Grid<Occupancy>) -> Planning {
-    let mut planning = Planning::new(Settings::default());
+    let mut planning = Planning::new(PlannerSettings::default());
     planning.map_seen(map);
     planning.pose_seen(NEAR);
     planning
@@ -49,11 +49,11 @@ fn planning(map: Grid<Occupancy>) -> Planning {
 fn path(map: Grid<Occupancy>, goal: Pose2) -> Vec<Pose2> {
     let mut planning = planning(map);
     planning.goal_seen(1.0, Rank::Task, goal);
-    planning.step(1.0).expect("a path is told").to_vec()
+    planning.step(1.0).expect("a path is published").to_vec()
 }
 
 fn end(path: Option<&[Pose2]>) -> Option<Pose2> {
-    path.expect("a path is told").last().copied()
+    path.expect("a path is published").last().copied()
 }
 
 fn length_m(path: &[Pose2]) -> f64 {
@@ -129,7 +129,7 @@ fn a_goal_in_a_wall_is_approached() {
 
 #[test]
 fn without_a_map_or_a_pose_the_path_is_empty() {
-    let mut planning = Planning::new(Settings::default());
+    let mut planning = Planning::new(PlannerSettings::default());
     planning.goal_seen(1.0, Rank::Task, FAR);
     assert_eq!(planning.step(1.0), Some(&[][..]));
     planning.pose_seen(NEAR);
@@ -150,7 +150,7 @@ fn a_goal_that_ends_is_told_once() {
     assert_eq!(planning.step(1.7), None);
     planning.goal_seen(1.8, Rank::Operator, FAR);
     assert_eq!(end(planning.step(1.8)), Some(FAR));
-    planning.stop();
+    planning.forget_goals();
     assert_eq!(planning.step(1.9), Some(&[][..]));
     assert_eq!(planning.step(2.0), None);
 }
@@ -189,16 +189,16 @@ fn a_goal_that_moves_is_followed_at_once_and_one_that_turns_too() {
 #[test]
 fn a_changed_map_changes_the_way_half_a_second_later_and_a_robot_that_moves_after_one() {
     let mut planning = planning(with_gap(0.8));
-    let told = |planning: &mut Planning, now_s: f64| {
+    let published = |planning: &mut Planning, now_s: f64| {
         planning.goal_seen(now_s, Rank::Task, FAR);
-        planning.step(now_s).expect("a path is told").to_vec()
+        planning.step(now_s).expect("a path is published").to_vec()
     };
-    let detour = told(&mut planning, 1.0);
+    let detour = published(&mut planning, 1.0);
     planning.map_seen(drawn(|_| Occupancy::Free));
-    assert_eq!(told(&mut planning, 1.4), detour);
-    let straight = told(&mut planning, 1.5);
+    assert_eq!(published(&mut planning, 1.4), detour);
+    let straight = published(&mut planning, 1.5);
     assert!(length_m(&straight) < length_m(&detour) - 0.5, "{} m", length_m(&straight));
     planning.pose_seen(ASIDE);
-    assert_eq!(told(&mut planning, 2.4), straight);
-    assert!(told(&mut planning, 2.5)[0].point().distance_m(ASIDE.point()) < 0.05);
+    assert_eq!(published(&mut planning, 2.4), straight);
+    assert!(published(&mut planning, 2.5)[0].point().distance_m(ASIDE.point()) < 0.05);
 }

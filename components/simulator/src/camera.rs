@@ -3,7 +3,7 @@
 //! worlds; enough to see what is ahead.
 
 use crate::pose::{Portable, Pose2};
-use crate::scene::{Kind, Scene};
+use crate::scene::{BodyKind, WorldScene};
 
 /// The camera and its pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,15 +32,15 @@ impl Default for CameraModel {
     }
 }
 
-type Colour = [u8; 3];
+type Rgb = [u8; 3];
 
 /// How high walls are, in metres.
 const WALL_M: f64 = 2.5;
-const WALL: Colour = [222, 214, 196];
-const PERSON: Colour = [214, 120, 60];
-const ROBOT: Colour = [70, 110, 190];
-const FLOOR: Colour = [120, 104, 88];
-const CEILING: Colour = [232, 236, 240];
+const WALL: Rgb = [222, 214, 196];
+const PERSON: Rgb = [214, 120, 60];
+const ROBOT: Rgb = [70, 110, 190];
+const FLOOR: Rgb = [120, 104, 88];
+const CEILING: Rgb = [232, 236, 240];
 /// What is this far away has half of its brightness left, in metres.
 const HALF_BRIGHT_M: f64 = 12.0;
 /// Nothing is seen beyond, in metres.
@@ -51,37 +51,37 @@ const NEAR_M: f64 = 0.02;
 impl CameraModel {
     /// Takes a picture from where the base is: rows from the top, each from the left, three bytes a
     /// pixel (red, green, blue).
-    pub fn picture(&self, scene: Scene<'_>, map_from_base: Pose2) -> Vec<u8> {
+    pub fn picture(&self, scene: WorldScene<'_>, map_from_base: Pose2) -> Vec<u8> {
         let eye = map_from_base.then(Pose2::new(self.ahead_m, 0.0, 0.0));
-        let columns: Vec<Column> =
-            (0..self.width).map(|column| self.look(scene, eye, column)).collect();
+        let columns: Vec<PictureColumn> =
+            (0..self.width).map(|column| self.look_along(scene, eye, column)).collect();
         let mut rgb = vec![0; 3 * self.width as usize * self.height as usize];
         for (index, column) in columns.iter().enumerate() {
-            // The next column's wall tells which way this one's faces.
-            let beside = columns.get(index + 1).or_else(|| columns[..index].last());
-            let facing = beside.map_or(1.0, |beside| column.facing(beside));
+            // The next column's wall gives the direction that this one's faces.
+            let neighbour = columns.get(index + 1).or_else(|| columns[..index].last());
+            let facing = neighbour.map_or(1.0, |neighbour| column.facing(neighbour));
             for row in 0..self.height {
                 let at = 3 * (row as usize * self.width as usize + index);
-                rgb[at..at + 3].copy_from_slice(&self.colour(column, row, facing));
+                rgb[at..at + 3].copy_from_slice(&self.pixel_colour(column, row, facing));
             }
         }
         rgb
     }
 
     /// The distance of the picture from the eye, in pixels.
-    fn focal(&self) -> f64 {
+    fn focal_pixels(&self) -> f64 {
         f64::from(self.width) / 2.0 / libm::tan(self.field_of_view_rad / 2.0)
     }
 
-    fn look(&self, scene: Scene<'_>, eye: Pose2, column: u32) -> Column {
+    fn look_along(&self, scene: WorldScene<'_>, eye: Pose2, column: u32) -> PictureColumn {
         let aside = f64::from(self.width) / 2.0 - f64::from(column) - 0.5;
-        let angle_rad = libm::atan2(aside, self.focal());
+        let angle_rad = libm::atan2(aside, self.focal_pixels());
         let ray = eye.then(Pose2::new(0.0, 0.0, angle_rad));
         // Depth along the camera's axis, so that straight walls stay straight.
         let cos = libm::cos(angle_rad);
         let depth_m = |range_m: f64| (range_m * cos).max(NEAR_M);
         let wall_range_m = scene.world.range_m(ray, FAR_M);
-        let mut bodies: Vec<(f64, Kind)> = scene
+        let mut bodies: Vec<(f64, BodyKind)> = scene
             .bodies
             .iter()
             .filter_map(|body| Some((body.range_m(ray)?, body.kind)))
@@ -90,53 +90,53 @@ impl CameraModel {
             .collect();
         bodies.sort_by(|a, b| a.0.total_cmp(&b.0));
         let wall = wall_range_m.map(|range_m| (depth_m(range_m), ray.point_from(range_m, 0.0)));
-        Column { wall, bodies }
+        PictureColumn { wall, bodies }
     }
 
     /// What is seen in a pixel: the nearest of what its line of sight meets.
-    fn colour(&self, column: &Column, row: u32, facing: f64) -> Colour {
+    fn pixel_colour(&self, column: &PictureColumn, row: u32, facing: f64) -> Rgb {
         let down = f64::from(row) + 0.5 - f64::from(self.height) / 2.0;
         // How much lower than the eye a line of sight is, for each metre ahead.
-        let slope = down / self.focal();
+        let slope = down / self.focal_pixels();
         let height_m = |depth_m: f64| self.above_m - slope * depth_m;
         for &(depth_m, kind) in &column.bodies {
             let (tall_m, colour) = match kind {
-                Kind::Person => (1.75, PERSON),
-                Kind::Robot | Kind::Wall => (0.4, ROBOT),
+                BodyKind::Person => (1.75, PERSON),
+                BodyKind::Robot | BodyKind::Wall => (0.4, ROBOT),
             };
             if (0.0..tall_m).contains(&height_m(depth_m)) {
-                return shaded(colour, depth_m, 1.0);
+                return shade_colour(colour, depth_m, 1.0);
             }
         }
         match column.wall {
             Some((depth_m, _)) if (0.0..WALL_M).contains(&height_m(depth_m)) => {
-                shaded(WALL, depth_m, facing)
+                shade_colour(WALL, depth_m, facing)
             }
-            _ if slope > 0.0 => shaded(FLOOR, self.above_m / slope, 1.0),
-            _ => shaded(CEILING, (self.above_m - WALL_M) / slope.min(-1e-9), 1.0),
+            _ if slope > 0.0 => shade_colour(FLOOR, self.above_m / slope, 1.0),
+            _ => shade_colour(CEILING, (self.above_m - WALL_M) / slope.min(-1e-9), 1.0),
         }
     }
 }
 
 /// What lies in the direction of a column.
-struct Column {
+struct PictureColumn {
     /// The depth of the wall, in metres, and where it is.
     wall: Option<(f64, (f64, f64))>,
     /// What is before it, the nearest first.
-    bodies: Vec<(f64, Kind)>,
+    bodies: Vec<(f64, BodyKind)>,
 }
 
-impl Column {
+impl PictureColumn {
     /// How bright a wall is by the direction in which it runs, 0.6 to 1, from where two columns meet it.
-    fn facing(&self, beside: &Self) -> f64 {
-        let (Some((_, here)), Some((_, there))) = (self.wall, beside.wall) else { return 1.0 };
+    fn facing(&self, neighbour: &Self) -> f64 {
+        let (Some((_, here)), Some((_, there))) = (self.wall, neighbour.wall) else { return 1.0 };
         let (x, y) = (there.0 - here.0, there.1 - here.1);
         let length_m = libm::hypot(x, y);
         if length_m < 1e-9 { 1.0 } else { 0.6 + 0.4 * (x / length_m).abs() }
     }
 }
 
-fn shaded(colour: Colour, depth_m: f64, facing: f64) -> Colour {
+fn shade_colour(colour: Rgb, depth_m: f64, facing: f64) -> Rgb {
     let bright = facing / (1.0 + depth_m / HALF_BRIGHT_M);
     colour.map(|part| (f64::from(part) * bright) as u8)
 }
@@ -156,9 +156,9 @@ mod tests {
         CameraModel { width: 81, height: 61, field_of_view_rad: 1.2, above_m: 0.4, ahead_m: 0.0 };
 
     /// The colour of a pixel of a picture taken at a pose.
-    fn pixel(bodies: &[Body], pose: Pose2, column: usize, row: usize) -> Colour {
+    fn pixel(bodies: &[Body], pose: Pose2, column: usize, row: usize) -> Rgb {
         let world = room();
-        let rgb = CAMERA.picture(Scene { world: &world, bodies }, pose);
+        let rgb = CAMERA.picture(WorldScene { world: &world, bodies }, pose);
         assert_eq!(rgb.len(), 3 * 81 * 61);
         let at = 3 * (row * 81 + column);
         [rgb[at], rgb[at + 1], rgb[at + 2]]
@@ -184,12 +184,12 @@ mod tests {
 
     #[test]
     fn a_person_stands_before_the_wall_on_the_side_where_they_are() {
-        let person = Body { x_m: 2.0, y_m: 0.6, radius_m: 0.25, kind: Kind::Person };
-        let is_person = |colour: Colour| colour[0] > 2 * colour[2];
+        let person = Body { x_m: 2.0, y_m: 0.6, radius_m: 0.25, kind: BodyKind::Person };
+        let is_person = |colour: Rgb| colour[0] > 2 * colour[2];
         assert!(is_person(pixel(&[person], Pose2::default(), 22, 30)), "to the left");
         assert!(!is_person(pixel(&[person], Pose2::default(), 58, 30)));
         // A robot is lower than the eye, and hides no wall.
-        let robot = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.2, kind: Kind::Robot };
+        let robot = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.2, kind: BodyKind::Robot };
         let wall = pixel(&[], Pose2::default(), 40, 25);
         assert_eq!(pixel(&[robot], Pose2::default(), 40, 25), wall);
         let colour = pixel(&[robot], Pose2::default(), 40, 34);

@@ -1,7 +1,7 @@
 //! A compass: the heading against magnetic east, with noise.
 
 use crate::pose::wrap_angle;
-use crate::random::{Random, Stream};
+use crate::random::{NoiseStream, Random};
 
 /// How good the compass is, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub(crate) struct Compass {
 
 impl Compass {
     pub(crate) fn new(model: CompassModel, seed: u64) -> Self {
-        Self { model, random: Random::new(seed, Stream::Compass) }
+        Self { model, random: Random::new(seed, NoiseStream::Compass) }
     }
 
     /// Measures a heading given anticlockwise from true east; both in radians. Against a north that

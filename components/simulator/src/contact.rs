@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use crate::pose::{Pose2, wrap_angle};
-use crate::scene::Scene;
+use crate::scene::WorldScene;
 
 /// How far the base must be off a thing before touching it again counts as another collision (metres).
 const CONTACT_RELEASE_M: f64 = 0.02;
@@ -13,7 +13,7 @@ const CONTACT_M: f64 = 0.001;
 
 /// A side of the base, a quarter of it each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum ContactSide {
     /// Within 45° of ahead.
     Front,
     /// Within 45° of the left.
@@ -39,10 +39,15 @@ impl Base {
         Self { radius_m, pose: Pose2::default(), collisions: 0, is_touching: false }
     }
 
-    /// Drives an arc of a given length and turn, as far as things let it; says whether nothing did
+    /// Drives an arc of a given length and turn, as far as things let it; returns whether the whole arc was driven
     /// stop it. The arc is cut into pieces of a quarter radius: a base that is clear of a wall
     /// cannot be beyond it one piece later.
-    pub(crate) fn travel(&mut self, scene: Scene<'_>, length_m: f64, turn_rad: f64) -> bool {
+    pub(crate) fn travel_until_contact(
+        &mut self,
+        scene: WorldScene<'_>,
+        length_m: f64,
+        turn_rad: f64,
+    ) -> bool {
         let pieces = libm::ceil(length_m.abs() / (self.radius_m / 4.0)).max(1.0);
         let mut is_free = true;
         for _ in 0..pieces as u32 {
@@ -55,34 +60,34 @@ impl Base {
                 break;
             }
         }
-        self.feel(scene);
+        self.feel_contact(scene);
         is_free
     }
 
-    /// What the bumper says: the side of the nearest thing that touches.
-    pub(crate) fn contact(&self, scene: Scene<'_>) -> Option<Side> {
+    /// What the bumper feels: the side of the nearest thing that touches.
+    pub(crate) fn contact(&self, scene: WorldScene<'_>) -> Option<ContactSide> {
         let (away_m, bearing_rad) = scene.nearest(self.pose.x_m, self.pose.y_m)?;
         if away_m > self.radius_m + CONTACT_M {
             return None;
         }
         let from_ahead_rad = wrap_angle(bearing_rad - self.pose.yaw_rad);
         Some(match from_ahead_rad.abs() {
-            off_rad if off_rad <= FRAC_PI_4 => Side::Front,
-            off_rad if off_rad >= 3.0 * FRAC_PI_4 => Side::Rear,
-            _ if from_ahead_rad > 0.0 => Side::Left,
-            _ => Side::Right,
+            off_rad if off_rad <= FRAC_PI_4 => ContactSide::Front,
+            off_rad if off_rad >= 3.0 * FRAC_PI_4 => ContactSide::Rear,
+            _ if from_ahead_rad > 0.0 => ContactSide::Left,
+            _ => ContactSide::Right,
         })
     }
 
     /// Whether the base may be there: clear of everything, or leaving what it touches.
-    fn may_be(&self, scene: Scene<'_>, next: Pose2) -> bool {
+    fn may_be(&self, scene: WorldScene<'_>, next: Pose2) -> bool {
         let clearance_m = scene.clearance_m(next.x_m, next.y_m);
         clearance_m >= self.radius_m
             || clearance_m > scene.clearance_m(self.pose.x_m, self.pose.y_m)
     }
 
     /// Halves the way until the base touches, and counts a new contact.
-    fn run_into(&mut self, scene: Scene<'_>, length_m: f64, turn_rad: f64) {
+    fn run_into(&mut self, scene: WorldScene<'_>, length_m: f64, turn_rad: f64) {
         let (mut free, mut blocked) = (0.0, 1.0);
         for _ in 0..10 {
             let share = f64::midpoint(free, blocked);
@@ -93,21 +98,21 @@ impl Base {
         let stop = along_arc(self.pose, length_m * free, turn_rad * free);
         // Turning on the spot is free: the footprint is round.
         self.pose = Pose2 { yaw_rad: wrap_angle(self.pose.yaw_rad + turn_rad), ..stop };
-        self.touch();
+        self.count_touch();
     }
 
     /// Counts those who have run into the base, and forgets a contact that is over.
-    fn feel(&mut self, scene: Scene<'_>) {
+    fn feel_contact(&mut self, scene: WorldScene<'_>) {
         let Pose2 { x_m, y_m, .. } = self.pose;
         let bodies = scene.bodies.iter().map(|body| body.clearance_m(x_m, y_m));
         if bodies.fold(f64::INFINITY, f64::min) <= self.radius_m + CONTACT_M {
-            self.touch();
+            self.count_touch();
         } else if scene.clearance_m(x_m, y_m) > self.radius_m + CONTACT_RELEASE_M {
             self.is_touching = false;
         }
     }
 
-    fn touch(&mut self) {
+    fn count_touch(&mut self) {
         self.collisions += u64::from(!self.is_touching);
         self.is_touching = true;
     }
@@ -129,7 +134,7 @@ fn along_arc(pose: Pose2, length_m: f64, turn_rad: f64) -> Pose2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Body, Kind};
+    use crate::scene::{Body, BodyKind};
     use crate::world::World;
 
     fn room() -> World {
@@ -140,10 +145,13 @@ mod tests {
     #[test]
     fn the_bumper_says_which_side_touches() {
         let world = room();
-        let scene = Scene::from(&world);
-        for (yaw_rad, side) in
-            [(0.0, Side::Front), (1.57, Side::Right), (3.1, Side::Rear), (-1.57, Side::Left)]
-        {
+        let scene = WorldScene::from(&world);
+        for (yaw_rad, side) in [
+            (0.0, ContactSide::Front),
+            (1.57, ContactSide::Right),
+            (3.1, ContactSide::Rear),
+            (-1.57, ContactSide::Left),
+        ] {
             let mut base = Base::new(0.2);
             assert_eq!(base.contact(scene), None);
             base.pose = Pose2::new(2.7995, 0.0, yaw_rad);
@@ -155,11 +163,15 @@ mod tests {
     fn who_runs_into_a_base_that_stands_is_counted_once() {
         let world = room();
         let mut base = Base::new(0.2);
-        let at = |x_m| Body { x_m, y_m: 0.0, radius_m: 0.25, kind: Kind::Person };
+        let at = |x_m| Body { x_m, y_m: 0.0, radius_m: 0.25, kind: BodyKind::Person };
         for (x_m, collisions) in [(0.6, 0), (0.4505, 1), (0.45, 1), (0.465, 1), (0.6, 1), (0.45, 2)]
         {
             let bodies = [at(x_m)];
-            assert!(base.travel(Scene { world: &world, bodies: &bodies }, 0.0, 0.0));
+            assert!(base.travel_until_contact(
+                WorldScene { world: &world, bodies: &bodies },
+                0.0,
+                0.0
+            ));
             assert_eq!(base.collisions, collisions, "{x_m}");
         }
     }
@@ -167,13 +179,13 @@ mod tests {
     #[test]
     fn a_body_stops_the_base_and_it_may_leave() {
         let world = room();
-        let bodies = [Body { x_m: 1.0, y_m: 0.0, radius_m: 0.25, kind: Kind::Person }];
-        let scene = Scene { world: &world, bodies: &bodies };
+        let bodies = [Body { x_m: 1.0, y_m: 0.0, radius_m: 0.25, kind: BodyKind::Person }];
+        let scene = WorldScene { world: &world, bodies: &bodies };
         let mut base = Base::new(0.2);
-        assert!(!base.travel(scene, 2.0, 0.0));
+        assert!(!base.travel_until_contact(scene, 2.0, 0.0));
         assert!((base.pose.x_m - 0.55).abs() < 0.001, "{:?}", base.pose);
-        assert_eq!((base.contact(scene), base.collisions), (Some(Side::Front), 1));
-        assert!(base.travel(scene, -0.3, 0.0));
+        assert_eq!((base.contact(scene), base.collisions), (Some(ContactSide::Front), 1));
+        assert!(base.travel_until_contact(scene, -0.3, 0.0));
         assert_eq!((base.contact(scene), base.collisions), (None, 1));
     }
 }

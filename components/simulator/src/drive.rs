@@ -1,9 +1,9 @@
 //! How the base drives: differential, or steered like a car; acceleration limits, a command timeout
 //! that always brings it to rest, wheels that slip.
 
-use crate::contact::{Base, Side};
+use crate::contact::{Base, ContactSide};
 use crate::pose::Pose2;
-use crate::scene::Scene;
+use crate::scene::WorldScene;
 use crate::slip::{Slip, SlipModel};
 use crate::steering::SteeringModel;
 
@@ -58,13 +58,13 @@ impl Default for DriveModel {
 
 /// A command counts until its age reaches the timeout.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Command {
+struct DriveCommand {
     speed_mps: f64,
     turn_radps: f64,
     given_s: f64,
 }
 
-/// The base: where it is, how it moves, what it was told.
+/// The base: where it is, how it moves, its last command.
 #[derive(Clone, Debug)]
 pub struct Drive {
     model: DriveModel,
@@ -76,7 +76,7 @@ pub struct Drive {
     slip: Slip,
     /// Share of the wheels' turning that moved nothing in the last step.
     lost: f64,
-    command: Option<Command>,
+    command: Option<DriveCommand>,
 }
 
 impl Drive {
@@ -120,15 +120,18 @@ impl Drive {
     }
 
     /// The side on which something touches the base.
-    pub fn contact(&self, scene: Scene<'_>) -> Option<Side> {
+    pub fn contact(&self, scene: WorldScene<'_>) -> Option<ContactSide> {
         self.base.contact(scene)
     }
 
     /// Takes a command that was given at `given_s`; what is not a number counts as zero.
     pub fn command(&mut self, speed_mps: f64, turn_radps: f64, given_s: f64) {
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
-        self.command =
-            Some(Command { speed_mps: finite(speed_mps), turn_radps: finite(turn_radps), given_s });
+        self.command = Some(DriveCommand {
+            speed_mps: finite(speed_mps),
+            turn_radps: finite(turn_radps),
+            given_s,
+        });
     }
 
     /// Forgets the command: the base comes to rest.
@@ -136,7 +139,7 @@ impl Drive {
         self.command = None;
     }
 
-    /// Stands still at once, as when the power is cut.
+    /// Stands still immediately, as when the power is cut.
     pub fn halt(&mut self) {
         self.release();
         self.speed_mps = 0.0;
@@ -144,17 +147,17 @@ impl Drive {
     }
 
     /// Moves on by `step_s` seconds to the time `now_s`.
-    pub fn step(&mut self, scene: Scene<'_>, now_s: f64, step_s: f64) {
-        let (speed_mps, turn_radps) = self.wanted(now_s);
+    pub fn step(&mut self, scene: WorldScene<'_>, now_s: f64, step_s: f64) {
+        let (speed_mps, turn_radps) = self.wanted_motion(now_s);
         let DriveModel { acceleration_mps2, turn_acceleration_radps2, steering, .. } = self.model;
-        self.speed_mps = toward(self.speed_mps, speed_mps, acceleration_mps2 * step_s);
+        self.speed_mps = step_toward(self.speed_mps, speed_mps, acceleration_mps2 * step_s);
         self.turn_radps = match self.model.kind {
             DriveKind::Differential => {
-                toward(self.turn_radps, turn_radps, turn_acceleration_radps2 * step_s)
+                step_toward(self.turn_radps, turn_radps, turn_acceleration_radps2 * step_s)
             }
             DriveKind::Ackermann => {
                 let wanted_rad = steering.wanted_rad(speed_mps, turn_radps);
-                self.steered_rad = toward(
+                self.steered_rad = step_toward(
                     self.steered_rad,
                     wanted_rad.unwrap_or(self.steered_rad),
                     steering.rate_radps * step_s,
@@ -165,14 +168,18 @@ impl Drive {
         let is_moving = self.speed_mps != 0.0 || self.turn_radps != 0.0;
         self.lost = if is_moving { self.slip.share(step_s) } else { 0.0 };
         let moved_s = step_s * (1.0 - self.lost);
-        if !self.base.travel(scene, self.speed_mps * moved_s, self.turn_radps * moved_s) {
+        if !self.base.travel_until_contact(
+            scene,
+            self.speed_mps * moved_s,
+            self.turn_radps * moved_s,
+        ) {
             self.speed_mps = 0.0;
         }
     }
 
     /// The velocities that count now: the command within the limits, or rest.
-    fn wanted(&self, now_s: f64) -> (f64, f64) {
-        let fresh = |command: &Command| now_s - command.given_s < self.model.command_timeout_s;
+    fn wanted_motion(&self, now_s: f64) -> (f64, f64) {
+        let fresh = |command: &DriveCommand| now_s - command.given_s < self.model.command_timeout_s;
         self.command.filter(fresh).map_or((0.0, 0.0), |command| {
             let DriveModel { max_speed_mps, max_turn_radps, .. } = self.model;
             (
@@ -183,7 +190,7 @@ impl Drive {
     }
 }
 
-fn toward(value: f64, target: f64, most: f64) -> f64 {
+fn step_toward(value: f64, target: f64, most: f64) -> f64 {
     value + (target - value).clamp(-most, most)
 }
 
@@ -212,7 +219,7 @@ mod tests {
         for step in 0..steps {
             let now_s = f64::from(step) * STEP_S;
             drive.command(speed_mps, turn_radps, now_s);
-            drive.step(Scene::from(world), now_s, STEP_S);
+            drive.step(WorldScene::from(world), now_s, STEP_S);
         }
     }
 
@@ -250,7 +257,7 @@ mod tests {
         drive.command(0.6, 1.0, 0.0);
         let mut speeds = Vec::new();
         for step in 1..=150 {
-            drive.step(Scene::from(&world), f64::from(step) * STEP_S, STEP_S);
+            drive.step(WorldScene::from(&world), f64::from(step) * STEP_S, STEP_S);
             speeds.push(drive.speed_mps());
         }
         assert_eq!(speeds[48], 0.6, "the command counts for 0.5 s");

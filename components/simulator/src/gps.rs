@@ -1,7 +1,7 @@
 //! Satellite positioning: where the base is on the earth, with noise, with an error that wanders
 //! slowly (first-order Gauss-Markov, as of atmosphere and orbits), and with fixes that fail.
 
-use crate::random::{Random, Stream};
+use crate::random::{NoiseStream, Random};
 
 /// Where the world lies on the earth, and how good the receiver is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ pub(crate) struct Gps {
 
 impl Gps {
     pub(crate) fn new(model: GpsModel, seed: u64) -> Self {
-        let mut random = Random::new(seed, Stream::Gps);
+        let mut random = Random::new(seed, NoiseStream::Gps);
         // It has been on for long.
         let wandered_m = (random.normal(model.wander_m), random.normal(model.wander_m));
         Self { model, random, wandered_m }

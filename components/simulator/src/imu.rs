@@ -1,7 +1,7 @@
 //! A gyroscope: the rate at which the base turns, with noise and a bias that walks at random (the
 //! angle and rate random walk of IEEE Std 952).
 
-use crate::random::{Random, Stream};
+use crate::random::{NoiseStream, Random};
 
 /// How good the gyroscope is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub(crate) struct Gyroscope {
 
 impl Gyroscope {
     pub(crate) fn new(model: ImuModel, seed: u64) -> Self {
-        Self { model, random: Random::new(seed, Stream::Imu), bias_radps: model.bias_radps }
+        Self { model, random: Random::new(seed, NoiseStream::Imu), bias_radps: model.bias_radps }
     }
 
     /// Measures a true turn rate, `since_s` seconds after the reading before.

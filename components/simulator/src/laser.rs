@@ -5,10 +5,10 @@
 use std::f64::consts::TAU;
 
 use crate::pose::{Portable, Pose2};
-use crate::random::{Random, Stream};
-use crate::scene::Scene;
+use crate::random::{NoiseStream, Random};
+use crate::scene::WorldScene;
 
-/// Nearest range that a laser measures if nothing else is said, in metres.
+/// Nearest range that a laser measures by default, in metres.
 pub const RANGE_MIN_M: f64 = 0.02;
 
 /// What kind of laser it is and where it sits.
@@ -27,7 +27,7 @@ pub struct LaserModel {
     pub range_max_m: f64,
     /// Standard deviation of a range, in metres.
     pub sigma_m: f64,
-    /// Share of beams that return nothing although something is there, 0 to 1.
+    /// Share of beams that return nothing although something is in range, 0 to 1.
     pub dropout: f64,
     /// Share of beams that something between stops, more often near than far, 0 to 1 (z_short).
     pub short: f64,
@@ -103,12 +103,12 @@ impl Laser {
     /// A laser with the noise of a seed.
     pub fn new(model: LaserModel, seed: u64) -> Self {
         let stream = |stream| Random::new(seed, stream);
-        Self { model, random: stream(Stream::Laser), mixture: stream(Stream::Mixture) }
+        Self { model, random: stream(NoiseStream::Laser), mixture: stream(NoiseStream::Mixture) }
     }
 
     /// Takes a scan from where the base is: ranges in metres, from right to left. As REP-117 has
     /// it, +∞ is "nothing within range" and NaN a beam that was lost.
-    pub fn scan(&mut self, scene: Scene<'_>, map_from_base: Pose2) -> Vec<f32> {
+    pub fn scan(&mut self, scene: WorldScene<'_>, map_from_base: Pose2) -> Vec<f32> {
         let model = self.model;
         let map_from_laser = map_from_base.then(model.mount);
         (0..model.beam_count())
@@ -116,18 +116,18 @@ impl Laser {
                 let angle_rad =
                     model.angle_min_rad() + f64::from(beam) * model.angle_increment_rad();
                 let ray = Pose2 { yaw_rad: map_from_laser.yaw_rad + angle_rad, ..map_from_laser };
-                self.measure(scene.range_m(ray, model.range_max_m))
+                self.measure_range(scene.range_m(ray, model.range_max_m))
             })
             .collect()
     }
 
     /// Makes a measurement of a true range. Draws the same number of times whatever the range is,
     /// so that one beam's wall does not change the next beam's noise.
-    fn measure(&mut self, true_range_m: Option<f64>) -> f32 {
+    fn measure_range(&mut self, true_range_m: Option<f64>) -> f32 {
         let model = self.model;
         let is_lost = self.random.uniform() < model.dropout;
         let noise_m = self.random.normal(model.sigma_m);
-        let mixed_m = self.mix(true_range_m.unwrap_or(model.range_max_m));
+        let mixed_m = self.mix_range(true_range_m.unwrap_or(model.range_max_m));
         let range_m = match (mixed_m, true_range_m) {
             _ if is_lost && (mixed_m.is_some() || true_range_m.is_some()) => return f32::NAN,
             (Some(range_m), _) => range_m,
@@ -144,7 +144,7 @@ impl Laser {
     }
 
     /// A short or a random reading, in its share of beams.
-    fn mix(&mut self, reach_m: f64) -> Option<f64> {
+    fn mix_range(&mut self, reach_m: f64) -> Option<f64> {
         let LaserModel { short, short_per_m, random, range_max_m, .. } = self.model;
         if short + random <= 0.0 {
             return None;
@@ -190,7 +190,7 @@ mod tests {
     };
 
     fn scan(model: LaserModel, pose: Pose2, seed: u64) -> Vec<f32> {
-        Laser::new(model, seed).scan(Scene::from(&room()), pose)
+        Laser::new(model, seed).scan(WorldScene::from(&room()), pose)
     }
 
     #[test]

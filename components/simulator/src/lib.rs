@@ -3,7 +3,7 @@
 //! Pure and without a clock: [`drawing`] and `map_server` read worlds, [`world`] answers rays and
 //! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with [`steering`]
 //! and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins them in fixed
-//! steps, [`pace`] says how fast time passes, [`truth`] is the world as a raster. `ports` alone knows the SDK.
+//! steps, [`pace`] maps the host's time to simulated time, [`truth`] is the world as a raster. `ports` alone knows the SDK.
 
 pub mod battery;
 pub mod camera;
@@ -14,6 +14,7 @@ pub mod drive;
 pub mod gps;
 pub mod imu;
 pub mod laser;
+pub mod map_error;
 pub mod map_server;
 pub mod odometry;
 pub mod pace;
@@ -24,9 +25,12 @@ pub mod pose;
 pub mod random;
 mod raster;
 pub mod reading;
+pub mod route;
 pub mod scene;
+pub mod segment;
 pub mod simulation;
 pub mod slip;
+pub mod start;
 pub mod steering;
 pub mod truth;
 mod walls;

@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::pose::{Portable, Pose2, wrap_angle};
-use crate::random::{Random, Stream};
+use crate::random::{NoiseStream, Random};
 
 /// The time that a leg of the motion model stands for, in seconds.
 pub const LEG_S: f64 = 1.0;
@@ -58,16 +58,16 @@ impl OdometryModel {
 
 /// The estimate of the wheels, which drifts away from the truth.
 #[derive(Clone, Debug)]
-pub struct Odometry {
+pub struct WheelOdometry {
     model: OdometryModel,
     random: Random,
     pose: Pose2,
 }
 
-impl Odometry {
+impl WheelOdometry {
     /// Starts at the origin of the odom frame, with the odometry stream of a seed.
     pub fn new(model: OdometryModel, seed: u64) -> Self {
-        Self { model, random: Random::new(seed, Stream::Odometry), pose: Pose2::default() }
+        Self { model, random: Random::new(seed, NoiseStream::Odometry), pose: Pose2::default() }
     }
 
     /// Where the wheels believe the base is: odom_from_base.
@@ -83,8 +83,8 @@ impl Odometry {
     /// Adds a true motion for which the wheels turned further: a share of it, less than 1, moved
     /// nothing.
     pub fn slipped(&mut self, from: Pose2, to: Pose2, lost: f64, step_s: f64) {
-        let Leg { first_rad, length_m, second_rad } =
-            Leg::between(from, to).times(1.0 / (1.0 - lost));
+        let OdometryLeg { first_rad, length_m, second_rad } =
+            OdometryLeg::between(from, to).times(1.0 / (1.0 - lost));
         let OdometryModel { alpha1, alpha2, alpha3, alpha4, scale, bias_rad_per_m } = self.model;
         let legs_per_step = LEG_S / step_s;
         let mut noise = |variance: f64| self.random.normal(libm::sqrt(variance * legs_per_step));
@@ -101,13 +101,13 @@ impl Odometry {
 }
 
 /// A motion taken apart into a rotation, a straight way (negative: backwards) and a rotation.
-struct Leg {
+struct OdometryLeg {
     first_rad: f64,
     length_m: f64,
     second_rad: f64,
 }
 
-impl Leg {
+impl OdometryLeg {
     fn times(self, factor: f64) -> Self {
         let Self { first_rad, length_m, second_rad } = self;
         Self {
@@ -121,7 +121,7 @@ impl Leg {
 /// Below this length a motion has no direction, in metres.
 const STANDING_M: f64 = 1e-9;
 
-impl Leg {
+impl OdometryLeg {
     fn between(from: Pose2, to: Pose2) -> Self {
         let turn_rad = wrap_angle(to.yaw_rad - from.yaw_rad);
         let (x_m, y_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
@@ -148,7 +148,7 @@ mod tests {
 
     /// Feeds a steady motion of one second in steps and gives back the estimate.
     fn second_of(model: OdometryModel, seed: u64, speed_mps: f64, turn_radps: f64) -> Pose2 {
-        let mut odometry = Odometry::new(model, seed);
+        let mut odometry = WheelOdometry::new(model, seed);
         let mut pose = Pose2::default();
         for _ in 0..100 {
             let next = pose.then(Pose2::new(0.0, 0.0, turn_radps * STEP_S / 2.0)).then(Pose2::new(
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_wheels_count_what_slips() {
-        let mut odometry = Odometry::new(OdometryModel::EXACT, 1);
+        let mut odometry = WheelOdometry::new(OdometryModel::EXACT, 1);
         odometry.slipped(Pose2::default(), Pose2::new(0.3, 0.0, 0.0), 0.4, 1.0);
         check(odometry.pose().x_m, 0.5, 1e-12);
         odometry.slipped(Pose2::default(), Pose2::new(0.0, 0.0, 0.1), 0.5, 1.0);
@@ -228,7 +228,7 @@ mod tests {
     fn the_spread_does_not_depend_on_the_step() {
         let model = OdometryModel { alpha3: 0.02, ..OdometryModel::EXACT };
         let end = |seed| {
-            let mut odometry = Odometry::new(model, seed);
+            let mut odometry = WheelOdometry::new(model, seed);
             odometry.moved(Pose2::default(), Pose2::new(0.5, 0.0, 0.0), 1.0);
             odometry.pose().x_m - 0.5
         };

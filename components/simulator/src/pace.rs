@@ -1,15 +1,15 @@
-//! How fast simulated time passes beside the host's. Knows no clock: whoever runs it says what time
+//! How fast simulated time passes compared with the host's. It knows no clock: the caller passes the time
 //! it is there.
 
 /// Relates the host's time to simulated time.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub struct SimulationPace {
     speed: f64,
     /// Host time and simulated time of one moment.
     origin: (f64, f64),
 }
 
-impl Pace {
+impl SimulationPace {
     /// Both clocks agree at `host_s`; from then on simulated time passes `speed` times as fast.
     pub fn new(speed: f64, host_s: f64) -> Self {
         Self { speed, origin: (host_s, host_s) }
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn time_passes_at_its_speed_stands_and_goes_on() {
-        let mut pace = Pace::new(5.0, 100.0);
+        let mut pace = SimulationPace::new(5.0, 100.0);
         assert_eq!(pace.time_s(102.0), 110.0);
         pace.set_speed(0.0, 102.0);
         assert_eq!(pace.time_s(1000.0), 110.0);

@@ -1,6 +1,7 @@
-//! People who walk to and fro along drawn ways, and what they do when a robot is before them.
+//! People who walk to and fro along drawn routes, and what they do in front of a robot.
 
-use crate::scene::{Body, Kind};
+use crate::route::WalkedRoute;
+use crate::scene::{Body, BodyKind};
 
 /// How much room a person takes, in metres.
 pub const RADIUS_M: f64 = 0.25;
@@ -20,56 +21,7 @@ pub enum Manners {
     Absent,
 }
 
-/// A way that somebody walks: from end to end and back, or round if it ends where it begins.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Route {
-    /// Its corners, in metres; two at least, and not all in one place.
-    pub points: Vec<(f64, f64)>,
-    /// How fast it is walked, in metres per second.
-    pub speed_mps: f64,
-}
-
-impl Route {
-    /// The same way in another frame.
-    #[must_use]
-    pub(crate) fn moved(&self, point: impl Fn((f64, f64)) -> (f64, f64)) -> Self {
-        Self { points: self.points.iter().map(|&p| point(p)).collect(), ..*self }
-    }
-
-    pub(crate) fn length_m(&self) -> f64 {
-        self.pieces().map(|(from, to)| length_m(from, to)).sum()
-    }
-
-    fn is_round(&self) -> bool {
-        self.points.first() == self.points.last()
-    }
-
-    fn pieces(&self) -> impl Iterator<Item = ((f64, f64), (f64, f64))> {
-        self.points.windows(2).map(|pair| (pair[0], pair[1]))
-    }
-
-    /// Where one is after a way along it.
-    fn place(&self, along_m: f64) -> (f64, f64) {
-        let mut left_m = along_m;
-        let mut last = self.points.first().copied().unwrap_or_default();
-        for (from, to) in self.pieces() {
-            let piece_m = length_m(from, to);
-            if left_m < piece_m {
-                let share = left_m / piece_m;
-                return (from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share);
-            }
-            left_m -= piece_m;
-            last = to;
-        }
-        last
-    }
-}
-
-fn length_m(from: (f64, f64), to: (f64, f64)) -> f64 {
-    libm::hypot(to.0 - from.0, to.1 - from.1)
-}
-
-/// Everybody in a world.
+/// All people of a world.
 #[derive(Clone, Debug)]
 pub(crate) struct Crowd {
     manners: Manners,
@@ -78,14 +30,14 @@ pub(crate) struct Crowd {
 
 #[derive(Clone, Debug)]
 struct Walker {
-    route: Route,
+    route: WalkedRoute,
     length_m: f64,
     along_m: f64,
     is_returning: bool,
 }
 
 impl Crowd {
-    pub(crate) fn new(routes: &[Route], manners: Manners) -> Self {
+    pub(crate) fn new(routes: &[WalkedRoute], manners: Manners) -> Self {
         let routes = if manners == Manners::Absent { &[] } else { routes };
         let walkers = routes.iter().map(|route| Walker {
             length_m: route.length_m(),
@@ -96,17 +48,17 @@ impl Crowd {
         Self { manners, walkers: walkers.collect() }
     }
 
-    /// Everybody's body now, in the order in which their ways are drawn.
+    /// Returns the bodies of all people, in the order in which their routes are drawn.
     pub(crate) fn bodies(&self) -> impl Iterator<Item = Body> {
-        self.walkers.iter().map(|walker| body(walker.route.place(walker.along_m)))
+        self.walkers.iter().map(|walker| person_body(walker.route.point_along(walker.along_m)))
     }
 
     /// All walk on for `step_s` seconds but those with a robot before them.
-    pub(crate) fn walk(&mut self, step_s: f64, robots: &[Body]) {
+    pub(crate) fn walk_on(&mut self, step_s: f64, robots: &[Body]) {
         let keep_m = RADIUS_M + if self.manners == Manners::Stop { RESPECT_M } else { 0.0 };
         for walker in &mut self.walkers {
             let away_m = |along_m: f64| {
-                let Body { x_m, y_m, .. } = body(walker.route.place(along_m));
+                let Body { x_m, y_m, .. } = person_body(walker.route.point_along(along_m));
                 robots.iter().map(|robot| robot.clearance_m(x_m, y_m)).fold(f64::INFINITY, f64::min)
             };
             let way_m = walker.route.speed_mps * step_s;
@@ -138,8 +90,8 @@ impl Walker {
     }
 }
 
-fn body((x_m, y_m): (f64, f64)) -> Body {
-    Body { x_m, y_m, radius_m: RADIUS_M, kind: Kind::Person }
+fn person_body((x_m, y_m): (f64, f64)) -> Body {
+    Body { x_m, y_m, radius_m: RADIUS_M, kind: BodyKind::Person }
 }
 
 #[cfg(test)]
@@ -147,13 +99,13 @@ mod tests {
     use super::*;
 
     fn crowd(points: &[(f64, f64)], manners: Manners) -> Crowd {
-        Crowd::new(&[Route { points: points.to_vec(), speed_mps: 1.0 }], manners)
+        Crowd::new(&[WalkedRoute { points: points.to_vec(), speed_mps: 1.0 }], manners)
     }
 
-    /// Walks for a time in steps of 10 ms and says where the person is.
+    /// Walks for a time in steps of 10 ms and returns where the person is.
     fn walked(crowd: &mut Crowd, seconds: f64, robots: &[Body]) -> (f64, f64) {
         for _ in 0..(seconds * 100.0) as u32 {
-            crowd.walk(0.01, robots);
+            crowd.walk_on(0.01, robots);
         }
         let body = crowd.bodies().next().expect("a person");
         (body.x_m, body.y_m)
@@ -161,7 +113,8 @@ mod tests {
 
     #[track_caller]
     fn check(place: (f64, f64), expected: (f64, f64)) {
-        assert!(length_m(place, expected) < 0.011, "{place:?}, expected {expected:?}");
+        let off_m = libm::hypot(expected.0 - place.0, expected.1 - place.1);
+        assert!(off_m < 0.011, "{place:?}, expected {expected:?}");
     }
 
     #[test]
@@ -184,7 +137,7 @@ mod tests {
 
     #[test]
     fn they_stop_before_a_robot_or_walk_into_it_and_go_on_when_it_is_gone() {
-        let robot = Body { x_m: 3.0, y_m: 0.0, radius_m: 0.18, kind: Kind::Robot };
+        let robot = Body { x_m: 3.0, y_m: 0.0, radius_m: 0.18, kind: BodyKind::Robot };
         for (manners, stop_m) in [(Manners::Stop, 2.07), (Manners::Bump, 2.57)] {
             let mut crowd = crowd(&[(0.0, 0.0), (9.0, 0.0)], manners);
             check(walked(&mut crowd, 5.0, &[robot]), (stop_m, 0.0));

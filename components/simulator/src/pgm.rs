@@ -25,10 +25,10 @@ pub enum PgmFault {
     /// More pixels than any map needs.
     #[error("it has more than {} bytes; use a coarser map", MOST_BYTES)]
     TooLarge,
-    /// There are fewer pixels than the header says.
+    /// There are fewer pixels than the header states.
     #[error("it ends after {found} of {wanted} pixels; save it again")]
     TooShort {
-        /// Pixels that are there.
+        /// Pixels in the file.
         found: usize,
         /// Pixels that the header promises.
         wanted: usize,

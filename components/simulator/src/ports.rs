@@ -4,16 +4,15 @@ mod clock;
 mod messages;
 mod parameters;
 
-use std::path::PathBuf;
-
 use armor_sdk::prelude::*;
 
-use crate::pace::Pace;
+use crate::pace::SimulationPace;
 use crate::pose::Pose2;
-use crate::simulation::{Models, OTHERS, Reading, Simulation, Stamped};
-use crate::world::{Start, World};
+use crate::simulation::{Models, OTHERS, SensorReading, Simulation, Stamped};
+use crate::world::World;
 use clock::ClockOutput;
 use messages::{Bumper, Heading, Presence};
+use parameters::SimulatorParameters;
 
 /// The inputs for other robots in the same world.
 const OTHER_NAMES: [&str; OTHERS] = ["other1", "other2", "other3", "other4"];
@@ -21,18 +20,14 @@ const OTHER_NAMES: [&str; OTHERS] = ["other1", "other2", "other3", "other4"];
 /// Simulates a robot with its sensors in a drawn world.
 pub struct Simulator {
     armor: Armor,
-    world: PathBuf,
-    start: Start,
-    /// Where to begin if no start is drawn.
-    start_pose: Pose2,
+    parameters: SimulatorParameters,
+    /// As the parameters have them.
     models: Models,
-    battery_warning: f64,
     has_warned: bool,
-    speed: f64,
     /// The world, and how fast time passes in it.
-    running: Option<(Simulation, Pace)>,
+    running: Option<(Simulation, SimulationPace)>,
     clock: ClockOutput,
-    /// Somebody looks at the pictures.
+    /// Whether anything subscribes to the pictures.
     is_watched: bool,
 }
 
@@ -40,7 +35,7 @@ impl Component for Simulator {
     const KIND: &'static str = "simulator";
     const SUMMARY: &'static str = "Simulates a robot with its sensors in a drawn world, among people \
                                    and other robots.";
-    const PARAMETERS: &'static [Parameter] = parameters::PARAMETERS;
+    const PARAMETERS: &'static [Parameter] = SimulatorParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),
         ("odometry", "what the wheels believe, odom to base_link, drifting"),
@@ -78,19 +73,13 @@ impl Component for Simulator {
         for other in OTHER_NAMES {
             armor.subscribe::<Optional<Presence>>(other)?;
         }
-        for parameter in Self::PARAMETERS {
-            armor.get_parameter(&parameter.manifest().name)?;
-        }
+        let parameters = SimulatorParameters::request(&armor)?;
         armor.synchronize()?;
         Ok(Self {
             armor,
-            world: PathBuf::new(),
-            start: Start::default(),
-            start_pose: Pose2::default(),
-            models: Models::default(),
-            battery_warning: 0.2,
+            models: parameters.models(),
+            parameters,
             has_warned: false,
-            speed: 1.0,
             running: None,
             clock: ClockOutput::default(),
             is_watched: false,
@@ -98,22 +87,10 @@ impl Component for Simulator {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        match name {
-            "world" => self.world = value.path()?,
-            "start" => self.start.id = value.text()?.to_owned(),
-            "start_x" => self.start_pose.x_m = value.number()?,
-            "start_y" => self.start_pose.y_m = value.number()?,
-            "start_heading" => self.start_pose.yaw_rad = value.number()?,
-            "battery_warning" => self.battery_warning = value.number()?,
-            "speed" => {
-                self.speed = value.number()?;
-                if let Some((_, pace)) = &mut self.running {
-                    pace.set_speed(self.speed, self.armor.timestamp());
-                }
-            }
-            _ => {
-                parameters::set(&mut self.models, name, value)?;
-            }
+        self.parameters.set(name, value)?;
+        self.models = self.parameters.models();
+        if let ("speed", Some((_, pace))) = (name, &mut self.running) {
+            pace.set_speed(self.parameters.speed, self.armor.timestamp());
         }
         Ok(())
     }
@@ -136,11 +113,12 @@ impl Component for Simulator {
         let host_s = self.armor.timestamp();
         let (mut simulation, mut pace) = match self.running.take() {
             Some(running) => running,
-            // The world could not be read, and that has been said.
+            // The world could not be read, which has been reported.
             None if call == Call::Stopping => return Ok(Outcome::CarryOn),
             None => {
-                let world = World::read_from(&self.world, &self.start())?;
-                (Simulation::new(world, self.models, host_s)?, Pace::new(self.speed, host_s))
+                let world = World::read_from(&self.parameters.world, &self.parameters.start())?;
+                let simulation = Simulation::new(world, self.models, host_s)?;
+                (simulation, SimulationPace::new(self.parameters.speed, host_s))
             }
         };
         match call {
@@ -154,71 +132,73 @@ impl Component for Simulator {
         simulation.watch(self.is_watched);
         let mut readings = Vec::new();
         self.clock.advance(&mut simulation, &mut pace, host_s, &mut readings);
-        self.clock.say(simulation.time_s(), &self.armor)?;
+        self.clock.publish_time(simulation.time_s(), &self.armor)?;
         self.running = Some((simulation, pace));
         self.publish_all(readings)
     }
 }
 
 impl Simulator {
-    /// Where to begin; nothing is given if all of it is zero, where no start could be.
-    fn start(&self) -> Start {
-        let is_given = self.start_pose != Pose2::default();
-        Start { otherwise: is_given.then_some(self.start_pose), ..self.start.clone() }
-    }
-
     fn publish_all(&mut self, readings: Vec<Stamped>) -> Result<Outcome, Fault> {
         let mut level = 1.0;
         for stamped in readings {
-            if let Reading::Battery { battery, .. } = &stamped.reading {
+            if let SensorReading::Battery { battery, .. } = &stamped.reading {
                 level = battery.level();
             }
-            self.publish(stamped)?;
+            self.publish_reading(stamped)?;
         }
-        if level < self.battery_warning && !self.has_warned {
+        if level < self.parameters.battery_warning && !self.has_warned {
             self.has_warned = true;
             return Ok(Outcome::event("battery_low", level));
         }
         Ok(Outcome::CarryOn)
     }
 
-    fn publish(&mut self, Stamped { time_s, reading }: Stamped) -> Result<(), Fault> {
+    fn publish_reading(&mut self, Stamped { time_s, reading }: Stamped) -> Result<(), Fault> {
         let armor = &self.armor;
         match reading {
-            Reading::Odometry(motion) => {
-                armor.send_data("odometry", &messages::odometry(time_s, "odom", motion))?
+            SensorReading::Odometry(motion) => {
+                armor.send_data("odometry", &messages::build_odometry(time_s, "odom", motion))?
             }
-            Reading::Presence(pose) => {
+            SensorReading::Presence(pose) => {
                 let radius_m = self.models.drive.radius_m;
-                armor.send_data("presence", &messages::presence(time_s, pose, radius_m))?
+                armor.send_data("presence", &messages::build_presence(time_s, pose, radius_m))?
             }
-            Reading::Turn(turn_radps) => {
-                let imu = messages::imu(time_s, turn_radps, self.models.imu.sigma_radps);
+            SensorReading::Turn(turn_radps) => {
+                let imu = messages::build_imu(time_s, turn_radps, self.models.imu.sigma_radps);
                 armor.send_data("imu", &imu)?
             }
-            Reading::Heading(heading_rad) => {
-                armor.send_data("compass", &messages::heading(time_s, heading_rad))?
+            SensorReading::Heading(heading_rad) => {
+                armor.send_data("compass", &messages::build_heading(time_s, heading_rad))?
             }
-            Reading::Position(fix) => armor.send_data("gps", &messages::fix(time_s, fix))?,
-            Reading::Picture(rgb) => {
-                let image = messages::image(time_s, &self.models.camera, rgb);
+            SensorReading::Position(fix) => {
+                armor.send_data("gps", &messages::build_fix(time_s, fix))?
+            }
+            SensorReading::Picture(rgb) => {
+                let image = messages::build_image(time_s, &self.models.camera, rgb);
                 let sent = armor.send_data("camera", &image)?;
                 self.is_watched = sent.to > 0;
                 sent
             }
-            Reading::Bumper(side) => armor.send_data("bumper", &messages::bumper(time_s, side))?,
-            Reading::Truth(motion) => {
-                armor.send_data("truth", &messages::odometry(time_s, "map", motion))?
+            SensorReading::Bumper(side) => {
+                armor.send_data("bumper", &messages::build_bumper(time_s, side))?
             }
-            Reading::Scan(ranges) => {
-                let scan =
-                    messages::scan(time_s, &self.models.laser, self.models.rates.scan_hz, ranges);
+            SensorReading::Truth(motion) => {
+                armor.send_data("truth", &messages::build_odometry(time_s, "map", motion))?
+            }
+            SensorReading::Scan(ranges) => {
+                let scan = messages::build_scan(
+                    time_s,
+                    &self.models.laser,
+                    self.models.rates.scan_hz,
+                    ranges,
+                );
                 armor.send_data("scan", &scan)?
             }
-            Reading::Battery { battery, current_a } => {
+            SensorReading::Battery { battery, current_a } => {
                 armor.send_data("battery", &messages::battery_state(time_s, &battery, current_a))?
             }
-            Reading::Collisions(count) => armor.send_data("collisions", &Count { count })?,
+            SensorReading::Collisions(count) => armor.send_data("collisions", &Count { count })?,
         };
         Ok(())
     }

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Which noise a stream feeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stream {
+pub enum NoiseStream {
     /// Range noise and dropouts.
     Laser = 1,
     /// Motion noise in the odometry.
@@ -32,7 +32,7 @@ pub struct Random {
 
 impl Random {
     /// Opens one stream of a seed.
-    pub fn new(seed: u64, stream: Stream) -> Self {
+    pub fn new(seed: u64, stream: NoiseStream) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream as u64);
         Self { generator }
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_numbers_on_every_machine() {
-        let mut random = Random::new(7, Stream::Laser);
+        let mut random = Random::new(7, NoiseStream::Laser);
         let drawn: Vec<f64> = (0..3).map(|_| random.uniform()).collect();
         assert_eq!(
             drawn,
@@ -68,17 +68,17 @@ mod tests {
 
     #[test]
     fn streams_and_seeds_differ() {
-        let mut first = Random::new(7, Stream::Laser);
-        assert_ne!(first.uniform(), Random::new(7, Stream::Odometry).uniform());
+        let mut first = Random::new(7, NoiseStream::Laser);
+        assert_ne!(first.uniform(), Random::new(7, NoiseStream::Odometry).uniform());
         assert_ne!(
-            Random::new(7, Stream::Laser).uniform(),
-            Random::new(8, Stream::Laser).uniform()
+            Random::new(7, NoiseStream::Laser).uniform(),
+            Random::new(8, NoiseStream::Laser).uniform()
         );
     }
 
     #[test]
     fn normal_draws_have_their_mean_and_deviation() {
-        let mut random = Random::new(1, Stream::Odometry);
+        let mut random = Random::new(1, NoiseStream::Odometry);
         let count = 20_000;
         let draws: Vec<f64> = (0..count).map(|_| random.normal(0.3)).collect();
         let mean = draws.iter().sum::<f64>() / f64::from(count);

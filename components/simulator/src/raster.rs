@@ -4,9 +4,10 @@
 
 use armor_grid::{Cell, Geometry, Grid, Point2, traverse};
 
-use crate::drawing::{Segment, limits};
-use crate::map_server::{MapError, MapFault};
+use crate::drawing::limits;
+use crate::map_error::{MapFileError, MapFileFault};
 use crate::pose::{Portable, Pose2};
+use crate::segment::Segment;
 
 /// Solid and free cells, and where they lie in the map.
 #[derive(Clone)]
@@ -18,15 +19,15 @@ pub(crate) struct Raster {
 
 impl Raster {
     /// Lays cells into the map; refuses more outlines than a drawing may have.
-    pub(crate) fn new(map: SolidCells, map_from_cells: Pose2) -> Result<Self, MapError> {
+    pub(crate) fn new(map: SolidCells, map_from_cells: Pose2) -> Result<Self, MapFileError> {
         let SolidCells { file, solid } = map;
         let raster = Self { solid, map_from_cells, cells_from_map: map_from_cells.inverted() };
         let fault = match raster.outlines().len() {
-            0 => MapFault::NothingFree,
-            count if count > limits::SEGMENTS => MapFault::TooRagged(count),
+            0 => MapFileFault::NothingFree,
+            count if count > limits::SEGMENTS => MapFileFault::TooRagged(count),
             _ => return Ok(raster),
         };
-        Err(MapError { file, line: 0, fault })
+        Err(MapFileError { file, line: 0, fault })
     }
 
     fn is_solid(&self, cell: Cell) -> bool {
@@ -69,7 +70,7 @@ impl Raster {
                 self.is_solid(Cell::new(column, row - 1)) != self.is_solid(Cell::new(column, row))
             };
             segments.extend(
-                runs(columns, is_edge)
+                straight_runs(columns, is_edge)
                     .map(|(from, to)| Segment { from_m: corner(from, row), to_m: corner(to, row) }),
             );
         }
@@ -77,7 +78,7 @@ impl Raster {
             let is_edge = |row: i32| {
                 self.is_solid(Cell::new(column - 1, row)) != self.is_solid(Cell::new(column, row))
             };
-            segments.extend(runs(rows, is_edge).map(|(from, to)| Segment {
+            segments.extend(straight_runs(rows, is_edge).map(|(from, to)| Segment {
                 from_m: corner(column, from),
                 to_m: corner(column, to),
             }));
@@ -92,12 +93,12 @@ pub(crate) struct SolidCells {
     pub(crate) solid: Grid<bool>,
 }
 
-/// The runs of consecutive numbers below `count` for which something holds, ends excluded.
-fn runs(count: i32, holds: impl Fn(i32) -> bool) -> impl Iterator<Item = (i32, i32)> {
+/// Returns the runs of consecutive numbers below `count` that match, ends excluded.
+fn straight_runs(count: i32, is_match: impl Fn(i32) -> bool) -> impl Iterator<Item = (i32, i32)> {
     let mut next = 0;
     std::iter::from_fn(move || {
-        let from = (next..count).find(|&i| holds(i))?;
-        let to = (from..count).find(|&i| !holds(i)).unwrap_or(count);
+        let from = (next..count).find(|&i| is_match(i))?;
+        let to = (from..count).find(|&i| !is_match(i)).unwrap_or(count);
         next = to;
         Some((from, to))
     })
@@ -175,7 +176,7 @@ mod tests {
             Geometry { origin: Point2::default(), resolution_m: 0.1, width: 2, height: 2 };
         let cells = SolidCells { file: "m".to_owned(), solid: Grid::filled(geometry, true) };
         let error = Raster::new(cells, Pose2::default()).err().expect("no room");
-        assert_eq!(error.fault, MapFault::NothingFree);
+        assert_eq!(error.fault, MapFileFault::NothingFree);
     }
 
     proptest! {

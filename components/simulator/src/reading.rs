@@ -1,11 +1,11 @@
-//! What the sensors say, and how often.
+//! What the sensors measure, and at which rates.
 
 use crate::battery::Battery;
-use crate::contact::Side;
+use crate::contact::ContactSide;
 use crate::gps::Fix;
 use crate::pose::Pose2;
 
-/// How often the sensors report.
+/// The rates at which the sensors report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
     /// Scans per second.
@@ -37,8 +37,8 @@ impl Default for Rates {
 
 /// Where the base is and how it moves, at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// The pose, in the frame of whoever says it.
+pub struct BaseMotion {
+    /// The pose, in the frame of the sensor that measured it.
     pub pose: Pose2,
     /// Speed forward, in metres per second.
     pub speed_mps: f64,
@@ -46,13 +46,13 @@ pub struct Motion {
     pub turn_radps: f64,
 }
 
-/// What a sensor says.
+/// What a sensor measured.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Reading {
+pub enum SensorReading {
     /// The wheels: odom_from_base.
-    Odometry(Motion),
+    Odometry(BaseMotion),
     /// The exact motion: map_from_base.
-    Truth(Motion),
+    Truth(BaseMotion),
     /// Where the base is for other robots: sheet_from_base.
     Presence(Pose2),
     /// Ranges from right to left, in metres; +∞ and NaN mean nothing seen.
@@ -66,7 +66,7 @@ pub enum Reading {
     /// A picture, rows from the top, three bytes a pixel.
     Picture(Vec<u8>),
     /// The side that touches something, at the start and when it changes.
-    Bumper(Option<Side>),
+    Bumper(Option<ContactSide>),
     /// The battery, and its current in amperes.
     Battery {
         /// The battery now.
@@ -78,11 +78,11 @@ pub enum Reading {
     Collisions(u64),
 }
 
-/// A reading and its time, on the clock of whoever runs the simulation.
+/// A reading and its time, on the clock of the simulation's caller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stamped {
     /// When it was taken, in seconds.
     pub time_s: f64,
-    /// What it says.
-    pub reading: Reading,
+    /// The reading.
+    pub reading: SensorReading,
 }

@@ -14,12 +14,12 @@ pub struct Body {
     /// Its radius, in metres.
     pub radius_m: f64,
     /// What it is.
-    pub kind: Kind,
+    pub kind: BodyKind,
 }
 
 /// What a ray or a bumper meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BodyKind {
     /// A wall or furniture.
     Wall,
     /// A person.
@@ -30,26 +30,26 @@ pub enum Kind {
 
 /// The world and the bodies in it.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct WorldScene<'a> {
     /// The walls.
     pub world: &'a World,
     /// All else.
     pub bodies: &'a [Body],
 }
 
-impl<'a> From<&'a World> for Scene<'a> {
+impl<'a> From<&'a World> for WorldScene<'a> {
     /// An empty world.
     fn from(world: &'a World) -> Self {
         Self { world, bodies: &[] }
     }
 }
 
-impl Scene<'_> {
+impl WorldScene<'_> {
     /// The distance from a pose along its heading to the first thing nearer than `max_range_m`
     /// (metres), and what it is.
-    pub fn hit(&self, from: Pose2, max_range_m: f64) -> Option<(f64, Kind)> {
+    pub fn hit(&self, from: Pose2, max_range_m: f64) -> Option<(f64, BodyKind)> {
         let mut nearest =
-            self.world.range_m(from, max_range_m).map(|range_m| (range_m, Kind::Wall));
+            self.world.range_m(from, max_range_m).map(|range_m| (range_m, BodyKind::Wall));
         for body in self.bodies {
             let reach_m = nearest.map_or(max_range_m, |(range_m, _)| range_m);
             if let Some(range_m) = body.range_m(from).filter(|&range_m| range_m < reach_m) {
@@ -111,7 +111,7 @@ impl Body {
 mod tests {
     use super::*;
 
-    const PERSON: Body = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.25, kind: Kind::Person };
+    const PERSON: Body = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.25, kind: BodyKind::Person };
 
     fn world() -> World {
         let text = r#"<svg><rect x="-4" y="-4" width="8" height="8"/><circle id="start"/></svg>"#;
@@ -121,13 +121,13 @@ mod tests {
     #[test]
     fn a_body_hides_the_wall_behind_it() {
         let world = world();
-        let scene = Scene { world: &world, bodies: &[PERSON] };
+        let scene = WorldScene { world: &world, bodies: &[PERSON] };
         let ray = |y_m: f64, yaw_rad: f64| scene.hit(Pose2::new(0.0, y_m, yaw_rad), 10.0);
-        assert_eq!(ray(0.0, 0.0), Some((1.75, Kind::Person)));
+        assert_eq!(ray(0.0, 0.0), Some((1.75, BodyKind::Person)));
         let (range_m, kind) = ray(0.15, 0.0).expect("the person's side");
-        assert!((range_m - 1.8).abs() < 1e-12 && kind == Kind::Person);
-        assert_eq!(ray(0.26, 0.0).map(|hit| hit.1), Some(Kind::Wall));
-        assert_eq!(ray(0.0, 3.0).map(|hit| hit.1), Some(Kind::Wall), "behind the robot");
+        assert!((range_m - 1.8).abs() < 1e-12 && kind == BodyKind::Person);
+        assert_eq!(ray(0.26, 0.0).map(|hit| hit.1), Some(BodyKind::Wall));
+        assert_eq!(ray(0.0, 3.0).map(|hit| hit.1), Some(BodyKind::Wall), "behind the robot");
         assert_eq!(scene.hit(Pose2::default(), 1.7), None);
         assert_eq!(scene.range_m(Pose2::new(2.1, 0.0, 0.0), 10.0), Some(0.0), "within");
     }
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_nearest_thing_counts() {
         let world = world();
-        let scene = Scene { world: &world, bodies: &[PERSON] };
+        let scene = WorldScene { world: &world, bodies: &[PERSON] };
         assert!((scene.clearance_m(1.0, 0.0) - 0.75).abs() < 1e-12);
         assert!((scene.clearance_m(-3.0, 0.0) - 1.0).abs() < 1e-12);
         let (away_m, bearing_rad) = scene.nearest(2.0, -1.0).expect("the person");

@@ -1,26 +1,26 @@
 //! The whole simulation, in fixed steps that know no wall clock: the same world, models, seed and
-//! commands give the same outputs on every machine. Whoever runs it says what time it is; the
-//! simulation catches up in steps and hands back what its sensors said on the way.
+//! commands give the same outputs on every machine. The caller passes the time in; the simulation
+//! catches up in steps and returns what its sensors measured meanwhile.
 
 use crate::battery::{Battery, BatteryModel};
 use crate::camera::CameraModel;
 use crate::compass::{Compass, CompassModel};
-use crate::contact::Side;
+use crate::contact::ContactSide;
 use crate::drive::{Drive, DriveModel};
 use crate::gps::{Gps, GpsModel};
 use crate::imu::{Gyroscope, ImuModel};
 use crate::laser::{Laser, LaserModel};
-use crate::odometry::{Odometry, OdometryModel};
+use crate::odometry::{OdometryModel, WheelOdometry};
 use crate::people::{Crowd, Manners};
 use crate::pose::{Portable, Pose2, wrap_angle};
-pub use crate::reading::{Motion, Rates, Reading, Stamped};
-use crate::scene::{Body, Kind, Scene};
+pub use crate::reading::{BaseMotion, Rates, SensorReading, Stamped};
+use crate::scene::{Body, BodyKind, WorldScene};
 use crate::world::{World, WorldError};
 
 /// Length of a simulation step, in seconds.
 pub const STEP_S: f64 = 0.01;
 
-/// Most time caught up at once, in seconds: after a longer pause (a suspended machine, a stopped
+/// Most time caught up in one call, in seconds: after a longer pause (a suspended machine, a stopped
 /// process) simulated time jumps, instead of burning the processor to live through it.
 pub const CATCH_UP_S: f64 = 0.5;
 
@@ -65,30 +65,30 @@ pub struct Simulation {
     sensors: Sensors,
     battery: Battery,
     crowd: Crowd,
-    /// Where the other robots were said to be last, in the map frame.
+    /// The last reported poses of the other robots, in the map frame.
     others: [Option<Body>; OTHERS],
     /// All that moves, in the step just made.
     bodies: Vec<Body>,
     clock: Clock,
-    /// Whether somebody looks at the pictures.
+    /// Whether anything subscribes to the pictures.
     is_watched: bool,
     reported: Reported,
 }
 
 /// The sensors that have a state of their own.
 struct Sensors {
-    odometry: Odometry,
+    odometry: WheelOdometry,
     laser: Laser,
     gyroscope: Gyroscope,
     compass: Compass,
     gps: Gps,
 }
 
-/// What has been said and need not be said again.
+/// Values already reported, which are reported again only when they change.
 #[derive(Default)]
 struct Reported {
     collisions: Option<u64>,
-    contact: Option<Option<Side>>,
+    contact: Option<Option<ContactSide>>,
 }
 
 /// Counts steps; only the time stamps depend on where the counting began.
@@ -122,7 +122,7 @@ impl Simulation {
         world.check_start(models.drive.radius_m)?;
         let seed = models.seed;
         let sensors = Sensors {
-            odometry: Odometry::new(models.odometry, seed),
+            odometry: WheelOdometry::new(models.odometry, seed),
             laser: Laser::new(models.laser, seed),
             gyroscope: Gyroscope::new(models.imu, seed),
             compass: Compass::new(models.compass, seed),
@@ -158,7 +158,7 @@ impl Simulation {
         &self.bodies
     }
 
-    /// Simulated time, in seconds on the clock of whoever runs it.
+    /// Simulated time, in seconds on the caller's clock.
     pub fn time_s(&self) -> f64 {
         self.clock.time_s()
     }
@@ -169,28 +169,28 @@ impl Simulation {
         self.drive.command(speed_mps, turn_radps, given_s.min(now_s));
     }
 
-    /// Puts the base to rest at once.
+    /// Stops the base immediately.
     pub fn halt(&mut self) {
         self.drive.halt();
     }
 
     /// Says where another robot is, by its pose on the sheet and its radius in metres; it stays
-    /// there until it is said again. One beyond [`OTHERS`] is not there.
+    /// there until it is reported again. One beyond [`OTHERS`] is not there.
     pub fn other_seen(&mut self, index: usize, sheet_from_other: Pose2, radius_m: f64) {
         let map_from_sheet = self.world.sheet_from_map().inverted();
         let (x_m, y_m) = map_from_sheet.point_from(sheet_from_other.x_m, sheet_from_other.y_m);
         if let Some(other) = self.others.get_mut(index) {
-            *other = Some(Body { x_m, y_m, radius_m, kind: Kind::Robot });
+            *other = Some(Body { x_m, y_m, radius_m, kind: BodyKind::Robot });
         }
     }
 
-    /// Says whether somebody looks at the pictures: only then they are taken at their rate, else
+    /// Sets whether anything subscribes to the pictures: only then are they taken at their rate, else
     /// one a second.
     pub fn watch(&mut self, is_watched: bool) {
         self.is_watched = is_watched;
     }
 
-    /// Catches up with the time `now_s` and appends what the sensors said, oldest first. When
+    /// Catches up with the time `now_s` and appends what the sensors measured, oldest first. When
     /// `now_s` is further away than [`CATCH_UP_S`], simulated time jumps there first.
     pub fn advance_to(&mut self, now_s: f64, readings: &mut Vec<Stamped>) {
         let behind_s = now_s - self.clock.time_s();
@@ -209,23 +209,23 @@ impl Simulation {
             self.drive.release();
         }
         let before = self.drive.pose();
-        self.crowd.walk(STEP_S, &self.robots(before));
+        self.crowd.walk_on(STEP_S, &self.robot_bodies(before));
         self.bodies.clear();
         self.bodies.extend(self.crowd.bodies().chain(self.others.into_iter().flatten()));
-        let scene = Scene { world: &self.world, bodies: &self.bodies };
+        let scene = WorldScene { world: &self.world, bodies: &self.bodies };
         self.drive.step(scene, self.clock.time_s(), STEP_S);
         let after = self.drive.pose();
         self.sensors.odometry.slipped(before, after, self.drive.lost(), STEP_S);
         self.battery.drain(STEP_S, libm::hypot(after.x_m - before.x_m, after.y_m - before.y_m));
         let turn_radps = wrap_angle(after.yaw_rad - before.yaw_rad) / STEP_S;
         self.report_contacts(readings);
-        self.report(turn_radps, readings);
+        self.report_readings(turn_radps, readings);
     }
 
     /// All robots, this one first.
-    fn robots(&self, here: Pose2) -> Vec<Body> {
+    fn robot_bodies(&self, here: Pose2) -> Vec<Body> {
         let radius_m = self.models.drive.radius_m;
-        let own = Body { x_m: here.x_m, y_m: here.y_m, radius_m, kind: Kind::Robot };
+        let own = Body { x_m: here.x_m, y_m: here.y_m, radius_m, kind: BodyKind::Robot };
         std::iter::once(own).chain(self.others.into_iter().flatten()).collect()
     }
 
@@ -234,49 +234,49 @@ impl Simulation {
         let time_s = self.clock.time_s();
         let collisions = self.drive.collisions();
         if self.reported.collisions.replace(collisions) != Some(collisions) {
-            readings.push(Stamped { time_s, reading: Reading::Collisions(collisions) });
+            readings.push(Stamped { time_s, reading: SensorReading::Collisions(collisions) });
         }
-        let contact = self.drive.contact(Scene { world: &self.world, bodies: &self.bodies });
+        let contact = self.drive.contact(WorldScene { world: &self.world, bodies: &self.bodies });
         if self.reported.contact.replace(contact) != Some(contact) {
-            readings.push(Stamped { time_s, reading: Reading::Bumper(contact) });
+            readings.push(Stamped { time_s, reading: SensorReading::Bumper(contact) });
         }
     }
 
     /// Reads the sensors that are due: odometry before the scan of the same instant.
-    fn report(&mut self, turn_radps: f64, readings: &mut Vec<Stamped>) {
+    fn report_readings(&mut self, turn_radps: f64, readings: &mut Vec<Stamped>) {
         let (clock, rates, drive) = (&self.clock, self.models.rates, &self.drive);
         let time_s = clock.time_s();
-        let mut say = |reading| readings.push(Stamped { time_s, reading });
-        let scene = Scene { world: &self.world, bodies: &self.bodies };
+        let mut push = |reading| readings.push(Stamped { time_s, reading });
+        let scene = WorldScene { world: &self.world, bodies: &self.bodies };
         let here = drive.pose();
         let sheet_from_base = self.world.sheet_from_map().then(here);
         let sensors = &mut self.sensors;
         if clock.is_due(rates.imu_hz) {
-            say(Reading::Turn(sensors.gyroscope.read(turn_radps, 1.0 / rates.imu_hz)));
+            push(SensorReading::Turn(sensors.gyroscope.read(turn_radps, 1.0 / rates.imu_hz)));
         }
         if clock.is_due(rates.odometry_hz) {
             let (speed_mps, turn_radps) = (drive.speed_mps(), drive.turn_radps());
-            let motion = |pose| Motion { pose, speed_mps, turn_radps };
-            say(Reading::Odometry(motion(sensors.odometry.pose())));
-            say(Reading::Truth(motion(here)));
-            say(Reading::Presence(sheet_from_base));
+            let motion = |pose| BaseMotion { pose, speed_mps, turn_radps };
+            push(SensorReading::Odometry(motion(sensors.odometry.pose())));
+            push(SensorReading::Truth(motion(here)));
+            push(SensorReading::Presence(sheet_from_base));
         }
         if clock.is_due(rates.scan_hz) {
-            say(Reading::Scan(sensors.laser.scan(scene, here)));
+            push(SensorReading::Scan(sensors.laser.scan(scene, here)));
         }
         if clock.is_due(rates.compass_hz) {
-            say(Reading::Heading(sensors.compass.read(sheet_from_base.yaw_rad)));
+            push(SensorReading::Heading(sensors.compass.read(sheet_from_base.yaw_rad)));
         }
         if clock.is_due(rates.gps_hz) {
             let Pose2 { x_m, y_m, .. } = sheet_from_base;
-            say(Reading::Position(sensors.gps.read(x_m, y_m, 1.0 / rates.gps_hz)));
+            push(SensorReading::Position(sensors.gps.read(x_m, y_m, 1.0 / rates.gps_hz)));
         }
         if clock.is_due(if self.is_watched { rates.camera_hz } else { rates.camera_hz.min(1.0) }) {
-            say(Reading::Picture(self.models.camera.picture(scene, here)));
+            push(SensorReading::Picture(self.models.camera.picture(scene, here)));
         }
         if clock.is_due(BATTERY_RATE_HZ) {
             let current_a = self.battery.current_a(drive.speed_mps());
-            say(Reading::Battery { battery: self.battery.clone(), current_a });
+            push(SensorReading::Battery { battery: self.battery.clone(), current_a });
         }
     }
 }

@@ -1,8 +1,8 @@
-//! A whole robot in a small room: what its sensors say, and that a seed repeats it.
+//! A whole robot in a small room: what its sensors measure, and that a seed repeats it.
 
 use super::*;
 use crate::slip::SlipModel;
-use crate::world::Start;
+use crate::world::WorldStart;
 
 const ROOM: &[u8] = br#"<svg><rect x="-3" y="-3" width="6" height="6"/>
     <circle cx="1.5" cy="1.5" r="0.3"/><circle id="start"/></svg>"#;
@@ -26,30 +26,30 @@ fn run(seed: u64, epoch_s: f64, tick_s: f64) -> Vec<Stamped> {
 }
 
 /// The readings as text without their times (NaN equals NaN there).
-fn said(readings: &[Stamped]) -> Vec<String> {
+fn described(readings: &[Stamped]) -> Vec<String> {
     readings.iter().map(|stamped| format!("{:?}", stamped.reading)).collect()
 }
 
 #[test]
 fn a_seed_repeats_the_whole_run_at_any_time_of_day() {
-    let first = said(&run(3, 0.0, 0.05));
-    assert_eq!(first, said(&run(3, 0.0, 0.05)));
-    assert_eq!(first, said(&run(3, 1_795_000_000.0, 0.05)));
-    assert_ne!(first, said(&run(4, 0.0, 0.05)));
+    let first = described(&run(3, 0.0, 0.05));
+    assert_eq!(first, described(&run(3, 0.0, 0.05)));
+    assert_eq!(first, described(&run(3, 1_795_000_000.0, 0.05)));
+    assert_ne!(first, described(&run(4, 0.0, 0.05)));
 }
 
 #[test]
 fn sensors_report_at_their_rates_with_exact_stamps() {
     let readings = run(1, 100.0, 0.05);
-    let times = |wanted: fn(&Reading) -> bool| -> Vec<f64> {
+    let times = |wanted: fn(&SensorReading) -> bool| -> Vec<f64> {
         readings.iter().filter(|s| wanted(&s.reading)).map(|s| s.time_s).collect()
     };
-    let scans = times(|r| matches!(r, Reading::Scan(_)));
-    let odometry = times(|r| matches!(r, Reading::Odometry(_)));
+    let scans = times(|r| matches!(r, SensorReading::Scan(_)));
+    let odometry = times(|r| matches!(r, SensorReading::Odometry(_)));
     assert_eq!(scans.len(), 200);
     assert_eq!(odometry.len(), 400);
-    assert_eq!(times(|r| matches!(r, Reading::Truth(_))), odometry);
-    assert_eq!(times(|r| matches!(r, Reading::Battery { .. })).len(), 20);
+    assert_eq!(times(|r| matches!(r, SensorReading::Truth(_))), odometry);
+    assert_eq!(times(|r| matches!(r, SensorReading::Battery { .. })).len(), 20);
     assert!(scans.windows(2).all(|pair| (pair[1] - pair[0] - 0.1).abs() < 1e-9));
     assert!(scans.iter().all(|scan| odometry.contains(scan)), "each scan has its odometry");
 }
@@ -57,11 +57,13 @@ fn sensors_report_at_their_rates_with_exact_stamps() {
 #[test]
 fn odometry_comes_before_the_scan_of_its_instant() {
     let readings = run(1, 0.0, 0.05);
-    let scan = readings.iter().position(|s| matches!(s.reading, Reading::Scan(_)));
+    let scan = readings.iter().position(|s| matches!(s.reading, SensorReading::Scan(_)));
     let before = &readings[..scan.expect("a scan")];
     let time_s = readings[before.len()].time_s;
     assert!(
-        before.iter().any(|s| { s.time_s == time_s && matches!(s.reading, Reading::Odometry(_)) })
+        before
+            .iter()
+            .any(|s| { s.time_s == time_s && matches!(s.reading, SensorReading::Odometry(_)) })
     );
 }
 
@@ -76,7 +78,9 @@ fn collisions_are_said_at_first_and_when_they_happen() {
     }
     let counts: Vec<u64> = readings
         .iter()
-        .filter_map(|s| if let Reading::Collisions(count) = s.reading { Some(count) } else { None })
+        .filter_map(|s| {
+            if let SensorReading::Collisions(count) = s.reading { Some(count) } else { None }
+        })
         .collect();
     assert_eq!(counts, [0, 1]);
 }
@@ -124,26 +128,27 @@ fn an_empty_battery_ends_all_driving() {
 }
 
 /// All readings of one kind in 20 s, with their times.
-fn only<T>(readings: &[Stamped], kind: impl Fn(&Reading) -> Option<T>) -> Vec<(f64, T)> {
+fn only<T>(readings: &[Stamped], kind: impl Fn(&SensorReading) -> Option<T>) -> Vec<(f64, T)> {
     readings.iter().filter_map(|s| Some((s.time_s, kind(&s.reading)?))).collect()
 }
 
 #[test]
 fn every_sensor_reports_at_its_rate_and_the_camera_slower_while_nobody_looks() {
     let readings = run(1, 0.0, 0.05);
-    let count = |kind: fn(&Reading) -> bool| readings.iter().filter(|s| kind(&s.reading)).count();
-    assert_eq!(count(|r| matches!(r, Reading::Turn(_))), 1000);
-    assert_eq!(count(|r| matches!(r, Reading::Heading(_))), 200);
-    assert_eq!(count(|r| matches!(r, Reading::Position(_))), 20);
-    assert_eq!(count(|r| matches!(r, Reading::Presence(_))), 400);
-    assert_eq!(count(|r| matches!(r, Reading::Picture(_))), 20);
+    let count =
+        |kind: fn(&SensorReading) -> bool| readings.iter().filter(|s| kind(&s.reading)).count();
+    assert_eq!(count(|r| matches!(r, SensorReading::Turn(_))), 1000);
+    assert_eq!(count(|r| matches!(r, SensorReading::Heading(_))), 200);
+    assert_eq!(count(|r| matches!(r, SensorReading::Position(_))), 20);
+    assert_eq!(count(|r| matches!(r, SensorReading::Presence(_))), 400);
+    assert_eq!(count(|r| matches!(r, SensorReading::Picture(_))), 20);
     let mut simulation = simulation(Models::default(), 0.0);
     simulation.watch(true);
     let mut readings = Vec::new();
     for tick in 1..=20 {
         simulation.advance_to(f64::from(tick) * 0.05, &mut readings);
     }
-    let pictures = only(&readings, |r| matches!(r, Reading::Picture(_)).then_some(()));
+    let pictures = only(&readings, |r| matches!(r, SensorReading::Picture(_)).then_some(()));
     assert_eq!(pictures.len(), 10);
 }
 
@@ -158,7 +163,8 @@ fn the_gyroscope_feels_how_the_base_really_turns() {
         simulation.command(0.0, 1.0, now_s, now_s);
         simulation.advance_to(now_s, &mut readings);
     }
-    let turns = only(&readings, |r| if let Reading::Turn(rate) = r { Some(*rate) } else { None });
+    let turns =
+        only(&readings, |r| if let SensorReading::Turn(rate) = r { Some(*rate) } else { None });
     let later: Vec<f64> = turns.iter().filter(|(at_s, _)| *at_s > 1.0).map(|t| t.1).collect();
     let mean = later.iter().sum::<f64>() / later.len() as f64;
     assert!((mean - 0.5).abs() < 0.005, "half of what the wheels turn: {mean}");
@@ -180,7 +186,8 @@ fn a_person_walks_before_the_laser_and_into_the_base() {
         }
         let person = simulation.bodies()[0];
         assert!((person.x_m - stop_m).abs() < 0.002, "{people:?}: {person:?}");
-        let scans = only(&readings, |r| if let Reading::Scan(s) = r { Some(s[135]) } else { None });
+        let scans =
+            only(&readings, |r| if let SensorReading::Scan(s) = r { Some(s[135]) } else { None });
         // The laser sits 8 cm ahead of the middle.
         assert!(
             (f64::from(scans[0].1) - (2.0 - 0.05 - 0.25 - 0.08)).abs() < 0.01,
@@ -189,11 +196,12 @@ fn a_person_walks_before_the_laser_and_into_the_base() {
         );
         let last = f64::from(scans[scans.len() - 1].1);
         assert!((last - (person.x_m - 0.25 - 0.08)).abs() < 1e-3, "{last}");
-        let said =
-            only(&readings, |r| if let Reading::Collisions(n) = r { Some(*n) } else { None });
-        assert_eq!(said[said.len() - 1].1, collisions, "{people:?}");
-        let bumps = only(&readings, |r| if let Reading::Bumper(b) = r { Some(*b) } else { None });
-        let front = (people == Manners::Bump).then_some(Side::Front);
+        let reported =
+            only(&readings, |r| if let SensorReading::Collisions(n) = r { Some(*n) } else { None });
+        assert_eq!(reported[reported.len() - 1].1, collisions, "{people:?}");
+        let bumps =
+            only(&readings, |r| if let SensorReading::Bumper(b) = r { Some(*b) } else { None });
+        let front = (people == Manners::Bump).then_some(ContactSide::Front);
         assert_eq!(bumps[bumps.len() - 1].1, front, "{people:?}");
     }
 }
@@ -206,7 +214,7 @@ fn robots_in_one_drawing_meet_where_they_are_drawn() {
     let path = std::env::temp_dir().join(format!("armor-two-robots-{}.svg", std::process::id()));
     std::fs::write(&path, drawing).expect("a drawing");
     let place = |id: &str| {
-        let start = Start { id: id.to_owned(), otherwise: None };
+        let start = WorldStart { id: id.to_owned(), otherwise: None };
         let world = World::read_from(&path, &start).expect("a readable world");
         Simulation::new(world, Models::default(), 0.0).expect("a free start")
     };
@@ -221,5 +229,5 @@ fn robots_in_one_drawing_meet_where_they_are_drawn() {
     // Red looks up the sheet: blue is 3 m to its right and 1 m ahead.
     let body = red.bodies()[0];
     assert!((body.x_m - 1.0).abs() < 1e-9 && (body.y_m + 3.0).abs() < 1e-9, "{body:?}");
-    assert_eq!((red.bodies().len(), body.kind), (1, Kind::Robot));
+    assert_eq!((red.bodies().len(), body.kind), (1, BodyKind::Robot));
 }

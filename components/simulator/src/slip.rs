@@ -1,9 +1,9 @@
 //! Wheels that slip: they turn further than the base moves, all the time by a share, and for a
 //! moment by a larger one where the ground is bad. The odometry counts what the wheels turn.
 
-use crate::random::{Random, Stream};
+use crate::random::{NoiseStream, Random};
 
-/// Most of the way that can be lost: wheels that only spin tell nothing to the odometry's model.
+/// Most of the way that can be lost: the model of the odometry divides by the share that is left.
 const MOST: f64 = 0.95;
 
 /// How much the wheels slip.
@@ -35,7 +35,7 @@ pub(crate) struct Slip {
 
 impl Slip {
     pub(crate) fn new(model: SlipModel, seed: u64) -> Self {
-        Self { model, random: Random::new(seed, Stream::Slip), left_s: 0.0 }
+        Self { model, random: Random::new(seed, NoiseStream::Slip), left_s: 0.0 }
     }
 
     /// The share that is lost in a step of driving of `step_s` seconds.

@@ -1,7 +1,7 @@
 //! The world as an occupancy raster, for scoring maps against it.
 //!
-//! The truth at a resolution holds what a robot can find out: free cells are those that can be
-//! reached from the start without crossing a wall, occupied are the wall cells beside them, and
+//! The truth at a resolution is what a robot can find out: free cells are those that can be
+//! reached from the start without crossing a wall, occupied are the wall cells next to them, and
 //! all else (behind walls, inside furniture, outside) is unknown. Map and truth are both in the map
 //! frame, so a map that is drawn well but turned or shifted scores badly, as it should.
 
@@ -37,7 +37,7 @@ impl World {
         let geometry = raster(self, resolution_m)?;
         let mut walls = Grid::filled(geometry, false);
         for wall in self.segments() {
-            let (from, to) = (point(wall.from_m), point(wall.to_m));
+            let (from, to) = (to_point(wall.from_m), to_point(wall.to_m));
             for cell in traverse(&geometry, from, to) {
                 if let Some(is_wall) = walls.get_mut(cell) {
                     *is_wall = true;
@@ -48,7 +48,7 @@ impl World {
     }
 }
 
-fn point((x_m, y_m): (f64, f64)) -> Point2 {
+fn to_point((x_m, y_m): (f64, f64)) -> Point2 {
     Point2::new(x_m, y_m)
 }
 
@@ -66,7 +66,7 @@ fn raster(world: &World, resolution_m: f64) -> Result<Geometry, TruthError> {
         return Err(TruthError::TooFine { resolution_m, cells: columns * rows });
     }
     let origin =
-        point((first(extent.min_m.0) * resolution_m, first(extent.min_m.1) * resolution_m));
+        to_point((first(extent.min_m.0) * resolution_m, first(extent.min_m.1) * resolution_m));
     Ok(Geometry { origin, resolution_m, width: columns as usize, height: rows as usize })
 }
 
@@ -95,7 +95,7 @@ fn seen_from_start(walls: &Grid<bool>) -> Grid<Occupancy> {
 /// Wall cells that touch free space with a corner only are seen too.
 fn mark_corners(walls: &Grid<bool>, truth: &mut Grid<Occupancy>) {
     let is_corner = |truth: &Grid<Occupancy>, cell: Cell| {
-        walls[cell] && cell.neighbours().any(|beside| truth.get(beside) == Some(&Occupancy::Free))
+        walls[cell] && cell.neighbours().any(|next| truth.get(next) == Some(&Occupancy::Free))
     };
     for cell in walls.geometry().cells() {
         if is_corner(truth, cell) {
@@ -139,7 +139,7 @@ mod tests {
             (3.01, 2.01, Occupancy::Free),
             (4.5, 1.5, Occupancy::Unknown), // in the table
             (4.01, 1.5, Occupancy::Occupied),
-            (1.51, 3.25, Occupancy::Unknown), // a wall that nobody can see
+            (1.51, 3.25, Occupancy::Unknown), // a wall that no robot can see
             (-0.08, 2.0, Occupancy::Unknown),
         ] {
             assert_eq!(at(&truth, x, y), expected, "{x} {y}");

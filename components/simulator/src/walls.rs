@@ -8,8 +8,8 @@ use parry2d::math::Vector;
 use parry2d::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d::query::{PointQuery, Ray};
 
-use crate::drawing::Segment;
 use crate::pose::Pose2;
+use crate::segment::Segment;
 
 /// By how much boxes in single precision are widened, so that rounding never hides a wall (metres).
 const BOX_MARGIN_M: f32 = 0.001;
@@ -38,7 +38,7 @@ impl Walls {
     pub(crate) fn range_m(&self, from: Pose2, max_range_m: f64) -> Option<f64> {
         let (sin, cos) = libm::sincos(from.yaw_rad);
         let exact = |wall: u32| ray_to_wall_m(from, (cos, sin), &self.segments[wall as usize]);
-        let ray = Ray::new(single(from.x_m, from.y_m), single(cos, sin));
+        let ray = Ray::new(to_vector(from.x_m, from.y_m), to_vector(cos, sin));
         let reach = max_range_m as f32 + BOX_MARGIN_M;
         let (nearest, _) = self
             .boxes
@@ -48,7 +48,7 @@ impl Walls {
 
     /// How far the nearest wall is from a point, in metres, and where it is.
     pub(crate) fn nearest(&self, x_m: f64, y_m: f64) -> Option<(f64, (f64, f64))> {
-        let point = single(x_m, y_m);
+        let point = to_vector(x_m, y_m);
         let exact = |wall: u32| nearest_on_wall((x_m, y_m), &self.segments[wall as usize]);
         let (nearest, _) = self.boxes.find_best(
             f32::MAX,
@@ -59,12 +59,12 @@ impl Walls {
     }
 }
 
-fn single(x: f64, y: f64) -> Vector {
+fn to_vector(x: f64, y: f64) -> Vector {
     Vector::new(x as f32, y as f32)
 }
 
 fn wall_box(wall: &Segment) -> Aabb {
-    let (from, to) = (single(wall.from_m.0, wall.from_m.1), single(wall.to_m.0, wall.to_m.1));
+    let (from, to) = (to_vector(wall.from_m.0, wall.from_m.1), to_vector(wall.to_m.0, wall.to_m.1));
     let margin = Vector::new(BOX_MARGIN_M, BOX_MARGIN_M);
     Aabb::new(from.min(to) - margin, from.max(to) + margin)
 }

@@ -4,12 +4,15 @@
 
 use std::path::Path;
 
-use crate::drawing::Drawing;
-pub use crate::drawing::{DrawingError, DrawingFault, Segment};
-use crate::map_server::{self, MapError};
-use crate::people::Route;
+use crate::drawing::WorldDrawing;
+pub use crate::drawing::{DrawingError, DrawingFault};
+use crate::map_error::MapFileError;
+use crate::map_server;
 use crate::pose::{Portable, Pose2};
 use crate::raster::Raster;
+use crate::route::WalkedRoute;
+pub use crate::segment::Segment;
+pub use crate::start::WorldStart;
 use crate::walls::Walls;
 
 /// An axis-aligned extent in the map frame, in metres.
@@ -29,7 +32,7 @@ pub enum WorldError {
     Drawing(#[from] DrawingError),
     /// The grid map cannot be read.
     #[error(transparent)]
-    Map(#[from] MapError),
+    Map(#[from] MapFileError),
     /// A wall is too near to the start.
     #[error(
         "{place}: the start is {clearance_m:.2} m from a wall, the base has a radius of \
@@ -45,22 +48,6 @@ pub enum WorldError {
     },
 }
 
-/// Where a robot begins.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Start {
-    /// The id of the circle in the drawing.
-    pub id: String,
-    /// Where it begins if there is no such circle: on the sheet of a drawing as its circle would
-    /// be (x right, y down), in the frame of a grid map (y up); heading anticlockwise from x.
-    pub otherwise: Option<Pose2>,
-}
-
-impl Default for Start {
-    fn default() -> Self {
-        Self { id: "start".to_owned(), otherwise: None }
-    }
-}
-
 /// A world, in the map frame (REP-103, origin and heading of the start).
 #[derive(Clone)]
 pub struct World {
@@ -70,7 +57,7 @@ pub struct World {
     sheet_from_map: Pose2,
     walls: Walls,
     raster: Option<Raster>,
-    routes: Vec<Route>,
+    routes: Vec<WalkedRoute>,
 }
 
 impl World {
@@ -79,14 +66,14 @@ impl World {
     /// # Errors
     /// The first fault of the file, with its line.
     pub fn read(path: &Path) -> Result<Self, WorldError> {
-        Self::read_from(path, &Start::default())
+        Self::read_from(path, &WorldStart::default())
     }
 
     /// Reads a world in which the robot begins somewhere of its own.
     ///
     /// # Errors
     /// The first fault of the file, with its line; no such start in the drawing.
-    pub fn read_from(path: &Path, start: &Start) -> Result<Self, WorldError> {
+    pub fn read_from(path: &Path, start: &WorldStart) -> Result<Self, WorldError> {
         let is_map = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
         if is_map {
             let (cells, sheet_from_cells) = map_server::read(path)?;
@@ -95,7 +82,7 @@ impl World {
             let file = path.display().to_string();
             Ok(Self::from_raster(file, sheet_from_map, Raster::new(cells, map_from_cells)?))
         } else {
-            Ok(Self::from_drawing(path.display().to_string(), Drawing::read(path, start)?))
+            Ok(Self::from_drawing(path.display().to_string(), WorldDrawing::read(path, start)?))
         }
     }
 
@@ -104,10 +91,13 @@ impl World {
     /// # Errors
     /// The first fault of the drawing, with file and line.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, DrawingError> {
-        Ok(Self::from_drawing(file.to_owned(), Drawing::parse(file, bytes, &Start::default())?))
+        Ok(Self::from_drawing(
+            file.to_owned(),
+            WorldDrawing::parse(file, bytes, &WorldStart::default())?,
+        ))
     }
 
-    fn from_drawing(file: String, drawing: Drawing) -> Self {
+    fn from_drawing(file: String, drawing: WorldDrawing) -> Self {
         let map_from_sheet = drawing.start.inverted();
         let moved = |(x_m, y_m): (f64, f64)| map_from_sheet.point_from(x_m, y_m);
         let segments = drawing
@@ -136,7 +126,7 @@ impl World {
     }
 
     /// The ways of the people in it.
-    pub fn routes(&self) -> &[Route] {
+    pub fn routes(&self) -> &[WalkedRoute] {
         &self.routes
     }
 

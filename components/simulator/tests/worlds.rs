@@ -4,7 +4,7 @@ use std::path::Path;
 
 use armor_grid::{Cell, Grid, Occupancy, Point2, distance_transform};
 use armor_simulator::pose::Pose2;
-use armor_simulator::world::{Start, World, WorldError};
+use armor_simulator::world::{World, WorldError, WorldStart};
 
 fn world(name: &str) -> World {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../missions/worlds");
@@ -179,7 +179,8 @@ fn a_robot_begins_in_a_map_where_it_is_told_and_not_in_a_wall() {
     let path = write_map(&folder, &world("rooms.svg").free_space(0.05).expect("a raster"));
     let read = |x_m, y_m| {
         let otherwise = Some(Pose2::new(x_m, y_m, std::f64::consts::FRAC_PI_2));
-        World::read_from(&path, &Start { otherwise, ..Start::default() }).expect("a readable map")
+        World::read_from(&path, &WorldStart { otherwise, ..WorldStart::default() })
+            .expect("a readable map")
     };
     // The lower wall of the hall is 2.9 m below the drawn start, and now behind the robot.
     let world = read(0.5, 0.5);

@@ -1,4 +1,5 @@
-//! The components that are in this program.
+//! The components that are in this program. A new one is its crate in `components/`, its line in
+//! `launcher/Cargo.toml` and its line here.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -38,4 +39,34 @@ stock! {
     armor_patrol::Patrol,
     armor_planner::Planner,
     armor_simulator::Simulator,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A program of its own, since it brings a window.
+    const SEPARATE: &str = "operator-view";
+
+    #[test]
+    fn the_readme_of_the_components_lists_them_all() {
+        let readme = include_str!("../../../components/README.md");
+        let linked = readme.lines().filter_map(|line| line.strip_prefix("| ["));
+        let mut listed: Vec<&str> =
+            linked.filter_map(|line| line.split_once("](").map(|(kind, _)| kind)).collect();
+        let mut expected: Vec<&str> = STOCK.iter().map(|stock| stock.kind).collect();
+        expected.push(SEPARATE);
+        listed.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(listed, expected);
+    }
+
+    #[test]
+    fn every_stock_component_has_a_manifest() {
+        for stock in STOCK {
+            let manifest = (stock.manifest)().expect(stock.kind);
+            manifest.validate().expect(stock.kind);
+            assert_eq!(manifest.kind, stock.kind);
+        }
+    }
 }

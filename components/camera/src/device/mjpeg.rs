@@ -1,28 +1,28 @@
 //! Motion JPEG, what cameras give that compress: JPEG files that may lack the Huffman tables, because
-//! all have the same (ITU-T T.81, annex K.3.3). With them anybody can read a file.
+//! all have the same (ITU-T T.81, annex K.3.3). With them any decoder can read a file.
 
 use crate::jpeg;
-use crate::picture::{Layout, Picture, PictureError};
+use crate::picture::{Picture, PictureError, PixelLayout};
 
 /// The second byte of the marks that begin the tables, and the picture itself.
 const TABLES: u8 = 0xc4;
 const SCAN: u8 = 0xda;
 
 /// Returns the file with Huffman tables: itself if it has any.
-pub(super) fn complete(file: Vec<u8>) -> Result<Vec<u8>, PictureError> {
-    let before = segments(&file).find(|(_, mark, _)| [TABLES, SCAN].contains(mark));
+pub(super) fn add_missing_tables(file: Vec<u8>) -> Result<Vec<u8>, PictureError> {
+    let before = list_segments(&file).find(|(_, mark, _)| [TABLES, SCAN].contains(mark));
     let (at, mark) = before.map(|(at, mark, _)| (at, mark)).ok_or(PictureError::Unfinished)?;
     if mark == TABLES {
         return Ok(file);
     }
-    let tables = tables()?;
+    let tables = standard_tables()?;
     Ok([&file[..at], &tables, &file[at..]].concat())
 }
 
 /// The tables of the standard, as our own compressor writes them before each picture.
-fn tables() -> Result<Vec<u8>, PictureError> {
-    let file = jpeg::encode(&Picture::new(1, 1, Layout::Rgb, vec![0; 3])?, 80)?;
-    Ok(segments(&file)
+fn standard_tables() -> Result<Vec<u8>, PictureError> {
+    let file = jpeg::encode(&Picture::new(1, 1, PixelLayout::Rgb, vec![0; 3])?, 80)?;
+    Ok(list_segments(&file)
         .filter(|(_, mark, _)| *mark == TABLES)
         .flat_map(|(.., all)| all)
         .copied()
@@ -31,7 +31,7 @@ fn tables() -> Result<Vec<u8>, PictureError> {
 
 /// The segments before the picture and the one that begins it: where each lies, the second byte of its
 /// mark, and all of its bytes.
-fn segments(file: &[u8]) -> impl Iterator<Item = (usize, u8, &[u8])> {
+fn list_segments(file: &[u8]) -> impl Iterator<Item = (usize, u8, &[u8])> {
     // After the mark that begins the file.
     let mut next = Some(2);
     std::iter::from_fn(move || {
@@ -52,7 +52,7 @@ mod tests {
     fn without_tables(file: &[u8]) -> Vec<u8> {
         let mut bare = file[..2].to_vec();
         let mut end = 2;
-        for (at, mark, segment) in segments(file) {
+        for (at, mark, segment) in list_segments(file) {
             if mark != TABLES {
                 bare.extend_from_slice(segment);
             }
@@ -64,11 +64,11 @@ mod tests {
 
     #[test]
     fn a_file_without_tables_gets_those_of_the_standard() {
-        for layout in [Layout::Rgb, Layout::Mono] {
+        for layout in [PixelLayout::Rgb, PixelLayout::Mono] {
             let file = jpeg::encode(&gradient(40, 30, layout), 80).expect("a file");
             let bare = without_tables(&file);
             assert!(bare.len() < file.len() - 100 && jpeg::decode(&bare).is_err());
-            let complete = complete(bare).expect("a JPEG");
+            let complete = add_missing_tables(bare).expect("a JPEG");
             let (ours, theirs) = (jpeg::decode(&complete), jpeg::decode(&file));
             assert_eq!(ours.expect("a JPEG"), theirs.expect("a JPEG"));
         }
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn the_tables_are_those_of_the_standard() {
-        let tables = tables().expect("tables");
+        let tables = standard_tables().expect("tables");
         // T.81, tables K.3 to K.6: how many codes of each length, 12, 162, 12 and 162 in all.
         let counts = [
             [0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0],
@@ -92,11 +92,11 @@ mod tests {
 
     #[test]
     fn a_file_with_tables_stays_and_one_without_a_picture_is_refused() {
-        let file = jpeg::encode(&gradient(40, 30, Layout::Rgb), 80).expect("a file");
-        assert_eq!(complete(file.clone()).expect("a JPEG"), file);
+        let file = jpeg::encode(&gradient(40, 30, PixelLayout::Rgb), 80).expect("a file");
+        assert_eq!(add_missing_tables(file.clone()).expect("a JPEG"), file);
         for end in 0..40 {
-            assert!(complete(file[..end].to_vec()).is_err(), "{end} bytes");
+            assert!(add_missing_tables(file[..end].to_vec()).is_err(), "{end} bytes");
         }
-        assert!(complete(vec![0xff; 100]).is_err());
+        assert!(add_missing_tables(vec![0xff; 100]).is_err());
     }
 }

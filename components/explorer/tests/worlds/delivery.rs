@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use armor_simulator::random::{Random, Stream};
+use armor_simulator::random::{NoiseStream, Random};
 
 /// How late messages come.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub struct Delivery<T> {
 
 impl<T> Delivery<T> {
     pub fn new(delays: Delays, seed: u64) -> Self {
-        Self { delays, random: Random::new(seed, Stream::Laser), waiting: VecDeque::new() }
+        Self { delays, random: Random::new(seed, NoiseStream::Laser), waiting: VecDeque::new() }
     }
 
     pub fn send(&mut self, now_s: f64, message: T) {

@@ -16,10 +16,10 @@ const BUSY: Delays = Delays { least_s: 0.02, busy_s: 0.2, busy_share: 0.04 };
 fn conditions(seed: u64) -> Conditions {
     Conditions {
         seed,
-        explorer: armor_explorer::Settings::default(),
-        planner: armor_planner::Settings::default(),
-        driver: armor_driver::Settings {
-            limits: armor_driver::Limits {
+        explorer: armor_explorer::ExplorerSettings::default(),
+        planner: armor_planner::PlannerSettings::default(),
+        driver: armor_driver::DriverSettings {
+            limits: armor_driver::DriveLimits {
                 speed_mps: 0.9,
                 turn_radps: 1.8,
                 acceleration_mps2: 1.5,

@@ -3,20 +3,20 @@
 
 use std::path::Path;
 
-use armor_driver::{Driving, Scan as DriverScan, Velocity};
+use armor_driver::{DriverScan, Driving, Velocity};
 use armor_evaluation::map_score::{MapScore, score_map};
-use armor_explorer::{Decision, Exploration};
+use armor_explorer::{Exploration, ExplorerDecision};
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_grid_slam::config::Config;
 use armor_grid_slam::pairing::Pairing;
 use armor_grid_slam::pose::Pose as MapperPose;
-use armor_grid_slam::scan::Scan as MapperScan;
+use armor_grid_slam::scan::MapperScan;
 use armor_grid_slam::slam::Slam;
-use armor_homing::{Homecoming, Step};
+use armor_homing::{Homecoming, HomingStep};
 use armor_planner::{Planning, Rank};
 use armor_simulator::laser::{LaserModel, RANGE_MIN_M};
-use armor_simulator::random::{Random, Stream};
-use armor_simulator::simulation::{Models, Reading, Simulation, Stamped};
+use armor_simulator::random::{NoiseStream, Random};
+use armor_simulator::simulation::{Models, SensorReading, Simulation, Stamped};
 use armor_simulator::world::World;
 
 use crate::delivery::{Delays, Delivery};
@@ -27,16 +27,16 @@ const DRIVER_TICKS: u64 = 5;
 const PLANNER_TICKS: u64 = 10;
 const EXPLORER_TICKS: u64 = 20;
 const MAP_TICKS: u64 = 50;
-/// A mission that is not over by then never will be, in seconds.
+/// A mission that takes longer has failed, in seconds.
 const GIVE_UP_S: f64 = 400.0;
 
 /// How the mission runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
     pub seed: u64,
-    pub explorer: armor_explorer::Settings,
-    pub planner: armor_planner::Settings,
-    pub driver: armor_driver::Settings,
+    pub explorer: armor_explorer::ExplorerSettings,
+    pub planner: armor_planner::PlannerSettings,
+    pub driver: armor_driver::DriverSettings,
     /// On the way into and out of planner, driver and mapper.
     pub delays: Delays,
     /// From a scan to the pose it gives, in seconds.
@@ -129,7 +129,7 @@ impl Trial {
             poses: Delivery::new(steady(conditions.pose_late_s), seed),
             maps: Delivery::new(steady(0.05), seed),
             velocities: Delivery::new(delays, seed + 3000),
-            random: Random::new(seed + 4000, Stream::Laser),
+            random: Random::new(seed + 4000, NoiseStream::Laser),
             ticks: 0,
             goal: None,
             believed: Pose2::IDENTITY,
@@ -159,7 +159,7 @@ impl Trial {
             height: snapshot.height,
         };
         Grid::classified_by(thresholds, geometry, &snapshot.cells)
-            .expect("as many cells as the size says")
+            .expect("as many cells as the size requires")
     }
 
     fn score(&self) -> MapScore {
@@ -194,16 +194,16 @@ impl Trial {
         if self.ticks.is_multiple_of(EXPLORER_TICKS) {
             self.decide(now_s);
         }
-        while let Some(said) = self.to_planner.receive(now_s) {
-            self.tell_planner(said, now_s);
+        while let Some(message) = self.to_planner.receive(now_s) {
+            self.send_to_planner(message, now_s);
         }
         if self.ticks.is_multiple_of(PLANNER_TICKS)
             && let Some(path) = self.planning.step(now_s)
         {
             self.to_driver.send(now_s, Said::Path(path.to_vec()));
         }
-        while let Some(said) = self.to_driver.receive(now_s) {
-            self.tell_driver(said, now_s);
+        while let Some(message) = self.to_driver.receive(now_s) {
+            self.send_to_driver(message, now_s);
         }
         if self.ticks.is_multiple_of(DRIVER_TICKS) {
             let velocity = self.driving.step(now_s);
@@ -237,15 +237,15 @@ impl Trial {
         self.report.nearest_m = self.report.nearest_m.min(clear_m);
         for Stamped { time_s, reading } in readings {
             match reading {
-                Reading::Odometry(motion) => {
+                SensorReading::Odometry(motion) => {
                     self.to_mapper.send(now_s, Said::Odometry(time_s, motion.pose));
                     self.to_driver.send(now_s, Said::Odometry(time_s, motion.pose));
                 }
-                Reading::Scan(ranges) => {
+                SensorReading::Scan(ranges) => {
                     self.to_mapper.send(now_s, Said::Scan(time_s, ranges.clone()));
                     self.to_driver.send(now_s, Said::Scan(time_s, ranges));
                 }
-                Reading::Collisions(count) => {
+                SensorReading::Collisions(count) => {
                     self.report.collisions = count;
                     if self.verbose && count > 0 {
                         let bodies = self.simulation.bodies();
@@ -258,8 +258,8 @@ impl Trial {
     }
 
     fn map_scans(&mut self, now_s: f64) {
-        while let Some(said) = self.to_mapper.receive(now_s) {
-            match said {
+        while let Some(message) = self.to_mapper.receive(now_s) {
+            match message {
                 Said::Odometry(stamp_s, Pose2 { x_m, y_m, yaw_rad }) => {
                     self.pairing.odometry_seen(stamp_s, MapperPose::new(x_m, y_m, yaw_rad));
                 }
@@ -288,17 +288,17 @@ impl Trial {
     fn decide(&mut self, now_s: f64) {
         if self.report.explored_s.is_some() {
             match self.homecoming.step(now_s) {
-                Step::Home => self.report.home_s = Some(now_s),
-                Step::Goto(home) => {
+                HomingStep::Home => self.report.home_s = Some(now_s),
+                HomingStep::Goto(home) => {
                     self.to_planner.send(now_s, Said::Goal(Rank::Override, home));
                 }
             }
             return;
         }
         match self.exploration.step(now_s) {
-            Decision::Wait => {}
-            Decision::Done => self.report.explored_s = Some(now_s),
-            Decision::Goto(goal) => {
+            ExplorerDecision::Wait => {}
+            ExplorerDecision::Done => self.report.explored_s = Some(now_s),
+            ExplorerDecision::Goto(goal) => {
                 let is_other =
                     self.goal.is_none_or(|last| last.point().distance_m(goal.point()) > 1.0);
                 self.report.goals += u32::from(is_other);
@@ -311,8 +311,8 @@ impl Trial {
         }
     }
 
-    fn tell_planner(&mut self, said: Said, now_s: f64) {
-        match said {
+    fn send_to_planner(&mut self, message: Said, now_s: f64) {
+        match message {
             Said::Pose(_, pose) => self.planning.pose_seen(pose),
             Said::Map(map) => self.planning.map_seen(map),
             Said::Goal(rank, goal) => self.planning.goal_seen(now_s, rank, goal),
@@ -320,9 +320,9 @@ impl Trial {
         }
     }
 
-    fn tell_driver(&mut self, said: Said, now_s: f64) {
+    fn send_to_driver(&mut self, message: Said, now_s: f64) {
         let driving = &mut self.driving;
-        match said {
+        match message {
             Said::Odometry(stamp_s, pose) => driving.odometry_seen(now_s, stamp_s, pose),
             Said::Scan(stamp_s, ranges_m) => {
                 driving.scan_seen(now_s, for_driver(stamp_s, &ranges_m));

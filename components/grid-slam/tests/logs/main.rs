@@ -4,7 +4,7 @@
 //! Prints the figures (`--nocapture`); writes maps as PNG and time and memory per scan as CSV into
 //! the folder `ARMOR_MAPS`, if set. `ARMOR_PARTICLES` takes the place of the default.
 
-// A test that cannot go on may panic.
+// A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
 
 mod recorded;
@@ -37,7 +37,7 @@ fn write_map(mapper: &Slam, poses: &Trajectory, path: &Path) {
     encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
-/// Processor time of this process until now, seconds: says more than the clock where others work too.
+/// Processor time of this process until now, seconds: more reliable than the clock on a shared machine.
 fn cpu_s() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9

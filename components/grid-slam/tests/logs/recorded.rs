@@ -1,11 +1,11 @@
 //! The public logs, as they were recorded.
 
-use armor_carmen_player::log::Log;
-use armor_carmen_player::record::{self, Record};
+use armor_carmen_player::log::CarmenLog;
+use armor_carmen_player::record::{self, LogRecord};
 use armor_evaluation::relations::{Relation, read_relations};
 use armor_evaluation::trajectory::Trajectory;
 use armor_grid_slam::pose::Pose;
-use armor_grid_slam::scan::Scan;
+use armor_grid_slam::scan::MapperScan;
 use armor_grid_slam::slam::Slam;
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub struct Recorded {
     /// Its number in the log, from 0.
     pub number: usize,
     pub odometry: Pose,
-    pub scan: Scan,
+    pub scan: MapperScan,
 }
 
 /// A log's scans, and what is known of where they were taken. Without `ARMOR_DATA` the tests are
@@ -28,16 +28,18 @@ pub fn recorded(name: &str) -> Option<(Vec<Recorded>, Vec<Relation>)> {
         return None;
     };
     let folder = PathBuf::from(data).join("laser");
-    let records = Log::open(&folder.join(format!("{name}.log.gz"))).unwrap().map(Result::unwrap);
-    let scans = records.filter_map(|r| if let Record::Scan(scan) = r { Some(scan) } else { None });
+    let records =
+        CarmenLog::open(&folder.join(format!("{name}.log.gz"))).unwrap().map(Result::unwrap);
+    let scans =
+        records.filter_map(|r| if let LogRecord::Scan(scan) = r { Some(scan) } else { None });
     let scans = scans.enumerate().map(|(number, scan)| understood(number, &scan)).collect();
     let text = std::fs::read_to_string(folder.join(format!("{name}.relations.csv"))).unwrap();
     Some((scans, read_relations(&text).unwrap()))
 }
 
-fn understood(number: usize, scan: &record::Scan) -> Recorded {
+fn understood(number: usize, scan: &record::RecordedScan) -> Recorded {
     let odometry = Pose::new(scan.odometry.x_m, scan.odometry.y_m, scan.odometry.yaw_rad);
-    let sweep = Scan {
+    let sweep = MapperScan {
         stamp_s: scan.stamp_s,
         angle_min_rad: scan.beams.angle_min_rad,
         increment_rad: scan.beams.increment_rad,

@@ -1,7 +1,7 @@
 //! Transforms of a drawing: the part of SVG's `transform` that keeps straight lines simple to
 //! reason about (translate, scale, rotate, matrix).
 
-use super::fault::{DrawingFault, shortened};
+use super::fault::{DrawingFault, shorten_text};
 use super::numbers::Numbers;
 
 /// A 2-D affine map: (x, y) → (a x + c y + e, b x + d y + f), as SVG writes matrix(a b c d e f).
@@ -20,7 +20,7 @@ impl Affine {
 
     /// Reads the value of a `transform` attribute.
     pub(super) fn parse(text: &str) -> Result<Self, DrawingFault> {
-        let refuse = || DrawingFault::Transform(shortened(text));
+        let refuse = || DrawingFault::Transform(shorten_text(text));
         let mut total = Self::IDENTITY;
         let mut rest = Numbers::new(text).rest();
         while !rest.is_empty() {
@@ -31,29 +31,29 @@ impl Affine {
             if !numbers.rest().is_empty() {
                 return Err(refuse());
             }
-            total = total.after(Self::named(name.trim(), &values).ok_or_else(refuse)?);
+            total = total.after(Self::from_function(name.trim(), &values).ok_or_else(refuse)?);
             rest = Numbers::new(after).rest();
         }
         Ok(total)
     }
 
-    fn named(name: &str, values: &[f64]) -> Option<Self> {
+    fn from_function(name: &str, values: &[f64]) -> Option<Self> {
         let shift = |e, f| Self { e, f, ..Self::IDENTITY };
         Some(match (name, values) {
             ("translate", &[x]) => shift(x, 0.0),
             ("translate", &[x, y]) => shift(x, y),
             ("scale", &[s]) => Self { a: s, d: s, ..Self::IDENTITY },
             ("scale", &[x, y]) => Self { a: x, d: y, ..Self::IDENTITY },
-            ("rotate", &[degrees]) => Self::rotation(degrees),
+            ("rotate", &[degrees]) => Self::from_rotation(degrees),
             ("rotate", &[degrees, x, y]) => {
-                shift(x, y).after(Self::rotation(degrees)).after(shift(-x, -y))
+                shift(x, y).after(Self::from_rotation(degrees)).after(shift(-x, -y))
             }
             ("matrix", &[a, b, c, d, e, f]) => Self { a, b, c, d, e, f },
             _ => return None,
         })
     }
 
-    fn rotation(degrees: f64) -> Self {
+    fn from_rotation(degrees: f64) -> Self {
         let (sin, cos) = libm::sincos(degrees.to_radians());
         Self { a: cos, b: sin, c: -sin, d: cos, ..Self::IDENTITY }
     }

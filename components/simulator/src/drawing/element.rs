@@ -5,22 +5,22 @@ use std::borrow::Cow;
 use quick_xml::XmlVersion;
 use quick_xml::events::BytesStart;
 
-use super::fault::{DrawingFault, shortened};
+use super::fault::{DrawingFault, shorten_text};
 use super::{limits, numbers};
 
 /// An element's name and attributes, entities resolved.
-pub(super) struct Element<'a> {
+pub(super) struct DrawingElement<'a> {
     pub(super) name: &'a str,
     attributes: Vec<(&'a str, Cow<'a, str>)>,
 }
 
-impl<'a> Element<'a> {
+impl<'a> DrawingElement<'a> {
     pub(super) fn read(tag: &'a BytesStart<'_>) -> Result<Self, DrawingFault> {
         let name = tag.name().into_inner();
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
             if attributes.len() == limits::ATTRIBUTES {
-                return Err(DrawingFault::TooManyAttributes(shortened(name)));
+                return Err(DrawingFault::TooManyAttributes(shorten_text(name)));
             }
             let attribute = attribute.map_err(|e| DrawingFault::Xml(e.to_string()))?;
             let value = attribute
@@ -44,7 +44,7 @@ impl<'a> Element<'a> {
     /// A width, height or radius, which must be there and not negative.
     pub(super) fn size(&self, attribute: &'static str) -> Result<f64, DrawingFault> {
         let value = self.number(attribute)?.ok_or_else(|| DrawingFault::MissingAttribute {
-            element: shortened(self.name),
+            element: shorten_text(self.name),
             attribute,
         })?;
         if value < 0.0 {
@@ -54,7 +54,7 @@ impl<'a> Element<'a> {
     }
 
     pub(super) fn bad_number(&self, attribute: &str, text: &str) -> DrawingFault {
-        DrawingFault::BadNumber { attribute: attribute.to_owned(), value: shortened(text) }
+        DrawingFault::BadNumber { attribute: attribute.to_owned(), value: shorten_text(text) }
     }
 
     pub(super) fn has_class(&self, class: &str) -> bool {

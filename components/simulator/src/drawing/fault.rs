@@ -1,12 +1,12 @@
-//! What can be wrong with a drawing: each fault says what it is and what to do about it.
+//! What can be wrong with a drawing: each fault states its cause and a remedy.
 
 use super::limits;
 
 /// A fault in a drawing file, with the place where it is.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{file}{}: {fault}", place(*.line))]
+#[error("{file}{}: {fault}", describe_place(*.line))]
 pub struct DrawingError {
-    /// The file as it was named by whoever asked for it.
+    /// The file as the caller named it.
     pub file: String,
     /// The line of the element at fault, counted from 1 (0: the file as a whole).
     pub line: usize,
@@ -14,7 +14,7 @@ pub struct DrawingError {
     pub fault: DrawingFault,
 }
 
-fn place(line: usize) -> String {
+fn describe_place(line: usize) -> String {
     if line == 0 { String::new() } else { format!(":{line}") }
 }
 
@@ -128,7 +128,7 @@ pub enum DrawingFault {
         most = limits::SPEED_MPS
     )]
     Route(String),
-    /// More people than anybody can watch.
+    /// More people than allowed.
     #[error("more than {} people; remove some", limits::PEOPLE)]
     TooManyPeople,
     /// Nothing in the drawing is solid.
@@ -136,8 +136,8 @@ pub enum DrawingFault {
     NoWalls,
 }
 
-/// Shortens what a file said to what fits into a message.
-pub(super) fn shortened(text: &str) -> String {
+/// Shortens a text from a file to what fits into a message.
+pub(super) fn shorten_text(text: &str) -> String {
     const SHOWN: usize = 40;
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),

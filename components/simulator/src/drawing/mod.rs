@@ -5,6 +5,7 @@
 mod affine;
 mod element;
 mod fault;
+pub(crate) mod limits;
 mod numbers;
 mod path_data;
 mod shapes;
@@ -17,44 +18,16 @@ use std::path::Path;
 
 use quick_xml::Reader;
 
-use crate::people::Route;
 use crate::pose::Pose2;
-use crate::world::Start;
+use crate::route::WalkedRoute;
+use crate::segment::Segment;
+use crate::start::WorldStart;
 pub use fault::{DrawingError, DrawingFault};
-use sheet::Sheet;
+use sheet::DrawingSheet;
 
-/// What a drawing may hold; far beyond any building, small enough to stay quick and bounded.
-pub(crate) mod limits {
-    /// Bytes of a file: a large building drawn by hand has a tenth of it.
-    pub const BYTES: usize = 4 << 20;
-    /// Nesting, as the mission file has it.
-    pub const DEPTH: usize = 32;
-    /// Elements, annotations included.
-    pub const ELEMENTS: usize = 50_000;
-    /// Attributes of one element; drawing programs write a dozen.
-    pub const ATTRIBUTES: usize = 64;
-    /// Straight walls in all; keeps the search tree in a few tens of megabytes.
-    pub const SEGMENTS: usize = 200_000;
-    /// People in a world; each costs a little for every beam.
-    pub const PEOPLE: usize = 100;
-    /// Nobody walks faster, in metres per second.
-    pub const SPEED_MPS: f64 = 10.0;
-    /// Distance of any point from the origin, in metres: keeps single-precision boxes within 0.1 mm.
-    pub const COORDINATE_M: f64 = 1000.0;
-}
-
-/// A straight piece of wall between two points (x, y), in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
-    /// One end.
-    pub from_m: (f64, f64),
-    /// The other end.
-    pub to_m: (f64, f64),
-}
-
-/// What a drawing says, in its own frame with y up.
+/// The contents of a drawing, in its own frame with y up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drawing {
+pub struct WorldDrawing {
     /// Everything solid, in the order drawn; never empty.
     pub segments: Vec<Segment>,
     /// Where the robot begins.
@@ -62,18 +35,18 @@ pub struct Drawing {
     /// The line of the start in the file, if it is drawn.
     pub start_line: Option<usize>,
     /// The ways that people walk.
-    pub routes: Vec<Route>,
+    pub routes: Vec<WalkedRoute>,
 }
 
-impl Drawing {
+impl WorldDrawing {
     /// Reads a drawing file in which a robot begins at `start`.
     ///
     /// # Errors
     /// The first fault found, with file and line.
-    pub fn read(path: &Path, start: &Start) -> Result<Self, DrawingError> {
+    pub fn read(path: &Path, start: &WorldStart) -> Result<Self, DrawingError> {
         let file = path.display().to_string();
         let mut bytes = Vec::new();
-        // One byte more than allowed tells a full file from one that is too large.
+        // One byte more than allowed distinguishes a full file from one that is too large.
         std::fs::File::open(path)
             .and_then(|opened| opened.take(limits::BYTES as u64 + 1).read_to_end(&mut bytes))
             .map_err(|e| DrawingError {
@@ -88,14 +61,14 @@ impl Drawing {
     ///
     /// # Errors
     /// The first fault found, with file and line.
-    pub fn parse(file: &str, bytes: &[u8], start: &Start) -> Result<Self, DrawingError> {
+    pub fn parse(file: &str, bytes: &[u8], start: &WorldStart) -> Result<Self, DrawingError> {
         let whole_file = |fault| DrawingError { file: file.to_owned(), line: 0, fault };
         if bytes.len() > limits::BYTES {
             return Err(whole_file(DrawingFault::TooLarge));
         }
         let text = std::str::from_utf8(bytes).map_err(|_| whole_file(DrawingFault::NotUtf8))?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut sheet = Sheet::default();
+        let mut sheet = DrawingSheet::default();
         let mut reader = Reader::from_str(text);
         loop {
             let offset = reader.buffer_position();

@@ -26,7 +26,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// Takes the next letter, or leaves everything as it is when none follows.
-    pub(super) fn letter(&mut self) -> Option<char> {
+    pub(super) fn read_letter(&mut self) -> Option<char> {
         let letter = self.rest().chars().next().filter(char::is_ascii_alphabetic)?;
         self.rest = &self.rest[1..];
         Some(letter)

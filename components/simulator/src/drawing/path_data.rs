@@ -1,28 +1,30 @@
 //! The straight part of SVG path data: M, L, H, V, Z, absolute and relative.
 
-use super::fault::{DrawingFault, shortened};
+use super::fault::{DrawingFault, shorten_text};
 use super::numbers::Numbers;
 
 /// Reads path data into polylines; a closed one ends where it began.
-pub(super) fn polylines(data: &str) -> Result<Vec<Vec<(f64, f64)>>, DrawingFault> {
+pub(super) fn parse_polylines(data: &str) -> Result<Vec<Vec<(f64, f64)>>, DrawingFault> {
     let mut pen = Pen::default();
     let mut text = Numbers::new(data);
     let mut command = None;
     while !text.rest().is_empty() {
         let here = text.rest();
-        command = match (text.letter(), command) {
+        command = match (text.read_letter(), command) {
             (Some(letter), _) => Some(letter),
             // Numbers without a letter repeat the command; after a move they draw lines.
             (None, Some('M')) => Some('L'),
             (None, Some('m')) => Some('l'),
-            (None, Some('Z' | 'z') | None) => return Err(DrawingFault::PathData(shortened(here))),
+            (None, Some('Z' | 'z') | None) => {
+                return Err(DrawingFault::PathData(shorten_text(here)));
+            }
             (None, repeated) => repeated,
         };
         if let Some(letter) = command {
-            pen.draw(letter, &mut text, here)?;
+            pen.draw_command(letter, &mut text, here)?;
         }
     }
-    pen.lift();
+    pen.lift_pen();
     Ok(pen.finished)
 }
 
@@ -34,44 +36,45 @@ struct Pen {
 }
 
 impl Pen {
-    fn draw(
+    fn draw_command(
         &mut self,
         command: char,
         text: &mut Numbers<'_>,
         here: &str,
     ) -> Result<(), DrawingFault> {
-        let mut number = || text.number().ok_or_else(|| DrawingFault::PathData(shortened(here)));
+        let mut number = || text.number().ok_or_else(|| DrawingFault::PathData(shorten_text(here)));
         let (x, y) = self.at;
         let (from_x, from_y) = if command.is_ascii_lowercase() { (x, y) } else { (0.0, 0.0) };
         let to = match command.to_ascii_uppercase() {
             'M' | 'L' => (from_x + number()?, from_y + number()?),
             'H' => (from_x + number()?, y),
             'V' => (x, from_y + number()?),
-            'Z' => return self.close(here),
+            'Z' => return self.close_polyline(here),
             'C' | 'S' | 'Q' | 'T' | 'A' => return Err(DrawingFault::PathCommand(command)),
-            _ => return Err(DrawingFault::PathData(shortened(here))),
+            _ => return Err(DrawingFault::PathData(shorten_text(here))),
         };
         if matches!(command, 'M' | 'm') {
-            self.lift();
+            self.lift_pen();
         } else if self.current.is_empty() {
-            return Err(DrawingFault::PathData(shortened(here)));
+            return Err(DrawingFault::PathData(shorten_text(here)));
         }
         self.current.push(to);
         self.at = to;
         Ok(())
     }
 
-    fn close(&mut self, here: &str) -> Result<(), DrawingFault> {
-        let first = *self.current.first().ok_or_else(|| DrawingFault::PathData(shortened(here)))?;
+    fn close_polyline(&mut self, here: &str) -> Result<(), DrawingFault> {
+        let first =
+            *self.current.first().ok_or_else(|| DrawingFault::PathData(shorten_text(here)))?;
         self.current.push(first);
-        self.lift();
+        self.lift_pen();
         // What follows without a move begins where this one began.
         self.at = first;
         self.current.push(first);
         Ok(())
     }
 
-    fn lift(&mut self) {
+    fn lift_pen(&mut self) {
         let polyline = std::mem::take(&mut self.current);
         if polyline.len() > 1 {
             self.finished.push(polyline);
@@ -89,13 +92,13 @@ mod tests {
         for data in
             ["M1 1 L3 1 L3 2 Z", "m1,1 l2,0 0,1z", "M1 1H3V2Z", "M1,1h2v1z", "M1 1 3 1 3 2Z"]
         {
-            assert_eq!(polylines(data), Ok(corner.clone()), "{data}");
+            assert_eq!(parse_polylines(data), Ok(corner.clone()), "{data}");
         }
     }
 
     #[test]
     fn subpaths_are_separate_and_go_on_after_a_close() {
-        let drawn = polylines("M0 0H1 M5 5v1z l1 0").expect("readable");
+        let drawn = parse_polylines("M0 0H1 M5 5v1z l1 0").expect("readable");
         assert_eq!(
             drawn,
             [
@@ -108,10 +111,10 @@ mod tests {
 
     #[test]
     fn what_bends_or_breaks_is_refused() {
-        assert_eq!(polylines("M0 0 C 1 1 2 2 3 3"), Err(DrawingFault::PathCommand('C')));
-        assert_eq!(polylines("M0 0 a1 1 0 0 0 2 2"), Err(DrawingFault::PathCommand('a')));
+        assert_eq!(parse_polylines("M0 0 C 1 1 2 2 3 3"), Err(DrawingFault::PathCommand('C')));
+        assert_eq!(parse_polylines("M0 0 a1 1 0 0 0 2 2"), Err(DrawingFault::PathCommand('a')));
         for data in ["L1 1", "1 2", "M1", "M1 1 L2", "M1 1 Z 3 3", "M0 0 X", "M0 0 #", "Z"] {
-            let refused = polylines(data);
+            let refused = parse_polylines(data);
             assert!(matches!(refused, Err(DrawingFault::PathData(_))), "{data}: {refused:?}");
         }
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::element::Element;
+use super::element::DrawingElement;
 use super::fault::DrawingFault;
 use super::numbers::Numbers;
 use super::path_data;
@@ -15,27 +15,27 @@ type Polyline = Vec<(f64, f64)>;
 
 /// The outline of a shape, or nothing for an element that is not a shape. `growth` is by how much
 /// the transforms around it enlarge it.
-pub(super) fn outline(
-    element: &Element<'_>,
+pub(super) fn trace_outline(
+    element: &DrawingElement<'_>,
     growth: f64,
 ) -> Result<Option<Vec<Polyline>>, DrawingFault> {
     Ok(Some(match element.name {
-        "line" => vec![line(element)?],
-        "polyline" => vec![points(element)?],
-        "polygon" => vec![closed(points(element)?)],
-        "rect" => vec![rect(element)?],
-        "circle" => vec![circle(element, growth)?],
-        "path" => path_data::polylines(element.text("d").unwrap_or(""))?,
+        "line" => vec![trace_line(element)?],
+        "polyline" => vec![read_points(element)?],
+        "polygon" => vec![close_polyline(read_points(element)?)],
+        "rect" => vec![trace_rect(element)?],
+        "circle" => vec![trace_circle(element, growth)?],
+        "path" => path_data::parse_polylines(element.text("d").unwrap_or(""))?,
         _ => return Ok(None),
     }))
 }
 
-fn line(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+fn trace_line(element: &DrawingElement<'_>) -> Result<Polyline, DrawingFault> {
     let end = |x, y| Ok((element.number(x)?.unwrap_or(0.0), element.number(y)?.unwrap_or(0.0)));
     Ok(vec![end("x1", "y1")?, end("x2", "y2")?])
 }
 
-fn points(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+fn read_points(element: &DrawingElement<'_>) -> Result<Polyline, DrawingFault> {
     let text = element.text("points").unwrap_or("");
     let mut numbers = Numbers::new(text);
     let values: Vec<f64> = std::iter::from_fn(|| numbers.number()).collect();
@@ -48,12 +48,12 @@ fn points(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
     Ok(values.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
 }
 
-fn closed(mut polyline: Polyline) -> Polyline {
+fn close_polyline(mut polyline: Polyline) -> Polyline {
     polyline.extend(polyline.first().copied());
     polyline
 }
 
-fn rect(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
+fn trace_rect(element: &DrawingElement<'_>) -> Result<Polyline, DrawingFault> {
     for radius in ["rx", "ry"] {
         if element.number(radius)?.is_some_and(|radius| radius != 0.0) {
             return Err(DrawingFault::RoundedCorners(radius));
@@ -61,10 +61,10 @@ fn rect(element: &Element<'_>) -> Result<Polyline, DrawingFault> {
     }
     let (x, y) = (element.number("x")?.unwrap_or(0.0), element.number("y")?.unwrap_or(0.0));
     let (width, height) = (element.size("width")?, element.size("height")?);
-    Ok(closed(vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height)]))
+    Ok(close_polyline(vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height)]))
 }
 
-fn circle(element: &Element<'_>, growth: f64) -> Result<Polyline, DrawingFault> {
+fn trace_circle(element: &DrawingElement<'_>, growth: f64) -> Result<Polyline, DrawingFault> {
     let (x, y) = (element.number("cx")?.unwrap_or(0.0), element.number("cy")?.unwrap_or(0.0));
     let radius = element.size("r")?;
     if radius == 0.0 {
@@ -75,7 +75,7 @@ fn circle(element: &Element<'_>, growth: f64) -> Result<Polyline, DrawingFault> 
         let (sin, cos) = libm::sincos(TAU * f64::from(i) / f64::from(corners));
         (x + radius * cos, y + radius * sin)
     };
-    Ok(closed((0..corners).map(corner).collect()))
+    Ok(close_polyline((0..corners).map(corner).collect()))
 }
 
 /// How many corners keep the polygon within the chord error.

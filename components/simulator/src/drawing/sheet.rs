@@ -3,31 +3,32 @@
 use quick_xml::events::{BytesStart, Event};
 
 use super::affine::Affine;
-use super::element::Element;
-use super::fault::{DrawingFault, shortened};
-use super::{Drawing, Segment, limits, shapes};
-use crate::people::Route;
+use super::element::DrawingElement;
+use super::fault::{DrawingFault, shorten_text};
+use super::{WorldDrawing, limits, shapes};
 use crate::pose::Pose2;
-use crate::world::Start;
+use crate::route::WalkedRoute;
+use crate::segment::Segment;
+use crate::start::WorldStart;
 
 /// An element that is open: how its content is transformed, and whether the robot sees it.
 #[derive(Clone, Copy)]
-struct Open {
+struct OpenElement {
     drawing_from_content: Affine,
     is_ignored: bool,
 }
 
-/// How fast people walk if the drawing does not say, in metres per second.
+/// How fast people walk if the drawing states none, in metres per second.
 const WALK_MPS: f64 = 1.0;
 
 /// What has been read so far.
 #[derive(Default)]
-pub(super) struct Sheet {
-    open: Vec<Open>,
+pub(super) struct DrawingSheet {
+    open: Vec<OpenElement>,
     element_count: usize,
     segments: Vec<Segment>,
     starts: Vec<DrawnStart>,
-    routes: Vec<Route>,
+    routes: Vec<WalkedRoute>,
 }
 
 /// A circle from which a robot begins.
@@ -37,7 +38,7 @@ struct DrawnStart {
     line: usize,
 }
 
-impl Sheet {
+impl DrawingSheet {
     /// Takes one event; true at the end of the file.
     pub(super) fn take(
         &mut self,
@@ -46,11 +47,11 @@ impl Sheet {
     ) -> Result<bool, DrawingFault> {
         match event {
             Event::Start(tag) => {
-                let open = self.element(tag, line)?;
+                let open = self.take_element(tag, line)?;
                 self.open.push(open);
             }
             Event::Empty(tag) => {
-                self.element(tag, line)?;
+                self.take_element(tag, line)?;
             }
             Event::End(_) => {
                 self.open.pop();
@@ -65,11 +66,11 @@ impl Sheet {
         Ok(false)
     }
 
-    fn element(
+    fn take_element(
         &mut self,
         tag: &BytesStart<'_>,
         line: impl Fn() -> usize,
-    ) -> Result<Open, DrawingFault> {
+    ) -> Result<OpenElement, DrawingFault> {
         self.element_count += 1;
         if self.element_count > limits::ELEMENTS {
             return Err(DrawingFault::TooManyElements);
@@ -77,10 +78,10 @@ impl Sheet {
         if self.open.len() == limits::DEPTH {
             return Err(DrawingFault::TooDeep);
         }
-        let element = Element::read(tag)?;
-        let Some(&around) = self.open.last() else { return self.root(&element) };
+        let element = DrawingElement::read(tag)?;
+        let Some(&around) = self.open.last() else { return self.take_root(&element) };
         if around.is_ignored || element.is_ignored() {
-            return Ok(Open { is_ignored: true, ..around });
+            return Ok(OpenElement { is_ignored: true, ..around });
         }
         let mut open = around;
         if let Some(transform) = element.text("transform") {
@@ -92,36 +93,37 @@ impl Sheet {
         } else if element.has_class("person") {
             self.draw_route(&element, open.drawing_from_content)?;
         } else if element.name != "g" {
-            self.draw(&element, open.drawing_from_content)?;
+            self.draw_shape(&element, open.drawing_from_content)?;
         }
         Ok(open)
     }
 
-    fn root(&mut self, element: &Element<'_>) -> Result<Open, DrawingFault> {
+    fn take_root(&mut self, element: &DrawingElement<'_>) -> Result<OpenElement, DrawingFault> {
         if self.element_count > 1 {
             return Err(DrawingFault::Xml("a second outermost element".to_owned()));
         }
         if element.name != "svg" {
-            return Err(DrawingFault::NotSvg(shortened(element.name)));
+            return Err(DrawingFault::NotSvg(shorten_text(element.name)));
         }
-        Ok(Open { drawing_from_content: Affine::IDENTITY, is_ignored: false })
+        Ok(OpenElement { drawing_from_content: Affine::IDENTITY, is_ignored: false })
     }
 
     fn place_start(
         &mut self,
-        element: &Element<'_>,
+        element: &DrawingElement<'_>,
         drawing_from_content: Affine,
         line: usize,
     ) -> Result<(), DrawingFault> {
         if element.name != "circle" {
-            return Err(DrawingFault::StartNotCircle(shortened(element.name)));
+            return Err(DrawingFault::StartNotCircle(shorten_text(element.name)));
         }
         let id = element.text("id").unwrap_or("start");
         if self.starts.iter().any(|start| start.id == id) {
-            return Err(DrawingFault::SecondStart(shortened(id)));
+            return Err(DrawingFault::SecondStart(shorten_text(id)));
         }
         let coordinate = |name| Ok(element.number(name)?.unwrap_or(0.0));
-        let (x_m, y_m) = within(drawing_from_content.point(coordinate("cx")?, coordinate("cy")?))?;
+        let (x_m, y_m) =
+            check_coordinates(drawing_from_content.point(coordinate("cx")?, coordinate("cy")?))?;
         let (sin, cos) = libm::sincos(coordinate("data-heading")?.to_radians());
         // The heading is given with y up; the transform works with y down, on both sides of it.
         let (ahead, down) = drawing_from_content.direction(cos, -sin);
@@ -133,24 +135,24 @@ impl Sheet {
     /// The way of a person: one line of at least two points.
     fn draw_route(
         &mut self,
-        element: &Element<'_>,
+        element: &DrawingElement<'_>,
         drawing_from_content: Affine,
     ) -> Result<(), DrawingFault> {
         let outline = match element.name {
-            "line" | "polyline" | "polygon" | "path" => shapes::outline(element, 1.0)?,
+            "line" | "polyline" | "polygon" | "path" => shapes::trace_outline(element, 1.0)?,
             _ => None,
         };
         let speed_mps = element.number("data-speed")?.unwrap_or(WALK_MPS);
         let mut points = Vec::new();
         if let Some([polyline]) = outline.as_deref() {
             for &(x, y) in polyline {
-                let (x_m, y_m) = within(drawing_from_content.point(x, y))?;
+                let (x_m, y_m) = check_coordinates(drawing_from_content.point(x, y))?;
                 points.push((x_m, -y_m));
             }
         }
-        let route = Route { points, speed_mps };
+        let route = WalkedRoute { points, speed_mps };
         if !(route.length_m() > 0.0 && (0.0..=limits::SPEED_MPS).contains(&speed_mps)) {
-            return Err(DrawingFault::Route(shortened(element.name)));
+            return Err(DrawingFault::Route(shorten_text(element.name)));
         }
         if self.routes.len() == limits::PEOPLE {
             return Err(DrawingFault::TooManyPeople);
@@ -159,17 +161,17 @@ impl Sheet {
         Ok(())
     }
 
-    fn draw(
+    fn draw_shape(
         &mut self,
-        element: &Element<'_>,
+        element: &DrawingElement<'_>,
         drawing_from_content: Affine,
     ) -> Result<(), DrawingFault> {
-        let outline = shapes::outline(element, drawing_from_content.growth())?
-            .ok_or_else(|| DrawingFault::UnknownElement(shortened(element.name)))?;
+        let outline = shapes::trace_outline(element, drawing_from_content.growth())?
+            .ok_or_else(|| DrawingFault::UnknownElement(shorten_text(element.name)))?;
         for polyline in outline {
             let mut last = None;
             for (x, y) in polyline {
-                let (x_m, y_m) = within(drawing_from_content.point(x, y))?;
+                let (x_m, y_m) = check_coordinates(drawing_from_content.point(x, y))?;
                 let to_m = (x_m, -y_m);
                 if let Some(from_m) = last.replace(to_m)
                     && from_m != to_m
@@ -184,7 +186,7 @@ impl Sheet {
         Ok(())
     }
 
-    pub(super) fn finish(self, start: &Start) -> Result<Drawing, DrawingFault> {
+    pub(super) fn finish(self, start: &WorldStart) -> Result<WorldDrawing, DrawingFault> {
         if self.element_count == 0 {
             return Err(DrawingFault::Empty);
         }
@@ -194,18 +196,18 @@ impl Sheet {
         let (pose, start_line) = match (drawn, given) {
             (Some(drawn), _) => (drawn.pose, Some(drawn.line)),
             // A name that was asked for and is not there is a mistake, whatever else is given.
-            (None, Some(pose)) if start.id == Start::default().id => (pose, None),
-            (None, _) => return Err(DrawingFault::NoStart(shortened(&start.id))),
+            (None, Some(pose)) if start.id == WorldStart::default().id => (pose, None),
+            (None, _) => return Err(DrawingFault::NoStart(shorten_text(&start.id))),
         };
         if self.segments.is_empty() {
             return Err(DrawingFault::NoWalls);
         }
-        Ok(Drawing { segments: self.segments, start: pose, start_line, routes: self.routes })
+        Ok(WorldDrawing { segments: self.segments, start: pose, start_line, routes: self.routes })
     }
 }
 
 /// Refuses a point that is too far out, or not a number at all.
-fn within((x, y): (f64, f64)) -> Result<(f64, f64), DrawingFault> {
+fn check_coordinates((x, y): (f64, f64)) -> Result<(f64, f64), DrawingFault> {
     let is_within = x.abs() <= limits::COORDINATE_M && y.abs() <= limits::COORDINATE_M;
     if is_within { Ok((x, y)) } else { Err(DrawingFault::TooFar) }
 }

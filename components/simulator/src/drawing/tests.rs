@@ -5,11 +5,11 @@ use super::*;
 const START: &str = r#"<circle id="start" cx="1" cy="2" r="0.2"/>"#;
 
 /// Reads shapes on lines of their own, from line 2 on, after a start on line 1.
-fn read(shapes: &str) -> Result<Drawing, DrawingError> {
-    Drawing::parse(
+fn read(shapes: &str) -> Result<WorldDrawing, DrawingError> {
+    WorldDrawing::parse(
         "world.svg",
         format!("<svg>{START}\n{shapes}\n</svg>").as_bytes(),
-        &Start::default(),
+        &WorldStart::default(),
     )
 }
 
@@ -78,7 +78,7 @@ fn annotations_hidden_and_foreign_elements_are_not_solid() {
 fn the_start_follows_its_transforms() {
     let start = |circle: &str| {
         let text = format!(r#"<svg><line x2="1"/>{circle}</svg>"#);
-        Drawing::parse("w", text.as_bytes(), &Start::default()).expect("readable").start
+        WorldDrawing::parse("w", text.as_bytes(), &WorldStart::default()).expect("readable").start
     };
     let plain = start(r#"<circle id="start" cx="1" cy="2" data-heading="90"/>"#);
     assert_eq!((plain.x_m, plain.y_m), (1.0, -2.0));
@@ -96,8 +96,8 @@ fn the_start_follows_its_transforms() {
 fn one_of_several_starts_is_taken_or_what_is_given_instead() {
     let text = r#"<svg><line x2="1"/><circle class="start" id="blue" cx="3" cy="4"/></svg>"#;
     let start = |id: &str, otherwise| {
-        let start = Start { id: id.to_owned(), otherwise };
-        Drawing::parse("w", text.as_bytes(), &start).map(|d| (d.start, d.start_line))
+        let start = WorldStart { id: id.to_owned(), otherwise };
+        WorldDrawing::parse("w", text.as_bytes(), &start).map(|d| (d.start, d.start_line))
     };
     let given = Pose2::new(5.0, 6.0, 0.5);
     assert_eq!(start("blue", Some(given)), Ok((Pose2::new(3.0, -4.0, 0.0), Some(1))));
@@ -117,8 +117,10 @@ fn the_ways_of_people_are_not_solid() {
     assert_eq!(drawing.segments.len(), 1);
     let corners = vec![(1.0, -1.0), (3.0, -1.0), (3.0, -2.0)];
     let round = vec![(1.0, -1.0), (2.0, -1.0), (2.0, -2.0), (1.0, -1.0)];
-    let expected =
-        [Route { points: corners, speed_mps: 0.7 }, Route { points: round, speed_mps: 1.0 }];
+    let expected = [
+        WalkedRoute { points: corners, speed_mps: 0.7 },
+        WalkedRoute { points: round, speed_mps: 1.0 },
+    ];
     assert_eq!(drawing.routes, expected);
     for wrong in [
         r#"<circle class="person" r="1"/>"#,
@@ -167,8 +169,9 @@ fn faults_name_their_line_and_what_is_wrong() {
 #[test]
 fn files_that_are_no_world_are_refused() {
     use DrawingFault as F;
-    let fault =
-        |text: &[u8]| Drawing::parse("w", text, &Start::default()).expect_err("a fault").fault;
+    let fault = |text: &[u8]| {
+        WorldDrawing::parse("w", text, &WorldStart::default()).expect_err("a fault").fault
+    };
     let wall = r#"<line x2="1"/>"#;
     assert_eq!(fault(b""), F::Empty);
     assert_eq!(fault(b"\xff<svg/>"), F::NotUtf8);
@@ -181,8 +184,8 @@ fn files_that_are_no_world_are_refused() {
     for broken in ["<svg>", "<svg></g></svg>", "<svg/><svg/>", "<svg a=\"1\" a=\"2\"/>", "<svg"] {
         assert!(matches!(fault(broken.as_bytes()), F::Xml(_)), "{broken}");
     }
-    let missing =
-        Drawing::read(Path::new("no/such/world.svg"), &Start::default()).expect_err("no such file");
+    let missing = WorldDrawing::read(Path::new("no/such/world.svg"), &WorldStart::default())
+        .expect_err("no such file");
     assert!(matches!(missing.fault, F::Unreadable(_)) && missing.file == "no/such/world.svg");
 }
 
@@ -202,7 +205,7 @@ fn limits_hold() {
 proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        let _ = Drawing::parse("w", &bytes, &Start::default());
+        let _ = WorldDrawing::parse("w", &bytes, &WorldStart::default());
     }
 
     #[test]
@@ -215,7 +218,7 @@ proptest! {
             text.push_str(if PIECES[piece].is_empty() { &noise } else { PIECES[piece] });
         }
         text.push_str("</svg>");
-        if let Ok(drawing) = Drawing::parse("w", text.as_bytes(), &Start::default()) {
+        if let Ok(drawing) = WorldDrawing::parse("w", text.as_bytes(), &WorldStart::default()) {
             for Segment { from_m, to_m } in drawing.segments {
                 for coordinate in [from_m.0, from_m.1, to_m.0, to_m.1] {
                     prop_assert!(coordinate.abs() <= limits::COORDINATE_M);
@@ -228,7 +231,7 @@ proptest! {
     fn any_attribute_value_is_read_or_refused(value in "[-0-9.eEMmLlHhVvZz ,()a-z\u{e9}&;]{0,40}") {
         for shape in ["path d", "polyline points", "rect width", "g transform", "circle r"] {
             let text = format!("<svg>{START}<line x2=\"1\"/><{shape}=\"{value}\"/></svg>");
-            let _ = Drawing::parse("w", text.as_bytes(), &Start::default());
+            let _ = WorldDrawing::parse("w", text.as_bytes(), &WorldStart::default());
         }
     }
 }

@@ -1,20 +1,20 @@
-//! The time of the world, as it is told to those who live by it.
+//! The time of the world, as the output `clock` publishes it.
 
 use armor_sdk::prelude::*;
 
-use crate::pace::Pace;
+use crate::pace::SimulationPace;
 use crate::simulation::{CATCH_UP_S, STEP_S, Simulation, Stamped};
 
-/// How long others may take until they follow: as long as a mission waits for its links.
+/// How long other processes may take until they follow: as long as a mission waits for its links.
 const GATHERING_S: f64 = 10.0;
 
-/// The time as it was said last.
+/// The last published time and its subscribers.
 #[derive(Default)]
 pub(super) struct ClockOutput {
-    said_s: Option<f64>,
-    /// Somebody's time follows it.
+    published_s: Option<f64>,
+    /// Whether any process follows it.
     pub(super) is_followed: bool,
-    /// When it was first said to nobody, in the host's time.
+    /// Since when it has had no follower, in the host's time.
     alone_since_s: Option<f64>,
     has_warned: bool,
 }
@@ -25,7 +25,7 @@ impl ClockOutput {
     pub(super) fn advance(
         &self,
         simulation: &mut Simulation,
-        pace: &mut Pace,
+        pace: &mut SimulationPace,
         host_s: f64,
         readings: &mut Vec<Stamped>,
     ) {
@@ -43,23 +43,23 @@ impl ClockOutput {
         }
     }
 
-    /// Publishes the time, before what was measured until then.
-    pub(super) fn say(&mut self, time_s: f64, armor: &Armor) -> Result<(), Fault> {
-        if self.said_s != Some(time_s) {
-            self.said_s = Some(time_s);
+    /// Publishes the time before what was measured until that time.
+    pub(super) fn publish_time(&mut self, time_s: f64, armor: &Armor) -> Result<(), Fault> {
+        if self.published_s != Some(time_s) {
+            self.published_s = Some(time_s);
             let followers = armor.send_data("clock", &Clock { clock: time_s })?.to;
-            self.said_to(followers, armor.timestamp());
+            self.count_followers(followers, armor.timestamp());
         }
         Ok(())
     }
 
-    fn said_to(&mut self, followers: usize, host_s: f64) {
+    fn count_followers(&mut self, followers: usize, host_s: f64) {
         self.is_followed = followers > 0;
         let since_s = self.alone_since_s.unwrap_or(host_s);
         self.alone_since_s = (!self.is_followed).then_some(since_s);
     }
 
-    /// Whether nobody follows, and nobody is about to.
+    /// Whether no process follows it, and none is starting up.
     fn is_alone(&self, host_s: f64) -> bool {
         self.alone_since_s.is_some_and(|since_s| host_s - since_s > GATHERING_S)
     }
@@ -85,12 +85,12 @@ mod tests {
     fn a_clock_is_alone_when_nobody_came_in_time_or_all_have_gone() {
         let mut clock = ClockOutput::default();
         assert!(!clock.is_alone(100.0));
-        clock.said_to(0, 100.0);
-        clock.said_to(0, 109.0);
+        clock.count_followers(0, 100.0);
+        clock.count_followers(0, 109.0);
         assert!(!clock.is_alone(110.0) && clock.is_alone(110.1));
-        clock.said_to(2, 111.0);
+        clock.count_followers(2, 111.0);
         assert!(!clock.is_alone(200.0));
-        clock.said_to(0, 200.0);
+        clock.count_followers(0, 200.0);
         assert!(!clock.is_alone(205.0) && clock.is_alone(211.0));
     }
 }

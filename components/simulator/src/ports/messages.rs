@@ -4,11 +4,11 @@ use armor_sdk::prelude::*;
 
 use crate::battery::Battery;
 use crate::camera::CameraModel;
-use crate::contact::Side;
+use crate::contact::ContactSide;
 use crate::gps::Fix;
 use crate::laser::LaserModel;
 use crate::pose::Pose2;
-use crate::simulation::{Motion, STEP_S};
+use crate::simulation::{BaseMotion, STEP_S};
 
 /// A heading, as a compass gives it.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
@@ -64,17 +64,22 @@ pub struct Presence {
     pub radius: f64,
 }
 
-/// A covariance that says: this is not measured.
+/// A covariance that marks its quantity as not measured.
 const NOT_MEASURED: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-pub(super) fn odometry(stamp: f64, frame: &str, motion: Motion) -> Odometry {
+pub(super) fn build_odometry(stamp: f64, frame: &str, motion: BaseMotion) -> Odometry {
     let Pose2 { x_m, y_m, yaw_rad } = motion.pose;
     let pose = Pose2D { x: x_m, y: y_m, theta: yaw_rad };
     let twist = Twist::planar(motion.speed_mps, motion.turn_radps);
     Odometry::planar(stamp, frame, "base_link", pose, twist)
 }
 
-pub(super) fn scan(stamp: f64, laser: &LaserModel, rate_hz: f64, ranges: Vec<f32>) -> LaserScan {
+pub(super) fn build_scan(
+    stamp: f64,
+    laser: &LaserModel,
+    rate_hz: f64,
+    ranges: Vec<f32>,
+) -> LaserScan {
     let (first_rad, increment_rad) = (laser.angle_min_rad(), laser.angle_increment_rad());
     let last = f64::from(laser.beam_count().saturating_sub(1));
     LaserScan {
@@ -108,13 +113,13 @@ pub(super) fn battery_state(stamp: f64, battery: &Battery, current_a: f64) -> Ba
     }
 }
 
-pub(super) fn presence(stamp: f64, sheet_from_base: Pose2, radius: f64) -> Presence {
+pub(super) fn build_presence(stamp: f64, sheet_from_base: Pose2, radius: f64) -> Presence {
     let Pose2 { x_m: x, y_m: y, yaw_rad: theta } = sheet_from_base;
     Presence { stamp, pose: Pose2D { x, y, theta }, radius }
 }
 
 /// A turn rate; orientation and acceleration are not measured.
-pub(super) fn imu(stamp: f64, turn_radps: f64, sigma_radps: f64) -> Imu {
+pub(super) fn build_imu(stamp: f64, turn_radps: f64, sigma_radps: f64) -> Imu {
     let mut angular_velocity_covariance = [0.0; 9];
     angular_velocity_covariance[8] = sigma_radps * sigma_radps;
     Imu {
@@ -128,12 +133,12 @@ pub(super) fn imu(stamp: f64, turn_radps: f64, sigma_radps: f64) -> Imu {
     }
 }
 
-pub(super) fn heading(stamp: f64, heading: f64) -> Heading {
+pub(super) fn build_heading(stamp: f64, heading: f64) -> Heading {
     Heading { stamp, frame: "base_link".into(), heading }
 }
 
 /// A position; one that failed is not a number.
-pub(super) fn fix(stamp: f64, fix: Option<Fix>) -> NavSatFix {
+pub(super) fn build_fix(stamp: f64, fix: Option<Fix>) -> NavSatFix {
     let mut position_covariance = [0.0; 9];
     let variance_m2 = fix.map_or(0.0, |fix| fix.variance_m2);
     (position_covariance[0], position_covariance[4]) = (variance_m2, variance_m2);
@@ -150,7 +155,7 @@ pub(super) fn fix(stamp: f64, fix: Option<Fix>) -> NavSatFix {
     }
 }
 
-pub(super) fn image(stamp: f64, camera: &CameraModel, rgb: Vec<u8>) -> Image {
+pub(super) fn build_image(stamp: f64, camera: &CameraModel, rgb: Vec<u8>) -> Image {
     Image {
         stamp,
         frame: "camera".into(),
@@ -163,13 +168,13 @@ pub(super) fn image(stamp: f64, camera: &CameraModel, rgb: Vec<u8>) -> Image {
     }
 }
 
-pub(super) fn bumper(stamp: f64, contact: Option<Side>) -> Bumper {
+pub(super) fn build_bumper(stamp: f64, contact: Option<ContactSide>) -> Bumper {
     let side = match contact {
         None => BumperSide::None,
-        Some(Side::Front) => BumperSide::Front,
-        Some(Side::Left) => BumperSide::Left,
-        Some(Side::Rear) => BumperSide::Rear,
-        Some(Side::Right) => BumperSide::Right,
+        Some(ContactSide::Front) => BumperSide::Front,
+        Some(ContactSide::Left) => BumperSide::Left,
+        Some(ContactSide::Rear) => BumperSide::Rear,
+        Some(ContactSide::Right) => BumperSide::Right,
     };
     Bumper { stamp, contact: contact.is_some(), side }
 }
@@ -182,24 +187,27 @@ mod tests {
     fn a_position_is_in_degrees_and_a_failed_one_is_no_number() {
         let found =
             Fix { latitude_rad: 0.5, longitude_rad: -1.0, altitude_m: 3.0, variance_m2: 4.0 };
-        let said = fix(1.0, Some(found));
-        assert_eq!((said.latitude, said.longitude), (0.5f64.to_degrees(), -1f64.to_degrees()));
-        assert_eq!((said.position_covariance[4], said.status), (4.0, NavSatStatus::Fix));
-        let failed = fix(1.0, None);
+        let message = build_fix(1.0, Some(found));
+        assert_eq!(
+            (message.latitude, message.longitude),
+            (0.5f64.to_degrees(), -1f64.to_degrees())
+        );
+        assert_eq!((message.position_covariance[4], message.status), (4.0, NavSatStatus::Fix));
+        let failed = build_fix(1.0, None);
         assert!(failed.latitude.is_nan() && failed.status == NavSatStatus::NoFix);
     }
 
     #[test]
     fn a_picture_is_as_large_as_it_says() {
         let camera = CameraModel::default();
-        let said = image(1.0, &camera, vec![7; 160 * 120 * 3]);
-        assert_eq!(said.data.len(), (said.step * said.height) as usize);
+        let message = build_image(1.0, &camera, vec![7; 160 * 120 * 3]);
+        assert_eq!(message.data.len(), (message.step * message.height) as usize);
     }
 
     #[test]
     fn a_scan_says_where_its_beams_are() {
         let laser = LaserModel::default();
-        let scan = scan(5.0, &laser, 10.0, vec![1.0; laser.beam_count() as usize]);
+        let scan = build_scan(5.0, &laser, 10.0, vec![1.0; laser.beam_count() as usize]);
         let last = scan.angle_min + (scan.ranges.len() - 1) as f32 * scan.angle_increment;
         assert!((last - scan.angle_max).abs() < 1e-5);
         assert!((scan.angle_max + scan.angle_min).abs() < 1e-6, "the middle beam looks ahead");
@@ -208,11 +216,12 @@ mod tests {
 
     #[test]
     fn a_motion_becomes_odometry_in_its_frame() {
-        let motion = Motion { pose: Pose2::new(1.0, 2.0, 0.5), speed_mps: 0.3, turn_radps: -0.2 };
-        let said = odometry(7.0, "map", motion);
-        let pose = said.pose.pose.to_planar();
+        let motion =
+            BaseMotion { pose: Pose2::new(1.0, 2.0, 0.5), speed_mps: 0.3, turn_radps: -0.2 };
+        let message = build_odometry(7.0, "map", motion);
+        let pose = message.pose.pose.to_planar();
         assert!((pose.x - 1.0).abs() + (pose.y - 2.0).abs() + (pose.theta - 0.5).abs() < 1e-9);
-        assert_eq!(said.twist.twist, Twist::planar(0.3, -0.2));
-        assert_eq!((said.frame.as_str(), said.child_frame.as_str()), ("map", "base_link"));
+        assert_eq!(message.twist.twist, Twist::planar(0.3, -0.2));
+        assert_eq!((message.frame.as_str(), message.child_frame.as_str()), ("map", "base_link"));
     }
 }

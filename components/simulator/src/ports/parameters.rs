@@ -1,384 +1,375 @@
 //! What can be set about a simulated robot, and which number of its models each parameter is.
 
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 
 use armor_sdk::prelude::*;
 
-use crate::drive::DriveKind;
+use crate::battery::BatteryModel;
+use crate::camera::CameraModel;
+use crate::compass::CompassModel;
+use crate::drive::{DriveKind, DriveModel};
+use crate::gps::GpsModel;
+use crate::imu::ImuModel;
+use crate::laser::LaserModel;
+use crate::odometry::OdometryModel;
 use crate::people::Manners;
+use crate::pose::Pose2;
+use crate::reading::Rates;
 use crate::simulation::Models;
+use crate::slip::SlipModel;
+use crate::start::WorldStart;
+use crate::steering::SteeringModel;
 
-/// Every parameter; all are asked for.
-pub(super) const PARAMETERS: &[Parameter] = &[
-    Parameter::path("world")
-        .doc("drawing of the world, SVG, 1 user unit = 1 m; or the YAML file of a grid map"),
-    Parameter::text("start").default("start").doc("id of the circle where the robot begins"),
-    Parameter::number("start_x", "m")
-        .default("0m")
-        .range(-1000.0, 1000.0)
-        .doc("where it begins if no circle is drawn: right on the sheet, or x in the grid map"),
-    Parameter::number("start_y", "m")
-        .default("0m")
-        .range(-1000.0, 1000.0)
-        .doc("down on the sheet, or y in the grid map"),
-    Parameter::number("start_heading", "deg")
-        .default("0deg")
-        .range(-TAU, TAU)
-        .doc("heading then, anticlockwise from x"),
-    Parameter::integer("seed").default("1").range(0.0, 9e15).doc("seed of all noise"),
-    Parameter::integer("beams").default("271").range(2.0, 10_000.0).doc("beams of a scan"),
-    Parameter::number("laser_resolution", "deg")
-        .default("0deg")
-        .range(0.0, 1.0)
-        .doc("angle from beam to beam instead of a number of beams; 0deg: by the number"),
-    Parameter::number("field_of_view", "deg")
-        .default("270deg")
-        .range(0.01, TAU)
-        .doc("angle from the first to the last beam"),
-    Parameter::number("range", "m").default("10m").range(0.1, 500.0).doc("farthest range"),
-    Parameter::number("range_min", "m")
-        .default("0.02m")
-        .range(0.0, 100.0)
-        .doc("nearest range; what is nearer is lost"),
-    Parameter::number("laser_sigma", "m")
-        .default("0.01m")
-        .range(0.0, 10.0)
-        .doc("standard deviation of a range"),
-    Parameter::number("laser_dropout", "")
-        .default("0.002")
-        .range(0.0, 1.0)
-        .doc("share of beams that are lost, of those that something is in the way of"),
-    Parameter::number("laser_short", "")
-        .default("0")
-        .range(0.0, 1.0)
-        .doc("share of beams stopped by something that is not in the world"),
-    Parameter::number("laser_short_rate", "")
-        .default("0.5")
-        .range(0.001, 100.0)
-        .doc("how much more often near than far, per metre"),
-    Parameter::number("laser_random", "")
-        .default("0")
-        .range(0.0, 1.0)
-        .doc("share of beams that return anything up to the farthest range"),
-    Parameter::number("laser_x", "m")
-        .default("0.08m")
-        .range(-10.0, 10.0)
-        .doc("laser ahead of the middle of the base"),
-    Parameter::number("laser_y", "m")
-        .default("0m")
-        .range(-10.0, 10.0)
-        .doc("laser left of the middle of the base"),
-    Parameter::number("laser_theta", "deg")
-        .default("0deg")
-        .range(-3.15, 3.15)
-        .doc("direction of the laser, anticlockwise from ahead"),
-    Parameter::number("scan_rate", "Hz").default("10Hz").range(0.1, 100.0).doc("scans"),
-    Parameter::number("odometry_rate", "Hz")
-        .default("20Hz")
-        .range(0.1, 100.0)
-        .doc("odometry and truth"),
-    Parameter::number("radius", "m")
-        .default("0.18m")
-        .range(0.02, 5.0)
-        .doc("radius of the round base"),
-    Parameter::choice("drive", &["differential", "ackermann"])
-        .default("differential")
-        .doc("two driven wheels, or steered like a car"),
-    Parameter::number("max_speed", "m/s").default("1m/s").range(0.0, 20.0).doc("fastest speed"),
-    Parameter::number("max_turn", "rad/s").default("2rad/s").range(0.0, 50.0).doc("fastest turn"),
-    Parameter::number("acceleration", "m/s2")
-        .default("1.5m/s2")
-        .range(0.01, 1000.0)
-        .doc("largest change of speed"),
-    Parameter::number("turn_acceleration", "rad/s2")
-        .default("6rad/s2")
-        .range(0.01, 1000.0)
-        .doc("largest change of turn rate"),
-    Parameter::number("wheelbase", "m")
-        .default("0.3m")
-        .range(0.01, 20.0)
-        .doc("ackermann: from the rear axle, where the base has its middle, to the front one"),
-    Parameter::number("max_steering", "deg")
-        .default("35deg")
-        .range(0.01, 1.5)
-        .doc("ackermann: largest angle of the front wheels"),
-    Parameter::number("steering_rate", "rad/s")
-        .default("2rad/s")
-        .range(0.01, 50.0)
-        .doc("ackermann: largest change of that angle"),
-    Parameter::number("command_timeout", "s")
-        .default("0.5s")
-        .range(0.05, 10.0)
-        .doc("age from which a velocity no longer counts and the base brakes"),
-    Parameter::number("alpha1", "")
-        .default("0.002")
-        .range(0.0, 10.0)
-        .doc("odometry: variance of rotation per rotation squared"),
-    Parameter::number("alpha2", "")
-        .default("0.0005")
-        .range(0.0, 10.0)
-        .doc("odometry: variance of rotation per metre squared, rad2/m2"),
-    Parameter::number("alpha3", "")
-        .default("0.002")
-        .range(0.0, 10.0)
-        .doc("odometry: variance of length per metre squared"),
-    Parameter::number("alpha4", "")
-        .default("0.0002")
-        .range(0.0, 10.0)
-        .doc("odometry: variance of length per rotation squared, m2/rad2"),
-    Parameter::number("odometry_scale", "")
-        .default("1.01")
-        .range(0.5, 2.0)
-        .doc("odometry: measured length per true length"),
-    Parameter::number("odometry_bias", "deg")
-        .default("0.2deg")
-        .range(-1.0, 1.0)
-        .doc("odometry: turn to the left believed in per metre driven"),
-    Parameter::number("slip", "")
-        .default("0")
-        .range(0.0, 0.95)
-        .doc("share of the turning of the wheels that moves nothing, always"),
-    Parameter::number("slip_rate", "Hz")
-        .default("0Hz")
-        .range(0.0, 100.0)
-        .doc("slippery moments, per second of driving"),
-    Parameter::number("slip_duration", "s")
-        .default("0.3s")
-        .range(0.0, 60.0)
-        .doc("how long such a moment lasts"),
-    Parameter::number("slip_share", "")
-        .default("0.5")
-        .range(0.0, 0.95)
-        .doc("share that moves nothing in such a moment"),
-    Parameter::number("imu_rate", "Hz")
-        .default("50Hz")
-        .range(0.1, 100.0)
-        .doc("readings of the gyroscope"),
-    Parameter::number("gyro_sigma", "rad/s")
-        .default("0.002rad/s")
-        .range(0.0, 10.0)
-        .doc("standard deviation of a turn rate"),
-    Parameter::number("gyro_bias", "rad/s")
-        .default("0rad/s")
-        .range(-1.0, 1.0)
-        .doc("bias at the start"),
-    Parameter::number("gyro_walk", "rad/s")
-        .default("0.0001rad/s")
-        .range(0.0, 1.0)
-        .doc("how far the bias walks in a second, standard deviation"),
-    Parameter::number("compass_rate", "Hz")
-        .default("10Hz")
-        .range(0.1, 100.0)
-        .doc("readings of the compass"),
-    Parameter::number("compass_sigma", "deg")
-        .default("2deg")
-        .range(0.0, 3.15)
-        .doc("standard deviation of a heading"),
-    Parameter::number("declination", "deg")
-        .default("0deg")
-        .range(-3.15, 3.15)
-        .doc("how far magnetic north lies east of true north"),
-    Parameter::number("gps_rate", "Hz").default("1Hz").range(0.1, 100.0).doc("satellite positions"),
-    Parameter::number("gps_sigma", "m")
-        .default("0.5m")
-        .range(0.0, 100.0)
-        .doc("standard deviation of what is new in each position, along each axis"),
-    Parameter::number("gps_wander", "m")
-        .default("1.5m")
-        .range(0.0, 100.0)
-        .doc("standard deviation of its slow error, along each axis"),
-    Parameter::number("gps_wander_time", "s")
-        .default("60s")
-        .range(0.1, 1e6)
-        .doc("how long that takes to change"),
-    Parameter::number("gps_dropout", "")
-        .default("0.01")
-        .range(0.0, 1.0)
-        .doc("share of positions that fail"),
-    Parameter::number("datum_latitude", "deg")
-        .default("50deg")
-        .range(-1.5, 1.5)
-        .doc("where the origin of the drawing is on the earth, whose x points east"),
-    Parameter::number("datum_longitude", "deg")
-        .default("10deg")
-        .range(-3.15, 3.15)
-        .doc("where the origin of the drawing is on the earth"),
-    Parameter::number("datum_altitude", "m")
-        .default("100m")
-        .range(-1000.0, 10000.0)
-        .doc("height of the floor above the ellipsoid"),
-    Parameter::integer("camera_width")
-        .default("160")
-        .range(1.0, 4096.0)
-        .doc("columns of a picture"),
-    Parameter::integer("camera_height").default("120").range(1.0, 4096.0).doc("rows of a picture"),
-    Parameter::number("camera_field_of_view", "deg")
-        .default("70deg")
-        .range(0.01, 3.0)
-        .doc("angle from the left to the right edge of a picture"),
-    Parameter::number("camera_above", "m")
-        .default("0.4m")
-        .range(0.01, 10.0)
-        .doc("camera above the floor"),
-    Parameter::number("camera_ahead", "m")
-        .default("0.1m")
-        .range(-10.0, 10.0)
-        .doc("camera ahead of the middle of the base"),
-    Parameter::number("camera_rate", "Hz")
-        .default("10Hz")
-        .range(0.1, 100.0)
-        .doc("pictures, if somebody is linked; one a second else"),
-    Parameter::choice("people", &["stop", "bump", "none"])
-        .default("stop")
-        .doc("people that are drawn stop before a robot, walk into it, or are not there"),
-    Parameter::number("battery_level", "")
-        .default("1")
-        .range(0.0, 1.0)
-        .doc("charge at the start, 0 to 1"),
-    Parameter::number("battery_endurance", "s")
-        .default("2h")
-        .range(1.0, 1e7)
-        .doc("time from full to empty standing still"),
-    Parameter::number("battery_range", "m")
-        .default("5km")
-        .range(1.0, 1e7)
-        .doc("way from full to empty, were driving all that drains it"),
-    Parameter::number("battery_warning", "")
-        .default("0.2")
-        .range(0.0, 1.0)
-        .doc("level below which battery_low is reported, once"),
-    Parameter::number("speed", "")
-        .default("1")
-        .range(0.0, 100.0)
-        .live()
-        .doc("times real time, 0: time stands; other than 1 only if <clock> follows this"),
-];
-
-/// Sets what a parameter is about in the models; false if it is about something else.
-pub(super) fn set(models: &mut Models, name: &str, value: &Value) -> Result<bool, Fault> {
-    match name {
-        "seed" => models.seed = u64::try_from(value.integer()?)?,
-        "beams" => models.laser.beams = u32::try_from(value.integer()?)?,
-        "camera_width" => models.camera.width = u32::try_from(value.integer()?)?,
-        "camera_height" => models.camera.height = u32::try_from(value.integer()?)?,
-        "drive" => {
-            models.drive.kind = match value.text()? {
-                "ackermann" => DriveKind::Ackermann,
-                _ => DriveKind::Differential,
-            };
-        }
-        "people" => {
-            models.people = match value.text()? {
-                "bump" => Manners::Bump,
-                "none" => Manners::Absent,
-                _ => Manners::Stop,
-            };
-        }
-        _ => {
-            let Some(setting) = setting(models, name) else { return Ok(false) };
-            *setting = value.number()?;
-        }
-    }
-    Ok(true)
+/// What can be set in the file.
+#[derive(Clone, Debug, Parameters)]
+pub(super) struct SimulatorParameters {
+    /// drawing of the world, SVG, 1 user unit = 1 m; or the YAML file of a grid map
+    pub(super) world: PathBuf,
+    /// id of the circle where the robot begins
+    #[parameter(default = "start")]
+    start: String,
+    /// where it begins if no circle is drawn: right on the sheet, or x in the grid map
+    #[parameter(unit = "m", default = "0m", range = -1000.0..=1000.0)]
+    start_x_m: f64,
+    /// down on the sheet, or y in the grid map
+    #[parameter(unit = "m", default = "0m", range = -1000.0..=1000.0)]
+    start_y_m: f64,
+    /// heading then, anticlockwise from x
+    #[parameter(unit = "deg", default = "0deg", range = -TAU..=TAU)]
+    start_heading_rad: f64,
+    /// seed of all noise
+    #[parameter(default = 1, range = 0.0..=9e15)]
+    seed: u64,
+    /// beams of a scan
+    #[parameter(default = 271, range = 2.0..=10_000.0)]
+    beams: u32,
+    /// angle from beam to beam instead of a number of beams; 0deg: by the number
+    #[parameter(unit = "deg", default = "0deg", range = 0.0..=1.0)]
+    laser_resolution_rad: f64,
+    /// angle from the first to the last beam
+    #[parameter(unit = "deg", default = "270deg", range = 0.01..=TAU)]
+    field_of_view_rad: f64,
+    /// farthest range
+    #[parameter(unit = "m", default = "10m", range = 0.1..=500.0)]
+    range_m: f64,
+    /// nearest range; what is nearer is lost
+    #[parameter(unit = "m", default = "0.02m", range = 0.0..=100.0)]
+    range_min_m: f64,
+    /// standard deviation of a range
+    #[parameter(unit = "m", default = "0.01m", range = 0.0..=10.0)]
+    laser_sigma_m: f64,
+    /// share of beams that are lost, of those that something is in the way of
+    #[parameter(default = 0.002, range = 0.0..=1.0)]
+    laser_dropout: f64,
+    /// share of beams stopped by something that is not in the world
+    #[parameter(default = 0, range = 0.0..=1.0)]
+    laser_short: f64,
+    /// how much more often near than far, per metre
+    #[parameter(default = 0.5, range = 0.001..=100.0)]
+    laser_short_rate: f64,
+    /// share of beams that return anything up to the farthest range
+    #[parameter(default = 0, range = 0.0..=1.0)]
+    laser_random: f64,
+    /// laser ahead of the middle of the base
+    #[parameter(unit = "m", default = "0.08m", range = -10.0..=10.0)]
+    laser_x_m: f64,
+    /// laser left of the middle of the base
+    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
+    laser_y_m: f64,
+    /// direction of the laser, anticlockwise from ahead
+    #[parameter(unit = "deg", default = "0deg", range = -3.15..=3.15)]
+    laser_theta_rad: f64,
+    /// scans
+    #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
+    scan_rate_hz: f64,
+    /// odometry and truth
+    #[parameter(unit = "Hz", default = "20Hz", range = 0.1..=100.0)]
+    odometry_rate_hz: f64,
+    /// radius of the round base
+    #[parameter(unit = "m", default = "0.18m", range = 0.02..=5.0)]
+    radius_m: f64,
+    /// two driven wheels, or steered like a car
+    #[parameter(
+        default = "differential",
+        choices("differential" = DriveKind::Differential, "ackermann" = DriveKind::Ackermann),
+    )]
+    drive: DriveKind,
+    /// fastest speed
+    #[parameter(unit = "m/s", default = "1m/s", range = 0.0..=20.0)]
+    max_speed_mps: f64,
+    /// fastest turn
+    #[parameter(unit = "rad/s", default = "2rad/s", range = 0.0..=50.0)]
+    max_turn_radps: f64,
+    /// largest change of speed
+    #[parameter(unit = "m/s2", default = "1.5m/s2", range = 0.01..=1000.0)]
+    acceleration_mps2: f64,
+    /// largest change of turn rate
+    #[parameter(unit = "rad/s2", default = "6rad/s2", range = 0.01..=1000.0)]
+    turn_acceleration_radps2: f64,
+    /// ackermann: from the rear axle, where the base has its middle, to the front one
+    #[parameter(unit = "m", default = "0.3m", range = 0.01..=20.0)]
+    wheelbase_m: f64,
+    /// ackermann: largest angle of the front wheels
+    #[parameter(unit = "deg", default = "35deg", range = 0.01..=1.5)]
+    max_steering_rad: f64,
+    /// ackermann: largest change of that angle
+    #[parameter(unit = "rad/s", default = "2rad/s", range = 0.01..=50.0)]
+    steering_rate_radps: f64,
+    /// age from which a velocity no longer counts and the base brakes
+    #[parameter(unit = "s", default = "0.5s", range = 0.05..=10.0)]
+    command_timeout_s: f64,
+    /// odometry: variance of rotation per rotation squared
+    #[parameter(default = 0.002, range = 0.0..=10.0)]
+    alpha1: f64,
+    /// odometry: variance of rotation per metre squared, rad2/m2
+    #[parameter(default = 0.0005, range = 0.0..=10.0)]
+    alpha2: f64,
+    /// odometry: variance of length per metre squared
+    #[parameter(default = 0.002, range = 0.0..=10.0)]
+    alpha3: f64,
+    /// odometry: variance of length per rotation squared, m2/rad2
+    #[parameter(default = 0.0002, range = 0.0..=10.0)]
+    alpha4: f64,
+    /// odometry: measured length per true length
+    #[parameter(default = 1.01, range = 0.5..=2.0)]
+    odometry_scale: f64,
+    /// odometry: turn to the left believed in per metre driven
+    #[parameter(unit = "deg", default = "0.2deg", range = -1.0..=1.0)]
+    odometry_bias_rad: f64,
+    /// share of the turning of the wheels that moves nothing, always
+    #[parameter(default = 0, range = 0.0..=0.95)]
+    slip: f64,
+    /// slippery moments, per second of driving
+    #[parameter(unit = "Hz", default = "0Hz", range = 0.0..=100.0)]
+    slip_rate_hz: f64,
+    /// how long such a moment lasts
+    #[parameter(unit = "s", default = "0.3s", range = 0.0..=60.0)]
+    slip_duration_s: f64,
+    /// share that moves nothing in such a moment
+    #[parameter(default = 0.5, range = 0.0..=0.95)]
+    slip_share: f64,
+    /// readings of the gyroscope
+    #[parameter(unit = "Hz", default = "50Hz", range = 0.1..=100.0)]
+    imu_rate_hz: f64,
+    /// standard deviation of a turn rate
+    #[parameter(unit = "rad/s", default = "0.002rad/s", range = 0.0..=10.0)]
+    gyro_sigma_radps: f64,
+    /// bias at the start
+    #[parameter(unit = "rad/s", default = "0rad/s", range = -1.0..=1.0)]
+    gyro_bias_radps: f64,
+    /// how far the bias walks in a second, standard deviation
+    #[parameter(unit = "rad/s", default = "0.0001rad/s", range = 0.0..=1.0)]
+    gyro_walk_radps: f64,
+    /// readings of the compass
+    #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
+    compass_rate_hz: f64,
+    /// standard deviation of a heading
+    #[parameter(unit = "deg", default = "2deg", range = 0.0..=3.15)]
+    compass_sigma_rad: f64,
+    /// how far magnetic north lies east of true north
+    #[parameter(unit = "deg", default = "0deg", range = -3.15..=3.15)]
+    declination_rad: f64,
+    /// satellite positions
+    #[parameter(unit = "Hz", default = "1Hz", range = 0.1..=100.0)]
+    gps_rate_hz: f64,
+    /// standard deviation of what is new in each position, along each axis
+    #[parameter(unit = "m", default = "0.5m", range = 0.0..=100.0)]
+    gps_sigma_m: f64,
+    /// standard deviation of its slow error, along each axis
+    #[parameter(unit = "m", default = "1.5m", range = 0.0..=100.0)]
+    gps_wander_m: f64,
+    /// how long that takes to change
+    #[parameter(unit = "s", default = "60s", range = 0.1..=1e6)]
+    gps_wander_time_s: f64,
+    /// share of positions that fail
+    #[parameter(default = 0.01, range = 0.0..=1.0)]
+    gps_dropout: f64,
+    /// where the origin of the drawing is on the earth, whose x points east
+    #[parameter(unit = "deg", default = "50deg", range = -1.5..=1.5)]
+    datum_latitude_rad: f64,
+    /// where the origin of the drawing is on the earth
+    #[parameter(unit = "deg", default = "10deg", range = -3.15..=3.15)]
+    datum_longitude_rad: f64,
+    /// height of the floor above the ellipsoid
+    #[parameter(unit = "m", default = "100m", range = -1000.0..=10000.0)]
+    datum_altitude_m: f64,
+    /// columns of a picture
+    #[parameter(default = 160, range = 1.0..=4096.0)]
+    camera_width: u32,
+    /// rows of a picture
+    #[parameter(default = 120, range = 1.0..=4096.0)]
+    camera_height: u32,
+    /// angle from the left to the right edge of a picture
+    #[parameter(unit = "deg", default = "70deg", range = 0.01..=3.0)]
+    camera_field_of_view_rad: f64,
+    /// camera above the floor
+    #[parameter(unit = "m", default = "0.4m", range = 0.01..=10.0)]
+    camera_above_m: f64,
+    /// camera ahead of the middle of the base
+    #[parameter(unit = "m", default = "0.1m", range = -10.0..=10.0)]
+    camera_ahead_m: f64,
+    /// pictures, if somebody is linked; one a second else
+    #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
+    camera_rate_hz: f64,
+    /// people that are drawn stop before a robot, walk into it, or are not there
+    #[parameter(
+        default = "stop",
+        choices("stop" = Manners::Stop, "bump" = Manners::Bump, "none" = Manners::Absent),
+    )]
+    people: Manners,
+    /// charge at the start, 0 to 1
+    #[parameter(default = 1, range = 0.0..=1.0)]
+    battery_level: f64,
+    /// time from full to empty standing still
+    #[parameter(unit = "s", default = "2h", range = 1.0..=1e7)]
+    battery_endurance_s: f64,
+    /// way from full to empty, were driving all that drains it
+    #[parameter(unit = "m", default = "5km", range = 1.0..=1e7)]
+    battery_range_m: f64,
+    /// level below which battery_low is reported, once
+    #[parameter(default = 0.2, range = 0.0..=1.0)]
+    pub(super) battery_warning: f64,
+    /// times real time, 0: time stands; other than 1 only if <clock> follows this
+    #[parameter(default = 1, range = 0.0..=100.0, live)]
+    pub(super) speed: f64,
 }
 
-/// The number in the models that a parameter sets.
-fn setting<'a>(models: &'a mut Models, name: &str) -> Option<&'a mut f64> {
-    let Models { laser, drive, odometry, imu, compass, gps, camera, battery, rates, .. } = models;
-    Some(match name {
-        "field_of_view" => &mut laser.field_of_view_rad,
-        "range" => &mut laser.range_max_m,
-        "laser_sigma" => &mut laser.sigma_m,
-        "laser_dropout" => &mut laser.dropout,
-        "laser_x" => &mut laser.mount.x_m,
-        "laser_y" => &mut laser.mount.y_m,
-        "laser_theta" => &mut laser.mount.yaw_rad,
-        "scan_rate" => &mut rates.scan_hz,
-        "odometry_rate" => &mut rates.odometry_hz,
-        "radius" => &mut drive.radius_m,
-        "max_speed" => &mut drive.max_speed_mps,
-        "max_turn" => &mut drive.max_turn_radps,
-        "acceleration" => &mut drive.acceleration_mps2,
-        "turn_acceleration" => &mut drive.turn_acceleration_radps2,
-        "command_timeout" => &mut drive.command_timeout_s,
-        "alpha1" => &mut odometry.alpha1,
-        "alpha2" => &mut odometry.alpha2,
-        "alpha3" => &mut odometry.alpha3,
-        "alpha4" => &mut odometry.alpha4,
-        "odometry_scale" => &mut odometry.scale,
-        "odometry_bias" => &mut odometry.bias_rad_per_m,
-        "battery_level" => &mut battery.initial_level,
-        "battery_endurance" => &mut battery.endurance_s,
-        "battery_range" => &mut battery.range_m,
-        "laser_resolution" => &mut laser.resolution_rad,
-        "range_min" => &mut laser.range_min_m,
-        "laser_short" => &mut laser.short,
-        "laser_short_rate" => &mut laser.short_per_m,
-        "laser_random" => &mut laser.random,
-        "wheelbase" => &mut drive.steering.wheelbase_m,
-        "max_steering" => &mut drive.steering.limit_rad,
-        "steering_rate" => &mut drive.steering.rate_radps,
-        "slip" => &mut drive.slip.share,
-        "slip_rate" => &mut drive.slip.events_hz,
-        "slip_duration" => &mut drive.slip.event_s,
-        "slip_share" => &mut drive.slip.event_share,
-        "imu_rate" => &mut rates.imu_hz,
-        "gyro_sigma" => &mut imu.sigma_radps,
-        "gyro_bias" => &mut imu.bias_radps,
-        "gyro_walk" => &mut imu.walk_radps,
-        "compass_rate" => &mut rates.compass_hz,
-        "compass_sigma" => &mut compass.sigma_rad,
-        "declination" => &mut compass.declination_rad,
-        "gps_rate" => &mut rates.gps_hz,
-        "gps_sigma" => &mut gps.sigma_m,
-        "gps_wander" => &mut gps.wander_m,
-        "gps_wander_time" => &mut gps.wander_time_s,
-        "gps_dropout" => &mut gps.dropout,
-        "datum_latitude" => &mut gps.latitude_rad,
-        "datum_longitude" => &mut gps.longitude_rad,
-        "datum_altitude" => &mut gps.altitude_m,
-        "camera_field_of_view" => &mut camera.field_of_view_rad,
-        "camera_above" => &mut camera.above_m,
-        "camera_ahead" => &mut camera.ahead_m,
-        "camera_rate" => &mut rates.camera_hz,
-        _ => return None,
-    })
+impl SimulatorParameters {
+    /// Where to begin; no pose is given if all of it is zero, where no start could be.
+    pub(super) fn start(&self) -> WorldStart {
+        let pose = Pose2::new(self.start_x_m, self.start_y_m, self.start_heading_rad);
+        let is_given = pose != Pose2::default();
+        WorldStart { id: self.start.clone(), otherwise: is_given.then_some(pose) }
+    }
+
+    pub(super) fn models(&self) -> Models {
+        Models {
+            laser: self.laser_model(),
+            drive: self.drive_model(),
+            odometry: OdometryModel {
+                alpha1: self.alpha1,
+                alpha2: self.alpha2,
+                alpha3: self.alpha3,
+                alpha4: self.alpha4,
+                scale: self.odometry_scale,
+                bias_rad_per_m: self.odometry_bias_rad,
+            },
+            imu: ImuModel {
+                sigma_radps: self.gyro_sigma_radps,
+                bias_radps: self.gyro_bias_radps,
+                walk_radps: self.gyro_walk_radps,
+            },
+            compass: CompassModel {
+                sigma_rad: self.compass_sigma_rad,
+                declination_rad: self.declination_rad,
+            },
+            gps: GpsModel {
+                latitude_rad: self.datum_latitude_rad,
+                longitude_rad: self.datum_longitude_rad,
+                altitude_m: self.datum_altitude_m,
+                sigma_m: self.gps_sigma_m,
+                wander_m: self.gps_wander_m,
+                wander_time_s: self.gps_wander_time_s,
+                dropout: self.gps_dropout,
+            },
+            camera: CameraModel {
+                width: self.camera_width,
+                height: self.camera_height,
+                field_of_view_rad: self.camera_field_of_view_rad,
+                above_m: self.camera_above_m,
+                ahead_m: self.camera_ahead_m,
+            },
+            battery: BatteryModel {
+                initial_level: self.battery_level,
+                endurance_s: self.battery_endurance_s,
+                range_m: self.battery_range_m,
+            },
+            people: self.people,
+            rates: Rates {
+                scan_hz: self.scan_rate_hz,
+                odometry_hz: self.odometry_rate_hz,
+                imu_hz: self.imu_rate_hz,
+                compass_hz: self.compass_rate_hz,
+                gps_hz: self.gps_rate_hz,
+                camera_hz: self.camera_rate_hz,
+            },
+            seed: self.seed,
+        }
+    }
+
+    fn laser_model(&self) -> LaserModel {
+        LaserModel {
+            beams: self.beams,
+            resolution_rad: self.laser_resolution_rad,
+            field_of_view_rad: self.field_of_view_rad,
+            range_min_m: self.range_min_m,
+            range_max_m: self.range_m,
+            sigma_m: self.laser_sigma_m,
+            dropout: self.laser_dropout,
+            short: self.laser_short,
+            short_per_m: self.laser_short_rate,
+            random: self.laser_random,
+            mount: Pose2::new(self.laser_x_m, self.laser_y_m, self.laser_theta_rad),
+        }
+    }
+
+    fn drive_model(&self) -> DriveModel {
+        DriveModel {
+            radius_m: self.radius_m,
+            max_speed_mps: self.max_speed_mps,
+            max_turn_radps: self.max_turn_radps,
+            acceleration_mps2: self.acceleration_mps2,
+            turn_acceleration_radps2: self.turn_acceleration_radps2,
+            command_timeout_s: self.command_timeout_s,
+            kind: self.drive,
+            steering: SteeringModel {
+                wheelbase_m: self.wheelbase_m,
+                limit_rad: self.max_steering_rad,
+                rate_radps: self.steering_rate_radps,
+            },
+            slip: SlipModel {
+                share: self.slip,
+                events_hz: self.slip_rate_hz,
+                event_s: self.slip_duration_s,
+                event_share: self.slip_share,
+            },
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use armor_sdk::wire::manifest::ParameterValue;
+
     use super::*;
 
     #[test]
-    fn every_number_has_the_default_of_its_model() {
-        let mut models = Models::default();
-        let mut found = 0;
-        for parameter in PARAMETERS.iter().map(Parameter::manifest) {
-            if let Some(default) = &parameter.default
-                && let Some(value) = setting(&mut models, &parameter.name)
-            {
-                let declared = armor_sdk::wire::quantity::parse(default).expect("a quantity").si;
-                assert!((declared - *value).abs() < 1e-12, "{}", parameter.name);
-                found += 1;
-            }
-        }
-        // All others are texts, whole numbers, the start, the world, and how fast time passes.
-        assert_eq!(PARAMETERS.len() - found, 13);
+    fn the_declared_defaults_are_those_of_the_models() {
+        let expected = Models { seed: 1, ..Models::default() };
+        assert_eq!(SimulatorParameters::defaults().models(), expected);
     }
 
     #[test]
     fn choices_and_whole_numbers_reach_the_models() {
-        use armor_sdk::wire::manifest::ParameterValue;
-        let mut models = Models::default();
+        let mut parameters = SimulatorParameters::defaults();
         let mut set = |name: &str, value: ParameterValue| {
             let value = Value::new(value, std::path::Path::new(""));
-            set(&mut models, name, &value).expect("a value that fits")
+            parameters.set(name, &value).expect("a value that fits");
         };
-        let text = |text: &str| ParameterValue::Text(text.into());
-        assert!(set("drive", text("ackermann")) && set("people", text("bump")));
-        assert!(set("camera_width", ParameterValue::Integer(320)));
-        assert!(!set("world", text("office.svg")));
+        set("drive", ParameterValue::Text("ackermann".into()));
+        set("people", ParameterValue::Text("bump".into()));
+        set("camera_width", ParameterValue::Integer(320));
+        let models = parameters.models();
         assert_eq!((models.drive.kind, models.people), (DriveKind::Ackermann, Manners::Bump));
         assert_eq!(models.camera.width, 320);
+    }
+
+    #[test]
+    fn a_start_without_a_pose_is_the_drawn_one() {
+        let mut parameters = SimulatorParameters::defaults();
+        assert_eq!(parameters.start(), WorldStart { id: "start".into(), otherwise: None });
+        parameters.start_y_m = 2.0;
+        assert_eq!(parameters.start().otherwise, Some(Pose2::new(0.0, 2.0, 0.0)));
     }
 }

@@ -1,20 +1,20 @@
-//! The way over the map: A* on the inflated grid, renewed about once a second.
+//! The path over the map: A* on the inflated grid, planned again about once a second.
 
 use armor_grid::{CostMap, Grid, Inflation, Occupancy, Point2, Pose2, shortest_path};
 
-/// A way is renewed no more often than this when the map changes, in seconds.
+/// A path is planned again no more often than this when the map changes, in seconds.
 const CHANGED_S: f64 = 0.5;
-/// A way is renewed after this in any case, in seconds: the robot has moved.
+/// A path is planned again after this in any case, in seconds: the robot has moved.
 const RENEW_S: f64 = 1.0;
-/// A goal that moved further than this needs a new way at once, in metres.
+/// A goal that moved further than this is planned for immediately, in metres.
 const GOAL_MOVED_M: f64 = 0.1;
 /// How far into the closed border of a wall the robot or its goal may be, in metres.
 const BORDER_M: f64 = 0.5;
 
-/// The map and the way over it.
+/// The map and the path over it.
 #[derive(Debug)]
-pub(crate) struct Way {
-    /// With the margin and, where that leaves no way, without: a map may be a cell thicker than the
+pub(crate) struct PlannedPath {
+    /// With the margin and, where that leaves no path, without: a map may be a cell thicker than the
     /// world, and close a gap that the robot came through.
     inflations: [Inflation; 2],
     map: Option<Grid<Occupancy>>,
@@ -27,7 +27,7 @@ pub(crate) struct Way {
     poses: Vec<Pose2>,
 }
 
-impl Way {
+impl PlannedPath {
     pub(crate) fn new(inflations: [Inflation; 2]) -> Self {
         Self {
             inflations,
@@ -51,17 +51,17 @@ impl Way {
         self.map.take()
     }
 
-    /// Drops the way, so that the next goal gets a new one.
-    pub(crate) fn forget(&mut self) {
+    /// Drops the path, so that the next goal gets a new one.
+    pub(crate) fn forget_path(&mut self) {
         self.poses.clear();
         self.goal = None;
     }
 
-    /// Returns the poses from where the robot was when the way was planned to the goal, each looking
-    /// at the next, the last one as the goal; empty if there is no way.
+    /// Returns the poses from where the robot was when the path was planned to the goal, each looking
+    /// at the next, the last one as the goal; empty if no path exists.
     pub(crate) fn to(&mut self, goal: Pose2, robot: Point2, now_s: f64) -> &[Pose2] {
         if self.is_due(goal.point(), now_s) {
-            self.plan(goal.point(), robot);
+            self.plan_path(goal.point(), robot);
             self.planned_s = now_s;
         }
         if let Some(last) = self.poses.last_mut() {
@@ -76,14 +76,14 @@ impl Way {
         moved || age_s >= RENEW_S || (self.map_changed && age_s >= CHANGED_S)
     }
 
-    fn plan(&mut self, goal: Point2, robot: Point2) {
+    fn plan_path(&mut self, goal: Point2, robot: Point2) {
         if std::mem::take(&mut self.map_changed) {
             self.costs = [None, None];
         }
         let points = self.map.as_ref().and_then(|map| {
             self.costs.iter_mut().zip(&self.inflations).find_map(|(costs, by)| {
                 let costs = costs.get_or_insert_with(|| CostMap::new(map, by));
-                search(costs, robot, goal)
+                search_costs(costs, robot, goal)
             })
         });
         self.poses = looking_ahead(&points.unwrap_or_default());
@@ -91,7 +91,7 @@ impl Way {
     }
 }
 
-fn search(costs: &CostMap, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
+fn search_costs(costs: &CostMap, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
     let from = costs.nearest_open(robot, BORDER_M)?;
     let to = costs.nearest_open(goal, BORDER_M)?;
     let mut points = shortest_path(costs, from, to)?;

@@ -1,0 +1,302 @@
+//! One field: its `#[parameter(…)]`, its doc comment and its type, checked against each other.
+
+use proc_macro2::Span;
+use syn::ext::IdentExt;
+use syn::meta::ParseNestedMeta;
+use syn::punctuated::Punctuated;
+use syn::spanned::Spanned;
+use syn::{
+    Attribute, Error, Expr, ExprLit, ExprRange, Field, GenericArgument, Ident, Lit, LitStr, Path,
+    PathArguments, RangeLimits, Result, Token, Type, parenthesized,
+};
+
+/// The type of the parameter, as the manifest has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ValueKind {
+    Number,
+    Integer,
+    Flag,
+    Text,
+    Path,
+    Choice,
+    Colour,
+}
+
+/// How the received value becomes the field's.
+pub(crate) enum Conversion {
+    /// By `armor_sdk::FromValue` of the field's type.
+    Typed,
+    /// Each text sets the value of its expression.
+    Choices(Vec<(LitStr, Expr)>),
+    /// A function reads the text.
+    Parsed(Path),
+}
+
+/// A field that is a parameter.
+pub(crate) struct ParameterField {
+    pub ident: Ident,
+    pub name: String,
+    pub kind: ValueKind,
+    pub unit: Option<LitStr>,
+    pub default: Option<String>,
+    pub range: Option<(Expr, Expr)>,
+    pub conversion: Conversion,
+    pub doc: String,
+    pub is_live: bool,
+}
+
+/// What `#[parameter(…)]` states, before it is checked against the field's type.
+#[derive(Default)]
+struct Stated {
+    name: Option<LitStr>,
+    unit: Option<LitStr>,
+    default: Option<Lit>,
+    range: Option<(Span, Expr, Expr)>,
+    choices: Option<Vec<(LitStr, Expr)>>,
+    parse: Option<Path>,
+    colour: Option<Span>,
+    is_live: bool,
+}
+
+impl ParameterField {
+    /// Reads a named field.
+    pub(crate) fn read(field: &Field) -> Result<Self> {
+        let Some(ident) = field.ident.clone() else {
+            return Err(Error::new_spanned(field, "a parameter is a field with a name"));
+        };
+        let stated = Stated::read(&field.attrs)?;
+        let kind = stated.value_kind(&field.ty)?;
+        let default = stated.default.as_ref().map(|default| stated.default_text(default, kind));
+        let default = default.transpose()?;
+        stated.check_range(kind)?;
+        let name = stated.parameter_name(&ident)?;
+        let Stated { unit, range, choices, parse, is_live, .. } = stated;
+        let conversion = match (choices, parse) {
+            (Some(choices), _) => Conversion::Choices(choices),
+            (None, Some(function)) => Conversion::Parsed(function),
+            (None, None) => Conversion::Typed,
+        };
+        let range = range.map(|(_, low, high)| (low, high));
+        let doc = read_doc(&field.attrs);
+        Ok(Self { ident, name, kind, unit, default, range, conversion, doc, is_live })
+    }
+}
+
+impl Stated {
+    fn read(attributes: &[Attribute]) -> Result<Self> {
+        let mut stated = Self::default();
+        for attribute in attributes.iter().filter(|a| a.path().is_ident("parameter")) {
+            attribute.parse_nested_meta(|meta| stated.take_entry(&meta))?;
+        }
+        Ok(stated)
+    }
+
+    fn take_entry(&mut self, meta: &ParseNestedMeta<'_>) -> Result<()> {
+        let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
+            return Err(meta.error(UNKNOWN));
+        };
+        let is_new = match key.as_str() {
+            "name" => self.name.replace(meta.value()?.parse()?).is_none(),
+            "unit" => self.unit.replace(meta.value()?.parse()?).is_none(),
+            "default" => self.default.replace(parse_literal(meta)?).is_none(),
+            "range" => self.range.replace(parse_range(meta)?).is_none(),
+            "choices" => self.choices.replace(parse_choices(meta)?).is_none(),
+            "parse" => self.parse.replace(meta.value()?.parse()?).is_none(),
+            "colour" => self.colour.replace(meta.path.span()).is_none(),
+            "live" => !std::mem::replace(&mut self.is_live, true),
+            _ => return Err(meta.error(UNKNOWN)),
+        };
+        if is_new { Ok(()) } else { Err(meta.error(format!("`{key}` is given twice"))) }
+    }
+
+    fn value_kind(&self, field: &Type) -> Result<ValueKind> {
+        let kind = match (&self.choices, &self.parse) {
+            (Some(_), Some(function)) => {
+                return Err(Error::new_spanned(function, "a choice is not parsed"));
+            }
+            (Some(_), None) => ValueKind::Choice,
+            (None, Some(_)) => ValueKind::Text,
+            (None, None) => kind_of_type(field).ok_or_else(|| Error::new_spanned(field, TYPES))?,
+        };
+        let kind = match self.colour {
+            Some(_) if kind == ValueKind::Text && self.parse.is_none() => ValueKind::Colour,
+            Some(span) => return Err(Error::new(span, "a colour is a String")),
+            None => kind,
+        };
+        match &self.unit {
+            Some(unit) if kind != ValueKind::Number => {
+                Err(Error::new_spanned(unit, "only f64 and f32 have a unit"))
+            }
+            _ => Ok(kind),
+        }
+    }
+
+    fn check_range(&self, kind: ValueKind) -> Result<()> {
+        let is_numeric = matches!(kind, ValueKind::Number | ValueKind::Integer);
+        match &self.range {
+            Some((span, ..)) if !is_numeric => Err(Error::new(*span, "only numbers have a range")),
+            _ => Ok(()),
+        }
+    }
+
+    /// The default as the file would have it.
+    fn default_text(&self, default: &Lit, kind: ValueKind) -> Result<String> {
+        let text = match (default, kind) {
+            (Lit::Str(text), _) => text.value(),
+            (Lit::Bool(flag), ValueKind::Flag) => flag.value.to_string(),
+            (Lit::Int(number), ValueKind::Integer) => number.base10_digits().to_owned(),
+            (Lit::Int(number), ValueKind::Number) if self.unit.is_none() => {
+                number.base10_digits().to_owned()
+            }
+            (Lit::Float(number), ValueKind::Number) if self.unit.is_none() => {
+                number.base10_digits().to_owned()
+            }
+            _ => {
+                let why =
+                    "write the default as the file would: a text, with its unit if it has one";
+                return Err(Error::new_spanned(default, why));
+            }
+        };
+        let is_right = match kind {
+            ValueKind::Flag => text == "true" || text == "false",
+            ValueKind::Integer => text.parse::<i64>().is_ok(),
+            ValueKind::Choice => self.is_choice(&text),
+            ValueKind::Number | ValueKind::Text | ValueKind::Path | ValueKind::Colour => true,
+        };
+        let why = match kind {
+            ValueKind::Flag => "a flag is true or false",
+            ValueKind::Choice => "the default is none of the choices",
+            _ => "this is no whole number",
+        };
+        if is_right { Ok(text) } else { Err(Error::new_spanned(default, why)) }
+    }
+
+    fn is_choice(&self, text: &str) -> bool {
+        self.choices.iter().flatten().any(|(choice, _)| choice.value() == text)
+    }
+
+    /// The name that is given, or the field's without the suffix of its SI unit.
+    fn parameter_name(&self, ident: &Ident) -> Result<String> {
+        let Some(name) = &self.name else {
+            let field = ident.unraw().to_string();
+            let suffix = self.unit.as_ref().map(|unit| format!("_{}", si_suffix(&unit.value())));
+            let short = suffix.and_then(|suffix| field.strip_suffix(&suffix).map(str::to_owned));
+            return Ok(short.filter(|short| !short.is_empty()).unwrap_or(field));
+        };
+        let text = name.value();
+        let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic())
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+        let why = "a name has letters, digits, _ and -, and begins with a letter";
+        if is_name { Ok(text) } else { Err(Error::new_spanned(name, why)) }
+    }
+}
+
+const UNKNOWN: &str = "expected name, unit, default, range, choices, parse, colour or live";
+const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
+                     any other type needs `choices(…)` or `parse = …`";
+
+fn kind_of_type(of: &Type) -> Option<ValueKind> {
+    let Type::Path(path) = of else { return None };
+    let last = path.path.segments.last()?;
+    Some(match last.ident.to_string().as_str() {
+        "f64" | "f32" => ValueKind::Number,
+        "i8" | "i16" | "i32" | "i64" | "isize" | "u8" | "u16" | "u32" | "u64" | "usize" => {
+            ValueKind::Integer
+        }
+        "bool" => ValueKind::Flag,
+        "String" => ValueKind::Text,
+        "PathBuf" => ValueKind::Path,
+        "Option" => {
+            let PathArguments::AngleBracketed(arguments) = &last.arguments else { return None };
+            let Some(GenericArgument::Type(inner)) = arguments.args.first() else { return None };
+            let kind = kind_of_type(inner)?;
+            return matches!(kind, ValueKind::Text | ValueKind::Path).then_some(kind);
+        }
+        _ => return None,
+    })
+}
+
+/// The suffix of a field that holds a number of this unit in SI: `m/s` is `mps`, `deg` is `rad`.
+fn si_suffix(unit: &str) -> String {
+    let base = |unit: &str| match unit {
+        "deg" => "rad".to_owned(),
+        "mm" | "cm" | "km" => "m".to_owned(),
+        "ns" | "us" | "ms" | "min" | "h" => "s".to_owned(),
+        unit => unit.to_lowercase(),
+    };
+    unit.split('/').map(base).collect::<Vec<_>>().join("p")
+}
+
+/// A literal, which may be negative.
+fn parse_literal(meta: &ParseNestedMeta<'_>) -> Result<Lit> {
+    let value = meta.value()?;
+    let minus: Option<Token![-]> = value.parse()?;
+    let literal: Lit = value.parse()?;
+    Ok(match (minus, literal) {
+        (None, literal) => literal,
+        (Some(_), Lit::Int(number)) => {
+            Lit::Str(LitStr::new(&format!("-{}", number.base10_digits()), number.span()))
+        }
+        (Some(_), Lit::Float(number)) => {
+            Lit::Str(LitStr::new(&format!("-{}", number.base10_digits()), number.span()))
+        }
+        (Some(minus), _) => return Err(Error::new_spanned(minus, "only a number is negative")),
+    })
+}
+
+fn parse_range(meta: &ParseNestedMeta<'_>) -> Result<(Span, Expr, Expr)> {
+    let range: ExprRange = meta.value()?.parse()?;
+    let span = range.span();
+    match (range.start, range.limits, range.end) {
+        (Some(low), RangeLimits::Closed(_), Some(high)) => {
+            if let (Some(least), Some(most)) = (float_of(&low), float_of(&high))
+                && least > most
+            {
+                return Err(Error::new(span, "the range is empty"));
+            }
+            Ok((span, *low, *high))
+        }
+        _ => Err(Error::new(span, "a range is written LOW..=HIGH, both in SI")),
+    }
+}
+
+/// The number that an expression is, if it is a literal.
+fn float_of(expression: &Expr) -> Option<f64> {
+    match expression {
+        Expr::Lit(ExprLit { lit: Lit::Float(number), .. }) => number.base10_parse().ok(),
+        Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => number.base10_parse().ok(),
+        Expr::Unary(unary) if matches!(unary.op, syn::UnOp::Neg(_)) => {
+            float_of(&unary.expr).map(|number| -number)
+        }
+        _ => None,
+    }
+}
+
+fn parse_choices(meta: &ParseNestedMeta<'_>) -> Result<Vec<(LitStr, Expr)>> {
+    let content;
+    parenthesized!(content in meta.input);
+    let choices = Punctuated::<_, Token![,]>::parse_terminated_with(&content, |input| {
+        let text: LitStr = input.parse()?;
+        input.parse::<Token![=]>()?;
+        Ok((text, input.parse::<Expr>()?))
+    })?;
+    if choices.is_empty() {
+        return Err(meta.error("a choice needs at least one text"));
+    }
+    for (index, (text, _)) in choices.iter().enumerate() {
+        if choices.iter().take(index).any(|(earlier, _)| earlier.value() == text.value()) {
+            return Err(Error::new_spanned(text, "this choice is given twice"));
+        }
+    }
+    Ok(choices.into_iter().collect())
+}
+
+/// The doc comment in one line.
+fn read_doc(attributes: &[Attribute]) -> String {
+    let lines = attributes.iter().filter(|a| a.path().is_ident("doc")).filter_map(|attribute| {
+        let Ok(value) = attribute.meta.require_name_value() else { return None };
+        let Expr::Lit(ExprLit { lit: Lit::Str(text), .. }) = &value.value else { return None };
+        Some(text.value().trim().to_owned())
+    });
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}

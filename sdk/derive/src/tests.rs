@@ -1,0 +1,112 @@
+//! What the derive writes, and where its errors point.
+
+use quote::quote;
+use syn::parse_str;
+
+use crate::expansion::expand_struct;
+
+/// Checks that a field is refused, why, and at which source text the error points.
+fn check_refused(field: &str, at: &str, why: &str) {
+    let source = format!("struct Settings {{ {field} }}");
+    let input = parse_str(&source).expect("Rust");
+    let error = expand_struct(&input).expect_err(field);
+    assert!(error.to_string().contains(why), "{field}: {error}");
+    assert_eq!(error.span().source_text().as_deref(), Some(at), "{field}: {error}");
+}
+
+#[test]
+fn a_wrong_attribute_is_refused_where_it_stands() {
+    check_refused("#[parameter(flavour = 1)] a: f64", "flavour", "expected name, unit");
+    check_refused("#[parameter(live, live)] a: f64", "live", "`live` is given twice");
+    check_refused("#[parameter(unit = \"m\")] a: i64", "\"m\"", "only f64 and f32 have a unit");
+    check_refused("#[parameter(range = 0.0..=1.0)] a: bool", "0.0..=1.0", "only numbers");
+    check_refused("#[parameter(range = 2.0..=-1.0)] a: f64", "2.0..=-1.0", "is empty");
+    check_refused("#[parameter(range = 0.0..1.0)] a: f64", "0.0..1.0", "LOW..=HIGH");
+    check_refused("#[parameter(name = \"9a\")] a: f64", "\"9a\"", "begins with a letter");
+    check_refused("#[parameter(colour)] a: f64", "colour", "a colour is a String");
+}
+
+#[test]
+fn a_wrong_default_is_refused_where_it_stands() {
+    check_refused("#[parameter(default = 3)] a: bool", "3", "as the file would");
+    check_refused("#[parameter(default = \"yes\")] a: bool", "\"yes\"", "true or false");
+    check_refused("#[parameter(default = \"2.5\")] a: u32", "\"2.5\"", "no whole number");
+    check_refused("#[parameter(unit = \"m\", default = 0.2)] a: f64", "0.2", "with its unit");
+    check_refused(
+        "#[parameter(choices(\"left\" = Side::Left), default = \"up\")] a: Side",
+        "\"up\"",
+        "none of the choices",
+    );
+    check_refused("#[parameter(default = -true)] a: bool", "-", "only a number");
+}
+
+#[test]
+fn a_wrong_choice_or_type_is_refused_where_it_stands() {
+    check_refused("a: Vec<f64>", "Vec<f64>", "needs `choices(…)` or `parse = …`");
+    check_refused("a: Option<f64>", "Option<f64>", "an Option of the last two");
+    check_refused(
+        "#[parameter(choices(\"a\" = 1, \"a\" = 2))] a: u8",
+        "\"a\"",
+        "this choice is given twice",
+    );
+    check_refused("#[parameter(choices(\"a\" = 1), parse = f)] a: u8", "f", "not parsed");
+    check_refused(
+        "a_m: f64, #[parameter(name = \"a_m\")] b: f64",
+        "b",
+        "two parameters are called",
+    );
+}
+
+#[test]
+fn only_a_plain_struct_with_named_fields_has_parameters() {
+    for (source, why) in [
+        ("enum Settings { A }", "fields of a struct"),
+        ("struct Settings(f64);", "fields with names"),
+        ("struct Settings<T> { a: T }", "not generic"),
+    ] {
+        let error = expand_struct(&parse_str(source).expect("Rust")).expect_err(source);
+        assert!(error.to_string().contains(why), "{source}: {error}");
+    }
+}
+
+#[test]
+fn the_table_is_what_one_would_write_by_hand() {
+    let input = quote! {
+        struct Settings {
+            /// fastest
+            /// speed
+            #[parameter(unit = "m/s", default = "0.6m/s", range = 0.05..=5.0, live)]
+            speed_mps: f64,
+            #[parameter(default = 8)]
+            r#loop: usize,
+        }
+    };
+    let code = expand_struct(&syn::parse2(input).expect("Rust")).expect("code").to_string();
+    let speed = quote!(
+        ::armor_sdk::Parameter::number("speed", "m/s")
+            .default("0.6m/s")
+            .range(0.05, 5.0)
+            .doc("fastest speed")
+            .live()
+    );
+    let count = quote!(::armor_sdk::Parameter::integer("loop").default("8"));
+    assert!(code.contains(&speed.to_string()), "{code}");
+    assert!(code.contains(&count.to_string()), "{code}");
+}
+
+#[test]
+fn a_name_has_no_suffix_of_its_unit() {
+    for (field, unit, name) in [
+        ("turn_acceleration_radps2", "rad/s2", "turn_acceleration"),
+        ("heading_rad", "deg", "heading"),
+        ("rate_hz", "Hz", "rate"),
+        ("wait_s", "min", "wait"),
+        ("bias_radpm", "deg", "bias_radpm"),
+        ("x", "m", "x"),
+    ] {
+        let source = format!("struct Settings {{ #[parameter(unit = \"{unit}\")] {field}: f64 }}");
+        let code = expand_struct(&parse_str(&source).expect("Rust")).expect("code").to_string();
+        let declared = quote!(::armor_sdk::Parameter::number(#name, #unit)).to_string();
+        assert!(code.contains(&declared), "{code}");
+    }
+}
