@@ -72,7 +72,7 @@ impl Component for Camera {
         "Gives pictures as JPEG: from files, from a link of raw ones, or from a device.";
     const PARAMETERS: &'static [Parameter] = CameraParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("image", "pictures as JPEG files; one a second if nobody is linked"),
+        ("image", "pictures as JPEG files; one a second without a subscriber"),
         ("raw", "pictures to compress: rgb8, bgr8 or mono8"),
     ];
 

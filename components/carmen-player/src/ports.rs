@@ -55,7 +55,7 @@ impl Component for CarmenPlayer {
         ("scan", "ranges from right to left, stamps of the log"),
         ("odometry", "before each scan the odometry of the same stamp"),
         ("clock", "time of the log, for <clock>; before each scan, and with a speed between them"),
-        ("end", "how many scans there were, after the last"),
+        ("end", "number of scans, after the last"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {

@@ -13,7 +13,7 @@ use crate::surroundings::DriverScan;
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct DriverParameters {
-    /// circle around the robot's centre that holds all of it
+    /// circle around the robot's centre that encloses it
     #[parameter(unit = "m", default = "0.18m", range = 0.02..=5.0)]
     radius_m: f64,
     /// kept free around it
@@ -37,7 +37,7 @@ struct DriverParameters {
     /// without a path, scan and odometry younger than this the robot stands
     #[parameter(unit = "s", default = "0.5s", range = 0.05..=10.0)]
     timeout_s: f64,
-    /// who drives by hand is slowed down and stopped before what the laser sees
+    /// manual velocities are limited so that the robot stops before what the laser sees
     #[parameter(default = true)]
     guarded: bool,
     /// laser ahead of the middle of the base
@@ -92,13 +92,13 @@ impl Component for Driver {
         "Drives a differential-drive robot along paths without touching anything.";
     const PARAMETERS: &'static [Parameter] = DriverParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("path", "where to drive; must be said again within the timeout, empty if there is no way"),
+        ("path", "where to drive; must be sent again within the timeout, empty if no path exists"),
         ("pose", "where the robot was on the map when a scan was taken"),
         ("scan", "what is around the robot now"),
-        ("odometry", "carries the pose on until the next one"),
+        ("odometry", "extrapolates the pose until the next one"),
         ("map", "what is where the laser does not look"),
-        ("manual", "somebody's hand: holds before the path while it is fresh"),
-        ("stop", "true: stands, whatever else is said, until false"),
+        ("manual", "manual velocity: has priority over the path while it is fresh"),
+        ("stop", "true: stands, whatever the other inputs, until false"),
         ("velocity", "speed and turn rate, at every tick"),
     ];
 

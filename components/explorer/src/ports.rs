@@ -45,7 +45,7 @@ impl Component for Explorer {
         "Sends the robot to where the known meets the unknown (frontiers), until nothing is left.";
     const PARAMETERS: &'static [Parameter] = ExplorerParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("map", "what is known of the world"),
+        ("map", "the map so far"),
         ("pose", "where the robot is on it"),
         ("goal", "where to drive next, again at every tick while there is something to see"),
     ];

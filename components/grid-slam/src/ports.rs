@@ -19,7 +19,7 @@ const MAP: &str = "map";
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct GridSlamParameters {
-    /// hypotheses about way and map that are followed side by side
+    /// hypotheses about trajectory and map that are followed in parallel
     #[parameter(default = 8, range = 1.0..=500.0)]
     particles: usize,
     /// the same seed and data give the same map
@@ -43,7 +43,7 @@ struct GridSlamParameters {
     /// direction of the laser, anticlockwise from ahead
     #[parameter(unit = "deg", default = "0deg", range = -PI..=PI)]
     laser_yaw_rad: f64,
-    /// the whole map is published this often, if it has changed; changes at every tick
+    /// period at which the whole map is published if it has changed; changes at every tick
     #[parameter(unit = "s", default = "1s", range = 0.05..=3600.0)]
     map_period_s: f64,
     /// the map is drawn on after moving this far
@@ -110,18 +110,18 @@ const QUIET_TICKS: u32 = 3;
 
 impl Component for GridSlam {
     const KIND: &'static str = "grid-slam";
-    const SUMMARY: &'static str = "Maps and localises at once from scans and odometry: a particle filter on occupancy grids, and a pose graph that closes loops.";
+    const SUMMARY: &'static str = "Maps and localises from scans and odometry: a particle filter on occupancy grids, and a pose graph that closes loops.";
     const PARAMETERS: &'static [Parameter] = GridSlamParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "what the laser sees"),
         ("odometry", "where the wheels believe the robot is"),
-        ("map", "what is known of the world; the frame map begins where the robot stood first"),
+        ("map", "the map; the frame map begins where the robot stood first"),
         ("map_updates", "tiles of the map that changed since it was published"),
         ("pose", "where the robot was at each scan, one per scan"),
         ("correction", "map_from_odom: brings the odometry into the map"),
-        ("trajectory", "where each scan was taken, as corrected by all that was seen since"),
+        ("trajectory", "where each scan was taken, as corrected so far"),
         ("particles", "where each hypothesis has the robot, at each scan"),
-        ("diagnostics", "how well it goes, once per scan"),
+        ("diagnostics", "quality of the match and counts, once per scan"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {

@@ -18,7 +18,7 @@ struct HomingParameters {
     /// heading at home
     #[parameter(unit = "deg", default = "0deg")]
     theta_rad: f64,
-    /// within this of home the robot is there
+    /// the robot is home within this
     #[parameter(unit = "m", default = "0.25m", range = 0.02..=10.0)]
     tolerance_m: f64,
 }
@@ -38,11 +38,11 @@ pub struct Homing {
 
 impl Component for Homing {
     const KIND: &'static str = "homing";
-    const SUMMARY: &'static str = "Sends the robot home and reports when it is there.";
+    const SUMMARY: &'static str = "Sends the robot home and reports when it has arrived.";
     const PARAMETERS: &'static [Parameter] = HomingParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("pose", "where the robot is on the map"),
-        ("goal", "home, again at every tick until the robot is there"),
+        ("goal", "home, at every tick until the robot has arrived"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {

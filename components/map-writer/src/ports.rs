@@ -16,7 +16,7 @@ struct MapWriterParameters {
     /// where the files go; without it into the run's own folder (ARMOR_OUT)
     #[parameter(default = "")]
     directory: Option<PathBuf>,
-    /// files are written this often
+    /// period at which files are written
     #[parameter(unit = "s", default = "3s", range = 0.1..=3600.0)]
     interval_s: f64,
     /// after the end, what has not come within this is given up
@@ -48,8 +48,8 @@ impl Component for MapWriter {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("map", "the map, drawn and saved"),
         ("pose", "poses of the trajectory; one line of trajectory.csv each"),
-        ("trajectory", "all poses as corrected by now; takes the place of those in trajectory.csv"),
-        ("end", "how many poses there will be; done when they are all written"),
+        ("trajectory", "all poses as corrected so far; replaces those in trajectory.csv"),
+        ("end", "number of poses to come; done when they are all written"),
         ("truth", "where the robot really was: drawn for comparison, and in truth.csv"),
     ];
 

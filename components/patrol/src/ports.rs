@@ -13,10 +13,10 @@ struct PatrolParameters {
     /// waypoints x,y on the map in metres, such as `4,1 9,1 0,0`
     #[parameter(parse = parse_route)]
     route: Vec<Point2>,
-    /// how often; 0: without end
+    /// number of laps; 0: without end
     #[parameter(default = 1, range = 0.0..=1e6)]
     laps: u32,
-    /// within this of a waypoint the robot is there
+    /// a waypoint is reached within this
     #[parameter(unit = "m", default = "0.3m", range = 0.02..=10.0)]
     tolerance_m: f64,
     /// time at each

@@ -9,13 +9,13 @@ use crate::planning::{PlannerSettings, Planning, Rank};
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct PlannerParameters {
-    /// circle around the robot's centre that holds all of it
+    /// circle around the robot's centre that encloses it
     #[parameter(unit = "m", default = "0.18m", range = 0.02..=5.0)]
     radius_m: f64,
     /// kept free around it
     #[parameter(unit = "m", default = "0.05m", range = 0.0..=1.0)]
     margin_m: f64,
-    /// a goal older than this does not count
+    /// a goal older than this is ignored
     #[parameter(unit = "s", default = "0.5s", range = 0.05..=10.0)]
     timeout_s: f64,
 }
@@ -43,18 +43,18 @@ pub struct Planner {
 
 impl Component for Planner {
     const KIND: &'static str = "planner";
-    const SUMMARY: &'static str = "Finds the way over the map to the goal that holds.";
+    const SUMMARY: &'static str = "Plans a path over the map to the goal that has priority.";
     const PARAMETERS: &'static [Parameter] = PlannerParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("map", "what is known of the world; the way is planned on it"),
+        ("map", "the map on which the path is planned"),
         ("pose", "where the robot is on it"),
-        ("goal", "where to drive; must be said again within the timeout"),
-        ("override", "a goal that holds before the other one while it is fresh"),
-        ("operator", "a person's goal; holds before both while it is fresh"),
+        ("goal", "where to drive; must be sent again within the timeout"),
+        ("override", "a goal that has priority over the other one while it is fresh"),
+        ("operator", "a person's goal; has priority over both while it is fresh"),
         (
             "path",
-            "the way to the goal, again at every tick while there is one: from where the robot was \
-             when it was planned to the goal's heading; empty if there is no way, and once when the \
+            "the path to the goal, at every tick while one is fresh: from where the robot was \
+             when it was planned to the goal's heading; empty if no path exists, and once when the \
              goal ends",
         ),
     ];

@@ -209,10 +209,10 @@ pub(super) struct SimulatorParameters {
     /// camera ahead of the middle of the base
     #[parameter(unit = "m", default = "0.1m", range = -10.0..=10.0)]
     camera_ahead_m: f64,
-    /// pictures, if somebody is linked; one a second else
+    /// pictures, with a subscriber; one a second without
     #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
     camera_rate_hz: f64,
-    /// people that are drawn stop before a robot, walk into it, or are not there
+    /// drawn people stop before a robot, walk into it, or are left out
     #[parameter(
         default = "stop",
         choices("stop" = Manners::Stop, "bump" = Manners::Bump, "none" = Manners::Absent),
@@ -224,7 +224,7 @@ pub(super) struct SimulatorParameters {
     /// time from full to empty standing still
     #[parameter(unit = "s", default = "2h", range = 1.0..=1e7)]
     battery_endurance_s: f64,
-    /// way from full to empty, were driving all that drains it
+    /// distance from full to empty, were driving all that drains it
     #[parameter(unit = "m", default = "5km", range = 1.0..=1e7)]
     battery_range_m: f64,
     /// level below which battery_low is reported, once
