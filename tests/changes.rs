@@ -2,7 +2,7 @@
 //! refused with a way there, and an executive that is killed comes back in the same net.
 
 use armor_executive::journal;
-use armor_executive::{Cause, Entry, Record};
+use armor_executive::{Cause, JournalEntry, JournalRecord};
 
 use crate::fixture::{Folder, wait_for};
 use crate::resilience::system::{Draft, System};
@@ -54,7 +54,7 @@ fn shows(system: &System, words: &str) -> String {
     })
 }
 
-fn records(system: &System) -> Vec<Record> {
+fn records(system: &System) -> Vec<JournalRecord> {
     let path = system.run.out().join("executive.journal");
     journal::read(&path).expect("a journal").records
 }
@@ -74,7 +74,7 @@ fn an_edit_that_is_proven_is_played_and_survives_the_executive() {
     save(&system, &mission("<transition name='now' from='return' to='home' timeout='0s'/>"));
     assert_eq!(system.run.code(), Some(0), "{}", system.run.log());
     let fired = records(&system).into_iter().filter_map(|record| match record.entry {
-        Entry::Took { cause: Cause::Transition(name), .. } => Some(name),
+        JournalEntry::Took { cause: Cause::Transition(name), .. } => Some(name),
         _ => None,
     });
     assert_eq!(fired.collect::<Vec<_>>(), ["soon", "now"]);
@@ -114,6 +114,7 @@ fn an_edit_that_is_not_proven_is_refused_and_the_old_net_goes_on() {
         (shown.contains("marked      explore") && !shown.contains("goes on")).then_some(())
     });
     assert_eq!(system.trace("explorer").count("stopping"), 0, "never disturbed");
-    let is_refusal = |record: &&Record| matches!(record.entry, Entry::Refused { version: 2, .. });
+    let is_refusal =
+        |record: &&JournalRecord| matches!(record.entry, JournalEntry::Refused { version: 2, .. });
     assert_eq!(records(&system).iter().filter(is_refusal).count(), 1);
 }

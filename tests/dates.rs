@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use armor_executive::journal::Journal;
-use armor_executive::{Cause, Entry, Record};
+use armor_executive::{Cause, JournalEntry, JournalRecord};
 use armor_plan::DatePhase;
 use armor_robotfile::Date;
 
@@ -15,14 +15,18 @@ use crate::resilience::system::Draft;
 /// Long enough for the mission to begin, and for an executive to be killed, on a busy machine.
 const SOON: Duration = Duration::from_secs(25);
 
-fn records(journal: &Path) -> Vec<Record> {
+fn records(journal: &Path) -> Vec<JournalRecord> {
     Journal::open(journal).expect("a journal").1.records
 }
 
 /// What the clock said when the date of `transition` stood so first, and when.
-fn dated(records: &[Record], transition: &str, wanted: DatePhase) -> Option<(Duration, Date)> {
+fn dated(
+    records: &[JournalRecord],
+    transition: &str,
+    wanted: DatePhase,
+) -> Option<(Duration, Date)> {
     records.iter().find_map(|record| match &record.entry {
-        Entry::Dated { transition: name, phase, utc, .. }
+        JournalEntry::Dated { transition: name, phase, utc, .. }
             if name == transition && *phase == wanted =>
         {
             Some((record.at, utc.parse().expect("a date")))
@@ -31,8 +35,8 @@ fn dated(records: &[Record], transition: &str, wanted: DatePhase) -> Option<(Dur
     })
 }
 
-fn taken(records: &[Record], transition: &str) -> Option<Duration> {
-    let takes = |record: &&Record| matches!(&record.entry, Entry::Took { cause: Cause::Transition(name), .. } if name == transition);
+fn taken(records: &[JournalRecord], transition: &str) -> Option<Duration> {
+    let takes = |record: &&JournalRecord| matches!(&record.entry, JournalEntry::Took { cause: Cause::Transition(name), .. } if name == transition);
     records.iter().find(takes).map(|record| record.at)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use armor_executive::journal::Journal;
-use armor_executive::{Cause, Entry, Record};
+use armor_executive::{Cause, JournalEntry, JournalRecord};
 use rustix::process::Signal;
 
 use crate::fixture::{Folder, ended, send, wait_for};
@@ -48,12 +48,12 @@ fn draft(weak: &str) -> Draft {
 }
 
 /// The changes of guards, and when `weak` took its token.
-fn story(records: &[Record]) -> (Vec<(Duration, bool)>, Option<Duration>) {
-    let change = |record: &Record| match &record.entry {
-        Entry::Guard { holds, .. } => Some((record.at, *holds)),
+fn story(records: &[JournalRecord]) -> (Vec<(Duration, bool)>, Option<Duration>) {
+    let change = |record: &JournalRecord| match &record.entry {
+        JournalEntry::Guard { holds, .. } => Some((record.at, *holds)),
         _ => None,
     };
-    let weak = |record: &&Record| matches!(&record.entry, Entry::Took { cause: Cause::Transition(name), .. } if name == "weak");
+    let weak = |record: &&JournalRecord| matches!(&record.entry, JournalEntry::Took { cause: Cause::Transition(name), .. } if name == "weak");
     (records.iter().filter_map(change).collect(), records.iter().find(weak).map(|it| it.at))
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use armor_executive::journal::Journal;
-use armor_executive::{Cause, Entry, Record, Report};
+use armor_executive::{Cause, ComponentReport, JournalEntry, JournalRecord};
 
 use crate::fixture::{Folder, ended, wait_for};
 use crate::resilience::system::Draft;
@@ -35,12 +35,12 @@ const MISSION: &str = "<mission name='wait' goal='home' safe='hold'>
   </mission>";
 
 /// When something was decided, in mission time.
-fn at(records: &[Record], what: impl Fn(&Entry) -> bool) -> Duration {
+fn at(records: &[JournalRecord], what: impl Fn(&JournalEntry) -> bool) -> Duration {
     records.iter().find(|record| what(&record.entry)).expect("it was decided").at
 }
 
-fn took(entry: &Entry, name: &str) -> bool {
-    matches!(entry, Entry::Took { cause: Cause::Transition(it), .. } if it == name)
+fn took(entry: &JournalEntry, name: &str) -> bool {
+    matches!(entry, JournalEntry::Took { cause: Cause::Transition(it), .. } if it == name)
 }
 
 #[test]
@@ -71,7 +71,9 @@ fn a_mission_stands_and_goes_on_with_simulated_time_whoever_is_killed() {
 
     let journal = system.run.out().join("executive.journal");
     let records = Journal::open(&journal).expect("a journal").1.records;
-    let done = at(&records, |entry| matches!(entry, Entry::Heard { report: Report::Done, .. }));
+    let done = at(&records, |entry| {
+        matches!(entry, JournalEntry::Heard { report: ComponentReport::Done, .. })
+    });
     // Its first tick, and one where time jumped to that of another simulator, took no time.
     assert!(done >= Duration::from_millis(37 * 50), "40 ticks of 20 Hz within {done:?}");
     let stayed = at(&records, |entry| took(entry, "stayed"));

@@ -103,7 +103,7 @@ pub fn play(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
     let configuration = reading.configuration.context("the file is not valid")?;
     let plan = Plan::of(&configuration).map_err(|_| anyhow!("the mission is not played"))?;
     let cut_at = armor_executive::journal::CUT_AT;
-    let options = armor_executive::Options {
+    let options = armor_executive::ExecutiveOptions {
         registry,
         journal,
         is_laid_out: false,

@@ -5,18 +5,18 @@ use std::sync::Arc;
 
 /// The answer to a [`Question`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct VersionAnswer {
     /// Which question it answers.
     pub serial: u64,
     /// What was found.
-    pub found: Found,
+    pub found: VersionFinding,
 }
 
 /// What was found of a new version.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Found {
+pub enum VersionFinding {
     /// It can be played, or why not.
-    Read(Result<Offer, String>),
+    Read(Result<VersionOffer, String>),
     /// Nothing bad follows from where the mission stands, or what does.
     Proven {
         /// Where that is.
@@ -28,14 +28,14 @@ pub enum Found {
 
 /// A version that can be played.
 #[derive(Clone, Debug)]
-pub struct Offer {
+pub struct VersionOffer {
     /// Its plan.
     pub plan: Arc<Plan>,
     /// What is not as before, in words.
     pub changes: Vec<String>,
 }
 
-impl PartialEq for Offer {
+impl PartialEq for VersionOffer {
     fn eq(&self, other: &Self) -> bool {
         self.plan.version() == other.plan.version() && self.changes == other.changes
     }

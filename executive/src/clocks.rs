@@ -1,8 +1,8 @@
 //! The clocks that the executive reads: the host's, and the data that mission time follows.
 
-use crate::hub::Input;
+use crate::hub::ExecutiveInput;
 use crate::journal::{self, Anchor, Life, Story};
-use crate::time::{Deadlines, Followed, Now};
+use crate::time::{ClockReadings, Deadlines, FollowedTime};
 use armor_plan::Plan;
 use armor_sdk::node::Node;
 use armor_sdk::{Passage, Reading};
@@ -13,34 +13,34 @@ use std::time::Duration;
 /// Reads both clocks.
 pub(crate) struct Clocks {
     life: Life,
-    followed: Option<Arc<Mutex<Shared>>>,
+    followed: Option<Arc<Mutex<SharedTime>>>,
 }
 
 /// What the thread that hears the data shares with the executive.
-struct Shared {
-    time: Followed,
+struct SharedTime {
+    time: FollowedTime,
     /// What is not in the journal yet.
     anchor: Option<Anchor>,
     /// The executive has been woken and has not looked yet.
     is_woken: bool,
 }
 
-fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
+fn lock(shared: &Mutex<SharedTime>) -> MutexGuard<'_, SharedTime> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Clocks {
     /// Goes on where a story ends. Answers what time it is.
-    pub(crate) fn begin(plan: &Plan, story: &Story) -> (Self, Now) {
+    pub(crate) fn begin(plan: &Plan, story: &Story) -> (Self, ClockReadings) {
         if plan.clock().is_none() {
-            let (life, now) = journal::clock(story, &boot(), monotonic());
+            let (life, now) = journal::clock(story, &boot_name(), monotonic_now());
             return (Self { life, followed: None }, now.into());
         }
-        let (life, mission) = journal::followed_clock(story, &boot(), monotonic());
-        let time = Followed::new(mission, life.anchor);
-        let shared = Shared { time, anchor: None, is_woken: false };
+        let (life, mission) = journal::followed_clock(story, &boot_name(), monotonic_now());
+        let time = FollowedTime::new(mission, life.anchor);
+        let shared = SharedTime { time, anchor: None, is_woken: false };
         let clocks = Self { life, followed: Some(Arc::new(Mutex::new(shared))) };
-        (clocks, Now { mission, host: Duration::ZERO })
+        (clocks, ClockReadings { mission, host: Duration::ZERO })
     }
 
     /// Whether mission time follows data.
@@ -54,7 +54,7 @@ impl Clocks {
     }
 
     /// Hears the data from now on, if there is such; every passing of time wakes the executive.
-    pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<Input>) {
+    pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<ExecutiveInput>) {
         let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else {
             return;
         };
@@ -65,7 +65,7 @@ impl Clocks {
             }
             if !std::mem::replace(&mut shared.is_woken, true) {
                 // The receiver is gone only when all of this is about to end.
-                let _ = inputs.send(Input::Time);
+                let _ = inputs.send(ExecutiveInput::Time);
             }
         };
         if let Err(error) = node.follow_time(clock, hear) {
@@ -73,13 +73,13 @@ impl Clocks {
         }
     }
 
-    pub(crate) fn now(&self) -> Now {
-        let monotonic = i64::try_from(monotonic().as_nanos()).unwrap_or(i64::MAX);
+    pub(crate) fn now(&self) -> ClockReadings {
+        let monotonic = i64::try_from(monotonic_now().as_nanos()).unwrap_or(i64::MAX);
         let host = monotonic.saturating_sub(self.life.zero_ns);
         let host = Duration::from_nanos(u64::try_from(host).unwrap_or(0));
         match &self.followed {
             None => host.into(),
-            Some(shared) => Now { mission: lock(shared).time.now(), host },
+            Some(shared) => ClockReadings { mission: lock(shared).time.now(), host },
         }
     }
 
@@ -91,8 +91,8 @@ impl Clocks {
         mission.into_iter().chain(due.host).map(left).min()
     }
 
-    /// The executive looks what time it is. Answers what is to be written down if the data goes on
-    /// from elsewhere.
+    /// Reads the time that follows data. Returns the life to be written down if the data has jumped or
+    /// has another source.
     pub(crate) fn look(&mut self) -> Option<&Life> {
         let mut shared = lock(self.followed.as_ref()?);
         shared.is_woken = false;
@@ -102,13 +102,13 @@ impl Clocks {
     }
 }
 
-fn monotonic() -> Duration {
+fn monotonic_now() -> Duration {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     Duration::try_from(now).unwrap_or_default()
 }
 
 /// Names this start of the machine.
-fn boot() -> String {
+fn boot_name() -> String {
     let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     id.trim().to_owned()
 }

@@ -21,13 +21,13 @@ mod token_moves;
 mod turns;
 mod wishes;
 
-use crate::event::{Action, Event};
-use crate::judging::{MoveQuestion, Question};
-use crate::ledger::{Ledger, LedgerError, Stage};
-use crate::record::{Entry, Record};
-use crate::roster::Presence;
-use crate::terms::{Cause, Outcome};
-use crate::time::{Deadlines, Now};
+use crate::event::{ControllerAction, ControllerEvent};
+use crate::judging::{MoveQuestion, VersionQuestion};
+use crate::ledger::{Ledger, LedgerError, MissionStage};
+use crate::record::{JournalEntry, JournalRecord};
+use crate::roster::ProcessPresence;
+use crate::terms::{Cause, MissionOutcome};
+use crate::time::{ClockReadings, Deadlines};
 use armor_petri::Step;
 use armor_plan::{ComponentId, OnResume, Plan};
 use commands::Commands;
@@ -35,9 +35,9 @@ use context::Context;
 use file_changes::FileChanges;
 use mission_dates::MissionDates;
 use operators::Operators;
-use progress::Progress;
+use progress::FiringProgress;
 use reports::Reports;
-use senses::Senses;
+use senses::GuardSenses;
 use std::sync::Arc;
 use std::time::Duration;
 use turns::Turns;
@@ -60,10 +60,10 @@ pub struct Dropped {
 pub struct Controller {
     context: Context,
     commands: Commands,
-    progress: Progress,
+    progress: FiringProgress,
     turns: Turns,
     operators: Operators,
-    senses: Senses,
+    senses: GuardSenses,
     dates: MissionDates,
     changes: FileChanges,
     reports: Reports,
@@ -72,22 +72,26 @@ pub struct Controller {
 
 impl Controller {
     /// Begins a mission. The initial places are entered once every component is known to be off.
-    pub fn new(plan: Arc<Plan>, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let mut controller = Self::beginning(&plan, now.into(), false);
+    pub fn new(plan: Arc<Plan>, now: impl Into<ClockReadings>) -> (Self, Vec<ControllerAction>) {
+        let mut controller = Self::begin_mission(&plan, now.into(), false);
         let initial = plan.place_ids().zip(plan.net().initial().iter().copied());
         let initial: Vec<_> = initial.filter(|(_, tokens)| *tokens > 0).collect();
         controller.context.begin_firing(Cause::Start, &[], &initial);
-        controller.settle();
+        controller.settle_decisions();
         let actions = controller.context.take_actions();
         (controller, actions)
     }
 
     /// Begins a mission whose journal is lost: it is unknown where it stood, and what it would do
     /// twice. It goes to its safe place, past everything that may be running.
-    pub(crate) fn lost(plan: Arc<Plan>, why: &str, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let mut controller = Self::beginning(&plan, now.into(), true);
+    pub(crate) fn after_loss(
+        plan: Arc<Plan>,
+        why: &str,
+        now: impl Into<ClockReadings>,
+    ) -> (Self, Vec<ControllerAction>) {
+        let mut controller = Self::begin_mission(&plan, now.into(), true);
         controller.context.retreat(why);
-        controller.settle();
+        controller.settle_decisions();
         let actions = controller.context.take_actions();
         (controller, actions)
     }
@@ -98,9 +102,9 @@ impl Controller {
     /// If the journal is not one of this plan.
     pub fn resume(
         plan: Arc<Plan>,
-        records: &[Record],
-        now: impl Into<Now>,
-    ) -> Result<(Self, Vec<Action>), LedgerError> {
+        records: &[JournalRecord],
+        now: impl Into<ClockReadings>,
+    ) -> Result<(Self, Vec<ControllerAction>), LedgerError> {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
         }
@@ -108,11 +112,14 @@ impl Controller {
     }
 
     /// Continues with the ledger that the journal gives.
-    pub(crate) fn resume_from(ledger: Ledger, now: impl Into<Now>) -> (Self, Vec<Action>) {
-        let mut controller = Self::around(ledger, now.into(), true);
+    pub(crate) fn resume_from(
+        ledger: Ledger,
+        now: impl Into<ClockReadings>,
+    ) -> (Self, Vec<ControllerAction>) {
+        let mut controller = Self::with_ledger(ledger, now.into(), true);
         let (stage, on_resume) = (controller.ledger().stage(), controller.plan().on_resume());
-        if let Stage::Ended(outcome) = stage {
-            controller.finish(outcome);
+        if let MissionStage::Ended(outcome) = stage {
+            controller.finish_with(outcome);
         } else {
             match on_resume {
                 OnResume::Continue => {}
@@ -122,17 +129,21 @@ impl Controller {
                 OnResume::Hold => controller.hold_after_restart(),
             }
         }
-        controller.settle();
+        controller.settle_decisions();
         let actions = controller.context.take_actions();
         (controller, actions)
     }
 
     /// Takes in one event at `now` (neither clock ever goes back); returns what is to be done.
-    pub fn handle(&mut self, event: Event, now: impl Into<Now>) -> Vec<Action> {
-        self.context.advance(now.into());
+    pub fn handle(
+        &mut self,
+        event: ControllerEvent,
+        now: impl Into<ClockReadings>,
+    ) -> Vec<ControllerAction> {
+        self.context.advance_clocks(now.into());
         if !self.is_finished {
             self.take_in(event);
-            self.settle();
+            self.settle_decisions();
         }
         self.context.take_actions()
     }
@@ -146,7 +157,7 @@ impl Controller {
         let answers = confirmations::answers_due(cx).map(|due| due.1);
         let mission = self.turns.next_due(cx, &self.dates).into_iter().chain(answers);
         let mission = mission.chain(self.dates.next_due(cx)).chain(self.progress.blocked_until(cx));
-        let host = commands::pushes(cx).chain(progress::patience(cx));
+        let host = commands::pushes_due(cx).chain(progress::patience_due(cx));
         let host = host.chain(self.senses.next_due(cx)).chain(self.operators.lease_due(cx));
         Deadlines { mission: mission.min(), host: host.min() }
     }
@@ -183,7 +194,7 @@ impl Controller {
     }
 
     /// Returns the question that [`Action::Judge`] asks; none if it has been overtaken.
-    pub fn question(&self) -> Option<Question> {
+    pub fn question(&self) -> Option<VersionQuestion> {
         self.changes.question(self.plan())
     }
 
@@ -192,9 +203,9 @@ impl Controller {
         self.operators.move_question(self.plan())
     }
 
-    fn beginning(plan: &Arc<Plan>, now: Now, is_restart: bool) -> Self {
-        let mut controller = Self::around(Ledger::new(Arc::clone(plan)), now, is_restart);
-        controller.context.record(Entry::Began {
+    fn begin_mission(plan: &Arc<Plan>, now: ClockReadings, is_restart: bool) -> Self {
+        let mut controller = Self::with_ledger(Ledger::new(Arc::clone(plan)), now, is_restart);
+        controller.context.record_entry(JournalEntry::Began {
             mission: plan.mission().to_owned(),
             fingerprint: plan.fingerprint(),
             version: (**plan.version()).clone(),
@@ -202,15 +213,15 @@ impl Controller {
         controller
     }
 
-    fn around(ledger: Ledger, now: Now, is_restart: bool) -> Self {
+    fn with_ledger(ledger: Ledger, now: ClockReadings, is_restart: bool) -> Self {
         let context = Context::new(ledger, now);
         let (plan, host) = (context.plan(), context.host());
         Self {
             commands: Commands::default(),
-            progress: Progress::default(),
+            progress: FiringProgress::default(),
             turns: Turns::default(),
             operators: Operators::new(host),
-            senses: Senses::new(plan, is_restart.then_some(host)),
+            senses: GuardSenses::new(plan, is_restart.then_some(host)),
             dates: MissionDates::default(),
             changes: FileChanges::new(plan.version().number),
             reports: Reports::default(),
@@ -222,67 +233,80 @@ impl Controller {
     fn hold_after_restart(&mut self) {
         if self.context.is_playing() && self.ledger().pause().is_none() {
             let why = "the executive was restarted; an operator has to resume the mission";
-            self.context.record(Entry::Held { why: why.to_owned() });
+            self.context.record_entry(JournalEntry::Held { why: why.to_owned() });
         }
     }
 
     /// Routes an event to the machine that it concerns. Only observations change; decisions follow
     /// when the controller settles, but for orders, reports and versions, which are decided here.
-    fn take_in(&mut self, event: Event) {
+    fn take_in(&mut self, event: ControllerEvent) {
         let cx = &mut self.context;
         // Values alone may arrive fast; the senses publish them once per second.
         if !matches!(
             event,
-            Event::Timer | Event::Utc { .. } | Event::Sensed { .. } | Event::Unlinked { .. }
+            ControllerEvent::Timer
+                | ControllerEvent::Utc { .. }
+                | ControllerEvent::Sensed { .. }
+                | ControllerEvent::Unlinked { .. }
         ) {
-            cx.publish();
+            cx.publish_marking();
         }
         let host = cx.host();
         match event {
-            Event::Appeared { component, instance } => self.appeared(component, instance),
-            Event::StateReported { component, instance, doing, activation, controllable } => {
+            ControllerEvent::Appeared { component, instance } => {
+                self.take_appearance(component, instance)
+            }
+            ControllerEvent::StateReported {
+                component,
+                instance,
+                doing,
+                activation,
+                controllable,
+            } => {
                 if cx.roster.of(component).instance == instance {
                     let planned = cx.plan().component(component).is_controlled();
                     cx.roster.of_mut(component).controllable = planned && controllable;
                     cx.roster.note_doing(component, doing, activation);
                 }
             }
-            Event::Reported { component, instance, serial, activation, report } => {
-                self.reports.take(cx, component, (instance, serial), activation, report);
+            ControllerEvent::Reported { component, instance, serial, activation, report } => {
+                self.reports.take_report(cx, component, (instance, serial), activation, report);
             }
-            Event::Lost { component, instance } => {
+            ControllerEvent::Lost { component, instance } => {
                 let observed = cx.roster.of(component);
-                if observed.instance == instance && observed.presence == Presence::Here {
-                    cx.roster.left(component, Presence::Lost, host);
+                if observed.instance == instance && observed.presence == ProcessPresence::Here {
+                    cx.roster.left(component, ProcessPresence::Lost, host);
                 }
             }
-            Event::Gone { component, instance } => {
+            ControllerEvent::Gone { component, instance } => {
                 if instance.is_none_or(|instance| cx.roster.of(component).instance == instance) {
                     self.commands.note_gone(cx, component);
                 }
             }
-            Event::Ordered(given) => self.operators.order(cx, &self.dates, given),
-            Event::OperatorLeft { connection } => self.operators.operator_left(cx, connection),
-            Event::Sensed { watch, value } => self.senses.sensed(cx, watch, value),
-            Event::Unlinked { watch } => self.senses.unlinked(cx, watch),
-            Event::Offered(version) => self.changes.offered(cx, version),
-            Event::Answered(answer) => self.changes.answered(cx, answer),
-            Event::MoveJudged { serial, verdict } => {
+            ControllerEvent::Ordered(given) => self.operators.take_order(cx, &self.dates, given),
+            ControllerEvent::OperatorLeft { connection } => {
+                self.operators.operator_left(cx, connection)
+            }
+            ControllerEvent::Sensed { watch, value } => self.senses.take_value(cx, watch, value),
+            ControllerEvent::Unlinked { watch } => self.senses.note_unlinked(cx, watch),
+            ControllerEvent::Offered(version) => self.changes.take_offer(cx, version),
+            ControllerEvent::Answered(answer) => self.changes.take_answer(cx, answer),
+            ControllerEvent::MoveJudged { serial, verdict } => {
                 self.operators.move_judged(cx, &self.dates, serial, verdict);
             }
-            Event::Utc { at_start } => self.dates.set_utc(cx, at_start),
-            Event::Timer => {}
-            Event::Stop => cx.stop(),
+            ControllerEvent::Utc { at_start } => self.dates.set_utc(cx, at_start),
+            ControllerEvent::Timer => {}
+            ControllerEvent::Stop => cx.begin_stopping(),
         }
     }
 
-    fn appeared(&mut self, component: ComponentId, instance: u64) {
+    fn take_appearance(&mut self, component: ComponentId, instance: u64) {
         let observed = self.context.roster.of(component);
-        if observed.presence != Presence::Unseen && observed.instance != instance {
+        if observed.presence != ProcessPresence::Unseen && observed.instance != instance {
             // A firing that waited for the old process to end has to move on before the new one
             // counts: otherwise its stop would never be confirmed.
             self.commands.note_gone(&mut self.context, component);
-            self.settle();
+            self.settle_decisions();
         }
         let host = self.context.host();
         self.context.roster.appeared(component, instance, host);
@@ -295,7 +319,7 @@ impl Controller {
     /// off. Firings move on before failures are noticed, since a firing may answer for a failure.
     /// Guards and dates are weighed before transitions fire. Commands come last, when it is decided
     /// what every component should be doing.
-    fn settle(&mut self) {
+    fn settle_decisions(&mut self) {
         let cx = &mut self.context;
         cx.advance_net();
         let mut step = Step::new(cx.plan().limits().step_bound);
@@ -304,15 +328,15 @@ impl Controller {
             self.commands.push_orders(cx);
             if !cx.is_stopping() {
                 self.operators.notice_lost_link(cx);
-                if let Some(old) = self.changes.consider(cx) {
-                    self.senses.follow(&old, cx.plan());
+                if let Some(old) = self.changes.consider_change(cx) {
+                    self.senses.follow_plan(&old, cx.plan());
                 }
                 self.progress.notice_blocked_starts(cx);
-                self.progress.advance(cx, self.commands.take_unstopped());
+                self.progress.advance_firings(cx, self.commands.take_unstopped());
                 progress::notice_failures(cx);
                 self.senses.weigh_guards(cx);
                 self.dates.weigh_dates(cx);
-                confirmations::ask(cx, &self.dates);
+                confirmations::ask_operator(cx, &self.dates);
                 self.turns.fire_next(cx, (&self.dates, &mut self.senses), &mut step);
             }
             self.commands.command_components(cx);
@@ -320,7 +344,7 @@ impl Controller {
                 break;
             }
         }
-        blocked_starts::remember(cx);
+        blocked_starts::remember_blocked(cx);
         self.notice_the_end();
     }
 
@@ -332,11 +356,11 @@ impl Controller {
         let cx = &self.context;
         if cx.is_stopping() {
             if cx.plan().component_ids().all(|c| wishes::is_settled_off(cx, c)) {
-                self.finish(Outcome::Interrupted);
+                self.finish_with(MissionOutcome::Interrupted);
             }
             return;
         }
-        let Stage::Ending(outcome) = cx.ledger().stage() else {
+        let MissionStage::Ending(outcome) = cx.ledger().stage() else {
             return;
         };
         let rest =
@@ -345,15 +369,15 @@ impl Controller {
             return;
         }
         let still_running = rest().any(|c| wishes::wants_off(cx, c) && cx.roster.of(c).unstoppable);
-        let outcome = if still_running { Outcome::Failed } else { outcome };
-        self.context.record(Entry::Ended { outcome });
-        self.finish(outcome);
+        let outcome = if still_running { MissionOutcome::Failed } else { outcome };
+        self.context.record_entry(JournalEntry::Ended { outcome });
+        self.finish_with(outcome);
     }
 
-    fn finish(&mut self, outcome: Outcome) {
+    fn finish_with(&mut self, outcome: MissionOutcome) {
         self.is_finished = true;
-        self.context.publish();
-        self.context.act(Action::Finished(outcome));
+        self.context.publish_marking();
+        self.context.add_action(ControllerAction::Finished(outcome));
     }
 }
 

@@ -1,10 +1,10 @@
 //! The controller's events, and the actions that it wants done.
 
-use crate::answer::Answer;
+use crate::answer::VersionAnswer;
 use crate::incoming_order::IncomingOrder;
-use crate::record::Record;
+use crate::record::JournalRecord;
 use crate::roster::Doing;
-use crate::terms::{Outcome, Report};
+use crate::terms::{ComponentReport, MissionOutcome};
 use armor_plan::{ComponentId, GivenValue, Version, WatchId};
 use armor_robotfile::Date;
 use armor_robotfile::guard::Scalar;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum ControllerEvent {
     /// The control connection to a component's process is up; what it is doing follows. A new
     /// instance means that the old one has ended.
     Appeared {
@@ -45,7 +45,7 @@ pub enum Event {
         /// The activation it belongs to.
         activation: u64,
         /// What.
-        report: Report,
+        report: ComponentReport,
     },
     /// The control connection is down; the process may be running.
     Lost {
@@ -83,7 +83,7 @@ pub enum Event {
     /// There is a version of the file; nothing follows from the one that is played.
     Offered(Arc<Version>),
     /// What came of a question about a version.
-    Answered(Answer),
+    Answered(VersionAnswer),
     /// What came of a question about tokens to be moved.
     MoveJudged {
         /// Which.
@@ -105,9 +105,9 @@ pub enum Event {
 
 /// Something to be done, in the order given.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
+pub enum ControllerAction {
     /// Write it down, on disk, before doing what follows.
-    Journal(Record),
+    Journal(JournalRecord),
     /// Tell a component to run.
     Activate {
         /// Who.
@@ -157,5 +157,5 @@ pub enum Action {
     /// The marking has changed: publish it.
     Publish,
     /// The mission is over; the last action there is.
-    Finished(Outcome),
+    Finished(MissionOutcome),
 }

@@ -1,14 +1,14 @@
 //! Follows the versions of the file that configd keeps: a thread that looks for newer ones.
 
-use crate::event::Event;
-use crate::hub::Input;
+use crate::event::ControllerEvent;
+use crate::hub::ExecutiveInput;
 use armor_plan::Version;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-/// How often it looks. A person has just saved a file; a quarter of a second is nothing to them.
+/// Time between two looks: short for a person who has just saved a file.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// Finds the newest version that is kept, if it is newer than the one of a number.
@@ -34,13 +34,13 @@ impl fmt::Debug for Newer {
 }
 
 /// Sends each version newer than `known`, until the receiver is gone.
-pub(crate) fn follow(newer: Newer, mut known: u64, inputs: Sender<Input>) {
+pub(crate) fn follow(newer: Newer, mut known: u64, inputs: Sender<ExecutiveInput>) {
     let look = move || {
         loop {
             if let Some(version) = newer.than(known) {
                 known = version.number;
-                let event = Event::Offered(Arc::new(version));
-                if inputs.send(Input::Event(event)).is_err() {
+                let event = ControllerEvent::Offered(Arc::new(version));
+                if inputs.send(ExecutiveInput::Event(event)).is_err() {
                     return;
                 }
             }

@@ -1,7 +1,7 @@
-//! Before a mission begins: every component is registered and every link up, so that what the first
-//! place activates does not speak to nobody. On a link that may lose nothing that would be a loss.
+//! Before a mission begins: every component is registered and every link is up, so that the components of
+//! the first places do not publish before their subscribers are linked: that would lose data.
 
-use crate::watch::Watching;
+use crate::watch::GuardWatching;
 use armor_plan::Plan;
 use armor_sdk::control::{ControlConnection, Role, Status};
 use armor_sdk::directory::Directory;
@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long the mission waits; who is not there by then may be broken, which is for the mission.
+/// How long the mission waits. A component that is missing then may be broken; the mission handles that.
 const LIMIT: Duration = Duration::from_secs(10);
 /// Time between two looks: a start takes tens of milliseconds.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -19,13 +19,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
 /// Waits until everybody is there, for a while.
-pub(crate) fn gather(plan: &Plan, registry: &str, watching: &Watching, stop: &AtomicBool) {
+pub(crate) fn gather(plan: &Plan, registry: &str, watching: &GuardWatching, stop: &AtomicBool) {
     let directory = Directory::observer(registry, "executive");
     let mut connections = HashMap::new();
     let start = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let unwatched = || Some(format!("{} has no link to the guards", watching.unlinked()?));
-        let missing = missing(plan, &directory, &mut connections).or_else(unwatched);
+        let missing = find_missing(plan, &directory, &mut connections).or_else(unwatched);
         let Some(missing) = missing else { return };
         if start.elapsed() >= LIMIT {
             tracing::warn!("begins although {missing}");
@@ -36,7 +36,7 @@ pub(crate) fn gather(plan: &Plan, registry: &str, watching: &Watching, stop: &At
 }
 
 /// The first thing that is not there yet, in words.
-fn missing(
+fn find_missing(
     plan: &Plan,
     directory: &Directory,
     connections: &mut HashMap<u64, ControlConnection>,
@@ -49,17 +49,17 @@ fn missing(
         let Some(entry) = listing.components.iter().find(|entry| entry.name == *name) else {
             return Some(format!("`{name}` has not registered"));
         };
-        let Some(status) = status(entry, connections) else {
+        let Some(status) = query_status(entry, connections) else {
             return Some(format!("`{name}` does not answer"));
         };
         all.push(status);
     }
-    let untimed = || plan.clock().as_ref().and_then(|clock| untimed(clock, &all));
+    let untimed = || plan.clock().as_ref().and_then(|clock| find_untimed(clock, &all));
     all.iter().find_map(|consumer| unlinked(consumer, &all)).or_else(untimed)
 }
 
 /// A component that the system's time does not reach yet, in words.
-fn untimed(clock: &str, all: &[Status]) -> Option<String> {
+fn find_untimed(clock: &str, all: &[Status]) -> Option<String> {
     let mut outputs =
         all.iter().flat_map(|status| status.outputs.iter().map(move |it| (status, it)));
     let (source, output) = outputs.find(|(_, output)| output.data == clock)?;
@@ -82,7 +82,7 @@ fn unlinked(consumer: &Status, all: &[Status]) -> Option<String> {
     Some(format!("`{}.{}` has no link to {}", consumer.name, input.id, input.data))
 }
 
-fn status(
+fn query_status(
     entry: &ComponentEntry,
     connections: &mut HashMap<u64, ControlConnection>,
 ) -> Option<Status> {

@@ -1,10 +1,10 @@
 //! The control connections to the components: kept up while the registry knows the component,
 //! turned into events, and looked into when they break.
 
-use crate::event::Event;
-use crate::process::Process;
+use crate::event::ControllerEvent;
+use crate::process::ProcessStart;
 use crate::roster::Doing;
-use crate::terms::Report;
+use crate::terms::ComponentReport;
 use armor_plan::{ComponentId, Plan, WatchId};
 use armor_sdk::control::{
     Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 const RETRY: Duration = Duration::from_millis(200);
 
 /// What comes in from other threads.
-pub(crate) enum Input {
+pub(crate) enum ExecutiveInput {
     Registry(Change),
     /// There is news of what guards look at.
     News(WatchId),
@@ -36,7 +36,7 @@ pub(crate) enum Input {
     },
     Operator(OrderEvent),
     /// What needs nothing made of it.
-    Event(Event),
+    Event(ControllerEvent),
     /// Mission time has passed, by the data that it follows.
     Time,
 }
@@ -48,7 +48,7 @@ struct Peer {
     entry: Option<ComponentEntry>,
     /// The process start the connection was made to, and where it runs if that is here.
     instance: u64,
-    process: Option<Process>,
+    process: Option<ProcessStart>,
     /// Which attempt made the connection, or is making it.
     attempt: u64,
     connecting: bool,
@@ -61,7 +61,7 @@ struct Peer {
 pub(crate) struct Hub {
     plan: Arc<Plan>,
     peers: Vec<Peer>,
-    inputs: Sender<Input>,
+    inputs: Sender<ExecutiveInput>,
     host: String,
     attempts: u64,
     /// Whether the registry can be asked.
@@ -69,42 +69,44 @@ pub(crate) struct Hub {
 }
 
 impl Hub {
-    pub(crate) fn new(plan: Arc<Plan>, inputs: Sender<Input>) -> Self {
+    pub(crate) fn new(plan: Arc<Plan>, inputs: Sender<ExecutiveInput>) -> Self {
         let peers = plan.components().iter().map(|_| Peer::default()).collect();
         let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
         Self { plan, peers, inputs, host, attempts: 0, registry: false }
     }
 
     /// Takes an input from another thread; returns the events for the controller.
-    pub(crate) fn take_in(&mut self, input: Input) -> Vec<Event> {
+    pub(crate) fn take_in(&mut self, input: ExecutiveInput) -> Vec<ControllerEvent> {
         match input {
-            Input::Registry(change) => self.follow_registry(change),
+            ExecutiveInput::Registry(change) => self.follow_registry(change),
             // That is for the watching and for the clock to say.
-            Input::News(_) | Input::Time => Vec::new(),
-            Input::Connected { attempt, component, made } => {
-                self.connected(attempt, component, made).into_iter().collect()
+            ExecutiveInput::News(_) | ExecutiveInput::Time => Vec::new(),
+            ExecutiveInput::Connected { attempt, component, made } => {
+                self.take_connection(attempt, component, made).into_iter().collect()
             }
-            Input::Control { attempt, component, event } => {
+            ExecutiveInput::Control { attempt, component, event } => {
                 self.take_control_event(attempt, component, event).into_iter().collect()
             }
-            Input::Event(event) => vec![event],
-            Input::Operator(OrderEvent::Given(given)) => vec![Event::Ordered(given.into())],
-            Input::Operator(OrderEvent::Closed { connection }) => {
-                vec![Event::OperatorLeft { connection }]
+            ExecutiveInput::Event(event) => vec![event],
+            ExecutiveInput::Operator(OrderEvent::Given(given)) => {
+                vec![ControllerEvent::Ordered(given.into())]
+            }
+            ExecutiveInput::Operator(OrderEvent::Closed { connection }) => {
+                vec![ControllerEvent::OperatorLeft { connection }]
             }
         }
     }
 
     /// Reconnects, and looks after processes that may have ended.
-    pub(crate) fn look_around(&mut self) -> Vec<Event> {
+    pub(crate) fn look_around(&mut self) -> Vec<ControllerEvent> {
         let mut events = Vec::new();
         for component in self.plan.component_ids() {
             let peer = &mut self.peers[component.index()];
             if peer.retry_at.is_some_and(|at| at <= Instant::now()) {
                 peer.retry_at = None;
-                self.connect(component);
+                self.begin_connecting(component);
             }
-            events.extend(self.ended(component));
+            events.extend(self.take_ended(component));
         }
         events
     }
@@ -114,7 +116,7 @@ impl Hub {
         self.peers.iter().any(|peer| peer.retry_at.is_some() || peer.doubtful)
     }
 
-    pub(crate) fn send(&self, component: ComponentId, command: &Command) {
+    pub(crate) fn send_command(&self, component: ComponentId, command: &Command) {
         if let Some(connection) = &self.peers[component.index()].connection
             && let Err(error) = connection.send(command)
         {
@@ -124,19 +126,21 @@ impl Hub {
         }
     }
 
-    pub(crate) fn kill(&mut self, component: ComponentId) {
+    pub(crate) fn kill_process(&mut self, component: ComponentId) {
         let registry = self.registry;
         let peer = &mut self.peers[component.index()];
         peer.doubtful = true;
         match peer.process {
             Some(process) => process.kill(),
             // On another host all one can do is ask; one the registry does not know is not there.
-            None if peer.entry.is_some() || !registry => self.send(component, &Command::Terminate),
+            None if peer.entry.is_some() || !registry => {
+                self.send_command(component, &Command::Terminate)
+            }
             None => {}
         }
     }
 
-    fn follow_registry(&mut self, change: Change) -> Vec<Event> {
+    fn follow_registry(&mut self, change: Change) -> Vec<ControllerEvent> {
         match change {
             Change::Appeared(entry) => {
                 if let Some(component) = self.plan.component_named(&entry.name) {
@@ -154,7 +158,7 @@ impl Hub {
                     }
                     peer.entry = Some(entry);
                     if !(same && (peer.connecting || peer.connection.is_some())) {
-                        self.connect(component);
+                        self.begin_connecting(component);
                     }
                 }
             }
@@ -164,7 +168,7 @@ impl Hub {
                     if peer.entry.as_ref().is_some_and(|old| old.instance == entry.instance) {
                         (peer.entry, peer.retry_at) = (None, None);
                     }
-                    return self.ended(component).into_iter().collect();
+                    return self.take_ended(component).into_iter().collect();
                 }
             }
             Change::RegistryLost => self.registry = false,
@@ -174,7 +178,7 @@ impl Hub {
     }
 
     /// Connects on a thread of its own: a stopped process never answers.
-    fn connect(&mut self, component: ComponentId) {
+    fn begin_connecting(&mut self, component: ComponentId) {
         self.attempts += 1;
         let (attempt, inputs) = (self.attempts, self.inputs.clone());
         let peer = &mut self.peers[component.index()];
@@ -188,13 +192,13 @@ impl Hub {
             let answers = inputs.clone();
             let sink = move |event| {
                 let _ = announced.recv();
-                let _ = answers.send(Input::Control { attempt, component, event });
+                let _ = answers.send(ExecutiveInput::Control { attempt, component, event });
             };
             let made = ControlConnection::connect(&entry, Role::Executive, "executive", sink);
             if let Err(error) = &made {
                 tracing::debug!(component = entry.name.as_str(), "not reached: {error}");
             }
-            let _ = inputs.send(Input::Connected { attempt, component, made: made.ok() });
+            let _ = inputs.send(ExecutiveInput::Connected { attempt, component, made: made.ok() });
             drop(announce);
         };
         let spawned = std::thread::Builder::new().name("connect".into()).spawn(connecting);
@@ -205,12 +209,12 @@ impl Hub {
         }
     }
 
-    fn connected(
+    fn take_connection(
         &mut self,
         attempt: u64,
         component: ComponentId,
         made: Option<ControlConnection>,
-    ) -> Option<Event> {
+    ) -> Option<ControllerEvent> {
         let here = &self.host;
         let peer = &mut self.peers[component.index()];
         if peer.attempt != attempt {
@@ -219,15 +223,15 @@ impl Hub {
         peer.connecting = false;
         let entry = peer.entry.as_ref()?;
         let predecessor = peer.process.filter(|_| peer.instance != entry.instance);
-        let made = made.filter(|_| !predecessor.is_some_and(Process::lives));
+        let made = made.filter(|_| !predecessor.is_some_and(ProcessStart::lives));
         let Some(connection) = made else {
             peer.retry_at = Some(Instant::now() + RETRY);
             return None;
         };
         peer.connection = Some(connection);
         (peer.instance, peer.doubtful) = (entry.instance, false);
-        peer.process = (entry.host == *here).then(|| Process::find(entry.pid)).flatten();
-        Some(Event::Appeared { component, instance: entry.instance })
+        peer.process = (entry.host == *here).then(|| ProcessStart::find(entry.pid)).flatten();
+        Some(ControllerEvent::Appeared { component, instance: entry.instance })
     }
 
     fn take_control_event(
@@ -235,7 +239,7 @@ impl Hub {
         attempt: u64,
         component: ComponentId,
         event: ControlEvent,
-    ) -> Option<Event> {
+    ) -> Option<ControllerEvent> {
         let peer = &mut self.peers[component.index()];
         if peer.attempt != attempt {
             return None;
@@ -248,13 +252,13 @@ impl Hub {
                 tracing::debug!(component = name.as_str(), "the connection has ended: {reason}");
                 (peer.connection, peer.doubtful) = (None, true);
                 peer.retry_at = peer.entry.is_some().then(|| Instant::now() + RETRY);
-                self.ended(component).or(Some(Event::Lost { component, instance }))
+                self.take_ended(component).or(Some(ControllerEvent::Lost { component, instance }))
             }
         }
     }
 
     /// Returns, once, that a process in doubt has ended, if that is certain.
-    fn ended(&mut self, component: ComponentId) -> Option<Event> {
+    fn take_ended(&mut self, component: ComponentId) -> Option<ControllerEvent> {
         let registry = self.registry;
         let peer = &mut self.peers[component.index()];
         let certain = match peer.process {
@@ -267,11 +271,11 @@ impl Hub {
         }
         (peer.doubtful, peer.connection) = (false, None);
         let instance = (peer.instance != 0).then_some(peer.instance);
-        Some(Event::Gone { component, instance })
+        Some(ControllerEvent::Gone { component, instance })
     }
 }
 
-fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Event> {
+fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<ControllerEvent> {
     Some(match answer {
         Answer::State { state, activation, controllable } => {
             let doing = match state {
@@ -280,15 +284,15 @@ fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Eve
                 // One that has finished has not come to rest yet.
                 RunState::Active | RunState::Done | RunState::Failed => Doing::Active,
             };
-            Event::StateReported { component, instance, doing, activation, controllable }
+            ControllerEvent::StateReported { component, instance, doing, activation, controllable }
         }
         Answer::Report { report: serial, activation, outcome } => {
             let report = match outcome {
-                ReportKind::Done => Report::Done,
-                ReportKind::Failed { reason } => Report::Failed { reason },
-                ReportKind::Event { name, value } => Report::Event { name, value },
+                ReportKind::Done => ComponentReport::Done,
+                ReportKind::Failed { reason } => ComponentReport::Failed { reason },
+                ReportKind::Event { name, value } => ComponentReport::Event { name, value },
             };
-            Event::Reported { component, instance, serial, activation, report }
+            ControllerEvent::Reported { component, instance, serial, activation, report }
         }
         Answer::Status { .. } | Answer::Beat { .. } | Answer::Ordered { .. } => return None,
     })

@@ -1,6 +1,6 @@
 //! An order as it arrives from an operator.
 
-use crate::order::{Giver, Order};
+use crate::order::{Giver, MissionOrder};
 use armor_sdk::orders;
 
 /// An order as it arrives.
@@ -15,7 +15,7 @@ pub struct IncomingOrder {
     /// Whether to take the command over from its holder.
     pub take: bool,
     /// What is to be done.
-    pub order: Order,
+    pub order: MissionOrder,
 }
 
 impl From<orders::GivenOrder> for IncomingOrder {

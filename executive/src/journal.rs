@@ -1,13 +1,12 @@
-//! The journal on disk: one JSON object a line, synced before anything is done about it.
+//! The journal on disk: one JSON object per line, synced before it is acted upon.
 //!
-//! A line cut off by a crash was never acted upon and is dropped when the journal is opened again.
-//! The first line of every life of the executive says where its clock stands, so that timeouts go
-//! on through a restart of the process; after a restart of the machine, time goes on where the
-//! last record left it. A journal that has grown long is cut: one record that says all that was
-//! decided takes the place of those before it. Killed at any moment, the old one or the new one
-//! is there, whole.
+//! A line that a crash cut off was never acted upon, and is dropped when the journal is opened again.
+//! The first line of every life of the executive holds the state of its clock, so that timeouts keep
+//! running through a restart of the process; after a restart of the machine, time continues from the
+//! last record. A journal that has grown long is cut: one snapshot record replaces those before it. An
+//! executive that is killed at any moment leaves the old journal or the new one, whole.
 
-use crate::record::{Entry, Record};
+use crate::record::{JournalEntry, JournalRecord};
 use armor_files::{Durability, PendingFile, SaveError};
 use armor_plan::Version;
 use serde::{Deserialize, Serialize};
@@ -73,9 +72,9 @@ pub struct Anchor {
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Line {
+enum JournalLine {
     Life { life: Life },
-    Record(Record),
+    Record(JournalRecord),
 }
 
 /// A journal, open for writing.
@@ -94,7 +93,7 @@ pub struct Journal {
 #[derive(Debug, Default)]
 pub struct Story {
     /// Everything decided so far.
-    pub records: Vec<Record>,
+    pub records: Vec<JournalRecord>,
     /// The last life, if there was one.
     pub life: Option<Life>,
 }
@@ -103,7 +102,7 @@ impl Story {
     /// Whether a mission has begun in it and is not over.
     pub fn is_unfinished(&self) -> bool {
         let last = self.records.last();
-        last.is_some_and(|record| !matches!(record.entry, Entry::Ended { .. }))
+        last.is_some_and(|record| !matches!(record.entry, JournalEntry::Ended { .. }))
     }
 
     /// Whether nothing at all is in it, not even what [`rest`] writes.
@@ -114,7 +113,7 @@ impl Story {
     /// How many records there were ever, those included that one took the place of.
     pub fn told(&self) -> u64 {
         match self.records.first() {
-            Some(Record { entry: Entry::Snapshot(snapshot), .. }) => {
+            Some(JournalRecord { entry: JournalEntry::Snapshot(snapshot), .. }) => {
                 snapshot.records + self.records.len() as u64 - 1
             }
             _ => self.records.len() as u64,
@@ -137,8 +136,8 @@ pub fn read(path: &Path) -> Result<Story, JournalError> {
     parse(path, &bytes[..whole_len(&bytes)])
 }
 
-/// Says that nothing runs until the next life begins, in which time then goes on from the last
-/// record. Makes the journal if it is not there: who finds none afterwards knows that it was lost.
+/// Notes that no executive runs until the next life begins; time then continues from the last record.
+/// Creates the journal if it is missing, so that one missing later is known to be lost.
 ///
 /// # Errors
 /// If it cannot be read or written, or is not a journal.
@@ -188,14 +187,13 @@ impl Journal {
         self.len > limit && self.len > 2 * self.cut_len
     }
 
-    /// Puts `record`, which says all that was decided, in the place of all that was written. It is
-    /// on disk afterwards.
+    /// Replaces the content by `record`, a snapshot of all that was decided. It is on disk afterwards.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn cut(&mut self, life: Life, record: Record) -> Result<(), JournalError> {
+    pub fn cut(&mut self, life: Life, record: JournalRecord) -> Result<(), JournalError> {
         let mut text = Vec::new();
-        for line in [Line::Life { life }, Line::Record(record)] {
+        for line in [JournalLine::Life { life }, JournalLine::Record(record)] {
             serde_json::to_writer(&mut text, &line).map_err(|e| self.failed(e.into()))?;
             text.push(b'\n');
         }
@@ -214,15 +212,15 @@ impl Journal {
     /// # Errors
     /// If it cannot be written.
     pub fn begin(&mut self, life: Life) -> Result<(), JournalError> {
-        self.line(&Line::Life { life })
+        self.line(&JournalLine::Life { life })
     }
 
     /// Adds a record; it is on disk after [`Self::sync`].
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn write(&mut self, record: Record) -> Result<(), JournalError> {
-        self.line(&Line::Record(record))
+    pub fn write(&mut self, record: JournalRecord) -> Result<(), JournalError> {
+        self.line(&JournalLine::Record(record))
     }
 
     /// Waits until all that was written is on disk.
@@ -236,7 +234,7 @@ impl Journal {
         Ok(())
     }
 
-    fn line(&mut self, line: &Line) -> Result<(), JournalError> {
+    fn line(&mut self, line: &JournalLine) -> Result<(), JournalError> {
         let mut text = serde_json::to_vec(line).map_err(|e| self.failed(io::Error::other(e)))?;
         text.push(b'\n');
         self.unsynced = true;
@@ -265,18 +263,18 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
         }
         let wrong = |error| JournalError::Line { path: path.to_owned(), line: index + 1, error };
         match serde_json::from_slice(line).map_err(wrong)? {
-            Line::Life { life } => story.life = Some(life),
-            Line::Record(record) => story.records.push(record),
+            JournalLine::Life { life } => story.life = Some(life),
+            JournalLine::Record(record) => story.records.push(record),
         }
     }
     Ok(story)
 }
 
 /// The version of the file that a journal began with; none in one that does not hold it.
-pub fn began_with(records: &[Record]) -> Option<&Version> {
+pub fn began_with(records: &[JournalRecord]) -> Option<&Version> {
     match &records.first()?.entry {
-        Entry::Began { version, .. } if !version.files.is_empty() => Some(version),
-        Entry::Snapshot(it) if !it.began.files.is_empty() => Some(&it.began),
+        JournalEntry::Began { version, .. } if !version.files.is_empty() => Some(version),
+        JournalEntry::Snapshot(it) if !it.began.files.is_empty() => Some(&it.began),
         _ => None,
     }
 }
@@ -293,8 +291,8 @@ pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration)
     (Life { boot: boot.to_owned(), zero_ns, anchor: None }, now.max(last))
 }
 
-/// The same where mission time follows data: it goes on from the last record, or from where the last
-/// life tied it to the data if whoever gives that has not been restarted.
+/// The same where mission time follows data: it continues from the last record, or from the anchor of the
+/// last life if the source of the data has not been restarted.
 pub fn followed_clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
     let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
     let anchor = story.life.as_ref().and_then(|life| life.anchor);
@@ -308,17 +306,17 @@ fn signed(duration: Duration) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terms::{Cause, GuardTurned, Outcome, Report, Tokens, ValueSet};
+    use crate::terms::{Cause, ComponentReport, GuardTurned, MissionOutcome, Tokens, ValueSet};
 
-    fn records() -> Vec<Record> {
+    fn records() -> Vec<JournalRecord> {
         let tokens = vec![Tokens { place: "p".to_owned(), tokens: 2 }];
         let entries = [
-            Entry::Began {
+            JournalEntry::Began {
                 mission: "m".to_owned(),
                 fingerprint: "f".to_owned(),
                 version: Version::default(),
             },
-            Entry::Took {
+            JournalEntry::Took {
                 firing: 1,
                 cause: Cause::Transition("t".to_owned()),
                 from: tokens.clone(),
@@ -327,16 +325,16 @@ mod tests {
                 sets: vec![ValueSet { variable: "n".to_owned(), value: -2 }],
                 guards: vec![GuardTurned { transition: "u".to_owned(), holds: true }],
             },
-            Entry::Heard {
+            JournalEntry::Heard {
                 component: "c".to_owned(),
                 instance: u64::MAX,
                 serial: 3,
-                report: Report::Event { name: "seen".to_owned(), value: 2.0 },
+                report: ComponentReport::Event { name: "seen".to_owned(), value: 2.0 },
             },
-            Entry::Put { firing: 1 },
+            JournalEntry::Put { firing: 1 },
         ];
         let at = |index: u64| Duration::from_nanos(index * 1_000_000_007);
-        (0..).zip(entries).map(|(index, entry)| Record { at: at(index), entry }).collect()
+        (0..).zip(entries).map(|(index, entry)| JournalRecord { at: at(index), entry }).collect()
     }
 
     #[test]
@@ -394,7 +392,10 @@ mod tests {
         let last = story.records.last().unwrap().at;
         assert_eq!(clock(&story, "boot", 160 * second).1, last);
 
-        let over = Record { at: last, entry: Entry::Ended { outcome: Outcome::Goal } };
+        let over = JournalRecord {
+            at: last,
+            entry: JournalEntry::Ended { outcome: MissionOutcome::Goal },
+        };
         let (mut journal, _) = Journal::open(&path).unwrap();
         journal.write(over).unwrap();
         journal.sync().unwrap();
@@ -406,12 +407,12 @@ mod tests {
     #[test]
     fn a_report_of_any_value_is_read_back() {
         for value in [0.1, -1e300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let report = Report::Event { name: "seen".to_owned(), value };
+            let report = ComponentReport::Event { name: "seen".to_owned(), value };
             let component = "c".to_owned();
-            let entry = Entry::Heard { component, instance: 1, serial: 1, report };
-            let record = Record { at: Duration::ZERO, entry };
+            let entry = JournalEntry::Heard { component, instance: 1, serial: 1, report };
+            let record = JournalRecord { at: Duration::ZERO, entry };
             let line = serde_json::to_string(&record).unwrap();
-            let again: Record = serde_json::from_str(&line).unwrap();
+            let again: JournalRecord = serde_json::from_str(&line).unwrap();
             assert_eq!(format!("{again:?}"), format!("{record:?}"), "{line}");
         }
     }
@@ -448,7 +449,7 @@ mod tests {
         let second = Duration::from_secs(1);
         let (life, now) = clock(&Story::default(), "boot", 100 * second);
         assert_eq!(now, Duration::ZERO);
-        let record = Record { at: 5 * second, entry: Entry::Put { firing: 1 } };
+        let record = JournalRecord { at: 5 * second, entry: JournalEntry::Put { firing: 1 } };
         let story = Story { records: vec![record], life: Some(life) };
         assert_eq!(clock(&story, "boot", 130 * second).1, 30 * second);
         assert_eq!(clock(&story, "another", 2 * second).1, 5 * second);

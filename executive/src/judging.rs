@@ -1,9 +1,9 @@
 //! Whether a new version of the file can be played, and is safe from where the mission stands: pure
 //! functions that take their time, to be called on a thread of their own.
 
-use crate::answer::{Answer, Found, Offer};
-use crate::event::Event;
-use crate::wall_clock::unkept;
+use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
+use crate::event::ControllerEvent;
+use crate::wall_clock::describe_doubts;
 use armor_plan::{Plan, Stand, Version, in_words};
 use armor_proof::prove_from_here;
 use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differences};
@@ -15,7 +15,7 @@ const PROOF_WITHIN: Duration = Duration::from_secs(5);
 
 /// What the controller wants to know of a new version.
 #[derive(Clone, Debug)]
-pub enum Question {
+pub enum VersionQuestion {
     /// Whether it can be played by the components that run.
     Read {
         /// Names the answer.
@@ -38,28 +38,28 @@ pub enum Question {
     },
 }
 
-impl Question {
+impl VersionQuestion {
     /// Finds the answer; that of a proof may take seconds. `clock_doubts` returns why the host's clock
     /// may not be right; it is called for a version that brings the first dates.
-    pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> Event {
-        Event::Answered(match self {
+    pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> ControllerEvent {
+        ControllerEvent::Answered(match self {
             Self::Read { serial, version, running } => {
                 let found = running.read_next(version).and_then(|plan| {
                     let first_dates = plan.has_dates() && !running.has_dates();
                     match first_dates.then(clock_doubts).flatten() {
-                        Some(doubts) => Err(unkept(&doubts)),
-                        None => Ok(Offer {
-                            changes: changes(running.version(), version),
+                        Some(doubts) => Err(describe_doubts(&doubts)),
+                        None => Ok(VersionOffer {
+                            changes: describe_changes(running.version(), version),
                             plan: Arc::new(plan),
                         }),
                     }
                 });
-                Answer { serial: *serial, found: Found::Read(found) }
+                VersionAnswer { serial: *serial, found: VersionFinding::Read(found) }
             }
             Self::Prove { serial, running, next, stand } => {
-                let verdict = judge(running, next, stand);
-                let found = Found::Proven { stand: stand.clone(), verdict };
-                Answer { serial: *serial, found }
+                let verdict = judge_version(running, next, stand);
+                let found = VersionFinding::Proven { stand: stand.clone(), verdict };
+                VersionAnswer { serial: *serial, found }
             }
         })
     }
@@ -78,14 +78,14 @@ pub struct MoveQuestion {
 
 impl MoveQuestion {
     /// Finds the answer, which may take seconds.
-    pub fn answer(&self) -> Event {
+    pub fn answer(&self) -> ControllerEvent {
         let verdict = judge_move(&self.plan, &self.before, &self.after);
-        Event::MoveJudged { serial: self.serial, verdict }
+        ControllerEvent::MoveJudged { serial: self.serial, verdict }
     }
 }
 
 /// What is not as before, as far as both can be read.
-fn changes(before: &Version, after: &Version) -> Vec<String> {
+fn describe_changes(before: &Version, after: &Version) -> Vec<String> {
     match (before.configuration(), after.configuration()) {
         (Ok(before), Ok(after)) => {
             differences(&before, &after).iter().map(ToString::to_string).collect()
@@ -95,7 +95,7 @@ fn changes(before: &Version, after: &Version) -> Vec<String> {
 }
 
 /// Whether nothing bad follows from a marking that does not follow from it already as things are.
-fn judge(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
+fn judge_version(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
     let configuration = next.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, next, stand.clone());
     if found.is_empty() {

@@ -15,8 +15,8 @@ pub(crate) mod stage;
 mod transfer;
 
 use crate::order::Judged;
-use crate::record::{Entry, Record};
-use crate::terms::{Cause, GuardTurned, Outcome, Tokens, ValueSet};
+use crate::record::{JournalEntry, JournalRecord};
+use crate::terms::{Cause, GuardTurned, MissionOutcome, Tokens, ValueSet};
 use armor_petri::{Class, PlaceId, State, TransitionId};
 use armor_plan::{ComponentId, DatePhase, GivenValue, Plan, PlannedCounter};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -33,7 +33,7 @@ pub(crate) use comparison::check_same;
 pub use error::LedgerError;
 pub use firing::{Firing, Phase};
 pub(crate) use gates::DateState;
-pub use stage::Stage;
+pub use stage::MissionStage;
 
 /// How many of the last transitions fired are remembered, for people to look at.
 const HISTORY: usize = 20;
@@ -50,7 +50,7 @@ pub struct Ledger {
     /// The values of the variables that transitions set.
     counters: Vec<i64>,
     gates: Gates,
-    stage: Stage,
+    stage: MissionStage,
     authority: Authority,
     last_firing: u64,
     last_activation: u64,
@@ -84,7 +84,7 @@ impl Ledger {
             standing: BTreeMap::new(),
             counters: plan.counters().iter().map(|counter| counter.counts.initial).collect(),
             gates: Gates::new(&plan),
-            stage: Stage::Playing,
+            stage: MissionStage::Playing,
             authority: Authority::default(),
             last_firing: 0,
             last_activation: 0,
@@ -102,7 +102,7 @@ impl Ledger {
     ///
     /// # Errors
     /// At the first record that does not fit.
-    pub fn replay(plan: Arc<Plan>, records: &[Record]) -> Result<Self, LedgerError> {
+    pub fn replay(plan: Arc<Plan>, records: &[JournalRecord]) -> Result<Self, LedgerError> {
         let mut ledger = Self::new(plan);
         for record in records {
             ledger.apply(record)?;
@@ -114,8 +114,8 @@ impl Ledger {
     ///
     /// # Errors
     /// If it does not fit; the ledger is not to be used further then.
-    pub fn apply(&mut self, record: &Record) -> Result<(), LedgerError> {
-        if let Entry::Snapshot(snapshot) = &record.entry {
+    pub fn apply(&mut self, record: &JournalRecord) -> Result<(), LedgerError> {
+        if let JournalEntry::Snapshot(snapshot) = &record.entry {
             *self = Self::from_snapshot(Arc::clone(&self.plan), snapshot, record.at)?;
             return Ok(());
         }
@@ -123,49 +123,55 @@ impl Ledger {
         self.at = self.at.max(record.at);
         self.state.advance(self.at);
         match &record.entry {
-            Entry::Snapshot(_) => {}
-            Entry::Began { mission, fingerprint, .. } => {
+            JournalEntry::Snapshot(_) => {}
+            JournalEntry::Began { mission, fingerprint, .. } => {
                 self.check_mission(mission, fingerprint)?
             }
-            Entry::Changed { version, fingerprint, .. } => self.change(version, fingerprint)?,
-            Entry::Refused { .. } => {}
-            Entry::Took { firing, cause, from, to, sets, guards, .. } => {
-                self.took(*firing, cause, from, to)?;
+            JournalEntry::Changed { version, fingerprint, .. } => {
+                self.take_version(version, fingerprint)?
+            }
+            JournalEntry::Refused { .. } => {}
+            JournalEntry::Took { firing, cause, from, to, sets, guards, .. } => {
+                self.begin_firing(*firing, cause, from, to)?;
                 self.set_values(sets, guards)?;
             }
-            Entry::Stopped { firing } => {
+            JournalEntry::Stopped { firing } => {
                 let at = self.at;
                 let firing = self.firing_mut(*firing)?;
                 (firing.phase, firing.since) = (Phase::Starting, at);
             }
-            Entry::Activating { component, activation, values } => {
-                self.activating(self.component(component)?, *activation, values);
+            JournalEntry::Activating { component, activation, values } => {
+                self.begin_activation(self.find_component(component)?, *activation, values);
             }
-            Entry::Redirected { firing, to, .. } => self.redirected(*firing, to)?,
-            Entry::Put { firing } => self.put(*firing)?,
-            Entry::Heard { component, instance, serial, report } => {
-                self.heard(self.component(component)?, (*instance, *serial), report);
+            JournalEntry::Redirected { firing, to, .. } => self.redirect_firing(*firing, to)?,
+            JournalEntry::Put { firing } => self.put_tokens(*firing)?,
+            JournalEntry::Heard { component, instance, serial, report } => {
+                self.take_report(self.find_component(component)?, (*instance, *serial), report);
             }
-            Entry::Ordered(judged) => self.order(judged)?,
-            Entry::Asked { transition } => self.set_consent(transition, Consent::Asked(self.at))?,
-            Entry::Unanswered { transition, fires: true } => {
+            JournalEntry::Ordered(judged) => self.carry_out(judged)?,
+            JournalEntry::Asked { transition } => {
+                self.set_consent(transition, Consent::Asked(self.at))?
+            }
+            JournalEntry::Unanswered { transition, fires: true } => {
                 self.set_consent(transition, Consent::Granted)?;
             }
-            Entry::Unanswered { transition, fires: false } => {
+            JournalEntry::Unanswered { transition, fires: false } => {
                 self.set_consent(transition, Consent::Declined)?;
             }
-            Entry::LinkLost { .. } => self.authority.lose_link(self.at),
-            Entry::Held { .. } => self.hold("the executive"),
-            Entry::Guard { transition, holds, .. } => self.set_guard(transition, *holds)?,
-            Entry::Dated { transition, phase, .. } => self.set_date_phase(transition, *phase)?,
-            Entry::Retreated { why } => self.retreated(why),
-            Entry::GaveUp { why } => {
+            JournalEntry::LinkLost { .. } => self.authority.lose_link(self.at),
+            JournalEntry::Held { .. } => self.begin_pause("the executive"),
+            JournalEntry::Guard { transition, holds, .. } => self.set_guard(transition, *holds)?,
+            JournalEntry::Dated { transition, phase, .. } => {
+                self.set_date_phase(transition, *phase)?
+            }
+            JournalEntry::Retreated { why } => self.begin_retreat(why),
+            JournalEntry::GaveUp { why } => {
                 self.why.clone_from(why);
                 self.firings.clear();
-                self.stage = Stage::Ending(Outcome::Failed);
+                self.stage = MissionStage::Ending(MissionOutcome::Failed);
                 self.end_pause();
             }
-            Entry::Ended { outcome } => self.stage = Stage::Ended(*outcome),
+            JournalEntry::Ended { outcome } => self.stage = MissionStage::Ended(*outcome),
         }
         self.forget_what_no_longer_counts();
         let state = &self.state;
@@ -189,7 +195,7 @@ impl Ledger {
     }
 
     /// Returns the stage of the mission as a whole.
-    pub fn stage(&self) -> Stage {
+    pub fn stage(&self) -> MissionStage {
         self.stage
     }
 
@@ -297,8 +303,8 @@ impl Ledger {
     }
 
     /// Whether a marked place or a firing in flight needs the component.
-    pub(crate) fn supports(&self, component: ComponentId) -> bool {
-        self.marks(component)
+    pub(crate) fn is_needed(&self, component: ComponentId) -> bool {
+        self.is_marked(component)
             || self.firings.values().any(|f| self.plan.activates(&f.to, component))
     }
 
@@ -338,7 +344,7 @@ impl Ledger {
         self.values_with(component, &[], None)
     }
 
-    fn marks(&self, component: ComponentId) -> bool {
+    fn is_marked(&self, component: ComponentId) -> bool {
         let places = &self.plan.component(component).places;
         places.iter().any(|place| self.state.tokens(*place) > 0)
     }
@@ -362,17 +368,17 @@ impl Ledger {
         })
     }
 
-    fn took(
+    fn begin_firing(
         &mut self,
         number: u64,
         cause: &Cause,
         from: &[Tokens],
         to: &[Tokens],
     ) -> Result<(), LedgerError> {
-        let (from, to) = (self.resolved(from)?, self.resolved(to)?);
+        let (from, to) = (self.resolve_tokens(from)?, self.resolve_tokens(to)?);
         let mut leaving: BTreeSet<_> = from.iter().map(|arc| arc.0).collect();
         match cause {
-            Cause::Transition(name) => self.take(name)?,
+            Cause::Transition(name) => self.take_tokens(name)?,
             Cause::Start | Cause::Retreat => leaving = self.plan.place_ids().collect(),
             Cause::Failure { place, .. } => {
                 for &(from, tokens) in &from {
@@ -397,8 +403,8 @@ impl Ledger {
         Ok(())
     }
 
-    fn take(&mut self, name: &str) -> Result<(), LedgerError> {
-        let id = self.transition(name)?;
+    fn take_tokens(&mut self, name: &str) -> Result<(), LedgerError> {
+        let id = self.find_transition(name)?;
         let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
         self.state.take(id).map_err(refused)?;
         self.authority.forget_consent(id);
@@ -420,14 +426,14 @@ impl Ledger {
     }
 
     fn set_guard(&mut self, name: &str, is_true: bool) -> Result<(), LedgerError> {
-        let id = self.transition(name)?;
+        let id = self.find_transition(name)?;
         self.gates.set_guard(id, is_true);
         self.set_gate(id);
         Ok(())
     }
 
-    fn redirected(&mut self, number: u64, to: &[Tokens]) -> Result<(), LedgerError> {
-        let (to, at) = (self.resolved(to)?, self.at);
+    fn redirect_firing(&mut self, number: u64, to: &[Tokens]) -> Result<(), LedgerError> {
+        let (to, at) = (self.resolve_tokens(to)?, self.at);
         let renewing = self.to_renew(&to, Some(number));
         let firing = self.firing_mut(number)?;
         firing.leaving.extend(firing.to.iter().map(|arc| arc.0));
@@ -436,7 +442,7 @@ impl Ledger {
         Ok(())
     }
 
-    fn put(&mut self, number: u64) -> Result<(), LedgerError> {
+    fn put_tokens(&mut self, number: u64) -> Result<(), LedgerError> {
         let firing = self.firings.remove(&number).ok_or(LedgerError::UnknownFiring(number))?;
         for &(place, tokens) in &firing.to {
             let what = || self.plan.net().place(place).to_owned();
@@ -449,20 +455,20 @@ impl Ledger {
             (activation.done, activation.failed, activation.interrupted) = (false, None, false);
             self.forget_reports_of(component);
         }
-        self.conclude();
+        self.conclude_if_ended();
         Ok(())
     }
 
-    fn retreated(&mut self, why: &str) {
+    fn begin_retreat(&mut self, why: &str) {
         self.why = why.to_owned();
         self.firings.clear();
         self.state.clear();
         self.end_pause();
         let Some(safe) = self.plan.safe() else {
-            self.stage = Stage::Ending(Outcome::Failed);
+            self.stage = MissionStage::Ending(MissionOutcome::Failed);
             return;
         };
-        self.stage = Stage::Retreating;
+        self.stage = MissionStage::Retreating;
         self.last_firing += 1;
         let to = vec![(safe, 1)];
         let firing = Firing {
@@ -480,19 +486,19 @@ impl Ledger {
         self.firings.insert(self.last_firing, firing);
     }
 
-    fn resolved(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
-        tokens.iter().map(|it| Ok((self.place(&it.place)?, it.tokens))).collect()
+    fn resolve_tokens(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
+        tokens.iter().map(|it| Ok((self.find_place(&it.place)?, it.tokens))).collect()
     }
 
-    fn place(&self, name: &str) -> Result<PlaceId, LedgerError> {
+    fn find_place(&self, name: &str) -> Result<PlaceId, LedgerError> {
         self.plan.place_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
-    fn transition(&self, name: &str) -> Result<TransitionId, LedgerError> {
+    fn find_transition(&self, name: &str) -> Result<TransitionId, LedgerError> {
         self.plan.transition_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
-    fn component(&self, name: &str) -> Result<ComponentId, LedgerError> {
+    fn find_component(&self, name: &str) -> Result<ComponentId, LedgerError> {
         self.plan.component_named(name).ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
     }
 
@@ -501,24 +507,24 @@ impl Ledger {
     }
 
     /// Over, if the goal or the safe place is marked. A pause puts that off, but for safety.
-    fn conclude(&mut self) {
+    fn conclude_if_ended(&mut self) {
         let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
         if marked(self.plan.safe()) {
-            self.stage = Stage::Ending(Outcome::Safe);
+            self.stage = MissionStage::Ending(MissionOutcome::Safe);
         } else if marked(self.plan.goal())
-            && self.stage == Stage::Playing
+            && self.stage == MissionStage::Playing
             && self.authority.pause.is_none()
         {
-            self.stage = Stage::Ending(Outcome::Goal);
+            self.stage = MissionStage::Ending(MissionOutcome::Goal);
         }
-        if self.stage != Stage::Playing {
+        if self.stage != MissionStage::Playing {
             self.firings.clear();
             self.end_pause();
         }
     }
 
     fn set_date_phase(&mut self, name: &str, phase: DatePhase) -> Result<(), LedgerError> {
-        let id = self.transition(name)?;
+        let id = self.find_transition(name)?;
         self.gates.set_date_phase(id, phase);
         self.set_gate(id);
         Ok(())

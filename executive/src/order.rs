@@ -18,7 +18,7 @@ pub struct Giver {
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Order {
+pub enum MissionOrder {
     /// Hold the command.
     Lease,
     /// Give it back.
@@ -32,7 +32,7 @@ pub enum Order {
     /// Go to the safe place.
     Safe,
     /// Move tokens, all of them in one step.
-    Move(Vec<TokenMove>),
+    Move(Vec<MovedTokens>),
     /// Let a transition fire that asks.
     Confirm(String),
     /// Do not let it.
@@ -43,7 +43,7 @@ pub enum Order {
 
 /// Tokens to be moved.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TokenMove {
+pub struct MovedTokens {
     /// The place that loses them.
     pub from: String,
     /// The place that gets them.
@@ -62,21 +62,21 @@ pub struct Judged {
     /// Whether the command was to be taken over.
     pub take: bool,
     /// What was to be done.
-    pub order: Order,
+    pub order: MissionOrder,
     /// Whether it is done.
     pub accepted: bool,
     /// What follows from it, or why it is refused.
     pub text: String,
 }
 
-impl Order {
+impl MissionOrder {
     /// Whether any operator may give it, not only the holder of the lease.
     pub fn is_open_to_all(&self) -> bool {
         matches!(self, Self::Pause | Self::Safe)
     }
 }
 
-impl From<control::Order> for Order {
+impl From<control::Order> for MissionOrder {
     fn from(order: control::Order) -> Self {
         use control::Order as Given;
         match order {
@@ -87,7 +87,7 @@ impl From<control::Order> for Order {
             Given::Resume => Self::Resume,
             Given::Safe => Self::Safe,
             Given::Move { moves } => {
-                let kept = |it: control::TokenMove| TokenMove {
+                let kept = |it: control::TokenMove| MovedTokens {
                     from: it.from,
                     to: it.to,
                     tokens: it.tokens,
@@ -101,7 +101,7 @@ impl From<control::Order> for Order {
     }
 }
 
-impl fmt::Display for Order {
+impl fmt::Display for MissionOrder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Lease => f.write_str("take the command"),
@@ -111,7 +111,7 @@ impl fmt::Display for Order {
             Self::Resume => f.write_str("resume"),
             Self::Safe => f.write_str("safe"),
             Self::Move(moves) => {
-                let one = |it: &TokenMove| match it.tokens {
+                let one = |it: &MovedTokens| match it.tokens {
                     1 => format!("{} -> {}", it.from, it.to),
                     tokens => format!("{tokens} {} -> {}", it.from, it.to),
                 };

@@ -4,21 +4,21 @@ use rustix::process::{Pid, Signal, kill_process};
 
 /// One process start, distinguished from any later one with the same number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Process {
+pub(crate) struct ProcessStart {
     pid: i32,
     started: u64,
 }
 
-impl Process {
+impl ProcessStart {
     /// The process that has this number now, if there is one.
     pub(crate) fn find(pid: u32) -> Option<Self> {
         let pid = i32::try_from(pid).ok()?;
-        Some(Self { pid, started: started(pid)? })
+        Some(Self { pid, started: start_of(pid)? })
     }
 
     /// Whether it has not ended. One that only waits to be reaped has.
     pub(crate) fn lives(self) -> bool {
-        started(self.pid) == Some(self.started)
+        start_of(self.pid) == Some(self.started)
     }
 
     /// Ends it, whether it wants or not.
@@ -33,7 +33,7 @@ impl Process {
 }
 
 /// When a process started, in clock ticks since the start of the machine, if it has not ended.
-fn started(pid: i32) -> Option<u64> {
+fn start_of(pid: i32) -> Option<u64> {
     alive_since(&std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?)
 }
 
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn a_killed_process_no_longer_lives_even_before_it_is_reaped() {
         let mut child = std::process::Command::new("sleep").arg("100").spawn().unwrap();
-        let process = Process::find(child.id()).unwrap();
+        let process = ProcessStart::find(child.id()).unwrap();
         assert!(process.lives());
         process.kill();
         let deadline = std::time::Instant::now() + std::time::Duration::from_secs(10);
@@ -79,6 +79,6 @@ mod tests {
         }
         child.wait().unwrap();
         assert!(!process.lives());
-        assert_eq!(Process::find(u32::MAX), None);
+        assert_eq!(ProcessStart::find(u32::MAX), None);
     }
 }

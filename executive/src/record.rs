@@ -2,8 +2,8 @@
 //! person can read it and a changed file cannot be mistaken for the old one.
 
 use crate::order::Judged;
-use crate::snapshot::Snapshot;
-use crate::terms::{Cause, GuardTurned, Outcome, Report, Tokens, ValueSet};
+use crate::snapshot::LedgerSnapshot;
+use crate::terms::{Cause, ComponentReport, GuardTurned, MissionOutcome, Tokens, ValueSet};
 use armor_plan::{DatePhase, GivenValue, Version};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -11,10 +11,9 @@ use std::time::Duration;
 /// One thing decided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "entry", rename_all = "kebab-case")]
-pub enum Entry {
-    /// All that was decided so far, in the place of the records that said so; the first of a
-    /// journal that was cut.
-    Snapshot(Box<Snapshot>),
+pub enum JournalEntry {
+    /// All that was decided so far, in place of the records before; the first of a journal that was cut.
+    Snapshot(Box<LedgerSnapshot>),
     /// A mission begins; the first of every journal that was not cut.
     Began {
         /// Its name.
@@ -98,7 +97,7 @@ pub enum Entry {
         /// Its number in that process.
         serial: u64,
         /// What.
-        report: Report,
+        report: ComponentReport,
     },
     /// An operator's order has been judged; what follows from an accepted one is done with it.
     Ordered(Judged),
@@ -157,19 +156,19 @@ pub enum Entry {
     /// The end.
     Ended {
         /// How.
-        outcome: Outcome,
+        outcome: MissionOutcome,
     },
 }
 
 /// One line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct JournalRecord {
     /// Mission time, since its beginning.
     #[serde(rename = "at_ns", with = "nanoseconds")]
     pub at: Duration,
     /// What.
     #[serde(flatten)]
-    pub entry: Entry,
+    pub entry: JournalEntry,
 }
 
 /// Whole nanoseconds: exact, so that clocks come back as they were.

@@ -1,17 +1,17 @@
 //! The components as observed, as opposed to what is decided: present or not, running or not, and the
 //! command that is not confirmed yet.
 
-use armor_plan::{ComponentId, Limits, Plan};
+use armor_plan::{ComponentId, Plan, PlanLimits};
 use std::time::Duration;
 
 /// Whether the executive can talk to a component's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Presence {
+pub enum ProcessPresence {
     /// Not heard of since the executive started; it may be running all the same.
     Unseen,
     /// Its control connection is up.
     Here,
-    /// Its control connection is down; the process may go on.
+    /// Its control connection is down; the process may still run.
     Lost,
     /// Its process has ended.
     Gone,
@@ -41,8 +41,8 @@ pub(crate) struct PendingCommand {
 
 /// One component as observed.
 #[derive(Clone, Debug)]
-pub(crate) struct Observed {
-    pub(crate) presence: Presence,
+pub(crate) struct ObservedComponent {
+    pub(crate) presence: ProcessPresence,
     /// Since when it is present or not.
     pub(crate) since: Duration,
     pub(crate) instance: u64,
@@ -61,31 +61,31 @@ pub(crate) struct Observed {
     pub(crate) unblocked: Duration,
 }
 
-impl Observed {
+impl ObservedComponent {
     /// Whether it could be running for all that is known.
     pub(crate) fn may_be_active(&self) -> bool {
         match self.presence {
-            Presence::Gone => false,
-            Presence::Unseen | Presence::Lost => true,
-            Presence::Here => matches!(self.doing, Doing::Unknown | Doing::Active),
+            ProcessPresence::Gone => false,
+            ProcessPresence::Unseen | ProcessPresence::Lost => true,
+            ProcessPresence::Here => matches!(self.doing, Doing::Unknown | Doing::Active),
         }
     }
 
     /// Whether it can be given a command.
     pub(crate) fn is_ready(&self) -> bool {
-        self.presence == Presence::Here && !matches!(self.doing, Doing::Starting)
+        self.presence == ProcessPresence::Here && !matches!(self.doing, Doing::Starting)
     }
 
     /// Until when the order under way is given the next push; none if there is nothing to push.
-    pub(crate) fn next_push(&self, limits: &Limits, began: Duration) -> Option<Duration> {
+    pub(crate) fn next_push(&self, limits: &PlanLimits, began: Duration) -> Option<Duration> {
         let order = self.order.filter(|order| order.stop)?;
         if self.unstoppable {
             return None;
         }
         Some(match (order.killed, self.presence) {
             (Some(killed), _) => killed + limits.kill_within,
-            (None, Presence::Here) => order.since + limits.stop_within * order.tries.max(1),
-            (None, Presence::Unseen) => order.since.max(began + limits.muster),
+            (None, ProcessPresence::Here) => order.since + limits.stop_within * order.tries.max(1),
+            (None, ProcessPresence::Unseen) => order.since.max(began + limits.muster),
             (None, _) => order.since.max(self.since + limits.return_within),
         })
     }
@@ -94,15 +94,15 @@ impl Observed {
 /// All components as observed.
 #[derive(Clone, Debug)]
 pub(crate) struct Roster {
-    observed: Vec<Observed>,
+    observed: Vec<ObservedComponent>,
     /// When the executive began to look.
     began: Duration,
 }
 
 impl Roster {
     pub(crate) fn new(plan: &Plan, now: Duration) -> Self {
-        let unseen = |component: &armor_plan::PlannedComponent| Observed {
-            presence: Presence::Unseen,
+        let unseen = |component: &armor_plan::PlannedComponent| ObservedComponent {
+            presence: ProcessPresence::Unseen,
             since: now,
             instance: 0,
             doing: Doing::Unknown,
@@ -122,18 +122,18 @@ impl Roster {
         self.began
     }
 
-    pub(crate) fn of(&self, component: ComponentId) -> &Observed {
+    pub(crate) fn of(&self, component: ComponentId) -> &ObservedComponent {
         &self.observed[component.index()]
     }
 
-    pub(crate) fn of_mut(&mut self, component: ComponentId) -> &mut Observed {
+    pub(crate) fn of_mut(&mut self, component: ComponentId) -> &mut ObservedComponent {
         &mut self.observed[component.index()]
     }
 
     pub(crate) fn appeared(&mut self, component: ComponentId, instance: u64, now: Duration) {
         let observed = self.of_mut(component);
         *observed = Observed {
-            presence: Presence::Here,
+            presence: ProcessPresence::Here,
             since: now,
             instance,
             doing: Doing::Unknown,
@@ -149,10 +149,15 @@ impl Roster {
 
     /// Notes that its connection or its process is gone. An order to stop stays: it is about the component,
     /// not about one process of it.
-    pub(crate) fn left(&mut self, component: ComponentId, presence: Presence, now: Duration) {
+    pub(crate) fn left(
+        &mut self,
+        component: ComponentId,
+        presence: ProcessPresence,
+        now: Duration,
+    ) {
         let observed = self.of_mut(component);
         (observed.presence, observed.since, observed.doing) = (presence, now, Doing::Unknown);
-        if presence == Presence::Gone {
+        if presence == ProcessPresence::Gone {
             observed.unstoppable = false;
             observed.order = None;
         } else {
@@ -164,7 +169,7 @@ impl Roster {
     /// commanded last: such a report was sent before the command arrived.
     pub(crate) fn note_doing(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         let observed = self.of_mut(component);
-        if observed.presence != Presence::Here || activation < observed.commanded {
+        if observed.presence != ProcessPresence::Here || activation < observed.commanded {
             return;
         }
         let stopping = observed.order.is_some_and(|order| order.stop);

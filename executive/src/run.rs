@@ -2,17 +2,17 @@
 
 use crate::clocks::Clocks;
 use crate::controller::Controller;
-use crate::event::{Action, Event};
+use crate::event::{ControllerAction, ControllerEvent};
 use crate::follow::{Newer, follow};
 use crate::gathering;
-use crate::hub::{Hub, Input};
+use crate::hub::{ExecutiveInput, Hub};
 use crate::journal::{self, Journal, JournalError, Story};
 use crate::ledger::{Ledger, LedgerError};
 use crate::order::Judged;
-use crate::record::Entry;
-use crate::terms::Outcome;
+use crate::record::JournalEntry;
+use crate::terms::MissionOutcome;
 use crate::wall_clock::{self, Calendar};
-use crate::watch::Watching;
+use crate::watch::GuardWatching;
 use armor_marking::Marking;
 use armor_plan::{DatePhase, GivenValue, Plan};
 use armor_robotfile::Date;
@@ -30,19 +30,19 @@ use std::time::Duration;
 const REGISTRY_LIMIT: Duration = Duration::from_secs(20);
 /// Time between two looks at the flag to stop, and at processes in doubt.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
-/// How long what was said last, such as the answer to the order that ended the mission, has to leave
+/// How long the last messages, such as the answer to the order that ended the mission, have to leave
 /// this process.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
 /// Where an executive finds the others and keeps its journal.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct ExecutiveOptions {
     /// The registry, `host:port`.
     pub registry: String,
-    /// The journal; one that is there is gone on with.
+    /// The journal; an existing one is continued.
     pub journal: PathBuf,
-    /// Whether somebody has made the journal ([`journal::rest`]). One that is not there, or empty,
-    /// has been lost then: the mission does not begin again, but goes to its safe place.
+    /// Whether the journal was created before ([`journal::rest`]). A missing or empty one has been lost
+    /// then: the mission does not begin again, but goes to its safe place.
     pub is_laid_out: bool,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
@@ -70,23 +70,23 @@ pub enum RunError {
     #[error("{0}")]
     Mission(String),
     /// The mission has absolute dates, and no time service is known to keep this host's clock.
-    #[error("{}", wall_clock::unkept(.0))]
+    #[error("{}", wall_clock::describe_doubts(.0))]
     Clock(String),
     /// The registry is not reached, or another executive is there.
     #[error("the executive cannot register: {0}")]
     Register(String),
 }
 
-/// Plays a mission to its end, or until `stop` is set. A journal that is there says which version
-/// of the file is gone on with, whatever has become of the file; else it is `first`.
+/// Plays a mission to its end, or until `stop` is set. An existing journal holds the version of the file
+/// that is continued, independent of the disk; without one it is `first`.
 ///
 /// # Errors
 /// If it cannot begin, or the journal cannot be written: nothing is done then that is not on disk.
 pub fn run(
     first: impl FnOnce() -> Result<Plan, String>,
-    options: &Options,
+    options: &ExecutiveOptions,
     stop: &AtomicBool,
-) -> Result<Outcome, RunError> {
+) -> Result<MissionOutcome, RunError> {
     let (mut journal, story) = Journal::open(&options.journal)?;
     let is_lost = options.is_laid_out && story.is_blank();
     let ledger = read_again(&story, first, options)?;
@@ -94,7 +94,7 @@ pub fn run(
     let begins = story.records.is_empty() && !is_lost;
     judge_clock(&plan, options, begins)?;
     let (sender, inputs) = mpsc::channel();
-    let watching = Watching::start(&plan, &options.registry, &sender);
+    let watching = GuardWatching::start(&plan, &options.registry, &sender);
     if begins {
         gathering::gather(&plan, &options.registry, &watching, stop);
     }
@@ -103,15 +103,15 @@ pub fn run(
         journal.begin(clocks.life().clone())?;
         journal.sync()?;
     }
-    let node = register(options)?;
+    let node = register_node(options)?;
     clocks.follow(&plan, &node, sender.clone());
-    hand_on("watch", node.directory().watch(), sender.clone(), Input::Registry);
-    hand_on("orders", node.orders(), sender.clone(), Input::Operator);
+    hand_on("watch", node.directory().watch(), sender.clone(), ExecutiveInput::Registry);
+    hand_on("orders", node.orders(), sender.clone(), ExecutiveInput::Operator);
     if let Some(newer) = &options.newer {
         follow(newer.clone(), plan.version().number, sender.clone());
     }
     let (controller, actions) = if is_lost {
-        Controller::lost(Arc::clone(&plan), &lost(&options.journal), now)
+        Controller::after_loss(Arc::clone(&plan), &describe_loss(&options.journal), now)
     } else if begins {
         Controller::new(Arc::clone(&plan), now)
     } else {
@@ -121,7 +121,7 @@ pub fn run(
         say_where(&controller);
     }
     let hub = Hub::new(plan, sender.clone());
-    let mut executive = Executive {
+    let mut executive = ExecutiveLoop {
         controller,
         hub,
         watching,
@@ -134,24 +134,24 @@ pub fn run(
         shown: None,
         inputs: sender,
     };
-    let mut outcome = executive.perform(actions)?;
+    let mut outcome = executive.perform_actions(actions)?;
     if is_lost {
         // Not before its records: killed in between, it finds the journal lost once more.
         executive.journal.begin(executive.clocks.life().clone())?;
         executive.journal.sync()?;
     }
     while outcome.is_none() {
-        outcome = executive.turn(&inputs, stop)?;
+        outcome = executive.take_turn(&inputs, stop)?;
     }
     std::thread::sleep(LAST_WORDS);
-    Ok(outcome.unwrap_or(Outcome::Failed))
+    Ok(outcome.unwrap_or(MissionOutcome::Failed))
 }
 
 /// What a journal comes to: over the version of the file that it holds, or else the `first`.
 fn read_again(
     story: &Story,
     first: impl FnOnce() -> Result<Plan, String>,
-    options: &Options,
+    options: &ExecutiveOptions,
 ) -> Result<Ledger, RunError> {
     let began = match journal::began_with(&story.records) {
         Some(version) => version.plan(),
@@ -162,7 +162,7 @@ fn read_again(
     Ledger::replay(began, &story.records).map_err(refused)
 }
 
-fn lost(journal: &Path) -> String {
+fn describe_loss(journal: &Path) -> String {
     format!(
         "the journal of the mission, {}, is gone: it is not known where the mission stood, and it \
          does not begin again",
@@ -180,7 +180,7 @@ fn say_where(controller: &Controller) {
 
 /// A mission with dates begins only by a clock that is known to be right. One that was begun goes
 /// on by what clock there is.
-fn judge_clock(plan: &Plan, options: &Options, begins: bool) -> Result<(), RunError> {
+fn judge_clock(plan: &Plan, options: &ExecutiveOptions, begins: bool) -> Result<(), RunError> {
     if !plan.has_dates() || options.trust_clock {
         return Ok(());
     }
@@ -194,10 +194,10 @@ fn judge_clock(plan: &Plan, options: &Options, begins: bool) -> Result<(), RunEr
     }
 }
 
-struct Executive {
+struct ExecutiveLoop {
     controller: Controller,
     hub: Hub,
-    watching: Watching,
+    watching: GuardWatching,
     journal: Journal,
     cut_at: u64,
     trust_clock: bool,
@@ -206,22 +206,22 @@ struct Executive {
     calendar: Calendar,
     shown: Option<Marking>,
     /// For what comes back from other threads.
-    inputs: mpsc::Sender<Input>,
+    inputs: mpsc::Sender<ExecutiveInput>,
 }
 
-impl Executive {
+impl ExecutiveLoop {
     /// Waits for the next thing to happen and does what follows.
-    fn turn(
+    fn take_turn(
         &mut self,
-        inputs: &Receiver<Input>,
+        inputs: &Receiver<ExecutiveInput>,
         stop: &AtomicBool,
-    ) -> Result<Option<Outcome>, RunError> {
+    ) -> Result<Option<MissionOutcome>, RunError> {
         let now = self.clocks.now();
         if let Some(utc) = self.utc()
             && let Some(event) = self.calendar.news(utc, now.mission)
         {
             let actions = self.controller.handle(event, now);
-            if let Some(outcome) = self.perform(actions)? {
+            if let Some(outcome) = self.perform_actions(actions)? {
                 return Ok(Some(outcome));
             }
         }
@@ -230,9 +230,13 @@ impl Executive {
             wait = wait.min(left);
         }
         let mut events = match inputs.recv_timeout(wait) {
-            Ok(Input::Operator(OrderEvent::Given(given))) if self.refuses(&given) => Vec::new(),
-            Ok(Input::News(watch)) => self.watching.news(watch),
-            Ok(Input::Time) => self.look_at_the_time()?,
+            Ok(ExecutiveInput::Operator(OrderEvent::Given(given)))
+                if self.refuse_malformed(&given) =>
+            {
+                Vec::new()
+            }
+            Ok(ExecutiveInput::News(watch)) => self.watching.news(watch),
+            Ok(ExecutiveInput::Time) => self.look_at_the_time()?,
             Ok(input) => self.hub.take_in(input),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Vec::new(),
         };
@@ -241,15 +245,15 @@ impl Executive {
         }
         if (stop.load(Ordering::Relaxed) || self.node.is_ending()) && !self.controller.is_stopping()
         {
-            events.push(Event::Stop);
+            events.push(ControllerEvent::Stop);
         }
         if events.is_empty() && self.controller.deadlines().are_due(self.clocks.now()) {
-            events.push(Event::Timer);
+            events.push(ControllerEvent::Timer);
         }
         for event in events {
             let now = self.clocks.now();
             let actions = self.controller.handle(event, now);
-            if let Some(outcome) = self.perform(actions)? {
+            if let Some(outcome) = self.perform_actions(actions)? {
                 return Ok(Some(outcome));
             }
         }
@@ -267,18 +271,18 @@ impl Executive {
     }
 
     /// Takes in that there is a reading of the data that mission time follows.
-    fn look_at_the_time(&mut self) -> Result<Vec<Event>, RunError> {
+    fn look_at_the_time(&mut self) -> Result<Vec<ControllerEvent>, RunError> {
         let Some(life) = self.clocks.look() else {
             return Ok(Vec::new());
         };
         self.journal.begin(life.clone())?;
         // Who shows the marking counts from its stamp, which is of the time before.
         self.shown = None;
-        Ok(vec![Event::Timer])
+        Ok(vec![ControllerEvent::Timer])
     }
 
     /// Whether an order is malformed; it is answered then, and never reaches the journal.
-    fn refuses(&self, given: &GivenOrder) -> bool {
+    fn refuse_malformed(&self, given: &GivenOrder) -> bool {
         let wrong = given.order.check(given.request, &given.author).err();
         if let Some(wrong) = wrong {
             self.node.answer(given.connection, given.request, false, wrong.to_string());
@@ -287,42 +291,47 @@ impl Executive {
     }
 
     /// Does what the controller decided. Records are on disk before anything else is done.
-    fn perform(&mut self, actions: Vec<Action>) -> Result<Option<Outcome>, RunError> {
+    fn perform_actions(
+        &mut self,
+        actions: Vec<ControllerAction>,
+    ) -> Result<Option<MissionOutcome>, RunError> {
         let mut publish = false;
         for action in actions {
-            if let Action::Journal(record) = action {
-                log(&record.entry);
+            if let ControllerAction::Journal(record) = action {
+                log_entry(&record.entry);
                 self.journal.write(record)?;
                 continue;
             }
-            if action == Action::Publish {
+            if action == ControllerAction::Publish {
                 publish = true;
                 continue;
             }
             self.journal.sync()?;
             match action {
-                Action::Activate { component, activation, values } => {
-                    let parameters = values.into_iter().map(given).collect();
-                    self.hub.send(component, &Command::Activate { activation, parameters });
+                ControllerAction::Activate { component, activation, values } => {
+                    let parameters = values.into_iter().map(parameter_given).collect();
+                    self.hub.send_command(component, &Command::Activate { activation, parameters });
                 }
-                Action::Freeze { component, activation } => {
-                    self.hub.send(component, &Command::Freeze { activation });
+                ControllerAction::Freeze { component, activation } => {
+                    self.hub.send_command(component, &Command::Freeze { activation });
                 }
-                Action::Acknowledge { component, serial } => {
-                    self.hub.send(component, &Command::Acknowledge { report: serial });
+                ControllerAction::Acknowledge { component, serial } => {
+                    self.hub.send_command(component, &Command::Acknowledge { report: serial });
                 }
-                Action::Kill { component } => self.hub.kill(component),
-                Action::Answer { connection, request, accepted, text } => {
+                ControllerAction::Kill { component } => self.hub.kill_process(component),
+                ControllerAction::Answer { connection, request, accepted, text } => {
                     self.node.answer(connection, request, accepted, text);
                 }
-                Action::Judge => self.judge(),
-                Action::JudgeMove => self.judge_move(),
-                Action::Changed => self.watching.follow(self.controller.plan(), &self.inputs),
-                Action::Finished(outcome) => {
-                    self.publish();
+                ControllerAction::Judge => self.spawn_judge(),
+                ControllerAction::JudgeMove => self.judge_move(),
+                ControllerAction::Changed => {
+                    self.watching.follow(self.controller.plan(), &self.inputs)
+                }
+                ControllerAction::Finished(outcome) => {
+                    self.publish_marking();
                     return Ok(Some(outcome));
                 }
-                Action::Journal(_) | Action::Publish => {}
+                ControllerAction::Journal(_) | ControllerAction::Publish => {}
             }
         }
         self.journal.sync()?;
@@ -330,20 +339,20 @@ impl Executive {
             self.journal.cut(self.clocks.life().clone(), self.controller.ledger().snapshot())?;
         }
         if publish || self.shown.is_none() {
-            self.publish();
+            self.publish_marking();
         }
         Ok(None)
     }
 
     /// Answers what is asked of a new version, on a thread of its own: a proof takes its time.
-    fn judge(&self) {
+    fn spawn_judge(&self) {
         let Some(question) = self.controller.question() else {
             return;
         };
         let inputs = self.inputs.clone();
         let trusted = self.trust_clock;
         let doubts = move || if trusted { None } else { wall_clock::doubts() };
-        let answer = move || drop(inputs.send(Input::Event(question.answer(&doubts))));
+        let answer = move || drop(inputs.send(ExecutiveInput::Event(question.answer(&doubts))));
         if let Err(error) = std::thread::Builder::new().name("judge".into()).spawn(answer) {
             tracing::error!("no thread to judge a new version of the file: {error}");
         }
@@ -355,14 +364,14 @@ impl Executive {
             return;
         };
         let inputs = self.inputs.clone();
-        let answer = move || drop(inputs.send(Input::Event(question.answer())));
+        let answer = move || drop(inputs.send(ExecutiveInput::Event(question.answer())));
         if let Err(error) = std::thread::Builder::new().name("judge-move".into()).spawn(answer) {
             tracing::error!("no thread to prove a move of tokens: {error}");
         }
     }
 
     /// Shows the marking, unless nothing but the time is new.
-    fn publish(&mut self) {
+    fn publish_marking(&mut self) {
         let marking = self.controller.marking(self.node.armor().timestamp());
         let news = self.shown.as_ref().is_none_or(|shown| {
             let (stamp, now_at_s) = (marking.stamp, marking.now_at_s);
@@ -377,7 +386,7 @@ impl Executive {
     }
 }
 
-fn register(options: &Options) -> Result<Node, RunError> {
+fn register_node(options: &ExecutiveOptions) -> Result<Node, RunError> {
     let node = NodeOptions {
         name: "executive".into(),
         kind: "executive".into(),
@@ -392,8 +401,8 @@ fn register(options: &Options) -> Result<Node, RunError> {
 fn hand_on<T: Send + 'static>(
     name: &str,
     from: impl IntoIterator<Item = T> + Send + 'static,
-    inputs: mpsc::Sender<Input>,
-    input: impl Fn(T) -> Input + Send + 'static,
+    inputs: mpsc::Sender<ExecutiveInput>,
+    input: impl Fn(T) -> ExecutiveInput + Send + 'static,
 ) {
     let hand_on = move || {
         for one in from {
@@ -408,9 +417,9 @@ fn hand_on<T: Send + 'static>(
 }
 
 /// Logs what people want to know of a mission.
-fn log(entry: &Entry) {
+fn log_entry(entry: &JournalEntry) {
     match entry {
-        Entry::Took { cause, from, to, late_s, sets, .. } => {
+        JournalEntry::Took { cause, from, to, late_s, sets, .. } => {
             let names = |tokens: &[crate::terms::Tokens]| {
                 in_words(&tokens.iter().map(|t| t.place.as_str()).collect::<Vec<_>>())
             };
@@ -422,41 +431,43 @@ fn log(entry: &Entry) {
                 tracing::warn!("{cause} fires {late_s:.3} s late");
             }
         }
-        Entry::Guard { .. } => tracing::info!("{entry}"),
-        Entry::Heard { component, report, .. } => tracing::info!("{component}: {report}"),
-        Entry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
-        Entry::Ordered(Judged { by, order, accepted: true, text, .. }) => {
+        JournalEntry::Guard { .. } => tracing::info!("{entry}"),
+        JournalEntry::Heard { component, report, .. } => tracing::info!("{component}: {report}"),
+        JournalEntry::Redirected { why, .. } => tracing::warn!("goes elsewhere: {why}"),
+        JournalEntry::Ordered(Judged { by, order, accepted: true, text, .. }) => {
             tracing::info!("{} orders: {order}; {text}", by.author);
         }
-        Entry::Ordered(Judged { by, order, text, .. }) => {
+        JournalEntry::Ordered(Judged { by, order, text, .. }) => {
             tracing::warn!("{} orders: {order}; refused: {text}", by.author);
         }
-        Entry::Asked { transition } => tracing::info!("asks whether {transition} may fire"),
-        Entry::Unanswered { transition, fires } => {
+        JournalEntry::Asked { transition } => tracing::info!("asks whether {transition} may fire"),
+        JournalEntry::Unanswered { transition, fires } => {
             let what = if *fires { "fires" } else { "does not fire" };
             tracing::warn!("no answer about {transition}: it {what}");
         }
-        Entry::LinkLost { author } => tracing::warn!("the link to {author} is lost"),
-        Entry::Held { why } => tracing::warn!("holds: {why}"),
-        Entry::Dated { phase: DatePhase::Past, used: false, .. } => tracing::warn!("{entry}"),
-        Entry::Dated { .. } => tracing::info!("{entry}"),
-        Entry::Retreated { why } => tracing::warn!("retreats: {why}"),
-        Entry::GaveUp { why } => tracing::error!("gives up: {why}"),
-        Entry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
-        Entry::Changed { .. } => tracing::info!("{entry}"),
-        Entry::Refused { .. } => tracing::warn!("{entry}; the one before goes on"),
-        Entry::Snapshot(_)
-        | Entry::Began { .. }
-        | Entry::Stopped { .. }
-        | Entry::Activating { .. }
-        | Entry::Put { .. } => {
+        JournalEntry::LinkLost { author } => tracing::warn!("the link to {author} is lost"),
+        JournalEntry::Held { why } => tracing::warn!("holds: {why}"),
+        JournalEntry::Dated { phase: DatePhase::Past, used: false, .. } => {
+            tracing::warn!("{entry}")
+        }
+        JournalEntry::Dated { .. } => tracing::info!("{entry}"),
+        JournalEntry::Retreated { why } => tracing::warn!("retreats: {why}"),
+        JournalEntry::GaveUp { why } => tracing::error!("gives up: {why}"),
+        JournalEntry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
+        JournalEntry::Changed { .. } => tracing::info!("{entry}"),
+        JournalEntry::Refused { .. } => tracing::warn!("{entry}; the one before goes on"),
+        JournalEntry::Snapshot(_)
+        | JournalEntry::Began { .. }
+        | JournalEntry::Stopped { .. }
+        | JournalEntry::Activating { .. }
+        | JournalEntry::Put { .. } => {
             tracing::debug!("{entry:?}");
         }
     }
 }
 
 /// As configd would answer: relative folders start from where this process, like configd, works.
-fn given(value: GivenValue) -> GivenParameter {
+fn parameter_given(value: GivenValue) -> GivenParameter {
     let base = std::env::current_dir().unwrap_or_default().join(&value.folder);
     let base = base.to_string_lossy().into_owned();
     let assigned = Assigned { text: value.text, base, origin: value.origin };

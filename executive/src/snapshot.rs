@@ -5,7 +5,7 @@ use crate::ledger::activation::Activation;
 use crate::ledger::authority::{Consent, Lease, Pause};
 use crate::ledger::firing::Phase;
 use crate::ledger::gates::DateState;
-use crate::ledger::stage::Stage;
+use crate::ledger::stage::MissionStage;
 use crate::order::Judged;
 use crate::terms::{Cause, Tokens, any_number};
 use armor_plan::Version;
@@ -15,7 +15,7 @@ use std::time::Duration;
 
 /// What the records of a journal come to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Snapshot {
+pub struct LedgerSnapshot {
     /// The mission's name.
     pub mission: String,
     /// Of its plan.
@@ -41,7 +41,7 @@ pub struct Snapshot {
     /// Transitions whose guards hold.
     pub(crate) holds: BTreeSet<String>,
     pub(crate) dates: BTreeMap<String, DateState>,
-    pub(crate) stage: Stage,
+    pub(crate) stage: MissionStage,
     pub(crate) lease: Option<Lease>,
     pub(crate) link_lost: Option<Duration>,
     pub(crate) pause: Option<Pause>,

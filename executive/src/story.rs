@@ -1,11 +1,11 @@
 //! The journal in words, for people.
 
-use crate::record::Entry;
-use crate::terms::{Outcome, Tokens};
+use crate::record::JournalEntry;
+use crate::terms::{MissionOutcome, Tokens};
 use armor_plan::DatePhase;
 use std::fmt;
 
-impl fmt::Display for Entry {
+impl fmt::Display for JournalEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Snapshot(it) => {
@@ -76,7 +76,7 @@ impl fmt::Display for Entry {
     }
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for MissionOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Goal => "at its goal",

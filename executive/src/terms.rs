@@ -6,7 +6,7 @@ use std::fmt;
 /// How a mission ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum MissionOutcome {
     /// At its goal.
     Goal,
     /// In its safe place.
@@ -17,7 +17,7 @@ pub enum Outcome {
     Interrupted,
 }
 
-impl Outcome {
+impl MissionOutcome {
     /// The exit code of an executive whose mission ended so.
     pub fn exit_code(self) -> u8 {
         match self {
@@ -89,7 +89,7 @@ impl fmt::Display for Cause {
 /// What a component reported.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Report {
+pub enum ComponentReport {
     /// Its task is over.
     Done,
     /// It cannot be done.
@@ -107,7 +107,7 @@ pub enum Report {
     },
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ComponentReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Done => f.write_str("done"),
@@ -117,7 +117,7 @@ impl fmt::Display for Report {
     }
 }
 
-impl Report {
+impl ComponentReport {
     /// The name that `on="component.name"` gives it.
     pub fn name(&self) -> &str {
         match self {

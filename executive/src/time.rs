@@ -11,14 +11,14 @@ use std::time::Duration;
 
 /// What time it is, on both clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Now {
+pub struct ClockReadings {
     /// Mission time.
     pub mission: Duration,
     /// Host time, from any zero.
     pub host: Duration,
 }
 
-impl From<Duration> for Now {
+impl From<Duration> for ClockReadings {
     /// Both clocks are one.
     fn from(now: Duration) -> Self {
         Self { mission: now, host: now }
@@ -36,7 +36,7 @@ pub struct Deadlines {
 
 impl Deadlines {
     /// Whether one of them has come.
-    pub fn are_due(&self, now: Now) -> bool {
+    pub fn are_due(&self, now: ClockReadings) -> bool {
         let has_come = |due: Option<Duration>, now| due.is_some_and(|due| due <= now);
         has_come(self.mission, now.mission) || has_come(self.host, now.host)
     }
@@ -44,12 +44,12 @@ impl Deadlines {
 
 /// Mission time that follows data.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Followed {
+pub(crate) struct FollowedTime {
     now: Duration,
     anchor: Option<Anchor>,
 }
 
-impl Followed {
+impl FollowedTime {
     /// Continues from `now`, and from where the journal ties it to the data if that still applies.
     pub(crate) fn new(now: Duration, anchor: Option<Anchor>) -> Self {
         Self { now, anchor }
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn mission_time_passes_as_the_data_says_and_not_where_it_jumps() {
-        let mut time = Followed::new(Duration::ZERO, None);
+        let mut time = FollowedTime::new(Duration::ZERO, None);
         let begun = time.read(reading(1000.0, 7), Passage::Begins).expect("an anchor");
         assert_eq!((begun.at_ns, time.now()), (0, Duration::ZERO));
         assert_eq!(time.read(reading(1002.0, 7), Passage::Passes), None);
@@ -143,10 +143,10 @@ mod tests {
     #[test]
     fn a_restarted_executive_goes_on_with_the_data_if_its_source_is_the_same() {
         let anchor = Anchor { instance: 7, stamp_s: 1000.0, at_ns: 1_000_000_000 };
-        let mut same = Followed::new(3 * SECOND, Some(anchor));
+        let mut same = FollowedTime::new(3 * SECOND, Some(anchor));
         assert_eq!(same.read(reading(1010.0, 7), Passage::Begins), None);
         assert_eq!(same.now(), 11 * SECOND, "time has passed while nobody played");
-        let mut other = Followed::new(3 * SECOND, Some(anchor));
+        let mut other = FollowedTime::new(3 * SECOND, Some(anchor));
         assert!(other.read(reading(1010.0, 8), Passage::Begins).is_some());
         assert_eq!(other.now(), 3 * SECOND, "the journal's last record is all that is known");
     }

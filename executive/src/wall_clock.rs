@@ -2,7 +2,7 @@
 //! The kernel knows, and reports it to `timedatectl`; where that is missing, chrony and
 //! systemd-timesyncd are asked themselves.
 
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use armor_robotfile::Date;
 use std::io::Read;
 use std::path::Path;
@@ -25,7 +25,7 @@ const SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
 /// What one time service reports about the clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Word {
+enum ClockOpinion {
     Kept,
     Doubt(String),
 }
@@ -44,41 +44,41 @@ pub(crate) struct Calendar {
 
 impl Calendar {
     /// Returns UTC at mission time 0, when it differs from the last one returned.
-    pub(crate) fn news(&mut self, utc: Date, now: Duration) -> Option<Event> {
+    pub(crate) fn news(&mut self, utc: Date, now: Duration) -> Option<ControllerEvent> {
         let at_start = utc.earlier(now);
         let moved = |sent: Date| sent.after(at_start).or(at_start.after(sent));
         if self.sent.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
             return None;
         }
         self.sent = Some(at_start);
-        Some(Event::Utc { at_start })
+        Some(ControllerEvent::Utc { at_start })
     }
 }
 
 /// Returns why this host's clock may not be right; none if a time service is known to keep it.
 pub fn doubts() -> Option<String> {
-    let kernel = || match answer("timedatectl", &["show", "--property=NTPSynchronized", "--value"])
-    {
-        Ok(text) => kernel(&text),
-        Err(why) => Word::Doubt(why),
+    let kernel =
+        || match run_program("timedatectl", &["show", "--property=NTPSynchronized", "--value"]) {
+            Ok(text) => read_timedatectl(&text),
+            Err(why) => ClockOpinion::Doubt(why),
+        };
+    let chrony = || match run_program("chronyc", &["-c", "-n", "tracking"]) {
+        Ok(text) => read_chrony(&text),
+        Err(why) => ClockOpinion::Doubt(why),
     };
-    let chrony = || match answer("chronyc", &["-c", "-n", "tracking"]) {
-        Ok(text) => chrony(&text),
-        Err(why) => Word::Doubt(why),
-    };
-    let timesync = || timesyncd(age(Path::new(SYNCHRONISED)));
+    let timesync = || judge_timesyncd(age(Path::new(SYNCHRONISED)));
     let mut doubts = Vec::new();
-    for ask in [&kernel as &dyn Fn() -> Word, &chrony, &timesync] {
+    for ask in [&kernel as &dyn Fn() -> ClockOpinion, &chrony, &timesync] {
         match ask() {
-            Word::Kept => return None,
-            Word::Doubt(why) => doubts.push(why),
+            ClockOpinion::Kept => return None,
+            ClockOpinion::Doubt(why) => doubts.push(why),
         }
     }
     Some(doubts.join("; "))
 }
 
 /// Returns why a mission with dates does not begin by a clock with these doubts.
-pub(crate) fn unkept(doubts: &str) -> String {
+pub(crate) fn describe_doubts(doubts: &str) -> String {
     format!(
         "this mission has absolute dates, and the clock of this host is not known to be right \
          ({doubts}): let systemd-timesyncd, chrony or another time service keep it; or, if you know \
@@ -87,42 +87,42 @@ pub(crate) fn unkept(doubts: &str) -> String {
 }
 
 /// `yes` or `no`: whether the kernel counts its clock as synchronised.
-fn kernel(text: &str) -> Word {
+fn read_timedatectl(text: &str) -> ClockOpinion {
     match text.trim() {
-        "yes" => Word::Kept,
-        "no" => Word::Doubt("the kernel says that nobody synchronises it".to_owned()),
-        other => Word::Doubt(format!("timedatectl answers {other:?}")),
+        "yes" => ClockOpinion::Kept,
+        "no" => ClockOpinion::Doubt("the kernel says that nobody synchronises it".to_owned()),
+        other => ClockOpinion::Doubt(format!("timedatectl answers {other:?}")),
     }
 }
 
 /// One line of comma-separated fields, of which the 11th and 12th are root delay and dispersion in
-/// seconds, and the 14th says whether it is synchronised.
-fn chrony(text: &str) -> Word {
+/// seconds, and the 14th whether it is synchronised.
+fn read_chrony(text: &str) -> ClockOpinion {
     let fields: Vec<_> = text.trim().split(',').collect();
     let seconds = |index: usize| fields.get(index).and_then(|field| field.parse::<f64>().ok());
     match (seconds(10), seconds(11), fields.get(13)) {
         (_, _, Some(&"Not synchronised")) => {
-            Word::Doubt("chrony says that it is not synchronised".to_owned())
+            ClockOpinion::Doubt("chrony says that it is not synchronised".to_owned())
         }
         (Some(delay_s), Some(dispersion_s), Some(_)) => {
             let off_s = delay_s / 2.0 + dispersion_s;
             if off_s <= MOST_OFF_S {
-                return Word::Kept;
+                return ClockOpinion::Kept;
             }
-            Word::Doubt(format!("chrony says that it may be off by {off_s:.1} s"))
+            ClockOpinion::Doubt(format!("chrony says that it may be off by {off_s:.1} s"))
         }
-        _ => Word::Doubt("chronyc answers something else than expected".to_owned()),
+        _ => ClockOpinion::Doubt("chronyc answers something else than expected".to_owned()),
     }
 }
 
-fn timesyncd(since: Option<Duration>) -> Word {
+fn judge_timesyncd(since: Option<Duration>) -> ClockOpinion {
     match since {
-        Some(since) if since <= SYNCHRONISED_WITHIN => Word::Kept,
-        Some(since) => Word::Doubt(format!(
+        Some(since) if since <= SYNCHRONISED_WITHIN => ClockOpinion::Kept,
+        Some(since) => ClockOpinion::Doubt(format!(
             "systemd-timesyncd synchronised it {} h ago and not since",
             since.as_secs() / 3600
         )),
-        None => Word::Doubt("systemd-timesyncd has not synchronised it".to_owned()),
+        None => ClockOpinion::Doubt("systemd-timesyncd has not synchronised it".to_owned()),
     }
 }
 
@@ -133,7 +133,7 @@ fn age(path: &Path) -> Option<Duration> {
 }
 
 /// What a program prints, if it is there and succeeds in time.
-fn answer(program: &str, arguments: &[&str]) -> Result<String, String> {
+fn run_program(program: &str, arguments: &[&str]) -> Result<String, String> {
     let mut command = Command::new(program);
     command.args(arguments).env("LC_ALL", "C");
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -169,32 +169,34 @@ mod tests {
 
     #[test]
     fn what_they_say_is_understood() {
-        assert_eq!(kernel("yes\n"), Word::Kept);
-        let doubt = |word: Word| match word {
-            Word::Doubt(why) => why,
-            Word::Kept => panic!("no doubt"),
+        assert_eq!(read_timedatectl("yes\n"), ClockOpinion::Kept);
+        let doubt = |word: ClockOpinion| match word {
+            ClockOpinion::Doubt(why) => why,
+            ClockOpinion::Kept => panic!("no doubt"),
         };
-        assert!(doubt(kernel("no\n")).contains("nobody"));
-        assert!(doubt(kernel("")).contains("\"\""));
+        assert!(doubt(read_timedatectl("no\n")).contains("nobody"));
+        assert!(doubt(read_timedatectl("")).contains("\"\""));
         let tracking = |delay: &str, leap: &str| {
             format!(
                 "C0000201,192.0.2.1,3,1795270000.1,0.0001,0.0002,0.0003,-5.1,0.0,0.1,{delay},0.002,64.3,{leap}\n"
             )
         };
-        assert_eq!(chrony(&tracking("0.03", "Normal")), Word::Kept);
-        assert!(doubt(chrony(&tracking("0.03", "Not synchronised"))).contains("not"));
-        assert!(doubt(chrony(&tracking("9", "Normal"))).contains("4.5 s"));
-        assert!(doubt(chrony("506 Cannot talk to daemon")).contains("expected"));
-        assert_eq!(timesyncd(Some(Duration::from_secs(60))), Word::Kept);
-        assert!(doubt(timesyncd(Some(Duration::from_secs(36_000)))).contains("10 h"));
-        assert!(doubt(timesyncd(None)).contains("has not"));
+        assert_eq!(read_chrony(&tracking("0.03", "Normal")), ClockOpinion::Kept);
+        assert!(doubt(read_chrony(&tracking("0.03", "Not synchronised"))).contains("not"));
+        assert!(doubt(read_chrony(&tracking("9", "Normal"))).contains("4.5 s"));
+        assert!(doubt(read_chrony("506 Cannot talk to daemon")).contains("expected"));
+        assert_eq!(judge_timesyncd(Some(Duration::from_secs(60))), ClockOpinion::Kept);
+        assert!(doubt(judge_timesyncd(Some(Duration::from_secs(36_000)))).contains("10 h"));
+        assert!(doubt(judge_timesyncd(None)).contains("has not"));
     }
 
     #[test]
     fn who_does_not_answer_is_a_doubt() {
-        assert_eq!(answer("sh", &["-c", "echo yes"]), Ok("yes\n".to_owned()));
-        assert!(answer("sh", &["-c", "exit 1"]).is_err_and(|why| why.contains("sh does not")));
-        assert!(answer("sh", &["-c", "exec sleep 600"]).is_err_and(|why| why.contains("sh does")));
-        assert!(answer("no-such-program", &[]).is_err_and(|why| why.contains("there is no")));
+        assert_eq!(run_program("sh", &["-c", "echo yes"]), Ok("yes\n".to_owned()));
+        assert!(run_program("sh", &["-c", "exit 1"]).is_err_and(|why| why.contains("sh does not")));
+        assert!(
+            run_program("sh", &["-c", "exec sleep 600"]).is_err_and(|why| why.contains("sh does"))
+        );
+        assert!(run_program("no-such-program", &[]).is_err_and(|why| why.contains("there is no")));
     }
 }

@@ -1,8 +1,8 @@
 //! Looks at the data that guards speak of: one thread and one link for each output, kept up for as
 //! long as the mission is played. Fields are read by the provider's schema, without a Rust type.
 
-use crate::event::Event;
-use crate::hub::Input;
+use crate::event::ControllerEvent;
+use crate::hub::ExecutiveInput;
 use armor_plan::{Plan, WatchId};
 use armor_robotfile::guard::Scalar;
 use armor_sdk::directory::Directory;
@@ -22,32 +22,32 @@ const LOOK_EVERY: Duration = Duration::from_millis(500);
 const RETRY: Duration = Duration::from_millis(100);
 
 /// All the watching for one mission; it ends when this is dropped.
-pub(crate) struct Watching {
-    shared: Arc<Shared>,
+pub(crate) struct GuardWatching {
+    shared: Arc<SharedNews>,
     registry: String,
     directory: Option<Directory>,
     /// How many of the plan's watches are watched.
     watched: usize,
 }
 
-struct Shared {
+struct SharedNews {
     /// What has not been taken in yet: the newest of each watch, and no more, however fast it comes.
-    news: Mutex<BTreeMap<WatchId, News>>,
+    news: Mutex<BTreeMap<WatchId, WatchNews>>,
     /// Data that is not linked.
     missing: Mutex<Vec<String>>,
     over: AtomicBool,
 }
 
 #[derive(Default)]
-struct News {
+struct WatchNews {
     value: Option<Option<Scalar>>,
     unlinked: bool,
 }
 
-impl Watching {
+impl GuardWatching {
     /// Begins to watch.
-    pub(crate) fn start(plan: &Plan, registry: &str, inputs: &Sender<Input>) -> Self {
-        let shared = Shared {
+    pub(crate) fn start(plan: &Plan, registry: &str, inputs: &Sender<ExecutiveInput>) -> Self {
+        let shared = SharedNews {
             news: Mutex::default(),
             missing: Mutex::default(),
             over: AtomicBool::new(false),
@@ -63,7 +63,7 @@ impl Watching {
     }
 
     /// Watches what a plan looks at beyond what is watched: its watches begin with those.
-    pub(crate) fn follow(&mut self, plan: &Plan, inputs: &Sender<Input>) {
+    pub(crate) fn follow(&mut self, plan: &Plan, inputs: &Sender<ExecutiveInput>) {
         let mut outputs: BTreeMap<&str, Vec<_>> = BTreeMap::new();
         for (id, watch) in (0..).map(WatchId).zip(plan.watches()).skip(self.watched) {
             outputs.entry(&watch.data).or_default().push((id, watch.field.clone()));
@@ -91,12 +91,15 @@ impl Watching {
     }
 
     /// What is new of a watch.
-    pub(crate) fn news(&self, watch: WatchId) -> Vec<Event> {
+    pub(crate) fn news(&self, watch: WatchId) -> Vec<ControllerEvent> {
         let Some(news) = lock(&self.shared.news).remove(&watch) else {
             return Vec::new();
         };
-        let value = news.value.map(|value| Event::Sensed { watch, value });
-        value.into_iter().chain(news.unlinked.then_some(Event::Unlinked { watch })).collect()
+        let value = news.value.map(|value| ControllerEvent::Sensed { watch, value });
+        value
+            .into_iter()
+            .chain(news.unlinked.then_some(ControllerEvent::Unlinked { watch }))
+            .collect()
     }
 
     /// Data that a guard looks at and that is not linked, if there is such.
@@ -105,7 +108,7 @@ impl Watching {
     }
 }
 
-impl Drop for Watching {
+impl Drop for GuardWatching {
     fn drop(&mut self) {
         self.shared.over.store(true, Ordering::Relaxed);
     }
@@ -121,8 +124,8 @@ struct Watcher {
     data: String,
     fields: Vec<(WatchId, Vec<String>)>,
     directory: Directory,
-    inputs: Sender<Input>,
-    shared: Arc<Shared>,
+    inputs: Sender<ExecutiveInput>,
+    shared: Arc<SharedNews>,
 }
 
 /// One field, and the value of it that was sent last.
@@ -214,14 +217,14 @@ impl Watcher {
     }
 
     /// Changes the news of a watch, and wakes the executive if it had none.
-    fn send_news(&self, watch: WatchId, change: impl FnOnce(&mut News)) {
+    fn send_news(&self, watch: WatchId, change: impl FnOnce(&mut WatchNews)) {
         let mut all = lock(&self.shared.news);
         let is_first = !all.contains_key(&watch);
         change(all.entry(watch).or_default());
         drop(all);
         if is_first {
             // The receiver is gone only when all of this is about to end.
-            let _ = self.inputs.send(Input::News(watch));
+            let _ = self.inputs.send(ExecutiveInput::News(watch));
         }
     }
 }

@@ -50,9 +50,9 @@ pub struct Marking {
     pub unwritten_orders: u64,
     /// Whether it stands still.
     pub pause: Option<Paused>,
-    /// Who commands it; nobody: whoever orders something.
+    /// The operator who holds the lease; without one, any operator may order.
     pub holder: Option<Holder>,
-    /// Since when the link to whoever commanded is lost, if it is.
+    /// Since when the link to the holder of the lease is lost, if it is.
     #[message(unit = "s")]
     pub link_lost_at_s: Option<f64>,
     /// What the operator is asked.

@@ -2,8 +2,8 @@
 
 use crate::counters::{PlannedCounter, PlannedSet};
 use crate::guards::{Operand, PlannedGuard, PlannedVariable, Watch, WatchId};
-use crate::limits::{Limits, OnResume};
-use crate::plan::{Names, Plan};
+use crate::limits::{OnResume, PlanLimits};
+use crate::plan::{Plan, PlanNames};
 use crate::planned::{ComponentId, PlannedComponent, PlannedPlace, PlannedTransition};
 use armor_petri::{NetBuilder, PlaceId, TransitionId};
 use armor_robotfile::guard::{Count, Guard, Name};
@@ -41,7 +41,7 @@ pub struct PlanBuilder {
     /// What a restarted executive does first.
     pub on_resume: OnResume,
     /// The waiting times.
-    pub limits: Limits,
+    pub limits: PlanLimits,
 }
 
 impl PlanBuilder {
@@ -95,7 +95,7 @@ impl PlanBuilder {
         }
         let dated = net.transition_ids().zip(&self.transitions);
         let dated = dated.filter(|it| it.1.dates.is_some()).map(|it| it.0).collect();
-        let names = Names {
+        let names = PlanNames {
             components: (0..)
                 .map(ComponentId)
                 .zip(&self.components)
@@ -135,7 +135,7 @@ impl PlanBuilder {
 }
 
 impl PlanBuilder {
-    /// The watch for a field of data; one that is there already serves all.
+    /// Returns the watch for a field of data; all guards that read the field share one.
     pub fn watch(&mut self, data: &str, field: &[&str]) -> WatchId {
         let watch = Watch {
             data: data.to_owned(),

@@ -78,7 +78,7 @@ impl Plan {
         };
         let mut plan = Self::compile(compiler, &mission)?;
         plan.version = Version::of(configuration, 0).into();
-        // Whoever runs keeps the time that it was started with.
+        // A running executive keeps the time that it was started with.
         plan.clock = match running {
             Some(running) => running.clock.clone(),
             None => configuration.system.clock.as_ref().map(|clock| clock.source.data()),
@@ -226,7 +226,7 @@ impl Compiler {
             };
         }
         if let Some(interval) = &transition.interval {
-            // Whoever waits for a person is never too late.
+            // A transition that waits for a person is never too late.
             let latest = interval.latest.filter(|_| !manual);
             t = t.interval(Interval { earliest: interval.earliest, latest });
         } else if manual {

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 pub struct PlannedDates {
     /// Not before this.
     pub first: Option<Date>,
-    /// From then on no more, but for what `missed` says.
+    /// From then on no more, except as `missed` specifies.
     pub last: Option<Date>,
-    /// What becomes of it when it has not fired by then.
+    /// What follows when it has not fired until then.
     pub missed: Missed,
 }
 
@@ -32,7 +32,7 @@ impl PlannedDates {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DatePhase {
-    /// Its first date is still to come, or nobody has said what time it is.
+    /// Its first date is still to come, or there is no reading of the clock yet.
     #[default]
     Early,
     /// Its first date has come, its last one has not.

@@ -34,7 +34,7 @@ impl Plan {
                 }
             }
         }
-        // Two places that say the same in another order do not disturb anybody.
+        // Two places that give the same values in another order are no reason to start a component again.
         found.sort_by(|one, other| one.parameter.cmp(&other.parameter));
         found
     }

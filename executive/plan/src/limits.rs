@@ -4,7 +4,7 @@ use std::time::Duration;
 
 /// The waiting times and bounds of the controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct PlanLimits {
     /// For every component to appear after the start of the executive.
     pub muster: Duration,
     /// For a component that died or was cut off to be back and ready.
@@ -30,7 +30,7 @@ pub struct Limits {
     pub step_bound: usize,
 }
 
-impl Default for Limits {
+impl Default for PlanLimits {
     fn default() -> Self {
         Self {
             muster: Duration::from_secs(30),
@@ -51,7 +51,7 @@ impl Default for Limits {
 /// What a restarted executive does first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnResume {
-    /// It goes on with the same marking.
+    /// It continues with the same marking.
     #[default]
     Continue,
     /// It waits for an operator.

@@ -3,7 +3,7 @@
 use crate::counters::PlannedCounter;
 use crate::dates::PlannedDates;
 use crate::guards::{Operand, PlannedVariable, Watch, WatchId};
-use crate::limits::{Limits, OnResume};
+use crate::limits::{OnResume, PlanLimits};
 use crate::planned::{ComponentId, PlannedComponent, PlannedPlace, PlannedTransition};
 use crate::version::Version;
 use armor_petri::{Net, PlaceId, TransitionId};
@@ -36,22 +36,22 @@ pub struct Plan {
     /// The data that its time follows.
     pub(crate) clock: Option<String>,
     pub(crate) on_resume: OnResume,
-    pub(crate) limits: Limits,
-    pub(crate) names: Names,
+    pub(crate) limits: PlanLimits,
+    pub(crate) names: PlanNames,
     /// What it was compiled from.
     pub(crate) version: Arc<Version>,
     /// What the components are of: the version that the mission began with.
     pub(crate) began: Arc<Version>,
     /// How a version that follows is read.
-    pub(crate) reader: Reader,
+    pub(crate) reader: PlanReader,
 }
 
 /// Reads a version of the file over the plan that is played until then.
-pub type Reader = fn(&Version, &Plan) -> Result<Plan, String>;
+pub type PlanReader = fn(&Version, &Plan) -> Result<Plan, String>;
 
 /// The ids of names.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Names {
+pub(crate) struct PlanNames {
     pub(crate) components: HashMap<String, ComponentId>,
     pub(crate) places: HashMap<String, PlaceId>,
     pub(crate) transitions: HashMap<String, TransitionId>,
@@ -119,7 +119,7 @@ impl Plan {
     }
 
     /// Returns the waiting times.
-    pub fn limits(&self) -> &Limits {
+    pub fn limits(&self) -> &PlanLimits {
         &self.limits
     }
 
@@ -199,14 +199,14 @@ impl Plan {
         mut self,
         version: Arc<Version>,
         began: Arc<Version>,
-        reader: Reader,
+        reader: PlanReader,
     ) -> Self {
         (self.version, self.began, self.reader) = (version, began, reader);
         self
     }
 
     /// Replaces the waiting times.
-    pub fn with_limits(mut self, limits: Limits) -> Self {
+    pub fn with_limits(mut self, limits: PlanLimits) -> Self {
         self.limits = limits;
         self
     }

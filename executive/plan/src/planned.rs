@@ -48,13 +48,13 @@ pub struct PlannedPlace {
     pub components: Vec<ComponentId>,
     /// Where its token goes when one of them fails for good; without it, the mission retreats.
     pub on_failure: Option<PlaceId>,
-    /// Whether it goes on during a pause.
+    /// Whether its components run during a pause.
     pub safety: bool,
     /// Values that it gives parameters of its components.
     pub values: Vec<(ComponentId, GivenValue)>,
 }
 
-/// A transition as the plan sees it, beside what the net knows.
+/// A transition as the plan sees it, in addition to what the net has.
 #[derive(Clone, Debug, Default)]
 pub struct PlannedTransition {
     /// The report it consumes.

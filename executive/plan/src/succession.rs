@@ -16,7 +16,8 @@ pub fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
     Ok(plan.numbered(version.number))
 }
 
-/// A component is told when it starts whether a mission commands it, so that stays.
+/// Checks that no component changes between commanded and always active: a component learns only when it
+/// starts whether a mission commands it.
 pub fn fits(next: &Plan, running: &Plan) -> Result<(), String> {
     for (was, is) in running.components.iter().zip(&next.components) {
         let name = &was.name;
@@ -39,7 +40,7 @@ pub fn fits(next: &Plan, running: &Plan) -> Result<(), String> {
     Ok(())
 }
 
-/// What a transition needs to be enabled: while that stays, its clock goes on.
+/// What a transition needs to be enabled: while that stays the same, its clock keeps running.
 #[derive(PartialEq, Eq)]
 struct Terms<'a> {
     inputs: Vec<(&'a str, u32)>,
@@ -71,7 +72,7 @@ impl Plan {
         }
     }
 
-    /// The transition of `self` that goes on as `id` of the plan that follows.
+    /// Returns the transition of `self` that continues as `id` of the plan that follows.
     pub fn goes_on_as(&self, next: &Self, id: TransitionId) -> Option<TransitionId> {
         let known = self.transition_named(&next.net.transition(id).name)?;
         (self.terms(known) == next.terms(id)).then_some(known)

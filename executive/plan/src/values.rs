@@ -18,7 +18,7 @@ pub struct GivenValue {
 }
 
 impl GivenValue {
-    /// What it says, wherever that is written.
+    /// Returns what is given, without where it is written.
     pub fn terms(&self) -> (&str, &str, &PathBuf) {
         (&self.parameter, &self.text, &self.folder)
     }

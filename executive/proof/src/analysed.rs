@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use crate::asking;
-use crate::starts::Start;
+use crate::starts::DelayedStart;
 use crate::unfolding::{Copy, Pair, TooMany, Unfolding};
 use armor_plan::{Plan, PlannedTransition};
 
@@ -23,9 +23,9 @@ const NEWLY_ENABLED: &str = "/newly-enabled";
 /// What comes behind the name of a transition that would set a variable to what it cannot be.
 const OUTSIDE: &str = "/outside";
 
-/// A mission's net as it is analysed: it ends where the goal or the safe place is marked, what the
-/// file says of components that do not stop, start or last happens at any time, who is asked may
-/// stay silent, and the variables that transitions set are places.
+/// A mission's net as it is analysed. It ends where the goal or the safe place is marked. A component may
+/// fail to stop, start or last at any time, where the file has a place for that; an operator who is asked
+/// may not answer; the variables that transitions set are places.
 #[derive(Clone, Debug)]
 pub struct Analysed {
     /// The net. Its places are those of the mission, then two for each variable. Several of its
@@ -44,10 +44,10 @@ pub struct Analysed {
     pub(super) pairs: Vec<Pair>,
     /// Why variables are not followed, if they are not.
     pub(super) open: Option<TooMany>,
-    /// Transitions whose clocks would go on while another copy takes over, and do not here.
+    /// Transitions whose clocks keep running in a mission when another copy takes over, and restart here.
     pub(super) loosened: Vec<String>,
     /// Starts that may have to wait.
-    pub(super) starts: Vec<Start>,
+    pub(super) starts: Vec<DelayedStart>,
     /// How many of its places are the mission's.
     places: usize,
     names: Vec<String>,
@@ -69,7 +69,7 @@ impl Analysed {
         Self::ending_at(plan, ends, pairs)
     }
 
-    /// The same without an end: a net that goes on for all that its arcs say.
+    /// The same without an end: a net that only its arcs can stop.
     pub(super) fn endless(plan: &Plan, pairs: &[[PlaceId; 2]]) -> Result<Self, NetError> {
         Self::ending_at(plan, Vec::new(), pairs)
     }
@@ -146,9 +146,9 @@ struct Building<'a> {
     ends: Vec<PlaceId>,
     /// Places that are never marked together.
     apart: &'a [[PlaceId; 2]],
-    /// Of each transition that silence declines: the place that says so.
+    /// For each transition that silence declines: the place that is marked then.
     declined: BTreeMap<TransitionId, PlaceId>,
-    starts: Vec<Start>,
+    starts: Vec<DelayedStart>,
     pairs: Vec<Pair>,
     shown: Vec<String>,
     sources: Vec<Option<TransitionId>>,
@@ -238,7 +238,7 @@ impl Building<'_> {
     }
 
     /// The second half of a firing, if it may have to wait.
-    fn start_of(&mut self, name: &str, to: &[(PlaceId, u32)]) -> Option<Start> {
+    fn start_of(&mut self, name: &str, to: &[(PlaceId, u32)]) -> Option<DelayedStart> {
         let puts = |place: PlaceId| to.iter().any(|arc| arc.0 == place);
         let mut unless = BTreeSet::new();
         for &[one, other] in self.apart {
@@ -250,12 +250,12 @@ impl Building<'_> {
         }
         let place = self.builder.place(format!("{name}/started"), 0);
         let (unless, ends) = (unless.into_iter().collect(), self.ends.clone());
-        Some(Start { place, unless, ends, to: to.to_vec() })
+        Some(DelayedStart { place, unless, ends, to: to.to_vec() })
     }
 
-    fn second_half(&mut self, name: &str, start: Option<Start>) {
+    fn second_half(&mut self, name: &str, start: Option<DelayedStart>) {
         let Some(start) = start else { return };
-        // Both places at once: that half never comes.
+        // It would mark both places: that half never comes.
         if !start.is_impossible() {
             let mut t = self.builder.transition(format!("{name}/started"));
             t = start.to.iter().fold(t.input(start.place, 1), |t, arc| t.output(arc.0, arc.1));
@@ -267,7 +267,7 @@ impl Building<'_> {
         self.starts.push(start);
     }
 
-    /// Nobody answers in time, and that is a no; until it is newly enabled.
+    /// Adds the silence of the operator: no answer in time declines it, until it is newly enabled.
     fn silence(&mut self, id: TransitionId, copy: &Copy, earliest: Duration, label: &str) {
         let (plan, transition) = (self.plan, self.plan.net().transition(id));
         let (Some(declined), Some(within)) =
@@ -304,7 +304,7 @@ impl Building<'_> {
         }
     }
 
-    /// Whether another transition may set a variable that tells the copies of this one apart.
+    /// Whether another transition may set a variable that distinguishes the copies of this one.
     fn may_be_overtaken(&self, id: TransitionId) -> bool {
         let planned = self.plan.transition(id);
         let in_guard = planned.guard.iter().flat_map(|guard| &guard.operands);
@@ -345,7 +345,7 @@ fn has_clock(interval: Interval) -> bool {
     !interval.earliest.is_zero() || interval.latest.is_some_and(|latest| !latest.is_zero())
 }
 
-/// A mission with a period looks at its net so often: it fires at the next look.
+/// A mission with a period fires at the next look at its net.
 fn by_period(interval: Interval, period: Option<Duration>) -> Interval {
     let later = |latest: Duration| latest.saturating_add(period.unwrap_or_default());
     Interval { latest: interval.latest.map(later), ..interval }

@@ -55,7 +55,7 @@ pub(super) fn needs_token(plan: &Plan, id: TransitionId, place: PlaceId) -> bool
     needs(plan.net().transition(id)).contains_key(&place)
 }
 
-/// Whether the firing of one may end that another is enabled, so that it asks anew when it is again.
+/// Whether the firing of one may disable another, which asks again when it is newly enabled.
 /// Where a place holds more tokens than are wanted it need not: then it asks once more than it does
 /// in a run, and can be declined once more.
 pub(super) fn disturbs(plan: &Plan, one: TransitionId, other: TransitionId) -> bool {

@@ -4,17 +4,17 @@ use armor_robotfile::claim::{Claim, Statement};
 use armor_robotfile::{Code, Finding, Findings, Spanned};
 
 use crate::proof::Proof;
-use crate::verdict::Verdict;
+use crate::verdict::ClaimVerdict;
 
 impl Proof<'_> {
-    pub(super) fn claims(&self, findings: &mut Findings) {
+    pub(super) fn decide_claims(&self, findings: &mut Findings) {
         for text in &self.mission.checks {
             // What cannot be read, or names what is not there, is a finding already.
             let Ok(claim) = Claim::parse(&text.value) else { continue };
             if self.effort.has_begun && is_of_the_start(&claim.statement) {
                 continue;
             }
-            let Some(verdict) = self.decided(&claim) else { continue };
+            let Some(verdict) = self.decide_claim(&claim) else { continue };
             findings.extend(finding(text, verdict));
         }
     }
@@ -31,16 +31,16 @@ fn is_of_the_start(statement: &Statement) -> bool {
     )
 }
 
-fn finding(text: &Spanned<String>, verdict: Verdict) -> Option<Finding> {
+fn finding(text: &Spanned<String>, verdict: ClaimVerdict) -> Option<Finding> {
     match verdict {
-        Verdict::Holds => None,
-        Verdict::Fails(says, remedy, way) => {
+        ClaimVerdict::Holds => None,
+        ClaimVerdict::Fails(says, remedy, way) => {
             let message = format!("this check does not hold: {says}");
             let mut finding = Finding::new(Code::CheckFails, &text.at, message).remedy(remedy);
             finding.way = way;
             Some(finding)
         }
-        Verdict::Undecided(why) => {
+        ClaimVerdict::Undecided(why) => {
             let message = format!("whether this holds could not be decided: {why}");
             let remedy = "prove it of a part of the mission, in a file of its own";
             Some(Finding::new(Code::CheckUndecided, &text.at, message).remedy(remedy))

@@ -8,7 +8,7 @@ use crate::proof::Proof;
 use crate::wording::time_in_words as time;
 
 impl Proof<'_> {
-    pub(super) fn durations(&self) -> Option<Finding> {
+    pub(super) fn find_durations(&self) -> Option<Finding> {
         let goal = self.plan.goal().filter(|_| self.analysed.loosened.is_empty())?;
         let classes = self.timed_if_small()?;
         let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
@@ -47,14 +47,18 @@ impl Proof<'_> {
                 format!("{begin}; there is no latest end: {}", self.waits(way))
             }
             Latest::Circle(way, circle) => {
-                let after = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                let after =
+                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
                 format!(
                     "{begin}; there is no latest end: {after}again and again {}",
                     self.names(circle)
                 )
             }
             Latest::DeadEnd(way) => {
-                format!("{begin}; it need not end: {} nothing fires any more", self.after(way))
+                format!(
+                    "{begin}; it need not end: {} nothing fires any more",
+                    self.after_firings(way)
+                )
             }
         }
     }

@@ -10,19 +10,19 @@ use armor_plan::Plan;
 
 /// What holds of a marking or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Formula {
+pub(super) enum PlaceFormula {
     /// All of them hold; true if there are none.
-    All(Vec<Formula>),
+    All(Vec<PlaceFormula>),
     /// One of them holds; false if there are none.
-    Any(Vec<Formula>),
-    /// Tokens, each place's counted so often, are at least so many.
+    Any(Vec<PlaceFormula>),
+    /// The weighted sum of tokens is at least this number.
     AtLeast(Vec<(PlaceId, i64)>, i64),
 }
 
-impl Formula {
+impl PlaceFormula {
     /// Of a check over `plan`; none if it names what is not there.
-    pub fn of(formula: &claim::Formula, plan: &Plan, analysed: &Analysed) -> Option<Self> {
-        use claim::Formula as F;
+    pub fn of(formula: &claim::PlaceFormula, plan: &Plan, analysed: &Analysed) -> Option<Self> {
+        use claim::PlaceFormula as F;
         Some(match formula {
             F::Truth(true) => Self::All(Vec::new()),
             F::Truth(false) => Self::Any(Vec::new()),

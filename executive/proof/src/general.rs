@@ -10,14 +10,14 @@ use armor_petri::analysis::rules::Rules;
 use armor_petri::analysis::runs::{Graph, lost};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
-use crate::proof::{Proof, Seen};
+use crate::proof::{Proof, Witness};
 use armor_plan::ComponentId;
 
 impl Proof<'_> {
     pub(super) fn complete(&self, findings: &mut Findings) {
         self.dead_transitions(findings);
         self.tokens_of_active_places(findings);
-        self.exclusions(findings);
+        self.find_meetings(findings);
         self.contradictions(findings);
         self.values_outside(findings);
         let Some(goal) = self.plan.goal() else { return };
@@ -39,10 +39,11 @@ impl Proof<'_> {
             );
             (message, "compare the times on the way to it with those of what fires before")
         } else {
-            let stands = self.standing().filter(|seen| !self.waiting(&seen.marking).is_empty());
+            let stands =
+                self.standing().filter(|seen| !self.waiting_starts(&seen.marking).is_empty());
             let stands = stands.map(|seen| {
-                let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
-                format!("; {} there is a token in {held}", self.after(&seen.way))
+                let held = self.marked_names(&seen.marking) + &self.waiting_starts(&seen.marking);
+                format!("; {} there is a token in {held}", self.after_firings(&seen.way))
             });
             let message = format!(
                 "no way leads to {name}: the mission can never reach its goal{}",
@@ -65,7 +66,7 @@ impl Proof<'_> {
         findings.push(self.fills(pumping));
         // What the states seen show is so, whatever the others are.
         self.tokens_of_active_places(findings);
-        self.exclusions(findings);
+        self.find_meetings(findings);
         self.contradictions(findings);
         self.values_outside(findings);
         if self.plan.goal().is_some()
@@ -76,9 +77,9 @@ impl Proof<'_> {
     }
 
     /// The nearest marking in which nothing fires any more, and the mission is not over.
-    fn standing(&self) -> Option<Seen> {
+    fn standing(&self) -> Option<Witness> {
         let rules = Rules::new(self.net);
-        self.seen(&|marking| {
+        self.find_witness(&|marking| {
             let fires = self.net.transition_ids().any(|id| rules.enabled(marking, id));
             !fires && !self.is_over(marking)
         })
@@ -108,7 +109,7 @@ impl Proof<'_> {
             self.net.place(place),
         );
         Finding::new(Code::FillsWithoutEnd, self.at(place), message)
-            .way(self.data(&pumping.prefix, &pumping.cycle))
+            .way(self.trace_of(&pumping.prefix, &pumping.cycle))
             .remedy("take as many tokens as are put, or stop it with <inhibitor place=\"…\" weight=\"…\"/>")
     }
 
@@ -125,14 +126,14 @@ impl Proof<'_> {
             Some((classes, found)) => (classes, found?),
             None => (space, untimed()?),
         };
-        let seen = Seen::of(graph, node);
+        let seen = Witness::of(graph, node);
         Some(self.lost_at(&seen, graph.firings(node).is_empty()))
     }
 
-    pub(super) fn lost_at(&self, seen: &Seen, stands_still: bool) -> Finding {
+    pub(super) fn lost_at(&self, seen: &Witness, stands_still: bool) -> Finding {
         let at = self.nearest_mark(&seen.marking);
-        let held = self.held(&seen.marking) + &self.waiting(&seen.marking);
-        let after = self.after(&seen.way);
+        let held = self.marked_names(&seen.marking) + &self.waiting_starts(&seen.marking);
+        let after = self.after_firings(&seen.way);
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
             Finding::new(Code::Standstill, at, message)
@@ -142,7 +143,7 @@ impl Proof<'_> {
             Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
                 .remedy("add a transition that leads out, such as one with a timeout")
         };
-        finding.way(self.data(&seen.way, &[]))
+        finding.way(self.trace_of(&seen.way, &[]))
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
@@ -172,11 +173,13 @@ impl Proof<'_> {
             if !is_active || self.most_in(id) < 2 {
                 continue;
             }
-            let Some(seen) = self.seen(&|marking| marking[id.index()] > 1) else { continue };
-            let (after, place) = (self.after(&seen.way), self.net.place(id));
+            let Some(seen) = self.find_witness(&|marking| marking[id.index()] > 1) else {
+                continue;
+            };
+            let (after, place) = (self.after_firings(&seen.way), self.net.place(id));
             let message = format!("{after} {place} holds more than one token");
             let finding = Finding::new(Code::TwoTokens, self.at(id), message);
-            findings.push(finding.way(self.data(&seen.way, &[])).remedy(
+            findings.push(finding.way(self.trace_of(&seen.way, &[])).remedy(
                 "join the ways before it, or keep the second token out with <inhibitor place=\"…\"/>",
             ));
         }
@@ -203,30 +206,30 @@ impl Proof<'_> {
     }
 
     /// Exclusive components in places that can be marked together: one of them would wait.
-    pub(super) fn exclusions(&self, findings: &mut Findings) {
+    pub(super) fn find_meetings(&self, findings: &mut Findings) {
         for (components, places) in self.exclusive_places() {
-            findings.extend(self.exclusion(components, places));
+            findings.extend(self.meeting_finding(components, places));
         }
     }
 
-    fn exclusion(
+    fn meeting_finding(
         &self,
         components: [ComponentId; 2],
         [place, second]: [PlaceId; 2],
     ) -> Option<Finding> {
         let together = |marking: &[u32]| marking[place.index()] > 0 && marking[second.index()] > 0;
-        let seen = self.seen(&together)?;
+        let seen = self.find_witness(&together)?;
         let [one, other] = components.map(|id| self.plan.components()[id.index()].name.as_str());
         let message = format!(
             "{} {} and {} are marked together, but {one} and {other} exclude each other: one would wait",
-            self.after(&seen.way),
+            self.after_firings(&seen.way),
             self.net.place(place),
             self.net.place(second),
         );
         let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
         Some(
             finding
-                .way(self.data(&seen.way, &[]))
+                .way(self.trace_of(&seen.way, &[]))
                 .related(self.at(second), "together with this one")
                 .remedy("let one transition leave the one place and enter the other"),
         )

@@ -1,5 +1,5 @@
 //! What is proven of a mission with more states than can be looked at: deadlocks by stubborn sets,
-//! exclusions and second tokens by sums of tokens. What neither decides is said to be open.
+//! exclusions and second tokens by sums of tokens. What neither decides is reported as open.
 
 use armor_petri::PlaceId;
 use armor_petri::analysis::Exhausted;
@@ -9,15 +9,15 @@ use armor_petri::analysis::stubborn::deadlocks_that;
 use armor_robotfile::{Code, Finding, Findings};
 
 use crate::analysed::Analysed;
-use crate::proof::{Proof, Seen};
+use crate::proof::{Proof, Witness};
 
 /// Open questions of one sort that are named.
 const MAX_NAMED: usize = 3;
 
-/// What reduced search says of standstills.
+/// The result of the reduced search for standstills.
 enum Standstill {
     Never,
-    After(Seen),
+    After(Witness),
     Open,
 }
 
@@ -25,7 +25,7 @@ impl Proof<'_> {
     pub(super) fn too_large(&self, why: Exhausted, findings: &mut Findings) {
         // What the states seen show is so, whatever the others are.
         self.tokens_of_active_places(findings);
-        self.exclusions(findings);
+        self.find_meetings(findings);
         self.contradictions(findings);
         self.values_outside(findings);
         let (mut proven, mut open) = (Vec::new(), vec!["that the goal stays in reach".to_owned()]);
@@ -70,7 +70,7 @@ impl Proof<'_> {
         let Some((way, marking)) = found.first else { return Standstill::Never };
         // The way may lead past the end: both nets have the same transitions.
         match Rules::new(self.net).play(self.net.initial(), &way) {
-            Some(_) => Standstill::After(Seen { way, marking }),
+            Some(_) => Standstill::After(Witness { way, marking }),
             None => Standstill::Open,
         }
     }
@@ -84,7 +84,7 @@ impl Proof<'_> {
         open: &mut Vec<String>,
     ) {
         let is_excluded =
-            |places: &[_; 2]| excludes(self.sums(), self.net, places[0], places[1]).is_some();
+            |places: &[_; 2]| excludes(self.token_sums(), self.net, places[0], places[1]).is_some();
         let unproven: Vec<_> = pairs.iter().filter(|places| !is_excluded(places)).collect();
         // Those that were seen together are findings already.
         let is_open =

@@ -7,7 +7,7 @@ use armor_robotfile::claim::{Claim, Statement};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::Proof;
-use crate::verdict::Verdict;
+use crate::verdict::ClaimVerdict;
 
 impl Proof<'_> {
     /// A finding for each transition that can take a variable out of its domain.
@@ -18,15 +18,17 @@ impl Proof<'_> {
             if known.contains(&source) {
                 continue;
             }
-            let Some(seen) = self.seen(&|marking| rules.enabled(marking, copy)) else { continue };
+            let Some(seen) = self.find_witness(&|marking| rules.enabled(marking, copy)) else {
+                continue;
+            };
             known.push(source);
             let values: Vec<_> =
                 self.analysed.values(&seen.marking).map(|(_, value)| value).collect();
             let Some((set, why)) = self.plan.outside(source, &values) else { continue };
-            let message = format!("{} {why}", self.after(&seen.way));
+            let message = format!("{} {why}", self.after_firings(&seen.way));
             let finding = Finding::new(Code::ValueOutside, self.at_set(source, set), message);
             let way = [&seen.way[..], &[copy]].concat();
-            findings.push(finding.way(self.data(&way, &[])).remedy(
+            findings.push(finding.way(self.trace_of(&way, &[])).remedy(
                 "keep it from firing there with when=\"…\", or widen the domain of the variable",
             ));
         }
@@ -61,14 +63,14 @@ impl Proof<'_> {
 
     /// What comes of a check. Where variables are not followed, or clocks only loosely, what the net
     /// can do is more than what the mission can: so only that it cannot is known.
-    pub(super) fn decided(&self, claim: &Claim) -> Option<Verdict> {
+    pub(super) fn decide_claim(&self, claim: &Claim) -> Option<ClaimVerdict> {
         let is_counter =
             |name: &str| self.plan.counters().iter().any(|counter| counter.name == name);
         let mut names = claim.names().into_iter();
         if self.analysed.open.is_some() && names.any(|(_, name)| is_counter(name.as_str())) {
-            return Some(Verdict::Undecided("its variables are not followed".into()));
+            return Some(ClaimVerdict::Undecided("its variables are not followed".into()));
         }
-        let verdict = self.decide(&claim.statement)?;
+        let verdict = self.decide_statement(&claim.statement)?;
         let why = match (&self.analysed.open, &self.analysed.loosened[..]) {
             (Some(_), _) => "it depends on variables that are not followed".to_owned(),
             (None, []) => return Some(verdict),
@@ -81,10 +83,10 @@ impl Proof<'_> {
         let is_sound = match (&claim.statement, &verdict) {
             (Statement::AlwaysReachable(_), _) => false,
             (Statement::Reachable(_) | Statement::Fires(_), verdict) => {
-                matches!(verdict, Verdict::Fails(..))
+                matches!(verdict, ClaimVerdict::Fails(..))
             }
-            (_, verdict) => matches!(verdict, Verdict::Holds),
+            (_, verdict) => matches!(verdict, ClaimVerdict::Holds),
         };
-        Some(if is_sound { verdict } else { Verdict::Undecided(why) })
+        Some(if is_sound { verdict } else { ClaimVerdict::Undecided(why) })
     }
 }

@@ -24,7 +24,7 @@ const ROUNDS: usize = 4;
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+pub(crate) struct ProofEffort {
     /// States as far as tokens go.
     pub(crate) states: u64,
     /// States with their times.
@@ -33,13 +33,13 @@ pub(crate) struct Effort {
     pub(crate) has_begun: bool,
 }
 
-impl Default for Effort {
+impl Default for ProofEffort {
     fn default() -> Self {
         Self { states: MAX_STATES, classes: MAX_CLASSES, has_begun: false }
     }
 }
 
-/// A mission with what is known of its net.
+/// A mission, its net, and what has been found out about the net.
 pub(crate) struct Proof<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) mission: &'a Mission,
@@ -53,12 +53,12 @@ pub(crate) struct Proof<'a> {
     timed: OnceCell<(Classes, Option<Exhausted>)>,
     untimed_alone: OnceCell<bool>,
     sums: OnceCell<Semiflows<PlaceId>>,
-    pub(crate) effort: Effort,
+    pub(crate) effort: ProofEffort,
     pub(crate) stop: &'a dyn Fn() -> bool,
 }
 
 /// A marking and firings that lead to it.
-pub(crate) struct Seen {
+pub(crate) struct Witness {
     pub(crate) way: Vec<TransitionId>,
     pub(crate) marking: Vec<u32>,
 }
@@ -66,8 +66,8 @@ pub(crate) struct Seen {
 /// Whether a marking of some kind can come.
 pub(crate) enum Possible {
     No,
-    Yes(Seen),
-    /// It could not be found out, with what is known.
+    Yes(Witness),
+    /// It could not be decided, and why.
     Unknown(String),
 }
 
@@ -76,7 +76,7 @@ impl<'a> Proof<'a> {
         plan: &'a Plan,
         mission: &'a Mission,
         analysed: &'a Analysed,
-        effort: Effort,
+        effort: ProofEffort,
         stop: &'a dyn Fn() -> bool,
     ) -> Self {
         let net = &analysed.net;
@@ -114,7 +114,7 @@ impl<'a> Proof<'a> {
     }
 
     /// What is looked at in every mission.
-    pub(crate) fn general(&self, findings: &mut Findings) {
+    pub(crate) fn examine_in_general(&self, findings: &mut Findings) {
         match &self.exploration.ending {
             Ending::Complete => self.complete(findings),
             Ending::Unbounded(pumping) => self.without_bounds(pumping, findings),
@@ -144,19 +144,19 @@ impl<'a> Proof<'a> {
 
     /// For states with their times.
     pub(crate) fn budget(&self) -> Budget<'a> {
-        // Nobody waits for what the file does not claim.
+        // Without checks in the file a person waits for the rest of the findings, not for times.
         let is_asked = !self.mission.checks.is_empty();
         let states =
             if is_asked { self.effort.classes } else { self.effort.classes.min(FEW_STATES) };
         Budget { states, memory_bytes: MAX_BYTES, stop: self.stop }
     }
 
-    /// Whether all states are there, as far as tokens go.
+    /// Whether all states were explored, as far as tokens go.
     pub(crate) fn is_whole(&self) -> bool {
         self.exploration.ending == Ending::Complete
     }
 
-    /// The states with their times, if all of them are there.
+    /// Returns the states with their times, if all of them were explored.
     pub(crate) fn timed(&self) -> Result<&Classes, Exhausted> {
         let (classes, exhausted) = self.timed_so_far();
         exhausted.map_or(Ok(classes), Err)
@@ -175,27 +175,27 @@ impl<'a> Proof<'a> {
     }
 
     /// The sums of tokens that no firing changes.
-    pub(crate) fn sums(&self) -> &Semiflows<PlaceId> {
+    pub(crate) fn token_sums(&self) -> &Semiflows<PlaceId> {
         self.sums.get_or_init(|| place_semiflows(self.net, self.stop))
     }
 
     /// The nearest marking as asked in a run, or else, as far as tokens go.
-    pub(crate) fn seen(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<Seen> {
+    pub(crate) fn find_witness(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<Witness> {
         let space = &self.exploration.space;
         if matches!(self.exploration.ending, Ending::Unbounded(_)) {
             // It stopped where a place was seen to fill: more is seen with times.
             let (classes, _) = self.timed_so_far();
-            return classes.nearest(asked).map(|class| Seen::of(classes, class));
+            return classes.nearest(asked).map(|class| Witness::of(classes, class));
         }
         let found = space.find(asked)?;
         match self.timed_if_small() {
-            Some(classes) => classes.nearest(asked).map(|class| Seen::of(classes, class)),
-            None => Some(Seen::of(space, found)),
+            Some(classes) => classes.nearest(asked).map(|class| Witness::of(classes, class)),
+            None => Some(Witness::of(space, found)),
         }
     }
 
-    /// Whether a marking as asked comes in some run; `excluded` says whether sums exclude it.
-    pub(crate) fn possible(
+    /// Whether a marking as asked comes in some run; `excluded` returns whether sums exclude it.
+    pub(crate) fn find_possible(
         &self,
         asked: &dyn Fn(&[u32]) -> bool,
         excluded: impl Fn() -> bool,
@@ -205,7 +205,7 @@ impl<'a> Proof<'a> {
         if found.is_none() && (self.is_whole() || excluded()) {
             return Possible::No;
         }
-        let seen = found.map(|state| Seen::of(space, state));
+        let seen = found.map(|state| Witness::of(space, state));
         if let Some(seen) = seen
             && is_possible(self.net, &seen.way) == Ok(true)
         {
@@ -213,7 +213,7 @@ impl<'a> Proof<'a> {
         }
         let (classes, exhausted) = self.timed_so_far();
         match (classes.nearest(asked), exhausted) {
-            (Some(class), _) => Possible::Yes(Seen::of(classes, class)),
+            (Some(class), _) => Possible::Yes(Witness::of(classes, class)),
             (None, None) => Possible::No,
             (None, Some(why)) => Possible::Unknown(self.budget_ran_out(why)),
         }
@@ -239,7 +239,7 @@ impl<'a> Proof<'a> {
     }
 }
 
-impl Seen {
+impl Witness {
     pub(crate) fn of(graph: &dyn Graph, node: u32) -> Self {
         Self { way: graph.way(node), marking: graph.tokens(node).into_owned() }
     }

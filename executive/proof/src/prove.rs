@@ -1,14 +1,14 @@
 //! Runs every examination of a mission and collects the findings.
 
 use crate::analysed::Analysed;
-use crate::proof::{Effort, Proof};
+use crate::proof::{Proof, ProofEffort};
 use armor_plan::Plan;
 use armor_robotfile::{Configuration, Findings};
 
 /// Proves the mission of a configuration, whose plan is `plan`, and what its files claim. `stop` is
 /// asked now and then whether it has taken long enough.
 pub fn prove(configuration: &Configuration, plan: &Plan, stop: &dyn Fn() -> bool) -> Findings {
-    prove_within(configuration, plan, Effort::default(), stop)
+    prove_within(configuration, plan, ProofEffort::default(), stop)
 }
 
 /// The same of a mission that has begun, and whose plan starts where it stands: what is claimed of
@@ -18,32 +18,37 @@ pub fn prove_from_here(
     plan: &Plan,
     stop: &dyn Fn() -> bool,
 ) -> Findings {
-    prove_within(configuration, plan, Effort { has_begun: true, ..Effort::default() }, stop)
+    prove_within(
+        configuration,
+        plan,
+        ProofEffort { has_begun: true, ..ProofEffort::default() },
+        stop,
+    )
 }
 
 pub(crate) fn prove_within(
     configuration: &Configuration,
     plan: &Plan,
-    effort: Effort,
+    effort: ProofEffort,
     stop: &dyn Fn() -> bool,
 ) -> Findings {
     let mut findings = Findings::default();
     let Ok(Some(mission)) = configuration.flattened() else { return findings };
     let Ok(analysed) = Analysed::of(plan) else { return findings };
     Proof::new(plan, &mission, &analysed, effort, stop).with_waits(&mut |proof, meeting| {
-        // Of the net in which nobody waits: where they meet is a finding of its own.
+        // In the net in which no start waits: where exclusive components meet is a finding of its own.
         if let Some(plain) = meeting {
-            plain.exclusions(&mut findings);
+            plain.find_meetings(&mut findings);
         }
-        proof.general(&mut findings);
+        proof.examine_in_general(&mut findings);
         if !effort.has_begun {
-            findings.extend(proof.durations());
+            findings.extend(proof.find_durations());
         }
         proof.not_followed(&mut findings);
-        proof.claims(&mut findings);
+        proof.decide_claims(&mut findings);
     });
-    // What a sub-mission's file claims is about that mission from its start, whoever puts it in.
-    let effort = Effort { has_begun: false, ..effort };
+    // The checks of a sub-mission's file are about that mission from its start, in whatever mission it is used.
+    let effort = ProofEffort { has_begun: false, ..effort };
     for inner in configuration.included.values().filter(|inner| !inner.checks.is_empty()) {
         let alone = Configuration { mission: Some(inner.clone()), ..configuration.clone() };
         let (Ok(Some(mission)), Ok(Some(plan))) = (alone.flattened(), Plan::of(&alone)) else {
@@ -51,7 +56,7 @@ pub(crate) fn prove_within(
         };
         if let Ok(analysed) = Analysed::of(&plan) {
             let alone = Proof::new(&plan, &mission, &analysed, effort, stop);
-            alone.with_waits(&mut |proof, _| proof.claims(&mut findings));
+            alone.with_waits(&mut |proof, _| proof.decide_claims(&mut findings));
         }
     }
     findings

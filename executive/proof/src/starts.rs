@@ -9,7 +9,7 @@ use crate::analysed::Analysed;
 
 /// Tokens that are put once nothing is in their way.
 #[derive(Clone, Debug)]
-pub(super) struct Start {
+pub(super) struct DelayedStart {
     /// Where they are until then.
     pub place: PlaceId,
     /// Places that have to be empty.
@@ -20,7 +20,7 @@ pub(super) struct Start {
     pub to: Vec<(PlaceId, u32)>,
 }
 
-impl Start {
+impl DelayedStart {
     /// Whether it is in its own way.
     pub fn is_impossible(&self) -> bool {
         self.to.iter().any(|arc| self.unless.contains(&arc.0))
@@ -37,7 +37,7 @@ impl Start {
 
 impl Analysed {
     /// A marking with all tokens put that nothing is in the way of: that takes no time.
-    pub(super) fn settled<'a>(&self, marking: &'a [u32]) -> Cow<'a, [u32]> {
+    pub(super) fn settle_marking<'a>(&self, marking: &'a [u32]) -> Cow<'a, [u32]> {
         let mut settled = Cow::Borrowed(marking);
         for start in &self.starts {
             while settled[start.place.index()] > 0 && start.waits_for(&settled).is_none() {

@@ -3,18 +3,18 @@
 use armor_petri::analysis::invariants::{Semiflow, Semiflows};
 use armor_petri::{Net, PlaceId};
 
-use crate::formula::Formula;
+use crate::formula::PlaceFormula;
 
 /// Alternatives of a formula that are looked at one by one.
 const MAX_ALTERNATIVES: usize = 256;
 
 /// A count of tokens that is at least so many.
-type Count = (Vec<(PlaceId, i64)>, i64);
+type TokenCount = (Vec<(PlaceId, i64)>, i64);
 
-/// Whether some sum says of each alternative of the formula that it cannot be.
-pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &Formula) -> bool {
+/// Whether some sum excludes each alternative of the formula.
+pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &PlaceFormula) -> bool {
     let Some(alternatives) = alternatives(formula) else { return false };
-    let is_excluded = |counts: &Vec<Count>| {
+    let is_excluded = |counts: &Vec<TokenCount>| {
         counts.iter().any(|count| never(count) || is_beyond(sums, net, count))
             || sums.semiflows.iter().any(|flow| excludes(flow, net, counts))
     };
@@ -22,21 +22,22 @@ pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &Formula) -
 }
 
 /// The formula as alternatives, each of counts that all hold; none if they are too many.
-fn alternatives(formula: &Formula) -> Option<Vec<Vec<Count>>> {
+fn alternatives(formula: &PlaceFormula) -> Option<Vec<Vec<TokenCount>>> {
     let found = match formula {
-        Formula::AtLeast(counts, least) => vec![vec![(counts.clone(), *least)]],
-        Formula::Any(parts) => {
+        PlaceFormula::AtLeast(counts, least) => vec![vec![(counts.clone(), *least)]],
+        PlaceFormula::Any(parts) => {
             let parts: Option<Vec<_>> = parts.iter().map(alternatives).collect();
             parts?.into_iter().flatten().collect()
         }
-        Formula::All(parts) => {
+        PlaceFormula::All(parts) => {
             let mut product = vec![Vec::new()];
             for part in parts {
                 let part = alternatives(part)?;
                 if product.len() * part.len() > MAX_ALTERNATIVES {
                     return None;
                 }
-                let join = |one: &Vec<Count>, two: &Vec<Count>| [one.as_slice(), two].concat();
+                let join =
+                    |one: &Vec<TokenCount>, two: &Vec<TokenCount>| [one.as_slice(), two].concat();
                 product =
                     product.iter().flat_map(|one| part.iter().map(|two| join(one, two))).collect();
             }
@@ -47,12 +48,12 @@ fn alternatives(formula: &Formula) -> Option<Vec<Vec<Count>>> {
 }
 
 /// Whether no tokens at all make it so many.
-fn never((counts, least): &Count) -> bool {
+fn decide_never((counts, least): &TokenCount) -> bool {
     *least > 0 && counts.iter().all(|(_, count)| *count <= 0)
 }
 
 /// Whether several sums together leave less to the places of a count than it asks for.
-fn is_beyond(sums: &Semiflows<PlaceId>, net: &Net, (counts, least): &Count) -> bool {
+fn is_beyond(sums: &Semiflows<PlaceId>, net: &Net, (counts, least): &TokenCount) -> bool {
     if counts.iter().any(|(_, count)| *count != 1) {
         return false;
     }
@@ -76,7 +77,7 @@ fn total(flow: &Semiflow<PlaceId>, net: &Net) -> i128 {
 }
 
 /// Whether the counts together ask for more of the sum than there is, or leave less than there is.
-fn excludes(flow: &Semiflow<PlaceId>, net: &Net, counts: &[Count]) -> bool {
+fn excludes(flow: &Semiflow<PlaceId>, net: &Net, counts: &[TokenCount]) -> bool {
     let weight = |place: &PlaceId| {
         flow.weights
             .iter()

@@ -1,7 +1,7 @@
 //! Missions proven, and what is found.
 
 use crate::analysed::Analysed;
-use crate::proof::Effort;
+use crate::proof::ProofEffort;
 use crate::prove::{prove, prove_within};
 use armor_petri::analysis::{Budget, Ending, explore};
 use armor_plan::Plan;
@@ -17,16 +17,16 @@ mod variables;
 /// What is found beside how long the mission takes.
 fn proven(file: &str) -> Findings {
     let mut findings = Findings::default();
-    let found = all_proven(file, Effort::default()).into_iter();
+    let found = all_proven(file, ProofEffort::default()).into_iter();
     findings.extend(found.filter(|finding| finding.code != Code::Takes));
     findings
 }
 
-fn few(states: u64, classes: u64) -> Effort {
-    Effort { states, classes, has_begun: false }
+fn few(states: u64, classes: u64) -> ProofEffort {
+    ProofEffort { states, classes, has_begun: false }
 }
 
-fn all_proven(file: &str, effort: Effort) -> Findings {
+fn all_proven(file: &str, effort: ProofEffort) -> Findings {
     let reading = read("robot.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
     let reading = check(reading, &[], None);
     assert!(reading.is_valid(), "{}", reading.findings.render(Colours::No));

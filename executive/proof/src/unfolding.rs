@@ -149,7 +149,7 @@ impl Copy {
 
 /// What a transition does by one combination of values.
 #[derive(Clone, Debug, PartialEq)]
-struct Class {
+struct ValueClass {
     is_decided: bool,
     /// What its sets come to; none if one of them is outside of its domain.
     values: Option<Vec<i64>>,
@@ -163,12 +163,12 @@ struct Boxes<'a> {
     /// Whether its guard speaks of data too.
     is_mixed: bool,
     /// Per set, how it is written as an effect.
-    shapes: Vec<Shape>,
+    shapes: Vec<SetShape>,
 }
 
 /// How the values of a set stand to those before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shape {
+enum SetShape {
     /// Always so much more.
     Add(i64),
     /// Always the same.
@@ -203,7 +203,7 @@ impl<'a> Boxes<'a> {
     }
 
     /// Every combination of values at which it may fire.
-    fn each(&self, mut see: impl FnMut(&[i64], &Class)) {
+    fn each(&self, mut see: impl FnMut(&[i64], &ValueClass)) {
         let counts = |index: &usize| self.plan.counters()[*index].counts;
         let mut values: Vec<_> = self.reads.iter().map(|index| counts(index).minimum).collect();
         loop {
@@ -222,7 +222,7 @@ impl<'a> Boxes<'a> {
         }
     }
 
-    fn shape(&self, set: usize) -> Shape {
+    fn shape(&self, set: usize) -> SetShape {
         let target = self.plan.transition(self.id).sets[set].counter;
         let at = self.reads.iter().position(|index| *index == target);
         let (mut adds, mut values) = (Vec::new(), Vec::new());
@@ -238,15 +238,15 @@ impl<'a> Boxes<'a> {
         values.sort_unstable();
         values.dedup();
         match (&adds[..], &values[..]) {
-            ([add], _) => Shape::Add(*add),
-            (_, [value]) => Shape::To(*value),
-            _ if at.is_some() => Shape::EachAdd,
-            _ => Shape::EachTo,
+            ([add], _) => SetShape::Add(*add),
+            (_, [value]) => SetShape::To(*value),
+            _ if at.is_some() => SetShape::EachAdd,
+            _ => SetShape::EachTo,
         }
     }
 
     /// None where its guard does not hold, whatever is known of data.
-    fn class(&self, values: &[i64]) -> Option<Class> {
+    fn class(&self, values: &[i64]) -> Option<ValueClass> {
         let planned = self.plan.transition(self.id);
         let value = |index: &usize| {
             let at = self.reads.iter().position(|read| read == index);
@@ -277,7 +277,7 @@ impl<'a> Boxes<'a> {
                 .of(&operands)
                 .filter(|value| (counts.minimum..=counts.maximum).contains(value))
         };
-        Some(Class { is_decided, values: planned.sets.iter().map(set).collect() })
+        Some(ValueClass { is_decided, values: planned.sets.iter().map(set).collect() })
     }
 
     fn all(&self) -> Vec<Copy> {
@@ -313,16 +313,16 @@ impl<'a> Boxes<'a> {
         copies
     }
 
-    fn copy(&self, before: &[i64], class: Class) -> Copy {
+    fn copy(&self, before: &[i64], class: ValueClass) -> Copy {
         let sets = &self.plan.transition(self.id).sets;
         let effects = class.values.map(|values| {
             let parts = sets.iter().zip(&self.shapes).zip(values);
-            let effect = |((set, shape), value): ((&PlannedSet, &Shape), i64)| {
+            let effect = |((set, shape), value): ((&PlannedSet, &SetShape), i64)| {
                 let at = self.reads.iter().position(|index| *index == set.counter);
                 let effect = match (shape, at) {
-                    (Shape::Add(by), _) => Effect::Add(*by),
-                    (Shape::To(value), _) => Effect::To(*value),
-                    (Shape::EachAdd, Some(at)) => Effect::Add(value - before[at]),
+                    (SetShape::Add(by), _) => Effect::Add(*by),
+                    (SetShape::To(value), _) => Effect::To(*value),
+                    (SetShape::EachAdd, Some(at)) => Effect::Add(value - before[at]),
                     _ => Effect::To(value),
                 };
                 (set.counter, effect)

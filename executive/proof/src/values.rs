@@ -9,27 +9,27 @@ use armor_plan::Contradiction;
 impl Proof<'_> {
     pub(super) fn contradictions(&self, findings: &mut Findings) {
         for contradiction in self.plan.contradictions() {
-            findings.extend(self.contradiction(&contradiction));
+            findings.extend(self.contradiction_finding(&contradiction));
         }
     }
 
-    fn contradiction(&self, contradiction: &Contradiction<'_>) -> Option<Finding> {
+    fn contradiction_finding(&self, contradiction: &Contradiction<'_>) -> Option<Finding> {
         let Contradiction { component, places: [place, second], values: [one, other] } =
             contradiction;
         let together = |marking: &[u32]| marking[place.index()] > 0 && marking[second.index()] > 0;
-        let seen = self.seen(&together)?;
+        let seen = self.find_witness(&together)?;
         let component = &self.plan.components()[component.index()].name;
         let message = format!(
             "{} {} and {} are marked together, and the one gives {component} {one}, the other {other}: \
              the first in the file would count",
-            self.after(&seen.way),
+            self.after_firings(&seen.way),
             self.net.place(*place),
             self.net.place(*second),
         );
         let finding = Finding::new(Code::ValuesContradict, self.at(*place), message);
         Some(
             finding
-                .way(self.data(&seen.way, &[]))
+                .way(self.trace_of(&seen.way, &[]))
                 .related(self.at(*second), "together with this one")
                 .remedy("give both the same value, or let one transition leave the one place and enter the other"),
         )

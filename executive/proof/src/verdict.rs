@@ -9,14 +9,14 @@ use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::Way;
 use armor_robotfile::claim::{Relation, Statement};
 
-use crate::formula::Formula;
-use crate::proof::{Possible, Proof, Seen};
+use crate::formula::PlaceFormula;
+use crate::proof::{Possible, Proof, Witness};
 use crate::sums::exclude;
 use crate::wording::time_in_words as time;
 
 /// What comes of a check.
 #[derive(Debug)]
-pub(super) enum Verdict {
+pub(super) enum ClaimVerdict {
     Holds,
     /// Why not, what to do, and the firings that show it.
     Fails(String, String, Option<Way>),
@@ -28,79 +28,83 @@ const CHANGE_EITHER: &str = "change the mission, or what the check asks of it";
 
 impl Proof<'_> {
     /// None if it names what is not there.
-    pub(super) fn decide(&self, statement: &Statement) -> Option<Verdict> {
-        let formula = |formula| Formula::of(formula, self.plan, self.analysed);
+    pub(super) fn decide_statement(&self, statement: &Statement) -> Option<ClaimVerdict> {
+        let formula = |formula| PlaceFormula::of(formula, self.plan, self.analysed);
         let transition = |name: &str| self.plan.transition_named(name);
         Some(match statement {
-            Statement::Always(wanted) => self.never(&formula(wanted)?.negated()),
-            Statement::Never(unwanted) => self.never(&formula(unwanted)?),
-            Statement::Reachable(wanted) => self.reachable(&formula(wanted)?),
+            Statement::Always(wanted) => self.decide_never(&formula(wanted)?.negated()),
+            Statement::Never(unwanted) => self.decide_never(&formula(unwanted)?),
+            Statement::Reachable(wanted) => self.decide_reachable(&formula(wanted)?),
             Statement::AlwaysReachable(wanted) => self.always_reachable(&formula(wanted)?),
-            Statement::Eventually(wanted) => self.eventually(&formula(wanted)?),
+            Statement::Eventually(wanted) => self.decide_eventually(&formula(wanted)?),
             Statement::LeadsTo(from, to) => self.leads_to(&formula(from)?, &formula(to)?),
             Statement::Duration { until, relation, limit } => {
-                self.duration(&formula(until)?, *relation, *limit)
+                self.decide_duration(&formula(until)?, *relation, *limit)
             }
-            Statement::Fires(name) => self.fires(transition(name.as_str())?),
-            Statement::Dead(name) => self.dead(transition(name.as_str())?),
+            Statement::Fires(name) => self.decide_fires(transition(name.as_str())?),
+            Statement::Dead(name) => self.decide_dead(transition(name.as_str())?),
             Statement::Bounded(place, most) => {
-                self.bounded(self.plan.place_named(place.as_str())?, *most)
+                self.decide_bounded(self.plan.place_named(place.as_str())?, *most)
             }
         })
     }
 
-    fn fails(&self, says: String, way: &[TransitionId], circle: &[TransitionId]) -> Verdict {
-        Verdict::Fails(says, CHANGE_EITHER.into(), Some(self.data(way, circle)))
+    fn fails(&self, says: String, way: &[TransitionId], circle: &[TransitionId]) -> ClaimVerdict {
+        ClaimVerdict::Fails(says, CHANGE_EITHER.into(), Some(self.trace_of(way, circle)))
     }
 
-    fn undecided(&self, why: Exhausted) -> Verdict {
-        Verdict::Undecided(self.budget_ran_out(why))
+    fn undecided(&self, why: Exhausted) -> ClaimVerdict {
+        ClaimVerdict::Undecided(self.budget_ran_out(why))
     }
 
     /// Whether it holds of a marking, once all tokens are put that can be.
-    fn holds(&self, formula: &Formula, marking: &[u32]) -> bool {
-        formula.holds(&self.analysed.settled(marking))
+    fn holds(&self, formula: &PlaceFormula, marking: &[u32]) -> bool {
+        formula.holds(&self.analysed.settle_marking(marking))
     }
 
-    fn possibly(&self, formula: &Formula) -> Possible {
-        self.possible(&|marking| self.holds(formula, marking), || {
-            exclude(self.sums(), self.net, formula)
+    fn decide_possibly(&self, formula: &PlaceFormula) -> Possible {
+        self.find_possible(&|marking| self.holds(formula, marking), || {
+            exclude(self.token_sums(), self.net, formula)
         })
     }
 
-    fn never(&self, unwanted: &Formula) -> Verdict {
-        match self.possibly(unwanted) {
-            Possible::No => Verdict::Holds,
+    fn decide_never(&self, unwanted: &PlaceFormula) -> ClaimVerdict {
+        match self.decide_possibly(unwanted) {
+            Possible::No => ClaimVerdict::Holds,
             Possible::Yes(seen) => self.fails(self.comes_to(&seen), &seen.way, &[]),
-            Possible::Unknown(why) => Verdict::Undecided(why),
+            Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
 
-    fn reachable(&self, wanted: &Formula) -> Verdict {
-        match self.possibly(wanted) {
-            Possible::Yes(_) => Verdict::Holds,
+    fn decide_reachable(&self, wanted: &PlaceFormula) -> ClaimVerdict {
+        match self.decide_possibly(wanted) {
+            Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
                 let says = "no way leads there, whatever is reported and when";
-                Verdict::Fails(says.into(), "add a way there, or remove the check".into(), None)
+                ClaimVerdict::Fails(
+                    says.into(),
+                    "add a way there, or remove the check".into(),
+                    None,
+                )
             }
-            Possible::Unknown(why) => Verdict::Undecided(why),
+            Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
 
-    fn always_reachable(&self, wanted: &Formula) -> Verdict {
+    fn always_reachable(&self, wanted: &PlaceFormula) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(wanted, marking);
         let found = self.timed().and_then(|classes| {
             let node = lost(classes, &asked, &self.budget())?;
-            Ok(node.map(|node| Seen::of(classes, node)))
+            Ok(node.map(|node| Witness::of(classes, node)))
         });
         match found {
-            Ok(None) => Verdict::Holds,
+            Ok(None) => ClaimVerdict::Holds,
             Ok(Some(seen)) => {
                 let says = format!("{}, and no way leads on to it", self.comes_to(&seen));
-                Verdict::Fails(
+                ClaimVerdict::Fails(
                     says,
                     self.or_the_end(&seen.marking),
-                    Some(self.data(&seen.way, &[])),
+                    Some(self.trace_of(&seen.way, &[])),
                 )
             }
             Err(why) => self.undecided(why),
@@ -119,11 +123,11 @@ impl Proof<'_> {
         }
     }
 
-    fn eventually(&self, wanted: &Formula) -> Verdict {
+    fn decide_eventually(&self, wanted: &PlaceFormula) -> ClaimVerdict {
         self.every_run_comes(wanted, |_| vec![0])
     }
 
-    fn leads_to(&self, from: &Formula, to: &Formula) -> Verdict {
+    fn leads_to(&self, from: &PlaceFormula, to: &PlaceFormula) -> ClaimVerdict {
         self.every_run_comes(to, |graph| {
             let starts = |node: &u32| self.holds(from, &graph.tokens(*node));
             (0..graph.nodes()).filter(starts).collect()
@@ -134,25 +138,26 @@ impl Proof<'_> {
     /// that avoids it. All runs are among those without times, so none there is enough.
     fn every_run_comes(
         &self,
-        wanted: &Formula,
+        wanted: &PlaceFormula,
         starts: impl Fn(&dyn Graph) -> Vec<u32>,
-    ) -> Verdict {
+    ) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(wanted, marking);
         let avoiding = |graph: &dyn Graph| escape(graph, starts(graph), &asked, &self.budget());
         if self.is_whole() && avoiding(&self.exploration.space) == Ok(None) {
-            return Verdict::Holds;
+            return ClaimVerdict::Holds;
         }
         match self.timed().and_then(|classes| avoiding(classes)) {
-            Ok(None) => Verdict::Holds,
+            Ok(None) => ClaimVerdict::Holds,
             Ok(Some(found)) => self.escaped(&found),
             Err(why) => self.undecided(why),
         }
     }
 
-    fn escaped(&self, escape: &Escape) -> Verdict {
+    fn escaped(&self, escape: &Escape) -> ClaimVerdict {
         match escape {
             Escape::Circle(way, circle) => {
-                let lead = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                let lead =
+                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
                 let says =
                     format!("{lead}this can go on for ever without it: {}", self.names(circle));
                 self.fails(says, way, circle)
@@ -161,10 +166,10 @@ impl Proof<'_> {
                 let marking = self.marking_after(way);
                 let says = format!(
                     "{} there {}, and nothing fires any more",
-                    self.after(way),
-                    self.holding(&marking)
+                    self.after_firings(way),
+                    self.marked_in_words(&marking)
                 );
-                Verdict::Fails(says, self.or_the_end(&marking), Some(self.data(way, &[])))
+                ClaimVerdict::Fails(says, self.or_the_end(&marking), Some(self.trace_of(way, &[])))
             }
         }
     }
@@ -174,7 +179,12 @@ impl Proof<'_> {
         rules.play(self.net.initial(), way).unwrap_or_default()
     }
 
-    fn duration(&self, until: &Formula, relation: Relation, limit: Duration) -> Verdict {
+    fn decide_duration(
+        &self,
+        until: &PlaceFormula,
+        relation: Relation,
+        limit: Duration,
+    ) -> ClaimVerdict {
         match relation {
             Relation::Greater | Relation::GreaterOrEqual => {
                 self.at_least(until, relation == Relation::Greater, limit)
@@ -183,7 +193,7 @@ impl Proof<'_> {
         }
     }
 
-    fn at_least(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
+    fn at_least(&self, until: &PlaceFormula, is_strict: bool, limit: Duration) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(until, marking);
         let found =
             self.timed().and_then(|classes| shortest(self.net, classes, asked, &self.budget()));
@@ -191,10 +201,14 @@ impl Proof<'_> {
             Err(why) => self.undecided(why),
             Ok(None) => {
                 let says = "it never comes to that: no way leads there";
-                Verdict::Fails(says.into(), "add a way there, or remove the check".into(), None)
+                ClaimVerdict::Fails(
+                    says.into(),
+                    "add a way there, or remove the check".into(),
+                    None,
+                )
             }
             Ok(Some(least)) if least.time > limit || (least.time == limit && !is_strict) => {
-                Verdict::Holds
+                ClaimVerdict::Holds
             }
             Ok(Some(least)) => {
                 let says = format!("{} {}", time(least.time), self.are_enough(&least.sequence));
@@ -210,19 +224,19 @@ impl Proof<'_> {
         }
     }
 
-    fn at_most(&self, until: &Formula, is_strict: bool, limit: Duration) -> Verdict {
+    fn at_most(&self, until: &PlaceFormula, is_strict: bool, limit: Duration) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(until, marking);
         let found =
             self.timed().and_then(|classes| longest(self.net, classes, asked, &self.budget()));
         match found {
             Err(why) => self.undecided(why),
             Ok(Latest::At(most)) if most.time < limit || (most.time == limit && !is_strict) => {
-                Verdict::Holds
+                ClaimVerdict::Holds
             }
             Ok(Latest::At(most)) => {
                 let says = format!("{} can take {}", self.names(&most.sequence), time(most.time));
-                let way = Way { is_late: true, ..self.data(&most.sequence, &[]) };
-                Verdict::Fails(says, CHANGE_EITHER.into(), Some(way))
+                let way = Way { is_late: true, ..self.trace_of(&most.sequence, &[]) };
+                ClaimVerdict::Fails(says, CHANGE_EITHER.into(), Some(way))
             }
             Ok(Latest::WithoutEnd(way)) => self.without_end(&way),
             Ok(Latest::Circle(way, circle)) => self.escaped(&Escape::Circle(way, circle)),
@@ -230,17 +244,17 @@ impl Proof<'_> {
         }
     }
 
-    fn without_end(&self, way: &[TransitionId]) -> Verdict {
+    fn without_end(&self, way: &[TransitionId]) -> ClaimVerdict {
         let says = format!("there is no longest: {}", self.waits(way));
         let remedy = "give what waits another way out with a timeout, or leave the check out";
-        Verdict::Fails(says, remedy.into(), Some(self.data(way, &[])))
+        ClaimVerdict::Fails(says, remedy.into(), Some(self.trace_of(way, &[])))
     }
 
     /// The last firing of a way may be waited for without end.
     pub(super) fn waits(&self, way: &[TransitionId]) -> String {
         let Some((last, before)) = way.split_last() else { return "nothing has to fire".into() };
         let name = self.name(*last);
-        format!("{} {name} may be waited for without end", self.after(before))
+        format!("{} {name} may be waited for without end", self.after_firings(before))
     }
 
     /// The transitions of the analysed net that are this one of the plan.
@@ -249,25 +263,29 @@ impl Proof<'_> {
         sources.filter(|it| *it.1 == Some(transition)).map(|it| it.0).collect()
     }
 
-    fn fires(&self, transition: TransitionId) -> Verdict {
+    fn decide_fires(&self, transition: TransitionId) -> ClaimVerdict {
         match self.firing_of(transition) {
-            Possible::Yes(_) => Verdict::Holds,
+            Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
                 let says = "no way leads to its firing, whatever is reported and when";
-                Verdict::Fails(says.into(), "add a way to its places, or remove it".into(), None)
+                ClaimVerdict::Fails(
+                    says.into(),
+                    "add a way to its places, or remove it".into(),
+                    None,
+                )
             }
-            Possible::Unknown(why) => Verdict::Undecided(why),
+            Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
 
-    fn dead(&self, transition: TransitionId) -> Verdict {
+    fn decide_dead(&self, transition: TransitionId) -> ClaimVerdict {
         match self.firing_of(transition) {
-            Possible::No => Verdict::Holds,
+            Possible::No => ClaimVerdict::Holds,
             Possible::Yes(seen) => {
                 let says = format!("it fires: {}", self.names(&seen.way));
                 self.fails(says, &seen.way, &[])
             }
-            Possible::Unknown(why) => Verdict::Undecided(why),
+            Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
 
@@ -294,7 +312,7 @@ impl Proof<'_> {
             }
             return self.timed_firing(base);
         };
-        let mut seen = Seen::of(space, state);
+        let mut seen = Witness::of(space, state);
         seen.way.push(base);
         match armor_petri::analysis::classes::is_possible(self.net, &seen.way) {
             Ok(true) => Possible::Yes(seen),
@@ -310,7 +328,7 @@ impl Proof<'_> {
         let fires = |class: &u32| classes.successors(*class).iter().any(|f| f.0 == transition);
         match (0..classes.nodes()).find(fires) {
             Some(class) => {
-                let mut seen = Seen::of(classes, class);
+                let mut seen = Witness::of(classes, class);
                 seen.way.push(transition);
                 Possible::Yes(seen)
             }
@@ -318,40 +336,41 @@ impl Proof<'_> {
         }
     }
 
-    fn bounded(&self, place: PlaceId, most: Option<u32>) -> Verdict {
+    fn decide_bounded(&self, place: PlaceId, most: Option<u32>) -> ClaimVerdict {
         let Some(most) = most else { return self.bounded_at_all(place) };
         if self.bounds.of(place.index()).is_some_and(|bound| bound <= u64::from(most)) {
-            return Verdict::Holds;
+            return ClaimVerdict::Holds;
         }
         match most.checked_add(1) {
-            Some(more) => self.never(&Formula::at_least(place, more)),
-            None => Verdict::Holds,
+            Some(more) => self.decide_never(&PlaceFormula::at_least(place, more)),
+            None => ClaimVerdict::Holds,
         }
     }
 
     /// As far as tokens go: a sum bounds it, or all states are seen, or it fills without end.
-    fn bounded_at_all(&self, place: PlaceId) -> Verdict {
+    fn bounded_at_all(&self, place: PlaceId) -> ClaimVerdict {
         if self.bounds.of(place.index()).is_some() {
-            return Verdict::Holds;
+            return ClaimVerdict::Holds;
         }
         match &self.exploration.ending {
-            Ending::Complete => Verdict::Holds,
-            Ending::Unbounded(_) if self.times_bound_it() => Verdict::Holds,
+            Ending::Complete => ClaimVerdict::Holds,
+            Ending::Unbounded(_) if self.times_bound_it() => ClaimVerdict::Holds,
             Ending::Unbounded(_) if self.grows_untimed_alone() => {
-                Verdict::Undecided("whether its times let it fill is not known".into())
+                ClaimVerdict::Undecided("whether its times let it fill is not known".into())
             }
             Ending::Unbounded(pumping) if pumping.growing.contains(&place) => {
                 let (way, circle) = (&pumping.prefix, &pumping.cycle);
-                let begin = if way.is_empty() { String::new() } else { self.after(way) + " " };
+                let begin =
+                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
                 let says = format!(
                     "{begin}each {} leaves more in it, again and again",
                     self.names(circle)
                 );
                 self.fails(says, way, circle)
             }
-            Ending::Unbounded(_) => {
-                Verdict::Undecided("another place fills without end, so not all was seen".into())
-            }
+            Ending::Unbounded(_) => ClaimVerdict::Undecided(
+                "another place fills without end, so not all was seen".into(),
+            ),
             Ending::Undecided(why) => self.undecided(*why),
         }
     }

@@ -6,33 +6,33 @@ use armor_petri::analysis::{Ending, Exhausted};
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::Way;
 
-use crate::proof::{Proof, Seen};
+use crate::proof::{Proof, Witness};
 
 /// Firings of a way that are named in a message; as data it is whole.
 const MAX_NAMED: usize = 12;
 
 impl Proof<'_> {
     /// "after a, b" for firings from the start.
-    pub(super) fn after(&self, way: &[TransitionId]) -> String {
+    pub(super) fn after_firings(&self, way: &[TransitionId]) -> String {
         if way.is_empty() { "at the start".into() } else { format!("after {}", self.names(way)) }
     }
 
     /// "after a, b tokens are in x, y".
-    pub(super) fn comes_to(&self, seen: &Seen) -> String {
-        format!("{} there {}", self.after(&seen.way), self.holding(&seen.marking))
+    pub(super) fn comes_to(&self, seen: &Witness) -> String {
+        format!("{} there {}", self.after_firings(&seen.way), self.marked_in_words(&seen.marking))
     }
 
     /// "is a token in x", "are tokens in x, y".
-    pub(super) fn holding(&self, marking: &[u32]) -> String {
+    pub(super) fn marked_in_words(&self, marking: &[u32]) -> String {
         match self.analysed.tokens(marking).iter().sum::<u32>() {
-            1 => format!("is a token in {}", self.held(marking)),
-            0 => format!("is no token{}", self.counted(marking)),
-            _ => format!("are tokens in {}", self.held(marking)),
+            1 => format!("is a token in {}", self.marked_names(marking)),
+            0 => format!("is no token{}", self.counters_in_words(marking)),
+            _ => format!("are tokens in {}", self.marked_names(marking)),
         }
     }
 
     /// The marked places.
-    pub(super) fn held(&self, marking: &[u32]) -> String {
+    pub(super) fn marked_names(&self, marking: &[u32]) -> String {
         let tokens = self.analysed.tokens(marking);
         let marked = tokens.iter().enumerate().filter(|(_, tokens)| **tokens > 0);
         let name = |(place, tokens): (usize, &u32)| match tokens {
@@ -41,11 +41,11 @@ impl Proof<'_> {
         };
         let names: Vec<_> = marked.map(name).collect();
         let names = if names.is_empty() { "no place".into() } else { names.join(", ") };
-        names + &self.counted(marking)
+        names + &self.counters_in_words(marking)
     }
 
     /// ", with round at 2": the variables that are followed.
-    fn counted(&self, marking: &[u32]) -> String {
+    fn counters_in_words(&self, marking: &[u32]) -> String {
         let values =
             self.analysed.values(marking).map(|(name, value)| format!("{name} at {value}"));
         let values: Vec<_> = values.collect();
@@ -73,7 +73,7 @@ impl Proof<'_> {
     }
 
     /// A firing sequence as data.
-    pub(super) fn data(&self, way: &[TransitionId], circle: &[TransitionId]) -> Way {
+    pub(super) fn trace_of(&self, way: &[TransitionId], circle: &[TransitionId]) -> Way {
         Way { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
     }
 
@@ -110,9 +110,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_told_in_the_units_that_people_use() {
-        let told = [0, 500, 90_000, 3_600_000, 3_660_500]
+    fn times_are_in_the_units_that_people_use() {
+        let words = [0, 500, 90_000, 3_600_000, 3_660_500]
             .map(|ms| time_in_words(Duration::from_millis(ms)));
-        assert_eq!(told, ["0 s", "0.5 s", "1 min 30 s", "1 h", "1 h 1 min 0.5 s"]);
+        assert_eq!(words, ["0 s", "0.5 s", "1 min 30 s", "1 h", "1 h 1 min 0.5 s"]);
     }
 }

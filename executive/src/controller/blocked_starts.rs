@@ -3,7 +3,7 @@
 //! after a while.
 
 use super::context::Context;
-use super::wishes::{Wish, components_now, is_up, wish};
+use super::wishes::{ComponentWish, components_now, is_up, wish};
 use crate::ledger::Firing;
 use armor_petri::PlaceId;
 use armor_plan::ComponentId;
@@ -30,7 +30,7 @@ pub(super) struct BlockedStarts {
 
 impl BlockedStarts {
     /// Notes which starts nothing will unblock, and since when; logs each of them once.
-    pub(super) fn notice(&mut self, cx: &mut Context) {
+    pub(super) fn notice_stuck(&mut self, cx: &mut Context) {
         let host = cx.host();
         for component in cx.plan().component_ids() {
             // The time for its own start begins when no component blocks it.
@@ -67,7 +67,7 @@ impl BlockedStarts {
 }
 
 /// Marks the components whose start is blocked, until the next event.
-pub(super) fn remember(cx: &mut Context) {
+pub(super) fn remember_blocked(cx: &mut Context) {
     let blocked: Vec<_> = blocked_starts(cx).into_values().flatten().collect();
     for (component, _) in blocked {
         cx.roster.of_mut(component).is_blocked = true;
@@ -87,7 +87,11 @@ fn in_the_way_of(cx: &Context, component: ComponentId) -> Option<ComponentId> {
     let mut peers = cx.plan().component(component).peers.iter().copied();
     peers.find(|peer| {
         let running = cx.roster.of(*peer).may_be_active();
-        running && matches!(wish(cx, *peer), Wish::Active | Wish::Keep | Wish::Leave)
+        running
+            && matches!(
+                wish(cx, *peer),
+                ComponentWish::Active | ComponentWish::Keep | ComponentWish::Leave
+            )
     })
 }
 
@@ -117,7 +121,7 @@ fn stuck_starts(cx: &Context) -> BTreeMap<u64, String> {
     let free = cx.ledger().firings().iter().filter(|it| !blocked.contains_key(it.0));
     free.flat_map(|it| &it.1.to).for_each(|arc| markable[arc.0.index()] = true);
     loop {
-        spread(cx, &mut markable);
+        spread_tokens(cx, &mut markable);
         let ends = |(_, blocks): &(&u64, &Vec<Block>)| {
             blocks.iter().all(|block| may_stop(cx, block.1, &markable))
         };
@@ -132,11 +136,11 @@ fn stuck_starts(cx: &Context) -> BTreeMap<u64, String> {
     if ends.into_iter().any(|end| markable[end.index()]) {
         return BTreeMap::new();
     }
-    blocked.into_iter().map(|(number, blocks)| (number, vain(cx, &blocks))).collect()
+    blocked.into_iter().map(|(number, blocks)| (number, describe_block(cx, &blocks))).collect()
 }
 
 /// Marks every place that tokens may come to, from those marked so far.
-fn spread(cx: &Context, markable: &mut [bool]) {
+fn spread_tokens(cx: &Context, markable: &mut [bool]) {
     loop {
         let before = markable.iter().filter(|it| **it).count();
         for transition in cx.plan().net().transitions() {
@@ -153,7 +157,7 @@ fn spread(cx: &Context, markable: &mut [bool]) {
 
 /// Whether a component may come to rest: its marked places can be left for places without it.
 fn may_stop(cx: &Context, component: ComponentId, markable: &[bool]) -> bool {
-    if wish(cx, component) == Wish::Leave {
+    if wish(cx, component) == ComponentWish::Leave {
         return false;
     }
     let places = &cx.plan().component(component).places;
@@ -188,7 +192,7 @@ fn may_stop(cx: &Context, component: ComponentId, markable: &[bool]) -> bool {
     places.iter().filter(wants).all(|place| left.contains(place))
 }
 
-fn vain(cx: &Context, blocks: &[Block]) -> String {
+fn describe_block(cx: &Context, blocks: &[Block]) -> String {
     let name = |component: ComponentId| &cx.plan().component(component).name;
     let one = |block: &Block| {
         let (one, other) = (name(block.0), name(block.1));

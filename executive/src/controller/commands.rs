@@ -1,10 +1,10 @@
 //! Commands to components: who is activated, who is frozen, and what follows if one does not obey.
 
 use super::context::Context;
-use super::wishes::{Wish, has_finished_and_rests, wish};
-use crate::event::Action;
-use crate::record::Entry;
-use crate::roster::{Doing, PendingCommand, Presence};
+use super::wishes::{ComponentWish, has_finished_and_rests, wish};
+use crate::event::ControllerAction;
+use crate::record::JournalEntry;
+use crate::roster::{Doing, PendingCommand, ProcessPresence};
 use armor_plan::ComponentId;
 use std::time::Duration;
 
@@ -30,16 +30,16 @@ impl Commands {
             self.unstopped.push(component);
         }
         let host = cx.host();
-        cx.roster.left(component, Presence::Gone, host);
+        cx.roster.left(component, ProcessPresence::Gone, host);
     }
 
     /// Gives each component the command it needs, if it can take one.
     pub(super) fn command_components(&mut self, cx: &mut Context) {
         for component in cx.plan().component_ids() {
             match wish(cx, component) {
-                Wish::Frozen => self.want_off(cx, component),
-                Wish::Active => self.want_on(cx, component),
-                Wish::Leave | Wish::Keep => {}
+                ComponentWish::Frozen => self.want_off(cx, component),
+                ComponentWish::Active => self.want_on(cx, component),
+                ComponentWish::Leave | ComponentWish::Keep => {}
             }
         }
     }
@@ -71,7 +71,7 @@ impl Commands {
             // It runs for another executive, or for a decision that never reached the journal.
             self.want_off(cx, component);
         } else if observed.doing.is_at_rest() && observed.order.is_none() {
-            activate(cx, component);
+            activate_component(cx, component);
         }
     }
 
@@ -95,23 +95,23 @@ impl Commands {
             observed.unstoppable = true;
             self.unstopped.push(component);
             tracing::error!(component = name, "killed, but not known to be gone");
-            return cx.publish();
+            return cx.publish_marking();
         }
-        let here = observed.presence == Presence::Here;
+        let here = observed.presence == ProcessPresence::Here;
         if here && order.tries < STOP_TRIES {
             order.tries += 1;
             let activation = observed.activation.max(observed.commanded);
             observed.commanded = activation;
-            return cx.act(Action::Freeze { component, activation });
+            return cx.add_action(ControllerAction::Freeze { component, activation });
         }
         order.killed = Some(now);
         tracing::warn!(component = name, "it did not stop when it was asked to; killing it");
-        cx.act(Action::Kill { component });
+        cx.add_action(ControllerAction::Kill { component });
     }
 }
 
 /// Returns when orders to stop are given their next push.
-pub(super) fn pushes(cx: &Context) -> impl Iterator<Item = Duration> {
+pub(super) fn pushes_due(cx: &Context) -> impl Iterator<Item = Duration> {
     cx.plan().component_ids().filter_map(|component| next_push(cx, component))
 }
 
@@ -120,7 +120,7 @@ fn next_push(cx: &Context, component: ComponentId) -> Option<Duration> {
 }
 
 /// Starts a component, unless one that it excludes may still be running.
-fn activate(cx: &mut Context, component: ComponentId) {
+fn activate_component(cx: &mut Context, component: ComponentId) {
     let planned = cx.plan().component(component);
     if planned.peers.iter().any(|peer| cx.roster.of(*peer).may_be_active()) {
         return;
@@ -128,10 +128,14 @@ fn activate(cx: &mut Context, component: ComponentId) {
     // Beyond what the component knows too: another executive may have counted further.
     let activation = cx.ledger().last_activation().max(cx.roster.of(component).activation) + 1;
     let (name, values) = (planned.name.clone(), cx.ledger().values_for(component));
-    cx.record(Entry::Activating { component: name, activation, values: values.clone() });
+    cx.record_entry(JournalEntry::Activating {
+        component: name,
+        activation,
+        values: values.clone(),
+    });
     let since = cx.host();
     let observed = cx.roster.of_mut(component);
     observed.order = Some(PendingCommand { stop: false, since, tries: 1, killed: None });
     (observed.doing, observed.commanded) = (Doing::Unknown, activation);
-    cx.act(Action::Activate { component, activation, values });
+    cx.add_action(ControllerAction::Activate { component, activation, values });
 }

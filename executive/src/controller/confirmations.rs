@@ -4,7 +4,7 @@
 use super::context::Context;
 use super::mission_dates::MissionDates;
 use crate::ledger::{Consent, Ledger};
-use crate::record::Entry;
+use crate::record::JournalEntry;
 use armor_petri::{Class, TransitionId};
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
@@ -43,7 +43,7 @@ pub(super) fn next_firing(cx: &Context, dates: &MissionDates) -> Option<Duration
 }
 
 /// Asks about transitions whose time has come, and decides those whose time for an answer is over.
-pub(super) fn ask(cx: &mut Context, dates: &MissionDates) {
+pub(super) fn ask_operator(cx: &mut Context, dates: &MissionDates) {
     if !cx.is_playing() {
         return;
     }
@@ -54,7 +54,7 @@ pub(super) fn ask(cx: &mut Context, dates: &MissionDates) {
             continue;
         };
         let transition = cx.plan().net().transition(id).name.clone();
-        cx.record(Entry::Unanswered { transition, fires });
+        cx.record_entry(JournalEntry::Unanswered { transition, fires });
     }
     if next_ready(cx, dates).is_some() {
         return;
@@ -65,7 +65,7 @@ pub(super) fn ask(cx: &mut Context, dates: &MissionDates) {
     });
     for id in unasked.collect::<Vec<_>>() {
         let transition = cx.plan().net().transition(id).name.clone();
-        cx.record(Entry::Asked { transition });
+        cx.record_entry(JournalEntry::Asked { transition });
     }
 }
 

@@ -1,12 +1,12 @@
 //! What every machine of the controller works with: the ledger and the one way to change it, the
 //! roster, both clocks, and the actions that follow from the event at hand.
 
-use crate::event::Action;
-use crate::ledger::{Ledger, Stage};
-use crate::record::{Entry, Record};
+use crate::event::ControllerAction;
+use crate::ledger::{Ledger, MissionStage};
+use crate::record::{JournalEntry, JournalRecord};
 use crate::roster::Roster;
 use crate::terms::Cause;
-use crate::time::{HostTimes, Now};
+use crate::time::{ClockReadings, HostTimes};
 use armor_petri::PlaceId;
 use armor_plan::Plan;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub(crate) struct Context {
     /// Host time.
     host: Duration,
     host_times: HostTimes,
-    actions: Vec<Action>,
+    actions: Vec<ControllerAction>,
     /// The executive is being stopped: every component comes to rest, nothing fires.
     is_stopping: bool,
     /// The components as observed.
@@ -29,8 +29,8 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    pub(super) fn new(ledger: Ledger, now: Now) -> Self {
-        let Now { mission, host } = now;
+    pub(super) fn new(ledger: Ledger, now: ClockReadings) -> Self {
+        let ClockReadings { mission, host } = now;
         // Without a `<clock>` both clocks are one, so neither may be behind the last record.
         let host = if ledger.plan().clock().is_none() { host.max(ledger.last_at()) } else { host };
         let mut host_times = HostTimes::default();
@@ -47,7 +47,7 @@ impl Context {
     }
 
     /// Moves both clocks on; neither ever goes back.
-    pub(super) fn advance(&mut self, now: Now) {
+    pub(super) fn advance_clocks(&mut self, now: ClockReadings) {
         (self.now, self.host) = (self.now.max(now.mission), self.host.max(now.host));
     }
 
@@ -56,7 +56,7 @@ impl Context {
         self.ledger.advance(self.now);
     }
 
-    pub(super) fn stop(&mut self) {
+    pub(super) fn begin_stopping(&mut self) {
         self.is_stopping = true;
     }
 
@@ -88,7 +88,7 @@ impl Context {
 
     /// Whether the mission is neither retreating nor ending.
     pub(super) fn is_playing(&self) -> bool {
-        self.ledger.stage() == Stage::Playing
+        self.ledger.stage() == MissionStage::Playing
     }
 
     pub(super) fn may_fire(&self) -> bool {
@@ -96,22 +96,22 @@ impl Context {
     }
 
     /// Decides: the entry goes into the ledger, and into the journal before any later action.
-    pub(super) fn record(&mut self, entry: Entry) {
-        let record = Record { at: self.now, entry };
+    pub(super) fn record_entry(&mut self, entry: JournalEntry) {
+        let record = JournalRecord { at: self.now, entry };
         self.ledger.apply(&record).expect("a decision follows from the ledger, so it fits it");
         self.host_times.follow(&self.ledger, self.host);
-        self.act(Action::Journal(record));
-        self.publish();
+        self.add_action(ControllerAction::Journal(record));
+        self.publish_marking();
     }
 
-    pub(super) fn act(&mut self, action: Action) {
+    pub(super) fn add_action(&mut self, action: ControllerAction) {
         self.actions.push(action);
     }
 
     /// Publishes the marking, once per event.
-    pub(super) fn publish(&mut self) {
-        if !self.actions.contains(&Action::Publish) {
-            self.act(Action::Publish);
+    pub(super) fn publish_marking(&mut self) {
+        if !self.actions.contains(&ControllerAction::Publish) {
+            self.add_action(ControllerAction::Publish);
         }
     }
 
@@ -120,7 +120,7 @@ impl Context {
         self.actions.len()
     }
 
-    pub(super) fn take_actions(&mut self) -> Vec<Action> {
+    pub(super) fn take_actions(&mut self) -> Vec<ControllerAction> {
         std::mem::take(&mut self.actions)
     }
 
@@ -131,7 +131,7 @@ impl Context {
         from: &[(PlaceId, u32)],
         to: &[(PlaceId, u32)],
     ) {
-        self.record(Entry::Took {
+        self.record_entry(JournalEntry::Took {
             firing: self.ledger.next_firing(),
             cause,
             from: self.ledger.tokens_named(from),
@@ -145,7 +145,7 @@ impl Context {
     /// Gives up every token and firing for the safe place.
     pub(super) fn retreat(&mut self, why: &str) {
         if self.is_playing() {
-            self.record(Entry::Retreated { why: why.to_owned() });
+            self.record_entry(JournalEntry::Retreated { why: why.to_owned() });
         }
     }
 }

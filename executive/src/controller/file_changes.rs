@@ -3,10 +3,10 @@
 //! proving take time, so they are questions that another thread answers.
 
 use super::context::Context;
-use crate::answer::{Answer, Found, Offer};
-use crate::event::Action;
-use crate::judging::Question;
-use crate::record::Entry;
+use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
+use crate::event::ControllerAction;
+use crate::judging::VersionQuestion;
+use crate::record::JournalEntry;
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, Plan, Stand, Version};
 use std::collections::BTreeSet;
@@ -31,7 +31,7 @@ pub(super) enum ChangeProgress {
     Reading,
     /// It can be played; it waits for its moment, or is being proven.
     Waiting {
-        offer: Offer,
+        offer: VersionOffer,
         /// The marking that it is being proven from.
         proving: Option<Stand>,
         /// Those from which nothing bad was found.
@@ -61,7 +61,7 @@ impl FileChanges {
     }
 
     /// Returns the version that is not in force.
-    pub(super) fn pending(&self) -> Option<&PendingChange> {
+    pub(super) fn pending_change(&self) -> Option<&PendingChange> {
         self.change.as_ref()
     }
 
@@ -71,25 +71,27 @@ impl FileChanges {
     }
 
     /// Returns the question that [`Action::Judge`] asks; none if it has been overtaken.
-    pub(super) fn question(&self, plan: &Arc<Plan>) -> Option<Question> {
+    pub(super) fn question(&self, plan: &Arc<Plan>) -> Option<VersionQuestion> {
         let PendingChange { version, serial, progress } = self.change.as_ref()?;
         let (serial, running) = (*serial, Arc::clone(plan));
         match progress {
             ChangeProgress::Reading => {
-                Some(Question::Read { serial, version: Arc::clone(version), running })
+                Some(VersionQuestion::Read { serial, version: Arc::clone(version), running })
             }
-            ChangeProgress::Waiting { offer, proving: Some(stand), .. } => Some(Question::Prove {
-                serial,
-                running,
-                next: Arc::clone(&offer.plan),
-                stand: stand.clone(),
-            }),
+            ChangeProgress::Waiting { offer, proving: Some(stand), .. } => {
+                Some(VersionQuestion::Prove {
+                    serial,
+                    running,
+                    next: Arc::clone(&offer.plan),
+                    stand: stand.clone(),
+                })
+            }
             ChangeProgress::Waiting { .. } | ChangeProgress::Refused(_) => None,
         }
     }
 
     /// Takes up a version of the file.
-    pub(super) fn offered(&mut self, cx: &mut Context, version: Arc<Version>) {
+    pub(super) fn take_offer(&mut self, cx: &mut Context, version: Arc<Version>) {
         if version.is_same(cx.plan().version()) {
             self.known_as = version.number;
             if self.change.take().is_some() {
@@ -103,16 +105,16 @@ impl FileChanges {
         self.offers += 1;
         let (serial, progress) = (self.offers, ChangeProgress::Reading);
         self.change = Some(PendingChange { version, serial, progress });
-        cx.act(Action::Judge);
+        cx.add_action(ControllerAction::Judge);
     }
 
     /// Takes the answer to a question.
-    pub(super) fn answered(&mut self, cx: &mut Context, answer: Answer) {
+    pub(super) fn take_answer(&mut self, cx: &mut Context, answer: VersionAnswer) {
         let Some(change) = self.change.as_mut().filter(|it| it.serial == answer.serial) else {
             return;
         };
         match (answer.found, &mut change.progress) {
-            (Found::Read(Ok(offer)), ChangeProgress::Reading) => {
+            (VersionFinding::Read(Ok(offer)), ChangeProgress::Reading) => {
                 if offer.plan.fingerprint() == cx.plan().fingerprint() {
                     // The file differs in what does not concern the mission.
                     self.known_as = change.version.number;
@@ -123,7 +125,7 @@ impl FileChanges {
                 change.progress = ChangeProgress::Waiting { offer, proving, proven, why };
             }
             (
-                Found::Proven { stand, verdict: Ok(()) },
+                VersionFinding::Proven { stand, verdict: Ok(()) },
                 ChangeProgress::Waiting { proven, proving, .. },
             ) => {
                 *proving = None;
@@ -131,10 +133,13 @@ impl FileChanges {
                     proven.insert(stand);
                 }
             }
-            (Found::Read(Err(why)) | Found::Proven { verdict: Err(why), .. }, _) => {
+            (
+                VersionFinding::Read(Err(why)) | VersionFinding::Proven { verdict: Err(why), .. },
+                _,
+            ) => {
                 self.refuse_change(cx, why);
             }
-            (Found::Read(_) | Found::Proven { .. }, _) => {}
+            (VersionFinding::Read(_) | VersionFinding::Proven { .. }, _) => {}
         }
     }
 
@@ -145,13 +150,13 @@ impl FileChanges {
         change.progress = ChangeProgress::Refused(why.clone());
         let version = change.version.number;
         if cx.is_playing() {
-            cx.record(Entry::Refused { version, why });
+            cx.record_entry(JournalEntry::Refused { version, why });
         }
     }
 
     /// Takes the pending version if its moment has come: nothing is in flight, and it is proven from
     /// where the mission stands. Returns the plan that was in force before.
-    pub(super) fn consider(&mut self, cx: &mut Context) -> Option<Arc<Plan>> {
+    pub(super) fn consider_change(&mut self, cx: &mut Context) -> Option<Arc<Plan>> {
         let Some(PendingChange {
             progress: ChangeProgress::Waiting { offer, proving, proven, why },
             ..
@@ -179,7 +184,7 @@ impl FileChanges {
             return self.take_change(cx);
         } else if proving.is_none() {
             self.wait_for(cx, "it is being proven".to_owned(), Some(stand));
-            cx.act(Action::Judge);
+            cx.add_action(ControllerAction::Judge);
         }
         None
     }
@@ -193,7 +198,7 @@ impl FileChanges {
             if prove_from.is_some() {
                 *proving = prove_from;
             }
-            cx.publish();
+            cx.publish_marking();
         }
     }
 
@@ -204,13 +209,13 @@ impl FileChanges {
             return None;
         };
         let before = Arc::clone(cx.plan());
-        cx.record(Entry::Changed {
+        cx.record_entry(JournalEntry::Changed {
             version: (*version).clone(),
             fingerprint: offer.plan.fingerprint(),
             changes: offer.changes,
         });
         self.known_as = version.number;
-        cx.act(Action::Changed);
+        cx.add_action(ControllerAction::Changed);
         Some(before)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use crate::ledger::DateState;
-use crate::record::Entry;
+use crate::record::JournalEntry;
 use armor_petri::{Class, TransitionId};
 use armor_plan::{DatePhase, Plan, PlannedDates};
 use armor_robotfile::Date;
@@ -31,12 +31,12 @@ impl MissionDates {
         let before = self.at_start.replace(at_start);
         let moved = |before: Date| before.after(at_start).or(at_start.after(before));
         if before.and_then(moved).is_none_or(|by| by > JUMP) {
-            cx.publish();
+            cx.publish_marking();
         }
     }
 
     /// Returns UTC now; none without a reading.
-    fn utc(&self, cx: &Context) -> Option<Date> {
+    fn utc_now(&self, cx: &Context) -> Option<Date> {
         Some(self.at_start?.later(cx.now()))
     }
 
@@ -49,7 +49,7 @@ impl MissionDates {
     /// Records which dates have come or passed. A date that has passed stays so, even if the clock is
     /// set back.
     pub(super) fn weigh_dates(&self, cx: &mut Context) {
-        let Some(utc) = self.utc(cx).filter(|_| cx.may_fire()) else {
+        let Some(utc) = self.utc_now(cx).filter(|_| cx.may_fire()) else {
             return;
         };
         let plan = Arc::clone(cx.plan());
@@ -58,7 +58,12 @@ impl MissionDates {
             if before.phase != phase && before.phase != DatePhase::Past {
                 let transition = plan.net().transition(id).name.clone();
                 let used = before.used;
-                cx.record(Entry::Dated { transition, phase, used, utc: utc.to_string() });
+                cx.record_entry(JournalEntry::Dated {
+                    transition,
+                    phase,
+                    used,
+                    utc: utc.to_string(),
+                });
             }
         }
         let failed = plan.dated().find(|(id, dates)| Self::has_failed(cx, *id, dates));
@@ -80,7 +85,7 @@ impl MissionDates {
 
     /// Returns when dates come or pass next, in mission time.
     pub(super) fn next_due(&self, cx: &Context) -> Option<Duration> {
-        let (start, utc) = (self.at_start?, self.utc(cx)?);
+        let (start, utc) = (self.at_start?, self.utc_now(cx)?);
         let dates = cx.plan().dated().filter(|_| cx.may_fire());
         let waiting = dates.filter(|(id, _)| cx.ledger().date(*id).phase != DatePhase::Past);
         let moments = waiting.flat_map(|(_, dates)| dates.first.into_iter().chain(dates.last));
@@ -88,7 +93,7 @@ impl MissionDates {
     }
 
     /// Returns why its dates keep it from firing, in words.
-    pub(super) fn hindrance(&self, cx: &Context, id: TransitionId) -> Option<String> {
+    pub(super) fn date_hindrance(&self, cx: &Context, id: TransitionId) -> Option<String> {
         let dates = cx.plan().transition(id).dates?;
         if self.waits_for_utc(cx.plan(), id) {
             return Some("its date is not judged yet".to_owned());

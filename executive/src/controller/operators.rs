@@ -4,12 +4,12 @@
 use super::context::Context;
 use super::mission_dates::MissionDates;
 use super::token_moves::{MoveProofs, judge_moves};
-use crate::event::Action;
+use crate::event::ControllerAction;
 use crate::incoming_order::IncomingOrder;
 use crate::judging::MoveQuestion;
-use crate::ledger::{Consent, Lease, Stage};
-use crate::order::{Giver, Judged, Order};
-use crate::record::Entry;
+use crate::ledger::{Consent, Lease, MissionStage};
+use crate::order::{Giver, Judged, MissionOrder};
+use crate::record::JournalEntry;
 use armor_petri::{Class, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::mission::Autonomy;
@@ -58,12 +58,17 @@ impl Operators {
 
     /// Returns the question that [`Action::JudgeMove`] asks; none if it has been answered.
     pub(super) fn move_question(&self, plan: &Arc<Plan>) -> Option<MoveQuestion> {
-        self.moves.question(plan)
+        self.moves.move_question(plan)
     }
 
     /// Judges an order, writes it down, and answers. An order that is repeated gets the same answer.
-    pub(super) fn order(&mut self, cx: &mut Context, dates: &MissionDates, given: IncomingOrder) {
-        if self.moves.repeat(&given) {
+    pub(super) fn take_order(
+        &mut self,
+        cx: &mut Context,
+        dates: &MissionDates,
+        given: IncomingOrder,
+    ) {
+        if self.moves.is_repeated(&given) {
             return;
         }
         let is_known = |past: &&(Judged, Duration)| {
@@ -76,12 +81,12 @@ impl Operators {
         }
         let (accepted, text) = known.unwrap_or_else(|| self.judge_and_record(cx, dates, &given));
         let holder = cx.ledger().lease().map(|lease| lease.by.instance);
-        let holds = matches!(given.order, Order::Lease | Order::Rejoin);
+        let holds = matches!(given.order, MissionOrder::Lease | MissionOrder::Rejoin);
         if holds && holder == Some(given.by.instance) {
             self.link = HolderLink::Up(given.connection);
         }
         let IncomingOrder { connection, request, .. } = given;
-        cx.act(Action::Answer { connection, request, accepted, text });
+        cx.add_action(ControllerAction::Answer { connection, request, accepted, text });
     }
 
     /// Notes that the connection of an operator has ended.
@@ -105,7 +110,7 @@ impl Operators {
         if self.lease_due(cx).is_some_and(|due| due <= cx.host())
             && let Some(Lease { by, .. }) = cx.ledger().lease().cloned()
         {
-            cx.record(Entry::LinkLost { author: by.author });
+            cx.record_entry(JournalEntry::LinkLost { author: by.author });
         }
     }
 
@@ -123,7 +128,8 @@ impl Operators {
         dates: &MissionDates,
         given: &IncomingOrder,
     ) -> (bool, String) {
-        let judged = self.allow(cx, given).and_then(|()| self.judge(cx, dates, &given.order));
+        let judged =
+            self.check_allowed(cx, given).and_then(|()| self.judge_order(cx, dates, &given.order));
         self.write_down(cx, given, judged)
     }
 
@@ -150,21 +156,26 @@ impl Operators {
         let IncomingOrder { request, by, take, order, .. } = given.clone();
         let text_kept = text.clone();
         let taker = by.author.clone();
-        cx.record(Entry::Ordered(Judged { request, by, take, order, accepted, text }));
+        cx.record_entry(JournalEntry::Ordered(Judged { request, by, take, order, accepted, text }));
         if let (true, Some(_), HolderLink::Up(connection)) = (accepted, ousted, self.link) {
             // The former holder learns it now, and not when its next order is refused.
             let text = format!("{taker} has taken the command over");
-            cx.act(Action::Answer { connection, request: 0, accepted: false, text });
+            cx.add_action(ControllerAction::Answer {
+                connection,
+                request: 0,
+                accepted: false,
+                text,
+            });
         }
         (accepted, text_kept)
     }
 
     /// Whether this operator may give this order now.
-    fn allow(&self, cx: &Context, given: &IncomingOrder) -> Result<(), String> {
+    fn check_allowed(&self, cx: &Context, given: &IncomingOrder) -> Result<(), String> {
         if cx.is_stopping() {
             return Err("the executive is being stopped; the mission can be resumed later".into());
         }
-        let needs_own = matches!(given.order, Order::Release | Order::Rejoin);
+        let needs_own = matches!(given.order, MissionOrder::Release | MissionOrder::Rejoin);
         let Some(lease) = cx.ledger().lease() else {
             let why = "nobody holds the command";
             return if needs_own { Err(why.into()) } else { Ok(()) };
@@ -187,41 +198,50 @@ impl Operators {
     }
 
     /// Whether an order can be carried out, and what follows from it.
-    fn judge(&self, cx: &Context, dates: &MissionDates, order: &Order) -> Result<String, String> {
-        if cx.ledger().stage() != Stage::Playing {
+    fn judge_order(
+        &self,
+        cx: &Context,
+        dates: &MissionDates,
+        order: &MissionOrder,
+    ) -> Result<String, String> {
+        if cx.ledger().stage() != MissionStage::Playing {
             return match order {
-                Order::Safe if cx.ledger().stage() == Stage::Retreating => {
+                MissionOrder::Safe if cx.ledger().stage() == MissionStage::Retreating => {
                     Ok("the mission is on its way to its safe place".into())
                 }
-                Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
+                MissionOrder::Lease | MissionOrder::Release | MissionOrder::Rejoin => {
+                    Ok(in_command(order))
+                }
                 _ => Err("the mission is ending".into()),
             };
         }
         match order {
-            Order::Lease | Order::Release | Order::Rejoin => Ok(in_command(order)),
-            Order::Fire(name) => judge_firing(cx, dates, name),
-            Order::Pause => Ok(match cx.ledger().pause() {
+            MissionOrder::Lease | MissionOrder::Release | MissionOrder::Rejoin => {
+                Ok(in_command(order))
+            }
+            MissionOrder::Fire(name) => judge_firing(cx, dates, name),
+            MissionOrder::Pause => Ok(match cx.ledger().pause() {
                 Some(pause) => format!("the mission is paused already, by {}", pause.by),
                 None => "the mission is paused".into(),
             }),
-            Order::Resume => match cx.ledger().pause() {
+            MissionOrder::Resume => match cx.ledger().pause() {
                 Some(_) => Ok("the mission goes on".into()),
                 None => Err("the mission is not paused".into()),
             },
-            Order::Safe => Ok(match cx.plan().safe() {
+            MissionOrder::Safe => Ok(match cx.plan().safe() {
                 Some(place) => format!("the mission goes to `{}`", cx.plan().net().place(place)),
                 None => "the mission is given up: it has no safe place".into(),
             }),
-            Order::Move(_) if self.moves.is_proving() => {
+            MissionOrder::Move(_) if self.moves.is_proving() => {
                 Err("another move is being proven: wait for what comes of it".into())
             }
-            Order::Move(moves) => judge_moves(cx, moves),
-            Order::Confirm(name) => {
+            MissionOrder::Move(moves) => judge_moves(cx, moves),
+            MissionOrder::Confirm(name) => {
                 judge_answer(cx, name)?;
                 let held = cx.ledger().pause().is_some();
                 Ok(format!("`{name}` fires{}", if held { " when the mission goes on" } else { "" }))
             }
-            Order::Decline(name) => {
+            MissionOrder::Decline(name) => {
                 judge_answer(cx, name)?;
                 Ok(format!("`{name}` does not fire, and asks again when it is newly enabled"))
             }
@@ -235,10 +255,14 @@ impl Operators {
         dates: &MissionDates,
         given: &IncomingOrder,
     ) -> bool {
-        let Order::Move(moves) = &given.order else {
+        let MissionOrder::Move(moves) = &given.order else {
             return false;
         };
-        if self.allow(cx, given).and_then(|()| self.judge(cx, dates, &given.order)).is_err() {
+        if self
+            .check_allowed(cx, given)
+            .and_then(|()| self.judge_order(cx, dates, &given.order))
+            .is_err()
+        {
             return false;
         }
         self.moves.begin_proof(cx, given, moves);
@@ -258,8 +282,8 @@ impl Operators {
         };
         let given = proof.given();
         let judged = verdict
-            .and_then(|()| self.allow(cx, given))
-            .and_then(|()| self.judge(cx, dates, &given.order))
+            .and_then(|()| self.check_allowed(cx, given))
+            .and_then(|()| self.judge_order(cx, dates, &given.order))
             .and_then(|text| {
                 let moved_on =
                     "the mission has gone on while this was proven: look, and move again";
@@ -267,7 +291,7 @@ impl Operators {
             });
         let (accepted, text) = self.write_down(cx, given, judged);
         let IncomingOrder { connection, request, .. } = *given;
-        cx.act(Action::Answer { connection, request, accepted, text });
+        cx.add_action(ControllerAction::Answer { connection, request, accepted, text });
     }
 }
 
@@ -278,7 +302,7 @@ fn judge_firing(cx: &Context, dates: &MissionDates, name: &str) -> Result<String
         return Err(format!("`{name}` is not the operator's: it fires by itself"));
     }
     let Some(earliest) = state.earliest(id).filter(|_| !dates.waits_for_utc(cx.plan(), id)) else {
-        return Err(format!("`{name}` is not enabled: {}", hindrance(cx, dates, id)));
+        return Err(format!("`{name}` is not enabled: {}", firing_hindrance(cx, dates, id)));
     };
     if net.transition(id).class == Class::Ordinary
         && let Some(pause) = cx.ledger().pause()
@@ -309,7 +333,7 @@ fn transition_ordered(cx: &Context, name: &str) -> Result<TransitionId, String> 
 }
 
 /// Why a transition is not enabled, in words.
-fn hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
+fn firing_hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
     let (net, state) = (cx.plan().net(), cx.ledger().state());
     let transition = net.transition(id);
     let needs = transition.inputs.iter().chain(&transition.reads);
@@ -321,7 +345,7 @@ fn hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
     if let Some((place, _)) = inhibited {
         return format!("a token in `{}` keeps it from firing", net.place(*place));
     }
-    if let Some(why) = dates.hindrance(cx, id) {
+    if let Some(why) = dates.date_hindrance(cx, id) {
         return why;
     }
     match &cx.plan().transition(id).on {
@@ -333,9 +357,9 @@ fn hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
     }
 }
 
-fn in_command(order: &Order) -> String {
+fn in_command(order: &MissionOrder) -> String {
     match order {
-        Order::Release => "the command is given back".into(),
+        MissionOrder::Release => "the command is given back".into(),
         _ => "the command is yours".into(),
     }
 }

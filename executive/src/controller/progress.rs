@@ -5,9 +5,9 @@ use super::blocked_starts::{BlockedStarts, is_kept_waiting};
 use super::context::Context;
 use super::wishes::{components_now, components_of, is_settled_off, is_up, wants_off};
 use crate::ledger::{Firing, Phase};
-use crate::record::Entry;
-use crate::roster::{Doing, Presence};
-use crate::terms::{Cause, Report};
+use crate::record::JournalEntry;
+use crate::roster::{Doing, ProcessPresence};
+use crate::terms::{Cause, ComponentReport};
 use armor_petri::PlaceId;
 use armor_plan::ComponentId;
 use std::time::Duration;
@@ -21,14 +21,14 @@ enum Half {
 
 /// Moves firings on. Their only state beyond the ledger are the starts that are blocked.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Progress {
+pub(super) struct FiringProgress {
     blocked: BlockedStarts,
 }
 
-impl Progress {
+impl FiringProgress {
     /// Notes the starts that nothing will unblock.
     pub(super) fn notice_blocked_starts(&mut self, cx: &mut Context) {
-        self.blocked.notice(cx);
+        self.blocked.notice_stuck(cx);
     }
 
     /// Returns when the next blocked start has waited for long enough, in mission time.
@@ -44,7 +44,7 @@ impl Progress {
     /// leads to, and its tokens are put when these have confirmed. So no component starts while one
     /// that it replaces still runs, and a restarted executive finds each firing at a phase that the
     /// journal names.
-    pub(super) fn advance(&mut self, cx: &mut Context, unstopped: Vec<ComponentId>) {
+    pub(super) fn advance_firings(&mut self, cx: &mut Context, unstopped: Vec<ComponentId>) {
         for component in unstopped {
             blame_for_not_stopping(cx, component);
         }
@@ -71,7 +71,7 @@ impl Progress {
             return fail_firing(cx, number, Half::Start, &why);
         }
         if !renewing && components.iter().all(|component| is_up(cx, *component)) {
-            return cx.record(Entry::Put { firing: number });
+            return cx.record_entry(JournalEntry::Put { firing: number });
         }
         if let Some(why) = self.blocked.failure_of(cx, number) {
             return fail_firing(cx, number, Half::Start, &why);
@@ -83,7 +83,7 @@ impl Progress {
         };
         if let Some(late) = components.iter().find(late) {
             let name = &cx.plan().component(*late).name;
-            let why = format!("`{name}` did not start: {}", absence(cx, *late));
+            let why = format!("`{name}` did not start: {}", describe_absence(cx, *late));
             fail_firing(cx, number, Half::Start, &why);
         }
     }
@@ -118,7 +118,7 @@ pub(super) fn notice_failures(cx: &mut Context) {
 }
 
 /// Returns until when components that should be up are waited for.
-pub(super) fn patience(cx: &Context) -> impl Iterator<Item = Duration> {
+pub(super) fn patience_due(cx: &Context) -> impl Iterator<Item = Duration> {
     let in_flight = cx.ledger().firings().iter();
     let firings = in_flight.filter(|(_, f)| f.is_starting() && !cx.ledger().is_held(f));
     let starting = firings.flat_map(move |(number, firing)| {
@@ -149,10 +149,10 @@ fn notice_absence(cx: &mut Context, component: ComponentId) {
     if !is_missed(cx, component) || cx.host() < up_deadline(cx, component, None) {
         return;
     }
-    let reason = absence(cx, component);
+    let reason = describe_absence(cx, component);
     let component = cx.plan().component(component).name.clone();
-    let report = Report::Failed { reason };
-    cx.record(Entry::Heard { component, instance: 0, serial: 0, report });
+    let report = ComponentReport::Failed { reason };
+    cx.record_entry(JournalEntry::Heard { component, instance: 0, serial: 0, report });
 }
 
 fn fail_place(cx: &mut Context, place: PlaceId, component: ComponentId, why: &str) {
@@ -175,7 +175,7 @@ fn is_heard_failing(cx: &Context, place: PlaceId, component: ComponentId) -> boo
 fn blame_for_not_stopping(cx: &mut Context, component: ComponentId) {
     let name = &cx.plan().component(component).name;
     let why = match cx.roster.of(component).activation {
-        0 => format!("`{name}` could not be made to stop: {}", absence(cx, component)),
+        0 => format!("`{name}` could not be made to stop: {}", describe_absence(cx, component)),
         _ => format!("`{name}` did not stop when told to"),
     };
     let waits = |firing: &Firing| {
@@ -199,7 +199,7 @@ fn move_on_stopping(cx: &mut Context, number: u64) {
         |component: &ComponentId| wants_off(cx, *component) && !is_settled_off(cx, *component);
     let leaving = components_of(cx, &leaving);
     if !leaving.iter().chain(firing.renewing()).any(waits) {
-        cx.record(Entry::Stopped { firing: number });
+        cx.record_entry(JournalEntry::Stopped { firing: number });
     }
 }
 
@@ -229,14 +229,14 @@ fn fail_firing(cx: &mut Context, number: u64, half: Half, why: &str) {
             })
         }
         Cause::Retreat => {
-            return cx.record(Entry::GaveUp { why: why.to_owned() });
+            return cx.record_entry(JournalEntry::GaveUp { why: why.to_owned() });
         }
         _ => None,
     };
     match refuge {
         Some(place) => {
             let to = cx.ledger().tokens_named(&[(place, 1)]);
-            cx.record(Entry::Redirected { firing: number, to, why: why.to_owned() });
+            cx.record_entry(JournalEntry::Redirected { firing: number, to, why: why.to_owned() });
         }
         None => cx.retreat(why),
     }
@@ -250,15 +250,17 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
     let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
     let starting = observed.order.filter(|order| !order.stop);
     let deadline = match (observed.presence, observed.doing) {
-        (Presence::Unseen, _) => from.max(began + limits.muster),
-        (Presence::Here, Doing::Frozen | Doing::Active) => {
+        (ProcessPresence::Unseen, _) => from.max(began + limits.muster),
+        (ProcessPresence::Here, Doing::Frozen | Doing::Active) => {
             // It waits for components that it excludes, or for its own stop; these have deadlines.
             from.max(observed.since) + limits.muster + limits.start_within
         }
-        (Presence::Here, _) if starting.is_some() => {
+        (ProcessPresence::Here, _) if starting.is_some() => {
             starting.map_or(from, |order| order.since) + limits.start_within
         }
-        (Presence::Gone, _) if !cx.plan().component(component).returns => from.max(observed.since),
+        (ProcessPresence::Gone, _) if !cx.plan().component(component).returns => {
+            from.max(observed.since)
+        }
         _ => from.max(observed.since) + limits.return_within,
     };
     match since {
@@ -268,19 +270,19 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
     }
 }
 
-fn absence(cx: &Context, component: ComponentId) -> String {
+fn describe_absence(cx: &Context, component: ComponentId) -> String {
     let (limits, observed) = (cx.plan().limits(), cx.roster.of(component));
     match observed.presence {
-        Presence::Unseen => format!("it did not appear within {:?}", limits.muster),
-        Presence::Gone if !cx.plan().component(component).returns => {
+        ProcessPresence::Unseen => format!("it did not appear within {:?}", limits.muster),
+        ProcessPresence::Gone if !cx.plan().component(component).returns => {
             "its process has ended, and restart=\"never\" leaves it so".to_owned()
         }
-        Presence::Lost | Presence::Gone => {
+        ProcessPresence::Lost | ProcessPresence::Gone => {
             format!("it did not come back within {:?}", limits.return_within)
         }
-        Presence::Here if observed.doing == Doing::Frozen => {
+        ProcessPresence::Here if observed.doing == Doing::Frozen => {
             "one that it excludes is not known to be off".to_owned()
         }
-        Presence::Here => format!("no confirmation within {:?}", limits.start_within),
+        ProcessPresence::Here => format!("no confirmation within {:?}", limits.start_within),
     }
 }

@@ -8,9 +8,9 @@ use super::Controller;
 use super::confirmations::{fires_by_itself, is_declined};
 use super::senses::in_words;
 use super::wishes::{is_settled_off, is_up, wants_off};
-use crate::ledger::{Firing, Phase, Stage};
-use crate::roster::{Doing, Presence};
-use crate::terms::Outcome;
+use crate::ledger::{Firing, MissionStage, Phase};
+use crate::roster::{Doing, ProcessPresence};
+use crate::terms::MissionOutcome;
 use armor_marking::{
     EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
     ParameterGiven, VariableValue,
@@ -37,26 +37,31 @@ impl Controller {
             clock: self.plan().clock().map(str::to_owned).unwrap_or_default(),
             stage: self.stage_in_words().to_owned(),
             why: ledger.why().to_owned(),
-            places: places.map(|place| self.marked(place)).collect(),
+            places: places.map(|place| self.marked_place(place)).collect(),
             in_flight: ledger
                 .firings()
                 .iter()
-                .map(|(id, firing)| self.flight(*id, firing))
+                .map(|(id, firing)| self.firing_in_flight(*id, firing))
                 .collect(),
-            enabled: ledger.state().enabled().map(|id| self.enabled(id)).collect(),
-            variables: self.variables(),
-            guards: self.plan().net().transition_ids().filter_map(|id| self.guard(id)).collect(),
-            dates: self.dates(),
-            components: self.plan().component_ids().map(|id| self.observed(id)).collect(),
+            enabled: ledger.state().enabled().map(|id| self.enabled_transition(id)).collect(),
+            variables: self.variable_values(),
+            guards: self
+                .plan()
+                .net()
+                .transition_ids()
+                .filter_map(|id| self.guard_truth(id))
+                .collect(),
+            dates: self.date_stands(),
+            components: self.plan().component_ids().map(|id| self.component_state(id)).collect(),
             fired: ledger.fired(),
             history: ledger.history().map(fired).collect(),
             late_reports: self.reports.late(),
             unheard_reports: self.reports.unheard(),
             unwritten_orders: self.operators.unwritten(),
-            pause: self.paused(),
-            holder: self.holder(),
+            pause: self.pause_shown(),
+            holder: self.holder_shown(),
             link_lost_at_s: ledger.authority().link_lost().map(|at| at.as_secs_f64()),
-            confirmations: self.confirmations(),
+            confirmations: self.open_confirmations(),
             orders: self.last_orders(),
             version: self.changes.known_as(),
             version_since_at_s: ledger.version_since().as_secs_f64(),
@@ -64,8 +69,9 @@ impl Controller {
         }
     }
 
-    fn variables(&self) -> Vec<VariableValue> {
-        let variables = self.plan().variables().iter().zip(self.senses.outside()).enumerate();
+    fn variable_values(&self) -> Vec<VariableValue> {
+        let variables =
+            self.plan().variables().iter().zip(self.senses.outside_counts()).enumerate();
         let shown = |(index, (variable, outside)): (usize, (&PlannedVariable, &u64))| {
             let value = self.senses.variable(&self.context, index);
             VariableValue {
@@ -89,7 +95,7 @@ impl Controller {
         variables.map(shown).chain(counted).collect()
     }
 
-    fn guard(&self, id: TransitionId) -> Option<GuardTruth> {
+    fn guard_truth(&self, id: TransitionId) -> Option<GuardTruth> {
         let planned = self.plan().transition(id).guard.as_ref()?;
         Some(GuardTruth {
             transition: self.plan().net().transition(id).name.clone(),
@@ -98,24 +104,24 @@ impl Controller {
                 Some(truth) => truth.to_string(),
                 None => "not known".to_owned(),
             },
-            because: self.senses.because(&self.context, id),
+            because: self.senses.values_in_words(&self.context, id),
         })
     }
 
     fn stage_in_words(&self) -> &'static str {
         match self.ledger().stage() {
-            Stage::Ended(Outcome::Goal) => "goal",
-            Stage::Ended(Outcome::Safe) => "safe",
-            Stage::Ended(_) => "failed",
+            MissionStage::Ended(MissionOutcome::Goal) => "goal",
+            MissionStage::Ended(MissionOutcome::Safe) => "safe",
+            MissionStage::Ended(_) => "failed",
             _ if self.is_stopping() => "stopping",
-            Stage::Playing if self.ledger().pause().is_some() => "paused",
-            Stage::Playing => "playing",
-            Stage::Retreating => "retreating",
-            Stage::Ending(_) => "ending",
+            MissionStage::Playing if self.ledger().pause().is_some() => "paused",
+            MissionStage::Playing => "playing",
+            MissionStage::Retreating => "retreating",
+            MissionStage::Ending(_) => "ending",
         }
     }
 
-    fn marked(&self, place: PlaceId) -> MarkedPlace {
+    fn marked_place(&self, place: PlaceId) -> MarkedPlace {
         MarkedPlace {
             place: self.plan().net().place(place).to_owned(),
             tokens: self.ledger().state().tokens(place),
@@ -123,7 +129,7 @@ impl Controller {
         }
     }
 
-    fn flight(&self, number: u64, firing: &Firing) -> InFlight {
+    fn firing_in_flight(&self, number: u64, firing: &Firing) -> InFlight {
         let names = |arcs: &[(PlaceId, u32)]| {
             arcs.iter().map(|arc| self.plan().net().place(arc.0).to_owned()).collect()
         };
@@ -152,7 +158,7 @@ impl Controller {
         }
     }
 
-    fn observed(&self, id: ComponentId) -> MissionComponent {
+    fn component_state(&self, id: ComponentId) -> MissionComponent {
         let (planned, observed) = (self.plan().component(id), self.context.roster.of(id));
         let last = self.ledger().activation(id);
         let given = |value: &GivenValue| ParameterGiven {
@@ -160,13 +166,13 @@ impl Controller {
             value: value.text.clone(),
         };
         let state = match (observed.presence, observed.doing) {
-            (Presence::Unseen, _) => "unseen",
-            (Presence::Lost, _) => "lost",
-            (Presence::Gone, _) => "gone",
-            (Presence::Here, Doing::Unknown) => "commanded",
-            (Presence::Here, Doing::Starting) => "starting",
-            (Presence::Here, Doing::Frozen) => "frozen",
-            (Presence::Here, Doing::Active) => "active",
+            (ProcessPresence::Unseen, _) => "unseen",
+            (ProcessPresence::Lost, _) => "lost",
+            (ProcessPresence::Gone, _) => "gone",
+            (ProcessPresence::Here, Doing::Unknown) => "commanded",
+            (ProcessPresence::Here, Doing::Starting) => "starting",
+            (ProcessPresence::Here, Doing::Frozen) => "frozen",
+            (ProcessPresence::Here, Doing::Active) => "active",
         };
         MissionComponent {
             component: planned.name.clone(),
@@ -177,7 +183,7 @@ impl Controller {
         }
     }
 
-    fn enabled(&self, id: TransitionId) -> EnabledTransition {
+    fn enabled_transition(&self, id: TransitionId) -> EnabledTransition {
         let (state, transition) = (self.ledger().state(), self.plan().net().transition(id));
         let since = state.enabled_since(id).unwrap_or_default();
         EnabledTransition {

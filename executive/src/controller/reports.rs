@@ -1,9 +1,9 @@
 //! Reports of components: which of them are worth a record. Each is acknowledged.
 
 use super::context::Context;
-use crate::event::Action;
-use crate::record::Entry;
-use crate::terms::Report;
+use crate::event::ControllerAction;
+use crate::record::JournalEntry;
+use crate::terms::ComponentReport;
 use armor_plan::ComponentId;
 
 /// Takes reports, and counts those that change nothing.
@@ -31,20 +31,20 @@ impl Reports {
     }
 
     /// Takes a report; `source` is the process start and the number of the report in it.
-    pub(super) fn take(
+    pub(super) fn take_report(
         &mut self,
         cx: &mut Context,
         component: ComponentId,
         source: (u64, u64),
         activation: u64,
-        report: Report,
+        report: ComponentReport,
     ) {
         let (instance, serial) = source;
         let planned = cx.plan().component(component);
         let last = cx.ledger().activation(component);
         let current = last.open && (activation == last.number || !planned.is_controlled());
         let repeated = instance == last.heard.0 && serial <= last.heard.1;
-        let ends = matches!(report, Report::Done | Report::Failed { .. });
+        let ends = matches!(report, ComponentReport::Done | ComponentReport::Failed { .. });
         let listened = !cx.plan().listeners(component, report.name()).is_empty();
         if repeated {
             self.repeated += 1;
@@ -54,8 +54,8 @@ impl Reports {
             self.unheard += 1;
         } else {
             let component = planned.name.clone();
-            cx.record(Entry::Heard { component, instance, serial, report });
+            cx.record_entry(JournalEntry::Heard { component, instance, serial, report });
         }
-        cx.act(Action::Acknowledge { component, serial });
+        cx.add_action(ControllerAction::Acknowledge { component, serial });
     }
 }

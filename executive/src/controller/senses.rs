@@ -2,7 +2,7 @@
 //! stays in force for a while, then it is unknown. Every change of a guard is a record.
 
 use super::context::Context;
-use crate::record::Entry;
+use crate::record::JournalEntry;
 use crate::terms::GuardTurned;
 use armor_petri::TransitionId;
 use armor_plan::{Operand, Plan, PlannedGuard, WatchId};
@@ -15,7 +15,7 @@ const SHOW_EVERY: Duration = Duration::from_secs(1);
 
 /// The state of one watch.
 #[derive(Clone, Debug)]
-struct Sense {
+struct WatchedValue {
     value: Option<Scalar>,
     /// Since when its provider cannot be reached, while its value is still in force.
     lost: Option<Duration>,
@@ -25,8 +25,8 @@ struct Sense {
 
 /// The values of all watches, and the truth of all guards.
 #[derive(Clone, Debug)]
-pub(super) struct Senses {
-    senses: Vec<Sense>,
+pub(super) struct GuardSenses {
+    senses: Vec<WatchedValue>,
     /// Per variable, the values that came from outside its domain.
     outside: Vec<u64>,
     /// Per transition, what its guard was when it was weighed last.
@@ -40,11 +40,11 @@ pub(super) struct Senses {
     shown_at: Duration,
 }
 
-impl Senses {
+impl GuardSenses {
     /// Begins without values. After a restart the guards stay as they were until there is news, or
     /// until the time is over for which a value stays in force without its provider.
     pub(super) fn new(plan: &Plan, restarted_at: Option<Duration>) -> Self {
-        let sense = Sense { value: None, lost: None, inherited: restarted_at.is_some() };
+        let sense = WatchedValue { value: None, lost: None, inherited: restarted_at.is_some() };
         let guarded = plan.net().transition_ids().filter(|id| plan.transition(*id).guard.is_some());
         Self {
             senses: vec![sense; plan.watches().len()],
@@ -60,8 +60,8 @@ impl Senses {
     }
 
     /// Continues with another plan, whose watches begin with those there were.
-    pub(super) fn follow(&mut self, before: &Plan, after: &Plan) {
-        let new = Sense { value: None, lost: None, inherited: false };
+    pub(super) fn follow_plan(&mut self, before: &Plan, after: &Plan) {
+        let new = WatchedValue { value: None, lost: None, inherited: false };
         self.senses.resize(after.watches().len(), new);
         let counted = std::mem::take(&mut self.outside);
         let known: BTreeMap<_, _> =
@@ -75,7 +75,7 @@ impl Senses {
         self.unweighed = guarded.collect();
     }
 
-    pub(super) fn sensed(&mut self, cx: &mut Context, watch: WatchId, value: Option<Scalar>) {
+    pub(super) fn take_value(&mut self, cx: &mut Context, watch: WatchId, value: Option<Scalar>) {
         let Some(sense) = self.senses.get_mut(watch.index()) else {
             return;
         };
@@ -88,7 +88,7 @@ impl Senses {
         self.show_at.get_or_insert(next);
     }
 
-    pub(super) fn unlinked(&mut self, cx: &mut Context, watch: WatchId) {
+    pub(super) fn note_unlinked(&mut self, cx: &mut Context, watch: WatchId) {
         let now = cx.host();
         if let Some(sense) = self.senses.get_mut(watch.index())
             && sense.value.is_some()
@@ -132,16 +132,16 @@ impl Senses {
         }
         if self.show_at.is_some_and(|at| at <= now) {
             (self.show_at, self.shown_at) = (None, now);
-            cx.publish();
+            cx.publish_marking();
         }
         if cx.may_fire() {
             for id in std::mem::take(&mut self.unweighed) {
-                self.weigh(cx, id);
+                self.weigh_guard(cx, id);
             }
         }
     }
 
-    fn weigh(&mut self, cx: &mut Context, id: TransitionId) {
+    fn weigh_guard(&mut self, cx: &mut Context, id: TransitionId) {
         let Some(planned) = &cx.plan().transition(id).guard else {
             return;
         };
@@ -152,12 +152,16 @@ impl Senses {
         }
         let truth = self.truth_with(cx, planned, cx.ledger().counters());
         if std::mem::replace(&mut self.truths[id.index()], truth) != truth {
-            cx.publish();
+            cx.publish_marking();
         }
         let holds = truth == Some(true);
         if cx.ledger().guard_holds(id) != holds {
             let transition = cx.plan().net().transition(id).name.clone();
-            cx.record(Entry::Guard { transition, holds, because: self.because(cx, id) });
+            cx.record_entry(JournalEntry::Guard {
+                transition,
+                holds,
+                because: self.values_in_words(cx, id),
+            });
         }
     }
 
@@ -208,7 +212,7 @@ impl Senses {
     }
 
     /// Returns the values that a guard reads, in words.
-    pub(super) fn because(&self, cx: &Context, id: TransitionId) -> String {
+    pub(super) fn values_in_words(&self, cx: &Context, id: TransitionId) -> String {
         let Some(planned) = &cx.plan().transition(id).guard else {
             return String::new();
         };
@@ -221,7 +225,7 @@ impl Senses {
     }
 
     /// Returns, per variable, how many values came from outside its domain.
-    pub(super) fn outside(&self) -> &[u64] {
+    pub(super) fn outside_counts(&self) -> &[u64] {
         &self.outside
     }
 
@@ -231,7 +235,7 @@ impl Senses {
     }
 
     /// Returns the watch of an operand; a counter has none.
-    fn sense(&self, cx: &Context, operand: Operand) -> Option<&Sense> {
+    fn sense(&self, cx: &Context, operand: Operand) -> Option<&WatchedValue> {
         let watch = match operand {
             Operand::Field(watch) => watch,
             Operand::Variable(index) => cx.plan().variables()[index].source,

@@ -4,11 +4,11 @@
 //! after it.
 
 use super::context::Context;
-use crate::event::Action;
+use crate::event::ControllerAction;
 use crate::incoming_order::IncomingOrder;
 use crate::judging::MoveQuestion;
 use crate::ledger::Ledger;
-use crate::order::{Order, TokenMove};
+use crate::order::{MissionOrder, MovedTokens};
 use armor_petri::PlaceId;
 use armor_plan::{Plan, Stand};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,7 +31,7 @@ impl MoveProof {
 
     /// Whether the mission still stands where the proof began.
     pub(super) fn is_still_about(&self, cx: &Context) -> bool {
-        let Order::Move(moves) = &self.given.order else {
+        let MissionOrder::Move(moves) = &self.given.order else {
             return false;
         };
         stand_after(cx, &[]) == self.before && stand_after(cx, moves) == self.after
@@ -51,13 +51,13 @@ impl MoveProofs {
         self.proving.is_some()
     }
 
-    pub(super) fn question(&self, plan: &Arc<Plan>) -> Option<MoveQuestion> {
+    pub(super) fn move_question(&self, plan: &Arc<Plan>) -> Option<MoveQuestion> {
         let MoveProof { serial, before, after, .. } = self.proving.clone()?;
         Some(MoveQuestion { serial, plan: Arc::clone(plan), before, after })
     }
 
     /// Whether the same order is being proven already; its answer then goes to the newest connection.
-    pub(super) fn repeat(&mut self, given: &IncomingOrder) -> bool {
+    pub(super) fn is_repeated(&mut self, given: &IncomingOrder) -> bool {
         let Some(proof) = &mut self.proving else {
             return false;
         };
@@ -73,13 +73,13 @@ impl MoveProofs {
         &mut self,
         cx: &mut Context,
         given: &IncomingOrder,
-        moves: &[TokenMove],
+        moves: &[MovedTokens],
     ) {
         self.asked += 1;
         let (before, after) = (stand_after(cx, &[]), stand_after(cx, moves));
         let (given, serial) = (given.clone(), self.asked);
         self.proving = Some(MoveProof { given, serial, before, after });
-        cx.act(Action::JudgeMove);
+        cx.add_action(ControllerAction::JudgeMove);
     }
 
     /// Ends the proof that an answer is about; none if it was overtaken.
@@ -89,13 +89,13 @@ impl MoveProofs {
 }
 
 /// Returns where the mission stands after some moves; tokens on their way count as put.
-fn stand_after(cx: &Context, moves: &[TokenMove]) -> Stand {
+fn stand_after(cx: &Context, moves: &[MovedTokens]) -> Stand {
     let mut marking = cx.ledger().marking().to_vec();
     for it in moves {
         // A move that cannot be carried out was refused before.
         _ = move_one(cx.plan(), it, &mut marking);
     }
-    for (place, tokens) in arriving(cx.ledger()) {
+    for (place, tokens) in tokens_arriving(cx.ledger()) {
         let there = &mut marking[place.index()];
         *there = there.saturating_add(u32::try_from(tokens).unwrap_or(u32::MAX));
     }
@@ -104,7 +104,7 @@ fn stand_after(cx: &Context, moves: &[TokenMove]) -> Stand {
 
 /// Judges whether these tokens may be moved, all of them in one step. Returns what follows, or all that is
 /// wrong.
-pub(super) fn judge_moves(cx: &Context, moves: &[TokenMove]) -> Result<String, String> {
+pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String, String> {
     if cx.ledger().pause().is_none() {
         return Err("tokens are moved only while the mission is paused: pause it first".into());
     }
@@ -117,7 +117,7 @@ pub(super) fn judge_moves(cx: &Context, moves: &[TokenMove]) -> Result<String, S
             Err(why) => wrong.push(why),
         }
     }
-    let arriving = arriving(cx.ledger());
+    let arriving = tokens_arriving(cx.ledger());
     let of = |place: PlaceId| {
         let coming = arriving.get(&place).copied().unwrap_or(0);
         u64::from(marking[place.index()]) + coming
@@ -141,7 +141,7 @@ pub(super) fn judge_moves(cx: &Context, moves: &[TokenMove]) -> Result<String, S
 }
 
 /// Carries out one move in `marking`; returns the place it leads to.
-fn move_one(plan: &Plan, it: &TokenMove, marking: &mut [u32]) -> Result<PlaceId, String> {
+fn move_one(plan: &Plan, it: &MovedTokens, marking: &mut [u32]) -> Result<PlaceId, String> {
     let find = |name: &str| {
         plan.place_named(name).ok_or_else(|| format!("the mission has no place called `{name}`"))
     };
@@ -159,7 +159,7 @@ fn move_one(plan: &Plan, it: &TokenMove, marking: &mut [u32]) -> Result<PlaceId,
 }
 
 /// Returns the tokens on their way into places.
-fn arriving(ledger: &Ledger) -> BTreeMap<PlaceId, u64> {
+fn tokens_arriving(ledger: &Ledger) -> BTreeMap<PlaceId, u64> {
     let mut arriving = BTreeMap::new();
     for &(place, tokens) in ledger.firings().values().flat_map(|firing| &firing.to) {
         *arriving.entry(place).or_insert(0) += u64::from(tokens);

@@ -4,8 +4,8 @@
 use super::confirmations::{is_granted, next_firing, next_ready};
 use super::context::Context;
 use super::mission_dates::MissionDates;
-use super::senses::Senses;
-use crate::record::Entry;
+use super::senses::GuardSenses;
+use crate::record::JournalEntry;
 use crate::terms::{Cause, ValueSet};
 use armor_petri::{Step, TransitionId};
 use std::time::Duration;
@@ -31,7 +31,7 @@ impl Turns {
     pub(super) fn fire_next(
         &mut self,
         cx: &mut Context,
-        (dates, senses): (&MissionDates, &mut Senses),
+        (dates, senses): (&MissionDates, &mut GuardSenses),
         step: &mut Step,
     ) {
         let Some(id) = next_ready(cx, dates).filter(|_| cx.may_fire()) else {
@@ -65,7 +65,7 @@ impl Turns {
     }
 }
 
-fn begin_transition(cx: &mut Context, senses: &mut Senses, id: TransitionId) {
+fn begin_transition(cx: &mut Context, senses: &mut GuardSenses, id: TransitionId) {
     let sets = match cx.plan().sets_of(id, cx.ledger().counters()) {
         Ok(sets) => sets,
         Err(why) => return cx.retreat(&why),
@@ -95,7 +95,7 @@ fn begin_transition(cx: &mut Context, senses: &mut Senses, id: TransitionId) {
     {
         to.push((overrun, 1));
     }
-    cx.record(Entry::Took {
+    cx.record_entry(JournalEntry::Took {
         firing: cx.ledger().next_firing(),
         cause: Cause::Transition(transition.name.clone()),
         from: cx.ledger().tokens_named(&from),

@@ -2,15 +2,15 @@
 //! observed.
 
 use super::context::Context;
-use crate::ledger::Stage;
-use crate::roster::{Doing, Presence};
+use crate::ledger::MissionStage;
+use crate::roster::{Doing, ProcessPresence};
 use armor_petri::PlaceId;
 use armor_plan::ComponentId;
 use std::collections::BTreeSet;
 
 /// What a component should be doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wish {
+pub(super) enum ComponentWish {
     /// The mission does not command it.
     Leave,
     /// Off.
@@ -22,15 +22,15 @@ pub(super) enum Wish {
 }
 
 /// Returns what is wanted of a component at this moment.
-pub(super) fn wish(cx: &Context, component: ComponentId) -> Wish {
+pub(super) fn wish(cx: &Context, component: ComponentId) -> ComponentWish {
     let ledger = cx.ledger();
     if !cx.roster.of(component).controllable {
-        return Wish::Leave;
+        return ComponentWish::Leave;
     }
     if cx.is_stopping() {
-        return Wish::Frozen;
+        return ComponentWish::Frozen;
     }
-    if let Stage::Ending(_) | Stage::Ended(_) = ledger.stage() {
+    if let MissionStage::Ending(_) | MissionStage::Ended(_) = ledger.stage() {
         return wish_at_the_end(cx, component);
     }
     let firings = || ledger.firings().values().filter(|f| !ledger.is_held(f));
@@ -39,16 +39,20 @@ pub(super) fn wish(cx: &Context, component: ComponentId) -> Wish {
     if firings().any(|f| f.renews(component)) {
         // It has finished and is wanted once more: it comes to rest first.
         let rested = !cx.roster.of(component).may_be_active();
-        return if rested && target(true) { Wish::Active } else { Wish::Frozen };
+        return if rested && target(true) { ComponentWish::Active } else { ComponentWish::Frozen };
     }
     if ledger.runs(component) || target(true) {
-        return Wish::Active;
+        return ComponentWish::Active;
     }
     // Active before and after a firing that is still stopping others: it is not disturbed.
-    if firings().any(|f| wanted(&f.from) && wanted(&f.to)) { Wish::Keep } else { Wish::Frozen }
+    if firings().any(|f| wanted(&f.from) && wanted(&f.to)) {
+        ComponentWish::Keep
+    } else {
+        ComponentWish::Frozen
+    }
 }
 
-fn wish_at_the_end(cx: &Context, component: ComponentId) -> Wish {
+fn wish_at_the_end(cx: &Context, component: ComponentId) -> ComponentWish {
     let (ledger, plan) = (cx.ledger(), cx.plan());
     let places = [plan.goal(), plan.safe()];
     let stays = places.into_iter().flatten().any(|place| {
@@ -57,11 +61,11 @@ fn wish_at_the_end(cx: &Context, component: ComponentId) -> Wish {
         (ledger.state().tokens(place) > 0 || (given_up && is_safe))
             && plan.place(place).components.contains(&component)
     });
-    if stays { Wish::Active } else { Wish::Frozen }
+    if stays { ComponentWish::Active } else { ComponentWish::Frozen }
 }
 
 pub(super) fn wants_off(cx: &Context, component: ComponentId) -> bool {
-    wish(cx, component) == Wish::Frozen
+    wish(cx, component) == ComponentWish::Frozen
 }
 
 /// Whether a component is off, or no action can make certain that it is.
@@ -74,12 +78,12 @@ pub(super) fn is_settled_off(cx: &Context, component: ComponentId) -> bool {
 pub(super) fn is_up(cx: &Context, component: ComponentId) -> bool {
     let observed = cx.roster.of(component);
     if !observed.controllable {
-        return observed.presence == Presence::Here;
+        return observed.presence == ProcessPresence::Here;
     }
     if has_finished_and_rests(cx, component) {
         return true;
     }
-    observed.presence == Presence::Here
+    observed.presence == ProcessPresence::Here
         && observed.doing == Doing::Active
         && observed.activation == cx.ledger().activation(component).number
         && observed.order.is_none_or(|order| !order.stop)
@@ -93,7 +97,7 @@ pub(super) fn has_finished_and_rests(cx: &Context, component: ComponentId) -> bo
     last.open
         && last.has_finished()
         && last.interrupted
-        && observed.presence == Presence::Here
+        && observed.presence == ProcessPresence::Here
         && observed.doing.is_at_rest()
         && observed.activation == last.number
         && !wanted_again()

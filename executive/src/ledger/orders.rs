@@ -3,42 +3,44 @@
 use super::Ledger;
 use super::authority::{Consent, Pause};
 use super::error::LedgerError;
-use super::stage::Stage;
-use crate::order::{Judged, Order, TokenMove};
+use super::stage::MissionStage;
+use crate::order::{Judged, MissionOrder, MovedTokens};
 
 impl Ledger {
     /// Carries out an order that was accepted, and remembers it.
-    pub(super) fn order(&mut self, judged: &Judged) -> Result<(), LedgerError> {
+    pub(super) fn carry_out(&mut self, judged: &Judged) -> Result<(), LedgerError> {
         self.authority.note_order(&self.plan, judged, self.at);
         if !judged.accepted {
             return Ok(());
         }
         match &judged.order {
-            Order::Lease => self.authority.give_lease(&judged.by, self.at),
-            Order::Release => self.authority.release_lease(),
-            Order::Fire(name) | Order::Confirm(name) => self.set_consent(name, Consent::Granted)?,
-            Order::Decline(name) => self.set_consent(name, Consent::Declined)?,
-            Order::Pause => self.hold(&judged.by.author),
-            Order::Resume => self.resume(),
-            Order::Safe if self.stage == Stage::Playing => {
-                self.retreated(&format!("{} ordered it", judged.by.author));
+            MissionOrder::Lease => self.authority.give_lease(&judged.by, self.at),
+            MissionOrder::Release => self.authority.release_lease(),
+            MissionOrder::Fire(name) | MissionOrder::Confirm(name) => {
+                self.set_consent(name, Consent::Granted)?
             }
-            Order::Safe | Order::Rejoin => {}
-            Order::Move(moves) => self.move_tokens(moves)?,
+            MissionOrder::Decline(name) => self.set_consent(name, Consent::Declined)?,
+            MissionOrder::Pause => self.begin_pause(&judged.by.author),
+            MissionOrder::Resume => self.end_pause_by_order(),
+            MissionOrder::Safe if self.stage == MissionStage::Playing => {
+                self.begin_retreat(&format!("{} ordered it", judged.by.author));
+            }
+            MissionOrder::Safe | MissionOrder::Rejoin => {}
+            MissionOrder::Move(moves) => self.move_tokens(moves)?,
         }
         Ok(())
     }
 
     /// Notes a question about a transition, its answer, or what follows without one.
     pub(super) fn set_consent(&mut self, name: &str, consent: Consent) -> Result<(), LedgerError> {
-        let id = self.transition(name)?;
+        let id = self.find_transition(name)?;
         self.authority.set_consent(id, consent);
         Ok(())
     }
 
     /// Begins a pause: clocks stop, and what runs is interrupted. Its reports so far stand afterwards.
-    pub(super) fn hold(&mut self, by: &str) {
-        if self.authority.pause.is_some() || self.stage != Stage::Playing {
+    pub(super) fn begin_pause(&mut self, by: &str) {
+        if self.authority.pause.is_some() || self.stage != MissionStage::Playing {
             return;
         }
         self.authority.begin_pause(by, self.at);
@@ -50,7 +52,7 @@ impl Ledger {
         }
     }
 
-    fn resume(&mut self) {
+    fn end_pause_by_order(&mut self) {
         let Some(pause) = self.end_pause() else {
             return;
         };
@@ -59,7 +61,7 @@ impl Ledger {
         for firing in self.firings.values_mut() {
             firing.since = self.at;
         }
-        self.conclude();
+        self.conclude_if_ended();
     }
 
     pub(super) fn end_pause(&mut self) -> Option<Pause> {
@@ -68,7 +70,7 @@ impl Ledger {
         Some(pause)
     }
 
-    fn move_tokens(&mut self, moves: &[TokenMove]) -> Result<(), LedgerError> {
+    fn move_tokens(&mut self, moves: &[MovedTokens]) -> Result<(), LedgerError> {
         let place = |name: &str| {
             let found = self.plan.place_named(name);
             found.ok_or_else(|| LedgerError::UnknownName(name.to_owned()))

@@ -3,13 +3,13 @@
 
 use super::Ledger;
 use super::activation::Activation;
-use crate::terms::Report;
+use crate::terms::ComponentReport;
 use armor_petri::{PlaceId, TransitionId};
 use armor_plan::{ComponentId, GivenValue};
 use std::collections::BTreeSet;
 
 impl Ledger {
-    pub(super) fn activating(
+    pub(super) fn begin_activation(
         &mut self,
         component: ComponentId,
         number: u64,
@@ -30,16 +30,21 @@ impl Ledger {
         }
     }
 
-    pub(super) fn heard(&mut self, component: ComponentId, heard: (u64, u64), report: &Report) {
+    pub(super) fn take_report(
+        &mut self,
+        component: ComponentId,
+        heard: (u64, u64),
+        report: &ComponentReport,
+    ) {
         let activation = &mut self.activations[component.index()];
         if heard.0 != 0 {
             activation.heard = heard;
         }
         let mut worth = 1.0;
         match report {
-            Report::Done => activation.done = true,
-            Report::Failed { reason } => activation.failed = Some(reason.clone()),
-            Report::Event { value, .. } => worth = *value,
+            ComponentReport::Done => activation.done = true,
+            ComponentReport::Failed { reason } => activation.failed = Some(reason.clone()),
+            ComponentReport::Event { value, .. } => worth = *value,
         }
         let key = (component, report.name().to_owned());
         self.standing.insert(key.clone(), worth);
@@ -56,7 +61,7 @@ impl Ledger {
         for component in self.plan.component_ids() {
             if self.plan.component(component).is_controlled()
                 && self.activations[component.index()].open
-                && !self.supports(component)
+                && !self.is_needed(component)
             {
                 self.activations[component.index()].open = false;
                 self.forget_reports_of(component);

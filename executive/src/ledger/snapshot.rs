@@ -4,8 +4,8 @@ use super::Ledger;
 use super::authority::Authority;
 use super::error::LedgerError;
 use super::firing::Firing;
-use crate::record::{Entry, Record};
-use crate::snapshot::{FiringSnapshot, Snapshot, StandingReport};
+use crate::record::{JournalEntry, JournalRecord};
+use crate::snapshot::{FiringSnapshot, LedgerSnapshot, StandingReport};
 use armor_petri::{PlaceId, State, TransitionId};
 use armor_plan::{ComponentId, Plan};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 impl Ledger {
     /// The record that a new ledger needs to be as this one is.
-    pub fn snapshot(&self) -> Record {
+    pub fn snapshot(&self) -> JournalRecord {
         // Without `..`: what is added to the ledger has to be added here.
         let Self {
             plan,
@@ -49,7 +49,7 @@ impl Ledger {
         let counted =
             plan.counters().iter().map(|it| it.name.clone()).zip(counters.iter().copied());
         let dated = ids().filter(|id| plan.transition(*id).dates.is_some());
-        let snapshot = Snapshot {
+        let snapshot = LedgerSnapshot {
             mission: plan.mission().to_owned(),
             fingerprint: plan.fingerprint(),
             began: (**plan.began()).clone(),
@@ -78,7 +78,7 @@ impl Ledger {
             history: history.iter().cloned().collect(),
             why: why.clone(),
         };
-        Record { at: *at, entry: Entry::Snapshot(Box::new(snapshot)) }
+        JournalRecord { at: *at, entry: JournalEntry::Snapshot(Box::new(snapshot)) }
     }
 
     fn flight(&self, firing: &Firing) -> FiringSnapshot {
@@ -99,7 +99,7 @@ impl Ledger {
     /// The ledger that a snapshot was taken of, at `at`.
     pub(super) fn from_snapshot(
         plan: Arc<Plan>,
-        snapshot: &Snapshot,
+        snapshot: &LedgerSnapshot,
         at: Duration,
     ) -> Result<Self, LedgerError> {
         let (number, version) = (snapshot.version.number, &snapshot.version);
@@ -119,11 +119,11 @@ impl Ledger {
         ledger.fired = snapshot.fired;
         ledger.history = snapshot.history.iter().cloned().collect();
         for (name, activation) in &snapshot.activations {
-            let component = ledger.component(name)?;
+            let component = ledger.find_component(name)?;
             ledger.activations[component.index()] = activation.clone();
         }
         for it in &snapshot.standing {
-            let component = ledger.component(&it.component)?;
+            let component = ledger.find_component(&it.component)?;
             ledger.standing.insert((component, it.report.clone()), it.value);
         }
         for (name, value) in &snapshot.counters {
@@ -132,11 +132,11 @@ impl Ledger {
             ledger.counters[index] = *value;
         }
         for name in &snapshot.holds {
-            let id = ledger.transition(name)?;
+            let id = ledger.find_transition(name)?;
             ledger.gates.set_guard(id, true);
         }
         for (name, dated) in &snapshot.dates {
-            let id = ledger.transition(name)?;
+            let id = ledger.find_transition(name)?;
             ledger.gates.set_date(id, *dated);
         }
         for (number, flight) in &snapshot.firings {
@@ -149,13 +149,14 @@ impl Ledger {
     }
 
     fn firing_of(&self, flight: &FiringSnapshot) -> Result<Firing, LedgerError> {
-        let leaving: Result<_, _> = flight.leaving.iter().map(|name| self.place(name)).collect();
+        let leaving: Result<_, _> =
+            flight.leaving.iter().map(|name| self.find_place(name)).collect();
         let renewing: Result<_, _> =
-            flight.renewing.iter().map(|name| self.component(name)).collect();
+            flight.renewing.iter().map(|name| self.find_component(name)).collect();
         Ok(Firing {
             cause: flight.cause.clone(),
-            from: self.resolved(&flight.from)?,
-            to: self.resolved(&flight.to)?,
+            from: self.resolve_tokens(&flight.from)?,
+            to: self.resolve_tokens(&flight.to)?,
             phase: flight.phase,
             since: flight.since,
             redirected: flight.redirected,
@@ -164,10 +165,10 @@ impl Ledger {
         })
     }
 
-    fn authority_of(&self, snapshot: &Snapshot) -> Result<Authority, LedgerError> {
+    fn authority_of(&self, snapshot: &LedgerSnapshot) -> Result<Authority, LedgerError> {
         let consents = snapshot.consents.iter();
         let consents: Result<_, LedgerError> =
-            consents.map(|(name, consent)| Ok((self.transition(name)?, *consent))).collect();
+            consents.map(|(name, consent)| Ok((self.find_transition(name)?, *consent))).collect();
         Ok(Authority {
             lease: snapshot.lease.clone(),
             link_lost: snapshot.link_lost,
@@ -179,9 +180,9 @@ impl Ledger {
     }
 
     /// Marks the net, opens its gates, and sets its clocks going where they stood.
-    fn wind_up(&mut self, snapshot: &Snapshot, at: Duration) -> Result<(), LedgerError> {
+    fn wind_up(&mut self, snapshot: &LedgerSnapshot, at: Duration) -> Result<(), LedgerError> {
         let mut marking = vec![0; self.plan.places().len()];
-        for (place, tokens) in self.resolved(&snapshot.marking)? {
+        for (place, tokens) in self.resolve_tokens(&snapshot.marking)? {
             marking[place.index()] = tokens;
         }
         let from = snapshot.held_since.unwrap_or(at);
@@ -194,7 +195,7 @@ impl Ledger {
             self.set_gate(id);
         }
         for (name, since) in &snapshot.clocks {
-            self.state.resume_clock(self.transition(name)?, *since);
+            self.state.resume_clock(self.find_transition(name)?, *since);
         }
         Ok(())
     }

@@ -1,18 +1,18 @@
 //! The stage of the mission as a whole.
 
-use crate::terms::Outcome;
+use crate::terms::MissionOutcome;
 use serde::{Deserialize, Serialize};
 
 /// The stage of the mission as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub enum MissionStage {
     /// It plays.
     Playing,
     /// It goes to the safe place.
     Retreating,
     /// Its last place is marked; what does not belong to it is being stopped.
-    Ending(Outcome),
+    Ending(MissionOutcome),
     /// It is over.
-    Ended(Outcome),
+    Ended(MissionOutcome),
 }

@@ -4,7 +4,7 @@
 
 use super::Ledger;
 use super::error::LedgerError;
-use super::stage::Stage;
+use super::stage::MissionStage;
 use armor_plan::{ComponentId, Plan, Version};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 impl Ledger {
     /// Returns what keeps the plan that follows from being taken now, in words.
     pub(crate) fn keeps_from(&self, next: &Plan) -> Option<String> {
-        if self.stage != Stage::Playing {
+        if self.stage != MissionStage::Playing {
             return Some("the mission is ending".to_owned());
         }
         if let Some(firing) = self.firings.values().next() {
@@ -44,7 +44,7 @@ impl Ledger {
     }
 
     /// Takes a new version.
-    pub(super) fn change(
+    pub(super) fn take_version(
         &mut self,
         version: &Version,
         fingerprint: &str,
@@ -87,6 +87,6 @@ impl Ledger {
             consents.extend(consent.map(|consent| (id, consent)));
         }
         (self.authority.consents, self.version_since) = (consents, self.at);
-        self.conclude();
+        self.conclude_if_ended();
     }
 }

@@ -4,7 +4,7 @@
 mod worker;
 
 use armor_executive::journal::{self, Journal};
-use armor_executive::{Entry, Ledger, Options, Outcome, run};
+use armor_executive::{ExecutiveOptions, JournalEntry, Ledger, MissionOutcome, run};
 use armor_plan::Plan;
 use armor_registry::Background;
 use armor_sdk::wire::registry::ComponentEntry;
@@ -66,7 +66,7 @@ fn plan() -> Plan {
 fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let mut next = || arguments.next().expect("an argument");
     let registry = next().into_string().expect("an address");
-    let options = Options {
+    let options = ExecutiveOptions {
         registry,
         journal: next().into(),
         is_laid_out: false,
@@ -227,11 +227,11 @@ fn a_mission_outlives_its_executive() {
         }
         std::thread::sleep(Duration::from_millis(1));
     };
-    assert_eq!(code, Some(i32::from(Outcome::Goal.exit_code())));
+    assert_eq!(code, Some(i32::from(MissionOutcome::Goal.exit_code())));
     assert!(executives == 20 && workers == 5, "{executives} and {workers} kills");
     let story = Journal::open(&processes.journal()).expect("a journal").1;
     let first = &story.records.first().expect("some records").entry;
-    assert!(matches!(first, Entry::Snapshot(_)), "it was never cut");
+    assert!(matches!(first, JournalEntry::Snapshot(_)), "it was never cut");
     let ledger = Ledger::replay(Arc::new(plan()), &story.records).expect("its own journal");
     assert_eq!(ledger.marking(), [0, 0, 0, 1, 0], "all tokens, and no other");
     let rounds = worker::check(&processes.diary());

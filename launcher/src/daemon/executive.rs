@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use armor_executive::{Newer, Options, Outcome};
+use armor_executive::{ExecutiveOptions, MissionOutcome, Newer};
 use armor_plan::{FileText, Plan, Version};
 use armor_robotfile::{Colours, Findings, Override};
 
@@ -36,7 +36,7 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
     let journal = arguments.journal.clone().unwrap_or_else(default_journal);
     let versions = arguments.versions.clone().or_else(default_versions);
     let newer = versions.map(|versions| kept_in(versions, arguments.file.clone()));
-    let options = Options {
+    let options = ExecutiveOptions {
         registry: arguments.registry.to_string(),
         journal,
         is_laid_out: arguments.resume,
@@ -51,10 +51,10 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
     };
     let outcome = armor_executive::run(first, &options, stop)?;
     Ok(ExitCode::from(match outcome {
-        Outcome::Goal => 0,
-        Outcome::Safe => 3,
-        Outcome::Failed => 4,
-        Outcome::Interrupted => Ending::Interrupted.code(),
+        MissionOutcome::Goal => 0,
+        MissionOutcome::Safe => 3,
+        MissionOutcome::Failed => 4,
+        MissionOutcome::Interrupted => Ending::Interrupted.code(),
     }))
 }
 

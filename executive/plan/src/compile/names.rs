@@ -14,7 +14,7 @@ impl Compiler {
         self.findings.borrow_mut().push(finding.remedy(remedy));
     }
 
-    /// What [`armor_robotfile::check`] says with more words; nobody compiles what it refuses.
+    /// A fault that [`armor_robotfile::check`] reports in more detail; a file that it refuses is not compiled.
     pub(super) fn report(&self, code: Code, at: &Location, message: &str) {
         let finding = Finding::new(code, at, message).remedy("correct it; armor check says how");
         self.findings.borrow_mut().push(finding);

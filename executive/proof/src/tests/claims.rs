@@ -13,7 +13,7 @@ const PATROL: &str = "<place name='explore' initial='true' components='a'/><plac
     <transition name='light' from='off' to='on' after='1s'/>
     <transition name='dark' from='on' to='off' after='1s'/>";
 
-fn found(net: &str, check: &str, effort: Effort) -> Option<Finding> {
+fn found(net: &str, check: &str, effort: ProofEffort) -> Option<Finding> {
     let check = check.replace('<', "&lt;");
     let file = mission(&format!("{net}<check>{check}</check>"));
     let findings = all_proven(&file, effort).into_iter();
@@ -24,13 +24,14 @@ fn found(net: &str, check: &str, effort: Effort) -> Option<Finding> {
 }
 
 fn holds(net: &str, check: &str) {
-    let found = found(net, check, Effort::default());
+    let found = found(net, check, ProofEffort::default());
     assert!(found.is_none(), "{check}: {found:?}");
 }
 
 /// It does not hold; a piece of what is said, and the way as names with spaces between.
 fn fails(net: &str, check: &str, said: &str, way: &str) {
-    let found = found(net, check, Effort::default()).unwrap_or_else(|| panic!("{check} holds"));
+    let found =
+        found(net, check, ProofEffort::default()).unwrap_or_else(|| panic!("{check} holds"));
     assert_eq!(found.code, Code::CheckFails, "{check}: {found:?}");
     assert!(found.message.contains(said), "{check}: {}", found.message);
     let at = found.at.as_ref().expect("it has a place");
@@ -72,7 +73,7 @@ fn reachability_is_of_some_run_and_from_everywhere() {
     fails(PATROL, "reachable(over and hold)", "no way", "");
     holds(PATROL, "always reachable(over or hold)");
     fails(PATROL, "always reachable(over)", "hold", "explored stuck");
-    let found = found(PATROL, "always reachable(over)", Effort::default()).expect("it fails");
+    let found = found(PATROL, "always reachable(over)", ProofEffort::default()).expect("it fails");
     assert!(found.remedy.contains("… or hold"), "{}", found.remedy);
 }
 
@@ -94,7 +95,7 @@ fn every_run_comes_to_it_unless_a_circle_or_a_dead_end_avoids_it() {
     holds(turns, "z leads to over");
     holds(turns, "x leads to y");
     fails(turns, "y leads to z", "can go on for ever without it", "go");
-    let found = found(turns, "y leads to z", Effort::default()).expect("it fails");
+    let found = found(turns, "y leads to z", ProofEffort::default()).expect("it fails");
     assert_eq!(found.way.expect("a way").circle.join(" "), "back go");
     let trap = "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y' timeout='1s'/>
@@ -135,7 +136,7 @@ fn a_period_adds_to_each_latest_moment() {
         <place name='x' initial='true'/><place name='over'/>
         <transition name='t' from='x' to='over' timeout='5s'/>
         <check>duration(over) &lt;= 5s</check></mission></armor>";
-    let findings = all_proven(file, Effort::default());
+    let findings = all_proven(file, ProofEffort::default());
     let found = findings.iter().find(|f| f.code == Code::CheckFails).expect("a period later");
     assert!(found.message.contains("t can take 6 s"), "{}", found.message);
 }
@@ -230,7 +231,7 @@ fn of_a_mission_that_has_begun_what_is_claimed_of_its_start_is_left_out() {
     let checks = ["never explore", "reachable(explore and on)", "duration(rounds) >= 1s"];
     let checks = checks.map(|text| format!("<check>{}</check>", text.replace('<', "&lt;")));
     let file = mission(&format!("{PATROL}{}", checks.concat()));
-    let effort = Effort { has_begun: true, ..Effort::default() };
+    let effort = ProofEffort { has_begun: true, ..ProofEffort::default() };
     let findings = all_proven(&file, effort);
     let found: Vec<_> = findings.iter().map(|f| f.at.as_ref().expect("a place").text()).collect();
     assert_eq!(found, ["never explore"]);
@@ -239,7 +240,7 @@ fn of_a_mission_that_has_begun_what_is_claimed_of_its_start_is_left_out() {
 #[test]
 fn the_mission_s_durations_are_told_where_they_can_be_found_out() {
     let told = |net: &str| {
-        let findings = all_proven(&mission(net), Effort::default());
+        let findings = all_proven(&mission(net), ProofEffort::default());
         findings.into_iter().find(|finding| finding.code == Code::Takes).expect("it is told")
     };
     let both = "<place name='x' initial='true'/><transition name='t' from='x' to='over'";

@@ -116,7 +116,7 @@ fn silence_that_fires_has_a_latest_moment() {
     let net = asking("unanswered='fire'", "");
     assert_eq!(refuted(&net, &["eventually over", "duration(over) <= 5s"]), [""; 0]);
     assert_eq!(refuted(&net, &["duration(over) < 5s"]), ["duration(over) < 5s"]);
-    let findings = all_proven(&mission(&net), Effort::default());
+    let findings = all_proven(&mission(&net), ProofEffort::default());
     let takes = findings.iter().find(|f| f.code == Code::Takes).expect("it is told");
     assert_eq!(takes.message, "over comes after 0 s to 5 s");
     // Nobody knows how long the link stays lost.

@@ -93,7 +93,7 @@ fn claim(dice: &mut Dice) -> String {
 }
 
 /// What is said of each check, by its text: nothing, or the finding.
-fn said(file: &str, effort: Effort) -> (Analysed, Plan, Vec<(String, Option<Finding>)>) {
+fn said(file: &str, effort: ProofEffort) -> (Analysed, Plan, Vec<(String, Option<Finding>)>) {
     let reading = read("m.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
     let configuration = reading.configuration.expect("it can be read");
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");

@@ -6,7 +6,7 @@ use armor_marking::{ChangeState, MissionChange};
 
 impl Controller {
     pub(super) fn change_shown(&self) -> Option<MissionChange> {
-        let PendingChange { version, progress, .. } = self.changes.pending()?;
+        let PendingChange { version, progress, .. } = self.changes.pending_change()?;
         let (state, why, changes) = match progress {
             ChangeProgress::Reading => (ChangeState::Reading, "", &[][..]),
             ChangeProgress::Waiting { offer, why, .. } => {

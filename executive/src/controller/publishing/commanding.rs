@@ -14,7 +14,7 @@ use std::time::Duration;
 const ORDERS: usize = 10;
 
 impl Controller {
-    pub(super) fn paused(&self) -> Option<Paused> {
+    pub(super) fn pause_shown(&self) -> Option<Paused> {
         let pause = self.ledger().pause()?;
         let mut held = self.plan().component_ids().filter(|c| wants_off(&self.context, *c));
         Some(Paused {
@@ -24,7 +24,7 @@ impl Controller {
         })
     }
 
-    pub(super) fn holder(&self) -> Option<Holder> {
+    pub(super) fn holder_shown(&self) -> Option<Holder> {
         let lease = self.ledger().lease()?;
         Some(Holder {
             author: lease.by.author.clone(),
@@ -37,16 +37,16 @@ impl Controller {
         })
     }
 
-    pub(super) fn confirmations(&self) -> Vec<Confirmation> {
+    pub(super) fn open_confirmations(&self) -> Vec<Confirmation> {
         let consents = self.ledger().authority().consents();
         let asked = consents.filter_map(|(id, consent)| match consent {
-            Consent::Asked(since) => Some(self.confirmation(*id, *since)),
+            Consent::Asked(since) => Some(self.confirmation_of(*id, *since)),
             Consent::Granted | Consent::Declined => None,
         });
         asked.collect()
     }
 
-    fn confirmation(&self, id: TransitionId, since: Duration) -> Confirmation {
+    fn confirmation_of(&self, id: TransitionId, since: Duration) -> Confirmation {
         let by = answer_within(self.ledger(), id)
             .map(|within| since.saturating_add(within).as_secs_f64());
         let fires = matches!(

@@ -8,7 +8,7 @@ use armor_robotfile::Date;
 use armor_robotfile::mission::Missed;
 
 impl Controller {
-    pub(super) fn dates(&self) -> Vec<DateStand> {
+    pub(super) fn date_stands(&self) -> Vec<DateStand> {
         let ids = self.plan().net().transition_ids();
         ids.filter_map(|id| self.date_stand(id)).collect()
     }

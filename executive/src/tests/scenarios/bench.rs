@@ -1,12 +1,12 @@
 //! The office mission, and a controller on the bench: components that do as they are told, or not.
 
 use crate::controller::Controller;
-use crate::event::{Action, Event};
+use crate::event::{ControllerAction, ControllerEvent};
 use crate::incoming_order::IncomingOrder;
-use crate::order::{Giver, Order};
-use crate::record::Record;
-use crate::roster::{Doing, Presence};
-use crate::terms::Report;
+use crate::order::{Giver, MissionOrder};
+use crate::record::JournalRecord;
+use crate::roster::{Doing, ProcessPresence};
+use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, Plan, PlanBuilder};
@@ -63,7 +63,7 @@ pub(super) struct Bench {
     pub(super) controller: Controller,
     pub(super) now: Duration,
     wanted: Vec<String>,
-    pub(super) records: Vec<Record>,
+    pub(super) records: Vec<JournalRecord>,
     instances: u64,
     answers: Vec<String>,
     request: u64,
@@ -119,13 +119,13 @@ impl Bench {
     pub(super) fn appears(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         self.instances += 1;
         let instance = self.instances;
-        self.tell(Event::Appeared { component, instance });
+        self.tell(ControllerEvent::Appeared { component, instance });
         self.says(component, doing, activation);
     }
 
     pub(super) fn says(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         let instance = self.controller.roster().of(component).instance;
-        self.tell(Event::StateReported {
+        self.tell(ControllerEvent::StateReported {
             component,
             instance,
             doing,
@@ -134,29 +134,34 @@ impl Bench {
         });
     }
 
-    pub(super) fn reports(&mut self, component: ComponentId, activation: u64, report: Report) {
+    pub(super) fn reports(
+        &mut self,
+        component: ComponentId,
+        activation: u64,
+        report: ComponentReport,
+    ) {
         let instance = self.controller.roster().of(component).instance;
         let serial = self.records.len() as u64 + 1;
-        self.tell(Event::Reported { component, instance, serial, activation, report });
+        self.tell(ControllerEvent::Reported { component, instance, serial, activation, report });
     }
 
     pub(super) fn done(&mut self, component: ComponentId) {
         let activation = self.activation(component);
-        self.reports(component, activation, Report::Done);
+        self.reports(component, activation, ComponentReport::Done);
     }
 
     pub(super) fn gone(&mut self, component: ComponentId) {
-        self.tell(Event::Gone { component, instance: None });
+        self.tell(ControllerEvent::Gone { component, instance: None });
     }
 
     /// An order of the person called `author`, each sitting at a process of their own.
-    pub(super) fn orders(&mut self, author: &str, order: Order) -> String {
+    pub(super) fn orders(&mut self, author: &str, order: MissionOrder) -> String {
         self.request += 1;
         self.orders_as(author, self.request, false, order)
     }
 
     /// The same, taking the command over.
-    pub(super) fn takes_over(&mut self, author: &str, order: Order) -> String {
+    pub(super) fn takes_over(&mut self, author: &str, order: MissionOrder) -> String {
         self.request += 1;
         self.orders_as(author, self.request, true, order)
     }
@@ -167,15 +172,21 @@ impl Bench {
         author: &str,
         request: u64,
         take: bool,
-        order: Order,
+        order: MissionOrder,
     ) -> String {
         let instance = u64::from(author.as_bytes()[0]);
         let by = Giver { author: author.to_owned(), from: format!("tool-{author}"), instance };
-        self.tell(Event::Ordered(IncomingOrder { connection: instance, request, by, take, order }));
+        self.tell(ControllerEvent::Ordered(IncomingOrder {
+            connection: instance,
+            request,
+            by,
+            take,
+            order,
+        }));
         if let Some(question) = self.controller.move_question() {
             // A plan that is of no file has nothing that could be proven.
             let answer = match self.plan.version().files.is_empty() {
-                true => Event::MoveJudged { serial: question.serial, verdict: Ok(()) },
+                true => ControllerEvent::MoveJudged { serial: question.serial, verdict: Ok(()) },
                 false => question.answer(),
             };
             self.tell(answer);
@@ -190,7 +201,7 @@ impl Bench {
 
     /// The connection of that person ends.
     pub(super) fn leaves(&mut self, author: &str) {
-        self.tell(Event::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });
+        self.tell(ControllerEvent::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });
     }
 
     /// Killed, and started again a moment later.
@@ -201,7 +212,7 @@ impl Bench {
         self.note(actions);
     }
 
-    pub(super) fn tell(&mut self, event: Event) {
+    pub(super) fn tell(&mut self, event: ControllerEvent) {
         let actions = self.controller.handle(event, self.now);
         self.note(actions);
     }
@@ -210,7 +221,7 @@ impl Bench {
         let until = self.now + time;
         while let Some(due) = self.controller.next_deadline().filter(|due| *due <= until) {
             self.now = self.now.max(due);
-            self.tell(Event::Timer);
+            self.tell(ControllerEvent::Timer);
         }
         self.now = until;
     }
@@ -220,7 +231,7 @@ impl Bench {
         for component in self.plan.component_ids() {
             let observed = self.controller.roster().of(component);
             let (order, commanded) = (observed.order, observed.commanded);
-            let Some(order) = order.filter(|_| observed.presence == Presence::Here) else {
+            let Some(order) = order.filter(|_| observed.presence == ProcessPresence::Here) else {
                 continue;
             };
             let doing = if order.stop { Doing::Frozen } else { Doing::Active };
@@ -233,28 +244,30 @@ impl Bench {
         }
     }
 
-    pub(super) fn note(&mut self, actions: Vec<Action>) {
+    pub(super) fn note(&mut self, actions: Vec<ControllerAction>) {
         for action in actions {
             let name = |c: ComponentId| self.plan.component(c).name.as_str();
             match action {
-                Action::Journal(record) => self.records.push(record),
-                Action::Activate { component, .. } => {
+                ControllerAction::Journal(record) => self.records.push(record),
+                ControllerAction::Activate { component, .. } => {
                     self.wanted.push(format!("activate {}", name(component)));
                 }
-                Action::Freeze { component, .. } => {
+                ControllerAction::Freeze { component, .. } => {
                     self.wanted.push(format!("freeze {}", name(component)));
                 }
-                Action::Kill { component } => self.wanted.push(format!("kill {}", name(component))),
-                Action::Finished(outcome) => self.wanted.push(format!("{outcome:?}")),
-                Action::Answer { accepted, text, .. } => {
+                ControllerAction::Kill { component } => {
+                    self.wanted.push(format!("kill {}", name(component)))
+                }
+                ControllerAction::Finished(outcome) => self.wanted.push(format!("{outcome:?}")),
+                ControllerAction::Answer { accepted, text, .. } => {
                     let verdict = if accepted { "accepted" } else { "refused" };
                     self.answers.push(format!("{verdict}: {text}"));
                 }
-                Action::Acknowledge { .. }
-                | Action::Publish
-                | Action::Judge
-                | Action::JudgeMove
-                | Action::Changed => {}
+                ControllerAction::Acknowledge { .. }
+                | ControllerAction::Publish
+                | ControllerAction::Judge
+                | ControllerAction::JudgeMove
+                | ControllerAction::Changed => {}
             }
         }
     }

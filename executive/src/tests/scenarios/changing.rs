@@ -2,10 +2,10 @@
 //! refused.
 
 use super::bench::{Bench, SECOND};
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use crate::ledger::{Ledger, Phase};
-use crate::order::{Order, TokenMove};
-use crate::record::Entry;
+use crate::order::{MissionOrder, MovedTokens};
+use crate::record::JournalEntry;
 use crate::roster::Doing;
 use armor_plan::{FileText, Version};
 use armor_robotfile::guard::Scalar;
@@ -67,7 +67,7 @@ impl Bench {
 
     /// The file is saved, and everything that is asked about it is answered.
     pub(super) fn saved(&mut self, version: Arc<Version>) {
-        self.tell(Event::Offered(version));
+        self.tell(ControllerEvent::Offered(version));
         self.judge();
     }
 
@@ -103,7 +103,8 @@ fn a_new_transition_is_taken_and_nobody_is_disturbed() {
     assert_eq!(bench.played(), 2);
     assert_eq!(bench.wanted(), [] as [&str; 0], "nobody is disturbed");
     assert_eq!((bench.left_s("lost"), bench.left_s("recall")), (Some(3597.0), Some(9.0)));
-    let Some(Entry::Changed { changes, .. }) = bench.records.last().map(|it| it.entry.clone())
+    let Some(JournalEntry::Changed { changes, .. }) =
+        bench.records.last().map(|it| it.entry.clone())
     else {
         panic!("{:?}", bench.records.last());
     };
@@ -195,7 +196,10 @@ fn what_is_unsafe_from_where_the_mission_stands_is_refused_with_a_way_there() {
     let (state, why) = bench.change();
     assert_eq!((bench.played(), state.as_str()), (1, "refused"));
     assert!(why.contains("after both") && why.contains("exclude each other"), "{why}");
-    assert!(matches!(&bench.records.last().unwrap().entry, Entry::Refused { version: 2, .. }));
+    assert!(matches!(
+        &bench.records.last().unwrap().entry,
+        JournalEntry::Refused { version: 2, .. }
+    ));
     bench.pass(SECOND);
     bench.done(bench.component("explorer"));
     bench.obey();
@@ -283,7 +287,7 @@ fn new_exclusions_wait_until_nobody_can_meet() {
     assert_eq!(bench.change().0, "waiting", "they are together now");
     let mut bench = begun(&office(""));
     let homing = bench.component("homing");
-    bench.tell(Event::Lost { component: homing, instance: 3 });
+    bench.tell(ControllerEvent::Lost { component: homing, instance: 3 });
     let exclusive = r#"<exclusive components="driver homing"/>"#;
     let apart = office(exclusive).replace("homing driver\"/>", "homing\"/>");
     bench.saved(version(2, &apart));
@@ -300,14 +304,14 @@ fn a_pause_goes_on_through_a_change() {
     };
     let mut bench = begun(&late(10));
     bench.pass(4 * SECOND);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.pass(60 * SECOND);
     bench.wanted();
     bench.saved(version(2, &late(20)));
     assert_eq!((bench.played(), bench.wanted()), (2, Vec::new()));
     bench.pass(60 * SECOND);
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert_eq!(bench.left_s("late"), Some(16.0));
     assert_eq!(bench.wanted(), ["activate explorer", "activate driver"]);
@@ -346,7 +350,7 @@ fn a_guard_that_stays_keeps_its_clock_and_a_new_one_is_weighed() {
     };
     let mut bench = begun(&weak(""));
     let level = armor_plan::WatchId(0);
-    bench.tell(Event::Sensed { watch: level, value: Some(Scalar::Number(2.0)) });
+    bench.tell(ControllerEvent::Sensed { watch: level, value: Some(Scalar::Number(2.0)) });
     bench.pass(4 * SECOND);
     let more = r#"<transition name="hot" from="explore" to="return" when="driver.level &lt; 2.5 and homing.heat > 9"/>"#;
     bench.saved(version(2, &weak(more)));
@@ -355,7 +359,7 @@ fn a_guard_that_stays_keeps_its_clock_and_a_new_one_is_weighed() {
         bench.controller.plan().watches().iter().map(|watch| watch.data.clone()).collect();
     assert_eq!(watches, ["driver.level", "homing.heat"], "what was watched keeps its number");
     let heat = armor_plan::WatchId(1);
-    bench.tell(Event::Sensed { watch: heat, value: Some(Scalar::Number(10.0)) });
+    bench.tell(ControllerEvent::Sensed { watch: heat, value: Some(Scalar::Number(10.0)) });
     assert_eq!(bench.wanted(), ["freeze explorer"], "the level is known from before");
 }
 
@@ -382,11 +386,9 @@ fn killed_at_any_moment_it_comes_back_in_the_old_net_or_in_the_new_one() {
     assert_eq!((bench.played(), bench.left_s("late")), (2, Some(16.0)));
     bench.pass(Duration::from_secs(17));
     assert!(bench.controller.ledger().firings().len() + bench.marked().len() > 0);
-    assert!(
-        bench.records.iter().any(
-            |it| matches!(&it.entry, Entry::Took { cause, .. } if cause.to_string() == "late")
-        )
-    );
+    assert!(bench.records.iter().any(
+        |it| matches!(&it.entry, JournalEntry::Took { cause, .. } if cause.to_string() == "late")
+    ));
 }
 
 #[test]
@@ -395,10 +397,10 @@ fn tokens_are_not_moved_to_where_something_bad_follows() {
         <transition name="out" from="pit" to="home" on="explorer.done"><read place="return"/></transition>"#;
     let mut bench = begun(&office(trap));
     let moved = |bench: &mut Bench, to: &str| {
-        let one = TokenMove { from: "explore".into(), to: to.into(), tokens: 1 };
-        bench.orders("ruth", Order::Move(vec![one]))
+        let one = MovedTokens { from: "explore".into(), to: to.into(), tokens: 1 };
+        bench.orders("ruth", MissionOrder::Move(vec![one]))
     };
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     let refused = moved(&mut bench, "pit");
     assert!(refused.starts_with("refused: from there, E0241: "), "{refused}");

@@ -1,22 +1,22 @@
 //! Operators: what they fire, confirm and decline, who commands, and what happens when they are gone.
 
 use super::bench::{Bench, MS, Office, SECOND, office};
-use crate::order::Order;
-use crate::terms::{Outcome, Report};
+use crate::order::MissionOrder;
+use crate::terms::{ComponentReport, MissionOutcome};
 use crate::tests::simulation::draft::Way;
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
-fn fire(name: &str) -> Order {
-    Order::Fire(name.to_owned())
+fn fire(name: &str) -> MissionOrder {
+    MissionOrder::Fire(name.to_owned())
 }
 
-fn confirm(name: &str) -> Order {
-    Order::Confirm(name.to_owned())
+fn confirm(name: &str) -> MissionOrder {
+    MissionOrder::Confirm(name.to_owned())
 }
 
-fn decline(name: &str) -> Order {
-    Order::Decline(name.to_owned())
+fn decline(name: &str) -> MissionOrder {
+    MissionOrder::Decline(name.to_owned())
 }
 
 /// `recall`: from `explore` to `return`, as the operator likes.
@@ -102,15 +102,15 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
         let office = office();
         let (explorer, explored) = (office.explorer, office.explored());
         let mut bench = Bench::begun(office.with("explored", explored));
-        bench.orders("ruth", Order::Lease);
+        bench.orders("ruth", MissionOrder::Lease);
         if phase > 0 {
             bench.done(explorer);
         }
         if phase > 1 {
             bench.says(explorer, crate::roster::Doing::Frozen, bench.activation(explorer));
         }
-        assert_eq!(bench.orders("sam", Order::Safe), "accepted: the mission goes to `hold`");
-        let again = bench.orders("tim", Order::Safe);
+        assert_eq!(bench.orders("sam", MissionOrder::Safe), "accepted: the mission goes to `hold`");
+        let again = bench.orders("tim", MissionOrder::Safe);
         assert_eq!(again, "accepted: the mission is on its way to its safe place");
         assert_eq!(bench.orders("ruth", fire("explored")), "refused: the mission is ending");
         bench.obey();
@@ -123,22 +123,27 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
 #[test]
 fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
-    assert_eq!(bench.orders("ruth", Order::Release), "refused: nobody holds the command");
-    assert_eq!(bench.orders("ruth", Order::Lease), "accepted: the command is yours");
+    assert_eq!(bench.orders("ruth", MissionOrder::Release), "refused: nobody holds the command");
+    assert_eq!(bench.orders("ruth", MissionOrder::Lease), "accepted: the command is yours");
     let refused =
         "refused: ruth commands this mission (tool-ruth): ask for the command, or take it over";
-    for order in [Order::Lease, Order::Release, Order::Resume, fire("recall")] {
+    for order in [MissionOrder::Lease, MissionOrder::Release, MissionOrder::Resume, fire("recall")]
+    {
         assert_eq!(bench.orders("sam", order), refused);
     }
-    assert_eq!(bench.orders("sam", Order::Pause), "accepted: the mission is paused", "anyone may");
-    assert_eq!(bench.orders("sam", Order::Resume), refused);
-    assert_eq!(bench.orders("ruth", Order::Resume), "accepted: the mission goes on");
+    assert_eq!(
+        bench.orders("sam", MissionOrder::Pause),
+        "accepted: the mission is paused",
+        "anyone may"
+    );
+    assert_eq!(bench.orders("sam", MissionOrder::Resume), refused);
+    assert_eq!(bench.orders("ruth", MissionOrder::Resume), "accepted: the mission goes on");
     assert_eq!(bench.controller.ledger().lease().map(|l| l.by.author.as_str()), Some("ruth"));
     let holder = bench.controller.marking(0.0).holder.unwrap();
     assert!(holder.connected && holder.from == "tool-ruth" && holder.runs_out_at_s.is_none());
     bench.obey();
-    bench.orders("ruth", Order::Release);
-    assert!(bench.orders("sam", Order::Lease).starts_with("accepted"));
+    bench.orders("ruth", MissionOrder::Release);
+    assert!(bench.orders("sam", MissionOrder::Lease).starts_with("accepted"));
     assert!(bench.takes_over("ruth", fire("recall")).starts_with("accepted"));
     assert_eq!(bench.controller.ledger().lease(), None, "sam has lost it, ruth wanted one order");
     assert_eq!(bench.controller.marking(0.0).link_lost_at_s, None);
@@ -150,26 +155,26 @@ fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
 #[test]
 fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
-    assert_eq!(bench.orders("ruth", Order::Rejoin), "refused: nobody holds the command");
-    bench.orders("ruth", Order::Lease);
+    assert_eq!(bench.orders("ruth", MissionOrder::Rejoin), "refused: nobody holds the command");
+    bench.orders("ruth", MissionOrder::Lease);
     let refused = bench.takes_over("sam", fire("none"));
     assert!(refused.starts_with("refused"), "{refused}");
     assert_eq!(bench.unasked(), [] as [&str; 0], "what is refused takes nothing");
     assert_eq!(bench.controller.ledger().lease().map(|l| l.by.author.as_str()), Some("ruth"));
     assert_eq!(
-        bench.takes_over("sam", Order::Pause),
+        bench.takes_over("sam", MissionOrder::Pause),
         "accepted: the mission is paused; the command is taken from ruth"
     );
     assert_eq!(bench.unasked(), ["refused: sam has taken the command over"]);
     bench.restarts();
-    assert_eq!(bench.orders("ruth", Order::Rejoin), "refused: nobody holds the command");
-    bench.orders("sam", Order::Lease);
-    let refused = bench.takes_over("ruth", Order::Rejoin);
+    assert_eq!(bench.orders("ruth", MissionOrder::Rejoin), "refused: nobody holds the command");
+    bench.orders("sam", MissionOrder::Lease);
+    let refused = bench.takes_over("ruth", MissionOrder::Rejoin);
     assert!(refused.starts_with("refused: sam commands this mission"), "{refused}");
     bench.restarts();
-    assert_eq!(bench.orders("sam", Order::Rejoin), "accepted: the command is yours");
+    assert_eq!(bench.orders("sam", MissionOrder::Rejoin), "accepted: the command is yours");
     assert!(bench.controller.marking(0.0).holder.unwrap().connected, "over a new connection");
-    let text = bench.takes_over("ruth", Order::Lease);
+    let text = bench.takes_over("ruth", MissionOrder::Lease);
     assert_eq!(text, "accepted: the command is yours; the command is taken from sam");
     assert_eq!(bench.unasked(), ["refused: ruth has taken the command over"]);
 }
@@ -177,11 +182,11 @@ fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
 #[test]
 fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, Some(LostLink::Fire)));
-    bench.orders("ruth", Order::Lease);
+    bench.orders("ruth", MissionOrder::Lease);
     bench.leaves("ruth");
     bench.pass(4 * SECOND);
     assert_eq!(
-        bench.orders("ruth", Order::Lease),
+        bench.orders("ruth", MissionOrder::Lease),
         "accepted: the command is yours",
         "back in time"
     );
@@ -197,9 +202,9 @@ fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
     assert_eq!(bench.controller.marking(0.0).link_lost_at_s, Some(19.0));
     bench.obey();
     assert_eq!(bench.marked(), ["return"]);
-    bench.orders("sam", Order::Release);
+    bench.orders("sam", MissionOrder::Release);
     assert!(bench.controller.marking(0.0).link_lost_at_s.is_some(), "that order was refused");
-    bench.orders("sam", Order::Lease);
+    bench.orders("sam", MissionOrder::Lease);
     assert_eq!(bench.controller.marking(0.0).link_lost_at_s, None, "somebody commands again");
 }
 
@@ -207,7 +212,7 @@ fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
 fn a_lost_link_leaves_alone_what_waits_or_says_nothing() {
     for lost_link in [None, Some(LostLink::Wait)] {
         let mut bench = Bench::begun(with_recall(Autonomy::Operator, lost_link));
-        bench.orders("ruth", Order::Lease);
+        bench.orders("ruth", MissionOrder::Lease);
         bench.leaves("ruth");
         bench.pass(60 * SECOND);
         assert!(bench.controller.marking(0.0).link_lost_at_s.is_some());
@@ -218,7 +223,7 @@ fn a_lost_link_leaves_alone_what_waits_or_says_nothing() {
 #[test]
 fn a_holder_who_does_not_come_back_after_the_executive_was_killed_is_lost() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, Some(LostLink::Fire)));
-    bench.orders("ruth", Order::Lease);
+    bench.orders("ruth", MissionOrder::Lease);
     bench.restarts();
     bench.everybody_appears();
     bench.obey();
@@ -270,7 +275,11 @@ fn what_was_declined_asks_again_when_it_is_newly_enabled() {
     let asks = |bench: &Bench| bench.controller.marking(0.0).confirmations.len();
     let see = |bench: &mut Bench| {
         let activation = bench.activation(explorer);
-        bench.reports(explorer, activation, Report::Event { name: "seen".into(), value: 1.0 });
+        bench.reports(
+            explorer,
+            activation,
+            ComponentReport::Event { name: "seen".into(), value: 1.0 },
+        );
     };
     assert_eq!(asks(&bench), 0, "not enabled");
     see(&mut bench);
@@ -304,16 +313,19 @@ fn a_pending_question_survives_the_executive_with_its_deadline() {
 #[test]
 fn what_waits_for_the_operator_has_its_time_anew_once_somebody_is_back() {
     let mut bench = Bench::begun(with_recall(asking(Some(8 * SECOND), true), Some(LostLink::Wait)));
-    bench.orders("ruth", Order::Lease);
+    bench.orders("ruth", MissionOrder::Lease);
     bench.leaves("ruth");
     bench.pass(60 * SECOND);
     assert!(bench.controller.marking(0.0).confirmations[0].put_off);
-    bench.orders("sam", Order::Lease);
+    bench.orders("sam", MissionOrder::Lease);
     assert_eq!(bench.controller.marking(0.0).confirmations[0].answer_by_at_s, Some(68.0));
     bench.pass(9 * SECOND);
     bench.obey();
     assert_eq!(bench.marked(), ["return"]);
-    assert_ne!(bench.controller.ledger().stage(), crate::ledger::Stage::Ended(Outcome::Goal));
+    assert_ne!(
+        bench.controller.ledger().stage(),
+        crate::ledger::MissionStage::Ended(MissionOutcome::Goal)
+    );
 }
 
 #[test]
@@ -324,12 +336,12 @@ fn a_flood_of_refused_orders_is_answered_and_not_written_down() {
     let before = bench.records.len();
     for second in 1..=2 {
         for _ in 0..50 {
-            let answer = bench.orders("ruth", Order::Fire("explored".into()));
+            let answer = bench.orders("ruth", MissionOrder::Fire("explored".into()));
             assert_eq!(answer, "refused: `explored` is not the operator's: it fires by itself");
         }
         assert_eq!(bench.records.len() - before, second * 10);
         bench.pass(SECOND);
     }
     assert_eq!(bench.controller.marking(0.0).unwritten_orders, 80);
-    assert_eq!(bench.orders("ruth", Order::Pause), "accepted: the mission is paused");
+    assert_eq!(bench.orders("ruth", MissionOrder::Pause), "accepted: the mission is paused");
 }

@@ -3,10 +3,10 @@
 
 use super::bench::{Bench, Office, SECOND, office};
 use super::changing::{begun as begun_from, version};
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use crate::ledger::Ledger;
-use crate::record::Entry;
-use crate::terms::Report;
+use crate::record::JournalEntry;
+use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_plan::{PlannedVariable, WatchId};
 use armor_robotfile::guard::Scalar;
@@ -39,7 +39,7 @@ fn rounds(value: &str, when: &str) -> Bench {
 
 fn seen(bench: &mut Bench) {
     let explorer = bench.plan.component_named("explorer").expect("it is there");
-    let event = Report::Event { name: "seen".into(), value: 1.0 };
+    let event = ComponentReport::Event { name: "seen".into(), value: 1.0 };
     bench.reports(explorer, bench.activation(explorer), event);
     bench.obey();
 }
@@ -49,7 +49,7 @@ fn values(bench: &Bench) -> Vec<i64> {
 }
 
 fn told(bench: &mut Bench, level: f64) {
-    bench.tell(Event::Sensed { watch: LEVEL, value: Some(Scalar::Number(level)) });
+    bench.tell(ControllerEvent::Sensed { watch: LEVEL, value: Some(Scalar::Number(level)) });
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn transitions_set_variables_and_guards_see_it_at_once() {
     bench.obey();
     assert_eq!((values(&bench)[0], bench.marked()), (2, vec!["home".into()]));
     let turned = bench.records.iter().filter_map(|record| match &record.entry {
-        Entry::Took { sets, guards, .. } if !guards.is_empty() => Some((sets, guards)),
+        JournalEntry::Took { sets, guards, .. } if !guards.is_empty() => Some((sets, guards)),
         _ => None,
     });
     let turned: Vec<_> = turned.collect();

@@ -1,9 +1,9 @@
 //! Absolute dates: what they open and shut, what becomes of one that passed, and a clock that is set.
 
 use super::bench::{Bench, MS, Office, SECOND, office};
-use crate::event::Event;
-use crate::order::Order;
-use crate::record::Entry;
+use crate::event::ControllerEvent;
+use crate::order::MissionOrder;
+use crate::record::JournalEntry;
 use crate::tests::simulation::draft::{Way, noon};
 use armor_plan::{DatePhase, PlannedDates};
 use armor_robotfile::mission::{Autonomy, Missed};
@@ -40,12 +40,12 @@ fn plain(_: &Office) -> Way {
 
 /// The clock says that the mission began so long after noon.
 fn told(bench: &mut Bench, after_noon: Duration) {
-    bench.tell(Event::Utc { at_start: noon().later(after_noon) });
+    bench.tell(ControllerEvent::Utc { at_start: noon().later(after_noon) });
 }
 
 /// The clock is set to so long before what it said first.
 fn set_back(bench: &mut Bench, by: Duration) {
-    bench.tell(Event::Utc { at_start: noon().earlier(by) });
+    bench.tell(ControllerEvent::Utc { at_start: noon().earlier(by) });
 }
 
 fn is_home(bench: &mut Bench) -> bool {
@@ -54,8 +54,8 @@ fn is_home(bench: &mut Bench) -> bool {
 }
 
 fn phases(bench: &Bench) -> Vec<DatePhase> {
-    let phase = |record: &crate::record::Record| match &record.entry {
-        Entry::Dated { phase, .. } => Some(*phase),
+    let phase = |record: &crate::record::JournalRecord| match &record.entry {
+        JournalEntry::Dated { phase, .. } => Some(*phase),
         _ => None,
     };
     bench.records.iter().filter_map(phase).collect()
@@ -173,12 +173,12 @@ fn in_a_pause_a_date_passes_and_fails_nothing_until_it_is_over() {
         on: Some((office.explorer, "done")),
         ..Way::default()
     });
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.pass(100 * SECOND);
     assert_eq!(phases(&bench), [DatePhase::Open, DatePhase::Past]);
     assert_eq!(bench.controller.marking(0.0).stage, "paused");
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert_eq!(bench.marked(), ["hold"]);
 }
@@ -237,7 +237,7 @@ fn after_a_restart_dates_hold_as_the_clock_says_then() {
 fn operators_are_told_of_the_date() {
     let operated = |_: &Office| Way { autonomy: Autonomy::Operator, ..Way::default() };
     let mut bench = dated((Some(30), Some(60)), Missed::Skip, operated);
-    let fire = || Order::Fire("meet".to_owned());
+    let fire = || MissionOrder::Fire("meet".to_owned());
     assert_eq!(
         bench.orders("ruth", fire()),
         "refused: `meet` is not enabled: its date has not come: 2026-11-21T12:00:30Z"

@@ -2,8 +2,8 @@
 
 use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::controller::Controller;
-use crate::event::Event;
-use crate::record::{Entry, Record};
+use crate::event::ControllerEvent;
+use crate::record::{JournalEntry, JournalRecord};
 use crate::roster::Doing;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_plan::{PlannedVariable, WatchId};
@@ -28,7 +28,7 @@ fn guarded(when: &str, way: impl FnOnce(&Office) -> Way) -> Bench {
 
 fn told(bench: &mut Bench, level: impl Into<Option<f64>>) {
     let value = level.into().map(Scalar::Number);
-    bench.tell(Event::Sensed { watch: LEVEL, value });
+    bench.tell(ControllerEvent::Sensed { watch: LEVEL, value });
 }
 
 fn is_home(bench: &mut Bench) -> bool {
@@ -37,9 +37,9 @@ fn is_home(bench: &mut Bench) -> bool {
 }
 
 /// The changes of guards in the journal.
-fn changes(records: &[Record]) -> Vec<(bool, String)> {
-    let change = |record: &Record| match &record.entry {
-        Entry::Guard { holds, because, .. } => Some((*holds, because.clone())),
+fn changes(records: &[JournalRecord]) -> Vec<(bool, String)> {
+    let change = |record: &JournalRecord| match &record.entry {
+        JournalEntry::Guard { holds, because, .. } => Some((*holds, because.clone())),
         _ => None,
     };
     records.iter().filter_map(change).collect()
@@ -106,12 +106,12 @@ fn a_value_holds_for_a_while_without_its_provider_and_then_is_not_known() {
     let after = |_: &Office| Way { after: Some(10 * SECOND), ..Way::default() };
     let mut bench = guarded("battery < 30%", after);
     told(&mut bench, 0.2);
-    bench.tell(Event::Unlinked { watch: LEVEL });
+    bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
     bench.pass(1900 * MS);
     told(&mut bench, 0.2);
     bench.pass(5 * SECOND);
     assert_eq!(enabled_since(&bench), Some(Duration::ZERO), "nobody has noticed");
-    bench.tell(Event::Unlinked { watch: LEVEL });
+    bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
     bench.pass(1900 * MS);
     assert!(enabled_since(&bench).is_some());
     bench.pass(200 * MS);
@@ -128,7 +128,7 @@ fn a_guard_may_ask_whether_anything_is_known() {
     told(&mut bench, 0.5);
     bench.pass(2 * SECOND);
     assert_eq!(bench.marked(), ["explore"]);
-    bench.tell(Event::Unlinked { watch: LEVEL });
+    bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
     bench.pass(5 * SECOND);
     assert!(is_home(&mut bench));
 }
@@ -168,7 +168,7 @@ fn values_alone_are_shown_once_a_second() {
     for step in 0..300 {
         bench.now += 10 * MS;
         let value = Some(Scalar::Number(0.5 + f64::from(step) * 1e-3));
-        let event = Event::Sensed { watch: LEVEL, value };
+        let event = ControllerEvent::Sensed { watch: LEVEL, value };
         let actions = bench.controller.handle(event, bench.now);
         shown += actions.len();
         let due = bench.controller.next_deadline().filter(|due| *due <= bench.now);

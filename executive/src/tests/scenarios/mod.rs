@@ -12,9 +12,9 @@ mod valuing;
 mod waiting;
 
 use crate::controller::Controller;
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use crate::roster::Doing;
-use crate::terms::{Outcome, Report};
+use crate::terms::{ComponentReport, MissionOutcome};
 use crate::tests::simulation::draft::Way;
 use bench::{Bench, MS, SECOND, office};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ fn a_mission_whose_journal_is_lost_does_not_begin_again() {
     let (explorer, brake) = (office.explorer, office.brake);
     let mut bench = Bench::of(office);
     let (controller, actions) =
-        Controller::lost(Arc::clone(&bench.plan), "its journal is gone", Duration::ZERO);
+        Controller::after_loss(Arc::clone(&bench.plan), "its journal is gone", Duration::ZERO);
     bench.controller = controller;
     bench.note(actions);
     bench.wanted();
@@ -120,7 +120,11 @@ fn where_the_file_says_so_the_tokens_go_elsewhere_after_a_failed_stop_or_start()
             bench.gone(explorer);
         } else {
             bench.says(explorer, Doing::Frozen, bench.activation(explorer));
-            bench.reports(homing, bench.activation(homing), Report::Failed { reason: "no".into() });
+            bench.reports(
+                homing,
+                bench.activation(homing),
+                ComponentReport::Failed { reason: "no".into() },
+            );
         }
         bench.obey();
         assert_eq!(bench.wanted().last().map(String::as_str), Some("Goal"), "stop: {stop}");
@@ -164,8 +168,8 @@ fn reports_of_an_activation_that_is_over_are_dropped_and_counted() {
     let activation = bench.activation(explorer);
     bench.done(explorer);
     bench.obey();
-    bench.reports(explorer, activation, Report::Done);
-    bench.reports(explorer, activation + 40, Report::Done);
+    bench.reports(explorer, activation, ComponentReport::Done);
+    bench.reports(explorer, activation + 40, ComponentReport::Done);
     let dropped = bench.controller.dropped();
     assert_eq!((dropped.late, dropped.unheard), (2, 0));
     assert_eq!(bench.marked(), ["return"]);
@@ -218,7 +222,7 @@ fn a_failure_that_a_transition_waits_for_is_its_business_alone() {
     };
     let mut bench = Bench::begun(office.with("failed", failed));
     let reason = "the door is shut".to_owned();
-    bench.reports(explorer, bench.activation(explorer), Report::Failed { reason });
+    bench.reports(explorer, bench.activation(explorer), ComponentReport::Failed { reason });
     bench.obey();
     assert_eq!(bench.wanted().last().map(String::as_str), Some("Goal"));
 }
@@ -319,7 +323,7 @@ fn told_to_stop_it_brings_everything_to_rest_and_can_be_resumed() {
     let office = office();
     let (explorer, explored) = (office.explorer, office.explored());
     let mut bench = Bench::begun(office.with("explored", explored));
-    bench.tell(Event::Stop);
+    bench.tell(ControllerEvent::Stop);
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze driver"]);
     bench.obey();
     assert_eq!(bench.wanted(), ["Interrupted"]);
@@ -367,10 +371,10 @@ fn what_the_mission_does_not_control_gets_no_commands_and_is_heard() {
     bench.says(battery, Doing::Active, 0);
     bench.obey();
     assert!(bench.wanted().iter().all(|action| !action.contains("battery")));
-    bench.reports(battery, 0, Report::Event { name: "full".into(), value: 1.0 });
+    bench.reports(battery, 0, ComponentReport::Event { name: "full".into(), value: 1.0 });
     assert_eq!(bench.controller.dropped().unheard, 1);
-    bench.reports(battery, 0, Report::Event { name: "low".into(), value: 0.1 });
+    bench.reports(battery, 0, ComponentReport::Event { name: "low".into(), value: 0.1 });
     bench.obey();
     assert_eq!(bench.wanted().last().map(String::as_str), Some("Goal"));
-    assert_eq!(Outcome::Goal.exit_code(), 0);
+    assert_eq!(MissionOutcome::Goal.exit_code(), 0);
 }

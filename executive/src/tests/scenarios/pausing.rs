@@ -1,21 +1,21 @@
 //! A mission that stands still: what stops, what does not, what can be moved, and how it goes on.
 
 use super::bench::{Bench, MS, SECOND, office};
-use crate::event::Event;
-use crate::order::{Order, TokenMove};
+use crate::event::ControllerEvent;
+use crate::order::{MissionOrder, MovedTokens};
 use crate::roster::Doing;
-use crate::terms::Report;
+use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::Way;
 use armor_plan::OnResume;
 use armor_robotfile::mission::Autonomy;
 
-fn moves(them: &[(&str, &str, u32)]) -> Order {
-    let one = |&(from, to, tokens): &(&str, &str, u32)| TokenMove {
+fn moves(them: &[(&str, &str, u32)]) -> MissionOrder {
+    let one = |&(from, to, tokens): &(&str, &str, u32)| MovedTokens {
         from: from.to_owned(),
         to: to.to_owned(),
         tokens,
     };
-    Order::Move(them.iter().map(one).collect())
+    MissionOrder::Move(them.iter().map(one).collect())
 }
 
 #[test]
@@ -27,8 +27,8 @@ fn a_pause_stops_components_and_clocks_and_afterwards_all_goes_on_where_it_stood
         Way { from: vec![explore], to: vec![back], after: Some(5 * SECOND), ..Way::default() };
     let mut bench = Bench::begun(office.with("late", late));
     bench.pass(3 * SECOND);
-    assert_eq!(bench.orders("ruth", Order::Resume), "refused: the mission is not paused");
-    assert_eq!(bench.orders("ruth", Order::Pause), "accepted: the mission is paused");
+    assert_eq!(bench.orders("ruth", MissionOrder::Resume), "refused: the mission is not paused");
+    assert_eq!(bench.orders("ruth", MissionOrder::Pause), "accepted: the mission is paused");
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze driver"]);
     let pause = bench.controller.marking(0.0).pause.unwrap();
     assert!(!pause.at_rest && pause.by == "ruth" && pause.since_at_s == 3.0);
@@ -38,7 +38,7 @@ fn a_pause_stops_components_and_clocks_and_afterwards_all_goes_on_where_it_stood
     bench.pass(60 * SECOND);
     assert_eq!((bench.wanted(), bench.marked()), (vec![], vec!["explore".into()]));
     let before = [explorer, driver].map(|component| bench.activation(component));
-    assert_eq!(bench.orders("sam", Order::Resume), "accepted: the mission goes on");
+    assert_eq!(bench.orders("sam", MissionOrder::Resume), "accepted: the mission goes on");
     assert_eq!(bench.wanted(), ["activate explorer", "activate driver"]);
     bench.obey();
     assert!(bench.activation(explorer) > before[0] && bench.activation(driver) > before[1]);
@@ -59,14 +59,14 @@ fn a_firing_in_flight_stays_where_it_is_and_starts_nothing_until_the_pause_is_ov
             bench.says(explorer, Doing::Frozen, bench.activation(explorer));
             assert_eq!(bench.wanted().last().map(String::as_str), Some("activate homing"));
         }
-        bench.orders("ruth", Order::Pause);
+        bench.orders("ruth", MissionOrder::Pause);
         bench.obey();
         bench.pass(100 * SECOND);
         assert!(!bench.controller.roster().of(homing).may_be_active(), "{phase}");
         let shown = bench.controller.marking(0.0);
         assert_eq!((shown.in_flight.len(), shown.places.len()), (1, 0), "{phase}");
         assert_eq!(shown.in_flight[0].phase, phase);
-        bench.orders("ruth", Order::Resume);
+        bench.orders("ruth", MissionOrder::Resume);
         bench.obey();
         assert_eq!(bench.marked(), ["return"], "{phase}");
     }
@@ -87,11 +87,11 @@ fn safety_is_not_paused() {
         ..Way::default()
     };
     let mut bench = Bench::begun(office.with("alarm", alarm));
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze driver"], "the guard runs on");
     bench.pass(60 * SECOND);
-    let alarm = Report::Event { name: "alarm".into(), value: 1.0 };
+    let alarm = ComponentReport::Event { name: "alarm".into(), value: 1.0 };
     bench.reports(guard, bench.activation(guard), alarm);
     bench.obey();
     assert_eq!(bench.marked(), ["hold"]);
@@ -111,13 +111,13 @@ fn what_safety_starts_anew_in_a_pause_starts_when_the_pause_is_over() {
     let mut bench = Bench::begun(office.with("note", way));
     bench.says(guard, Doing::Active, 0);
     bench.done(explorer);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.wanted();
-    bench.reports(guard, 0, Report::Event { name: "alarm".into(), value: 1.0 });
+    bench.reports(guard, 0, ComponentReport::Event { name: "alarm".into(), value: 1.0 });
     bench.obey();
     assert_eq!((bench.marked(), bench.wanted()), (vec!["explore".into(), "note".into()], vec![]));
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     let wanted = bench.wanted();
     assert!(wanted.contains(&"activate explorer".to_owned()), "it had finished before: {wanted:?}");
 }
@@ -125,9 +125,9 @@ fn what_safety_starts_anew_in_a_pause_starts_when_the_pause_is_over() {
 #[test]
 fn the_safe_place_is_reached_from_a_pause() {
     let mut bench = Bench::begun(office());
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
-    bench.orders("sam", Order::Safe);
+    bench.orders("sam", MissionOrder::Safe);
     bench.obey();
     assert_eq!((bench.marked(), bench.controller.ledger().pause()), (vec!["hold".into()], None));
 }
@@ -146,15 +146,15 @@ fn what_was_done_or_seen_before_the_pause_still_counts_after_it() {
         let mut bench = Bench::begun(office.with("way", way).with("later", later));
         // An event needs somebody whose places are marked or about to be; `done` stands anyway.
         bench.pass(if report == "seen" { 9 * SECOND } else { SECOND });
-        bench.orders("ruth", Order::Pause);
+        bench.orders("ruth", MissionOrder::Pause);
         let said = match report {
-            "done" => Report::Done,
-            _ => Report::Event { name: "seen".into(), value: 1.0 },
+            "done" => ComponentReport::Done,
+            _ => ComponentReport::Event { name: "seen".into(), value: 1.0 },
         };
         bench.reports(explorer, bench.activation(explorer), said);
         bench.obey();
         bench.wanted();
-        bench.orders("ruth", Order::Resume);
+        bench.orders("ruth", MissionOrder::Resume);
         let wanted = bench.wanted();
         let started = wanted.contains(&"activate explorer".to_owned());
         assert!(!(started && report == "done"), "it has nothing more to do: {wanted:?}");
@@ -178,7 +178,7 @@ fn tokens_are_moved_in_a_pause_and_only_where_that_is_right() {
     let mut bench = Bench::begun(office.with("away", away));
     let unpaused = "refused: tokens are moved only while the mission is paused: pause it first";
     assert_eq!(bench.orders("ruth", moves(&[("explore", "return", 1)])), unpaused);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.wanted();
     for (them, wrong) in [
@@ -209,7 +209,7 @@ fn tokens_are_moved_in_a_pause_and_only_where_that_is_right() {
     assert_eq!(bench.marked(), ["home", "stop", "stock"]);
     assert_eq!(bench.wanted(), [] as [&str; 0], "nothing starts, and the goal waits");
     bench.orders("ruth", moves(&[("home", "stock", 1)]));
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     assert_eq!(bench.wanted(), ["activate brake"]);
     bench.obey();
     assert_eq!(bench.marked(), ["stop", "stock"]);
@@ -223,7 +223,7 @@ fn a_token_on_its_way_counts_when_others_are_moved() {
     office.plan.place("stock", 1, &[]);
     let mut bench = Bench::begun(office);
     bench.done(explorer);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     let wrong = "refused: `return` would hold 2 tokens, some on their way; a place with components holds one";
     assert_eq!(bench.orders("ruth", moves(&[("stock", "return", 1)])), wrong);
 }
@@ -231,7 +231,7 @@ fn a_token_on_its_way_counts_when_others_are_moved() {
 #[test]
 fn a_paused_mission_whose_executive_is_killed_stays_paused() {
     let mut bench = Bench::begun(office());
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.pass(SECOND);
     bench.restarts();
@@ -239,7 +239,7 @@ fn a_paused_mission_whose_executive_is_killed_stays_paused() {
     bench.pass(60 * SECOND);
     assert_eq!(bench.wanted()[2..], [] as [&str; 0], "nobody is started");
     assert_eq!(bench.controller.ledger().pause().map(|pause| pause.by.as_str()), Some("ruth"));
-    bench.orders("sam", Order::Resume);
+    bench.orders("sam", MissionOrder::Resume);
     bench.obey();
     assert!(bench.controller.marking(0.0).places[0].active);
 }
@@ -263,7 +263,7 @@ fn a_mission_that_resumes_on_hold_waits_for_an_operator_after_a_restart() {
     bench.restarts();
     assert_eq!(bench.records.iter().filter(|r| format!("{r:?}").contains("Held")).count(), 1);
     bench.everybody_appears();
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert!(bench.controller.marking(0.0).places[0].active);
 }
@@ -273,7 +273,7 @@ fn one_that_does_not_stop_for_a_pause_is_killed_and_put_back_afterwards() {
     let office = office();
     let driver = office.driver;
     let mut bench = Bench::begun(office);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.says(bench.plan.component_named("explorer").unwrap(), Doing::Frozen, 99);
     bench.pass(2100 * MS);
     assert_eq!(bench.wanted().last().map(String::as_str), Some("kill driver"));
@@ -282,7 +282,7 @@ fn one_that_does_not_stop_for_a_pause_is_killed_and_put_back_afterwards() {
     bench.appears(driver, Doing::Frozen, 0);
     assert_eq!(bench.wanted(), [] as [&str; 0]);
     assert_eq!(bench.controller.marking(0.0).stage, "paused", "and nothing has failed");
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert!(bench.controller.marking(0.0).places[0].active);
 }
@@ -292,11 +292,11 @@ fn one_that_died_in_a_pause_has_its_whole_patience_from_the_end_of_it() {
     let office = office();
     let driver = office.driver;
     let mut bench = Bench::begun(office);
-    bench.orders("ruth", Order::Pause);
+    bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.gone(driver);
     bench.pass(100 * SECOND);
-    bench.orders("ruth", Order::Resume);
+    bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     bench.pass(14 * SECOND);
     assert_eq!(bench.marked(), ["explore"]);
@@ -308,8 +308,8 @@ fn one_that_died_in_a_pause_has_its_whole_patience_from_the_end_of_it() {
 #[test]
 fn told_to_stop_while_paused_it_can_be_resumed_paused() {
     let mut bench = Bench::begun(office());
-    bench.orders("ruth", Order::Pause);
-    bench.tell(Event::Stop);
+    bench.orders("ruth", MissionOrder::Pause);
+    bench.tell(ControllerEvent::Stop);
     bench.obey();
     assert_eq!(bench.wanted().last().map(String::as_str), Some("Interrupted"));
     bench.restarts();

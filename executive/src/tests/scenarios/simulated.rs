@@ -2,20 +2,20 @@
 //! does not.
 
 use super::bench::{Bench, MS, SECOND, office};
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use crate::roster::Doing;
 use crate::tests::simulation::draft::Way;
-use crate::time::Now;
+use crate::time::ClockReadings;
 use std::time::Duration;
 
 /// Time passes on each clock, and what is due then happens.
-fn passes(bench: &mut Bench, now: &mut Now, mission: Duration, host: Duration) {
+fn passes(bench: &mut Bench, now: &mut ClockReadings, mission: Duration, host: Duration) {
     (now.mission, now.host) = (now.mission + mission, now.host + host);
-    let actions = bench.controller.handle(Event::Timer, *now);
+    let actions = bench.controller.handle(ControllerEvent::Timer, *now);
     bench.note(actions);
 }
 
-fn with_timeout() -> (Bench, Now) {
+fn with_timeout() -> (Bench, ClockReadings) {
     let office = office();
     let way = Way {
         from: vec![office.explore],
@@ -23,7 +23,7 @@ fn with_timeout() -> (Bench, Now) {
         after: Some(10 * SECOND),
         ..Way::default()
     };
-    (Bench::begun(office.with("late", way)), Now::default())
+    (Bench::begun(office.with("late", way)), ClockReadings::default())
 }
 
 #[test]

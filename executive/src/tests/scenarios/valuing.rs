@@ -3,7 +3,7 @@
 use super::bench::{Bench, MS, Office, office};
 use crate::controller::Controller;
 use crate::roster::Doing;
-use crate::terms::Report;
+use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::Way;
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, GivenValue};
@@ -68,7 +68,7 @@ fn who_goes_on_with_another_value_is_stopped_and_started_afresh() {
         // Nobody has finished: a name is called, and the explorer would go on.
         office.plan.transitions[0].on = Some((explorer, "seen".into()));
         let mut bench = Bench::begun(office);
-        let event = Report::Event { name: "seen".into(), value: 1.0 };
+        let event = ComponentReport::Event { name: "seen".into(), value: 1.0 };
         bench.reports(explorer, bench.activation(explorer), event);
         assert_eq!(bench.wanted(), ["freeze explorer"], "the driver goes on undisturbed");
         bench.obey();
@@ -84,7 +84,7 @@ fn who_goes_on_with_the_same_value_is_not_disturbed() {
     let (mut office, explorer, _) = two_areas(Some("north"));
     office.plan.transitions[0].on = Some((explorer, "seen".into()));
     let mut bench = Bench::begun(office);
-    let event = Report::Event { name: "seen".into(), value: 1.0 };
+    let event = ComponentReport::Event { name: "seen".into(), value: 1.0 };
     bench.reports(explorer, bench.activation(explorer), event);
     assert_eq!((bench.wanted(), bench.marked()), (vec![], vec!["again".into()]));
 }

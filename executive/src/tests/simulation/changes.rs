@@ -4,9 +4,9 @@
 use super::Play;
 use super::dice::Dice;
 use super::draft::{Edits, random_plan};
-use crate::answer::{Answer, Found};
-use crate::event::Event;
-use crate::judging::Question;
+use crate::answer::{VersionAnswer, VersionFinding};
+use crate::event::ControllerEvent;
+use crate::judging::VersionQuestion;
 use armor_plan::{FileText, Plan, Version, fits};
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,7 +22,7 @@ pub(super) struct Changes {
     /// What the file is now, if it has been saved.
     file: Option<Arc<Version>>,
     /// Answers on their way, and the file to be looked at.
-    coming: Vec<(Duration, Event)>,
+    coming: Vec<(Duration, ControllerEvent)>,
 }
 
 /// A plan that the dice of `seed` have drawn, as the first version.
@@ -66,11 +66,11 @@ impl Changes {
         self.coming.clear();
         if let Some(file) = &self.file {
             let at = now + self.dice.up_to_ms(500);
-            self.coming.push((at, Event::Offered(Arc::clone(file))));
+            self.coming.push((at, ControllerEvent::Offered(Arc::clone(file))));
         }
     }
 
-    pub(super) fn happen(&mut self, now: Duration) -> Event {
+    pub(super) fn happen(&mut self, now: Duration) -> ControllerEvent {
         if let Some(due) = self.coming.iter().position(|it| it.0 <= now) {
             return self.coming.remove(due).1;
         }
@@ -81,7 +81,7 @@ impl Changes {
         let edits = if self.dice.one_in(8) { 0 } else { self.saved };
         let version = Arc::new(version(self.saved, self.seed, edits));
         self.file = Some(Arc::clone(&version));
-        Event::Offered(version)
+        ControllerEvent::Offered(version)
     }
 }
 
@@ -91,11 +91,11 @@ impl Play {
         let question = self.controller.as_ref().and_then(|controller| controller.question());
         let Some(question) = question else { return };
         let event = match &question {
-            Question::Read { .. } => question.answer(&|| None),
-            Question::Prove { serial, stand, .. } => {
+            VersionQuestion::Read { .. } => question.answer(&|| None),
+            VersionQuestion::Prove { serial, stand, .. } => {
                 let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
-                let found = Found::Proven { stand: stand.clone(), verdict };
-                Event::Answered(Answer { serial: *serial, found })
+                let found = VersionFinding::Proven { stand: stand.clone(), verdict };
+                ControllerEvent::Answered(VersionAnswer { serial: *serial, found })
             }
         };
         let at = self.world.now + self.changes.dice.up_to_ms(1500);
@@ -108,7 +108,9 @@ impl Play {
         let Some(question) = question else { return };
         let verdict = if self.changes.dice.one_in(6) { Err("bad".into()) } else { Ok(()) };
         let at = self.world.now + self.changes.dice.up_to_ms(300);
-        self.changes.coming.push((at, Event::MoveJudged { serial: question.serial, verdict }));
+        self.changes
+            .coming
+            .push((at, ControllerEvent::MoveJudged { serial: question.serial, verdict }));
     }
 
     /// Every token stays where it is, and nobody is started or stopped by it.

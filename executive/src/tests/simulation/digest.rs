@@ -1,7 +1,7 @@
 //! A number for all that was decided and published: the same decisions, byte by byte, give the same.
 
 use crate::controller::Controller;
-use crate::event::Action;
+use crate::event::ControllerAction;
 use armor_sdk::wire::bincode;
 
 /// FNV-1a, 64 bits.
@@ -20,28 +20,30 @@ impl Digest {
     }
 
     /// Adds an action by its content, not by the names of Rust types.
-    pub(super) fn add_action(&mut self, action: &Action) {
+    pub(super) fn add_action(&mut self, action: &ControllerAction) {
         let text = match action {
-            Action::Journal(record) => without_fingerprint(&serde_json::to_string(record).unwrap()),
-            Action::Activate { component, activation, values } => {
+            ControllerAction::Journal(record) => {
+                without_fingerprint(&serde_json::to_string(record).unwrap())
+            }
+            ControllerAction::Activate { component, activation, values } => {
                 let values = serde_json::to_string(values).unwrap();
                 format!("activate {} {activation} {values}", component.0)
             }
-            Action::Freeze { component, activation } => {
+            ControllerAction::Freeze { component, activation } => {
                 format!("freeze {} {activation}", component.0)
             }
-            Action::Kill { component } => format!("kill {}", component.0),
-            Action::Acknowledge { component, serial } => {
+            ControllerAction::Kill { component } => format!("kill {}", component.0),
+            ControllerAction::Acknowledge { component, serial } => {
                 format!("acknowledge {} {serial}", component.0)
             }
-            Action::Answer { connection, request, accepted, .. } => {
+            ControllerAction::Answer { connection, request, accepted, .. } => {
                 format!("answer {connection} {request} {accepted}")
             }
-            Action::Judge => "judge".to_owned(),
-            Action::JudgeMove => "judge move".to_owned(),
-            Action::Changed => "changed".to_owned(),
-            Action::Publish => "publish".to_owned(),
-            Action::Finished(outcome) => format!("finished {}", outcome.exit_code()),
+            ControllerAction::Judge => "judge".to_owned(),
+            ControllerAction::JudgeMove => "judge move".to_owned(),
+            ControllerAction::Changed => "changed".to_owned(),
+            ControllerAction::Publish => "publish".to_owned(),
+            ControllerAction::Finished(outcome) => format!("finished {}", outcome.exit_code()),
         };
         self.add(text.as_bytes());
     }

@@ -1,8 +1,8 @@
 //! What must hold after every step, whatever has happened.
 
 use crate::controller::Controller;
-use crate::ledger::{Ledger, Stage, check_same};
-use crate::terms::{Cause, Outcome, Tokens};
+use crate::ledger::{Ledger, MissionStage, check_same};
+use crate::terms::{Cause, MissionOutcome, Tokens};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -85,22 +85,23 @@ impl Play {
             let in_date = self.is_in_date(id, live);
             assert_eq!(live.state().gate(id), holds && reported && in_date);
             let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);
-            if let (Some(truth), Stage::Playing) = (truth, live.stage()) {
+            if let (Some(truth), MissionStage::Playing) = (truth, live.stage()) {
                 assert_eq!(holds, truth == Some(true), "{guard:?}");
             }
         }
     }
 
-    pub(super) fn check_end(&self, outcome: Outcome) {
+    pub(super) fn check_end(&self, outcome: MissionOutcome) {
         let marked = |place: Option<armor_petri::PlaceId>| self.oracle[place.unwrap().index()] > 0;
         match outcome {
-            Outcome::Goal => assert!(marked(self.plan.goal())),
-            Outcome::Safe => assert!(marked(self.plan.safe())),
-            Outcome::Failed | Outcome::Interrupted => return,
+            MissionOutcome::Goal => assert!(marked(self.plan.goal())),
+            MissionOutcome::Safe => assert!(marked(self.plan.safe())),
+            MissionOutcome::Failed | MissionOutcome::Interrupted => return,
         }
         for component in self.plan.component_ids() {
             let planned = self.plan.component(component);
-            let last = if outcome == Outcome::Goal { self.plan.goal() } else { self.plan.safe() };
+            let last =
+                if outcome == MissionOutcome::Goal { self.plan.goal() } else { self.plan.safe() };
             let belongs = [self.plan.goal(), self.plan.safe(), last]
                 .iter()
                 .flatten()
@@ -116,7 +117,10 @@ impl Play {
         let ledger = controller.ledger();
         let patience = Duration::from_secs(90);
         let stuck = |since: Duration| since + patience < self.world.now;
-        assert!(ledger.stage() == Stage::Playing || !stuck(ledger.last_at()), "stuck at the end");
+        assert!(
+            ledger.stage() == MissionStage::Playing || !stuck(ledger.last_at()),
+            "stuck at the end"
+        );
         // What waits for one that excludes it, and may yet stop, may wait for ever.
         let moving = ledger.firings().iter().filter(|it| !ledger.is_held(it.1));
         let moving = moving.filter(|it| !controller.is_blocked(*it.0));

@@ -13,10 +13,10 @@ mod wall;
 mod world;
 
 use crate::controller::Controller;
-use crate::event::{Action, Event};
+use crate::event::{ControllerAction, ControllerEvent};
 use crate::ledger::{Ledger, check_same};
-use crate::record::{Entry, Record};
-use crate::terms::{Outcome, Tokens};
+use crate::record::{JournalEntry, JournalRecord};
+use crate::terms::{MissionOutcome, Tokens};
 use armor_plan::Plan;
 use changes::Changes;
 use dice::Dice;
@@ -44,7 +44,7 @@ struct Play {
     /// Everything that was ever written into it.
     told: Vec<String>,
     oracle: Vec<i64>,
-    outcome: Option<Outcome>,
+    outcome: Option<MissionOutcome>,
     crashes: usize,
     restart_at: Duration,
     /// How much of the journal has been played again already.
@@ -145,7 +145,7 @@ impl Play {
                     let due = due.expect("one of them is there");
                     // Timers are late by a little, like real ones.
                     self.world.now = self.world.now.max(due) + self.world.dice.up_to_ms(2);
-                    Some(Event::Timer)
+                    Some(ControllerEvent::Timer)
                 }
             };
             self.check_exclusion();
@@ -158,13 +158,13 @@ impl Play {
         }
     }
 
-    fn tell(&mut self, event: Event) {
+    fn tell(&mut self, event: ControllerEvent) {
         let Some(controller) = &mut self.controller else {
             return;
         };
-        let timer = event == Event::Timer;
+        let timer = event == ControllerEvent::Timer;
         let actions = controller.handle(event, self.world.now);
-        let idle = timer && actions.iter().all(|action| *action == Action::Publish);
+        let idle = timer && actions.iter().all(|action| *action == ControllerAction::Publish);
         let due = controller.next_deadline().is_some_and(|due| due <= self.world.now);
         assert!(!(idle && due), "a deadline that passes without consequence");
         self.perform(actions);
@@ -184,7 +184,7 @@ impl Play {
     }
 
     /// Does what it is told, and may be killed between any two actions.
-    fn perform(&mut self, actions: Vec<Action>) {
+    fn perform(&mut self, actions: Vec<ControllerAction>) {
         for action in actions {
             if self.crashes > 0 && self.world.dice.one_in(40) {
                 self.crashes -= 1;
@@ -196,25 +196,25 @@ impl Play {
             self.check_pause(&action);
             self.digest.add_action(&action);
             match action {
-                Action::Journal(record) => self.write(&record),
-                Action::Activate { component, activation, values } => {
+                ControllerAction::Journal(record) => self.write(&record),
+                ControllerAction::Activate { component, activation, values } => {
                     self.check_values(component, &values);
                     self.world.send(component, Command::Activate(activation, values));
                 }
-                Action::Freeze { component, activation } => {
+                ControllerAction::Freeze { component, activation } => {
                     self.world.send(component, Command::Freeze(activation));
                 }
-                Action::Kill { component } => self.world.kill(component),
-                Action::Acknowledge { component, serial } => {
+                ControllerAction::Kill { component } => self.world.kill(component),
+                ControllerAction::Acknowledge { component, serial } => {
                     self.world.send(component, Command::Acknowledge(serial));
                 }
-                Action::Judge => self.judge(),
-                Action::JudgeMove => self.judge_move(),
-                Action::Publish | Action::Changed => {}
-                Action::Answer { request, accepted, text, .. } => {
+                ControllerAction::Judge => self.judge(),
+                ControllerAction::JudgeMove => self.judge_move(),
+                ControllerAction::Publish | ControllerAction::Changed => {}
+                ControllerAction::Answer { request, accepted, text, .. } => {
                     self.operators.note_answer(request, accepted, &text);
                 }
-                Action::Finished(outcome) => {
+                ControllerAction::Finished(outcome) => {
                     self.outcome = Some(outcome);
                     self.check_end(outcome);
                 }
@@ -241,7 +241,7 @@ impl Play {
         (self.checked, self.cuts) = (0, self.cuts + 1);
     }
 
-    fn write(&mut self, record: &Record) {
+    fn write(&mut self, record: &JournalRecord) {
         let line = serde_json::to_string(record).unwrap();
         self.exact.add(line.as_bytes());
         self.told.push(line.clone());
@@ -249,22 +249,22 @@ impl Play {
         self.note_order(record);
         self.note_dates(record);
         match &record.entry {
-            Entry::Changed { version, .. } => self.note_change(version),
-            Entry::Took { firing, cause, from, to, sets, guards, .. } => {
+            JournalEntry::Changed { version, .. } => self.note_change(version),
+            JournalEntry::Took { firing, cause, from, to, sets, guards, .. } => {
                 self.check_enabled(cause);
                 self.note_sets(cause, sets);
                 guards.iter().for_each(|turned| self.note_guard(&turned.transition, turned.holds));
                 self.add(from, -1);
                 self.in_flight.insert(*firing, (from.clone(), to.clone()));
             }
-            Entry::Redirected { firing, to, .. } => {
+            JournalEntry::Redirected { firing, to, .. } => {
                 self.in_flight.get_mut(firing).unwrap().1.clone_from(to);
             }
-            Entry::Guard { transition, holds, .. } => {
+            JournalEntry::Guard { transition, holds, .. } => {
                 self.note_guard(transition, *holds);
             }
-            Entry::Stopped { firing } => self.check_stopped(*firing),
-            Entry::Put { firing } => {
+            JournalEntry::Stopped { firing } => self.check_stopped(*firing),
+            JournalEntry::Put { firing } => {
                 // The one that ends everything else has no `Took`.
                 let safe = || self.plan.net().place(self.plan.safe().unwrap()).to_owned();
                 let retreat = || (Vec::new(), vec![Tokens { place: safe(), tokens: 1 }]);
@@ -288,7 +288,7 @@ impl Play {
 
     /// The net's rule, looked up in the marking that the journal adds up to.
     /// The journal as a restarted process reads it.
-    fn records(&self) -> Vec<Record> {
+    fn records(&self) -> Vec<JournalRecord> {
         self.journal.iter().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 }

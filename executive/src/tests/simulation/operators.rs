@@ -2,10 +2,10 @@
 //! get no answer; and what must hold whatever they do.
 
 use super::Play;
-use crate::event::{Action, Event};
+use crate::event::{ControllerAction, ControllerEvent};
 use crate::incoming_order::IncomingOrder;
-use crate::order::{Giver, Order, TokenMove};
-use crate::record::{Entry, Record};
+use crate::order::{Giver, MissionOrder, MovedTokens};
+use crate::record::{JournalEntry, JournalRecord};
 use armor_petri::{Class, PlaceId};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -48,7 +48,7 @@ impl Operators {
 
 impl Play {
     /// The next thing an operator does.
-    pub(super) fn operators_act(&mut self) -> Event {
+    pub(super) fn operators_act(&mut self) -> ControllerEvent {
         let dice = &mut self.world.dice;
         self.operators.left -= 1;
         // Without pauses of their own they would do nothing but disturb one another.
@@ -56,12 +56,14 @@ impl Play {
         self.operators.connections += 1;
         let connection = self.operators.connections;
         if dice.one_in(8) {
-            return Event::OperatorLeft { connection: dice.roll(connection as usize + 1) as u64 };
+            return ControllerEvent::OperatorLeft {
+                connection: dice.roll(connection as usize + 1) as u64,
+            };
         }
         if dice.one_in(6)
             && let Some(last) = self.operators.last.clone()
         {
-            return Event::Ordered(IncomingOrder { connection, ..last });
+            return ControllerEvent::Ordered(IncomingOrder { connection, ..last });
         }
         self.operators.requests += 1;
         let request = self.operators.requests;
@@ -71,10 +73,10 @@ impl Play {
         let order = self.random_order();
         let given = IncomingOrder { connection, request, by, take, order };
         self.operators.last = Some(given.clone());
-        Event::Ordered(given)
+        ControllerEvent::Ordered(given)
     }
 
-    fn random_order(&mut self) -> Order {
+    fn random_order(&mut self) -> MissionOrder {
         let (dice, net) = (&mut self.world.dice, self.plan.net());
         let transition = net.transitions()[dice.roll(net.transitions().len())].name.clone();
         let place = |dice: &mut super::Dice| net.places()[dice.roll(net.places().len())].clone();
@@ -87,38 +89,38 @@ impl Play {
         // What a pause is for.
         if dice.one_in(if self.paused { 2 } else { 12 }) {
             let count = 1 + dice.roll(2);
-            let moves = (0..count).map(|_| TokenMove {
+            let moves = (0..count).map(|_| MovedTokens {
                 from: filled(dice),
                 to: place(dice),
                 tokens: 1 + u32::from(dice.one_in(6)),
             });
-            return Order::Move(moves.collect());
+            return MissionOrder::Move(moves.collect());
         }
         match dice.roll(14) {
-            0..3 => Order::Fire(transition),
-            3..5 => Order::Confirm(transition),
-            5 => Order::Decline(transition),
-            6..8 => Order::Pause,
-            8..11 => Order::Resume,
-            11 | 12 => Order::Lease,
-            _ if dice.one_in(8) => Order::Rejoin,
-            _ if dice.one_in(8) => Order::Safe,
-            _ => Order::Release,
+            0..3 => MissionOrder::Fire(transition),
+            3..5 => MissionOrder::Confirm(transition),
+            5 => MissionOrder::Decline(transition),
+            6..8 => MissionOrder::Pause,
+            8..11 => MissionOrder::Resume,
+            11 | 12 => MissionOrder::Lease,
+            _ if dice.one_in(8) => MissionOrder::Rejoin,
+            _ if dice.one_in(8) => MissionOrder::Safe,
+            _ => MissionOrder::Release,
         }
     }
 
     /// What an accepted order does to the oracle's marking, and what it may not do.
-    pub(super) fn note_order(&mut self, record: &Record) {
+    pub(super) fn note_order(&mut self, record: &JournalRecord) {
         match &record.entry {
-            Entry::Ordered(judged) if judged.accepted => match &judged.order {
-                Order::Safe => self.give_up(),
-                Order::Pause => self.paused = true,
-                Order::Resume => self.paused = false,
-                Order::Move(moves) => self.note_moves(moves),
+            JournalEntry::Ordered(judged) if judged.accepted => match &judged.order {
+                MissionOrder::Safe => self.give_up(),
+                MissionOrder::Pause => self.paused = true,
+                MissionOrder::Resume => self.paused = false,
+                MissionOrder::Move(moves) => self.note_moves(moves),
                 _ => {}
             },
-            Entry::Held { .. } => self.paused = true,
-            Entry::Retreated { .. } => self.give_up(),
+            JournalEntry::Held { .. } => self.paused = true,
+            JournalEntry::Retreated { .. } => self.give_up(),
             _ => {}
         }
     }
@@ -132,7 +134,7 @@ impl Play {
         (self.gave_up, self.paused) = (true, false);
     }
 
-    fn note_moves(&mut self, moves: &[TokenMove]) {
+    fn note_moves(&mut self, moves: &[MovedTokens]) {
         assert!(self.paused, "tokens are moved only in a pause");
         for it in moves {
             let (from, to) = (self.plan.place_named(&it.from), self.plan.place_named(&it.to));
@@ -154,18 +156,21 @@ impl Play {
     }
 
     /// In a pause nothing begins and nothing starts, but for safety.
-    pub(super) fn check_pause(&self, action: &Action) {
+    pub(super) fn check_pause(&self, action: &ControllerAction) {
         if !self.paused {
             return;
         }
         match action {
-            Action::Activate { component, .. } => {
+            ControllerAction::Activate { component, .. } => {
                 let places = &self.plan.component(*component).places;
                 let safety = places.iter().any(|place| self.plan.place(*place).safety);
                 let name = &self.plan.component(*component).name;
                 assert!(safety, "{name} is activated in a pause");
             }
-            Action::Journal(Record { entry: Entry::Took { cause, .. }, .. }) => {
+            ControllerAction::Journal(JournalRecord {
+                entry: JournalEntry::Took { cause, .. },
+                ..
+            }) => {
                 let crate::terms::Cause::Transition(name) = cause else {
                     return;
                 };

@@ -2,7 +2,7 @@
 //! link; whoever is restarted has to hear of them anew. And what the guards should make of that.
 
 use super::dice::Dice;
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use armor_plan::{Operand, Plan, PlannedGuard, WatchId};
 use armor_robotfile::guard::Scalar;
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ impl Outlook {
         self.next.iter().min().copied().filter(|at| *at < CALM)
     }
 
-    pub(super) fn happen(&mut self, now: Duration) -> Event {
+    pub(super) fn happen(&mut self, now: Duration) -> ControllerEvent {
         let index = (0..self.next.len()).min_by_key(|i| self.next[*i]).expect("there is one");
         self.next[index] = now + self.dice.up_to_ms(4000);
         let watch = WatchId(index as u32);
@@ -59,12 +59,12 @@ impl Outlook {
             && let Some(told) = told
         {
             told.lost.get_or_insert(now);
-            return Event::Unlinked { watch };
+            return ControllerEvent::Unlinked { watch };
         }
         let number = self.dice.roll(12) as f64 - 1.0;
         let value = (!self.dice.one_in(8)).then_some(Scalar::Number(number));
         *told = Some(Told { value: value.clone(), lost: None });
-        Event::Sensed { watch, value }
+        ControllerEvent::Sensed { watch, value }
     }
 
     /// What the guard is now; the outer none: as it was before the restart.

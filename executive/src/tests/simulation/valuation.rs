@@ -2,7 +2,7 @@
 //! and the plan alone.
 
 use super::Play;
-use crate::ledger::Stage;
+use crate::ledger::MissionStage;
 use crate::terms::{Cause, Tokens, ValueSet};
 use armor_plan::{ComponentId, GivenValue, PlannedCounter, PlannedPlace};
 
@@ -39,7 +39,7 @@ impl Play {
     /// in the file first.
     pub(super) fn check_values(&self, component: ComponentId, values: &[GivenValue]) {
         let playing =
-            self.controller.as_ref().map(|it| it.ledger().stage()) == Some(Stage::Playing);
+            self.controller.as_ref().map(|it| it.ledger().stage()) == Some(MissionStage::Playing);
         if !playing {
             return;
         }

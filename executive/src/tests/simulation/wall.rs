@@ -4,9 +4,9 @@
 use super::Play;
 use super::dice::Dice;
 use super::draft::noon;
-use crate::event::Event;
-use crate::ledger::{Ledger, Stage};
-use crate::record::{Entry, Record};
+use crate::event::ControllerEvent;
+use crate::ledger::{Ledger, MissionStage};
+use crate::record::{JournalEntry, JournalRecord};
 use armor_petri::{Class, TransitionId};
 use armor_plan::DatePhase;
 use armor_robotfile::Date;
@@ -55,7 +55,7 @@ impl Wall {
         self.next
     }
 
-    pub(super) fn happen(&mut self, now: Duration) -> Event {
+    pub(super) fn happen(&mut self, now: Duration) -> ControllerEvent {
         if self.told.is_some() {
             let by = match self.dice.roll(4) {
                 0 => Duration::from_secs(3600),
@@ -68,7 +68,7 @@ impl Wall {
         self.told = Some(self.at_start);
         let next = now + Duration::from_secs(1) + self.dice.up_to_ms(20_000);
         self.next = Some(next).filter(|next| self.is_set && *next < CALM);
-        Event::Utc { at_start: self.at_start }
+        ControllerEvent::Utc { at_start: self.at_start }
     }
 
     fn utc(&self, now: Duration) -> Option<Date> {
@@ -78,10 +78,10 @@ impl Wall {
 
 impl Play {
     /// What the journal says of dates is so by the clock, and nothing fires against them.
-    pub(super) fn note_dates(&mut self, record: &Record) {
+    pub(super) fn note_dates(&mut self, record: &JournalRecord) {
         let plan = std::sync::Arc::clone(&self.plan);
         match &record.entry {
-            Entry::Dated { transition, phase, .. } => {
+            JournalEntry::Dated { transition, phase, .. } => {
                 let id = plan.transition_named(transition).unwrap();
                 let utc = self.wall.utc(record.at).expect("it was told what time it is");
                 assert_eq!(*phase, self.phase(id, utc), "{transition} at {utc}");
@@ -90,7 +90,7 @@ impl Play {
                     self.wall.past.insert(transition.clone());
                 }
             }
-            Entry::Took { cause: crate::terms::Cause::Transition(name), .. } => {
+            JournalEntry::Took { cause: crate::terms::Cause::Transition(name), .. } => {
                 let id = plan.transition_named(name).unwrap();
                 let Some(dates) = plan.transition(id).dates else {
                     return;
@@ -140,7 +140,7 @@ impl Play {
     /// Once settled, dates stand as the clock says, and none that fails the mission has passed
     /// while tokens waited for it.
     pub(super) fn check_dates(&self, live: &Ledger) {
-        let utc = self.wall.utc(self.world.now).filter(|_| live.stage() == Stage::Playing);
+        let utc = self.wall.utc(self.world.now).filter(|_| live.stage() == MissionStage::Playing);
         for id in self.plan.net().transition_ids() {
             let Some(dates) = self.plan.transition(id).dates else {
                 continue;

@@ -2,9 +2,9 @@
 //! from the outside: what is true, whatever the executive believes.
 
 use super::dice::Dice;
-use crate::event::Event;
+use crate::event::ControllerEvent;
 use crate::roster::Doing;
-use crate::terms::Report;
+use crate::terms::ComponentReport;
 use armor_plan::{ComponentId, GivenValue, Plan};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ enum Happening {
     },
     Told {
         connection: u64,
-        event: Event,
+        event: ControllerEvent,
     },
     /// The last call is over.
     Rested {
@@ -53,7 +53,7 @@ enum Happening {
         component: ComponentId,
         instance: u64,
         activation: u64,
-        report: Report,
+        report: ComponentReport,
     },
     Dies(ComponentId, u64),
     Cut(ComponentId, u64),
@@ -77,7 +77,7 @@ pub(crate) struct Process {
     buried: bool,
     connection: u64,
     connected: bool,
-    unacknowledged: BTreeMap<u64, (u64, Report)>,
+    unacknowledged: BTreeMap<u64, (u64, ComponentReport)>,
     reports: u64,
     /// When the last message in each direction arrives: a connection keeps the order.
     down: Duration,
@@ -167,7 +167,7 @@ impl World {
     }
 
     /// Lets the next thing happen; an answer is what the executive hears of it.
-    pub(crate) fn happen(&mut self) -> Option<Event> {
+    pub(crate) fn happen(&mut self) -> Option<ControllerEvent> {
         let ((at, _), happening) = self.queue.pop_first()?;
         self.now = self.now.max(at);
         match happening {
@@ -201,11 +201,12 @@ impl World {
             Happening::Dies(component, instance) => self.die(component, instance),
             Happening::Cut(component, instance) => return self.cut(component, instance),
             Happening::Severed(component, instance) => {
-                return (self.life != 0).then_some(Event::Lost { component, instance });
+                return (self.life != 0).then_some(ControllerEvent::Lost { component, instance });
             }
             Happening::KnownDead(component, instance) => {
                 let known = self.life != 0;
-                return known.then_some(Event::Gone { component, instance: Some(instance) });
+                return known
+                    .then_some(ControllerEvent::Gone { component, instance: Some(instance) });
             }
         }
         None
@@ -254,12 +255,12 @@ impl World {
         (process.connection, process.connected) = (connection, true);
         (process.down, process.up) = (now, now);
         let unacknowledged = process.unacknowledged.clone();
-        self.tell(component, Event::Appeared { component, instance });
+        self.tell(component, ControllerEvent::Appeared { component, instance });
         self.say(component);
         for (serial, (activation, report)) in unacknowledged {
             self.tell(
                 component,
-                Event::Reported { component, instance, serial, activation, report },
+                ControllerEvent::Reported { component, instance, serial, activation, report },
             );
         }
     }
@@ -301,15 +302,25 @@ impl World {
         }
     }
 
-    fn random_report(&mut self) -> Report {
+    fn random_report(&mut self) -> ComponentReport {
         match self.dice.roll(6) {
-            0..3 => Report::Done,
-            3 if self.trouble.one_in > 0 => Report::Failed { reason: "for the test".to_owned() },
-            _ => Report::Event { name: "seen".to_owned(), value: self.dice.roll(9) as f64 },
+            0..3 => ComponentReport::Done,
+            3 if self.trouble.one_in > 0 => {
+                ComponentReport::Failed { reason: "for the test".to_owned() }
+            }
+            _ => {
+                ComponentReport::Event { name: "seen".to_owned(), value: self.dice.roll(9) as f64 }
+            }
         }
     }
 
-    fn report(&mut self, component: ComponentId, instance: u64, activation: u64, report: Report) {
+    fn report(
+        &mut self,
+        component: ComponentId,
+        instance: u64,
+        activation: u64,
+        report: ComponentReport,
+    ) {
         if !self.is(component, instance) {
             return;
         }
@@ -320,8 +331,11 @@ impl World {
         process.reports += 1;
         let serial = process.reports;
         process.unacknowledged.insert(serial, (activation, report.clone()));
-        process.done = !matches!(report, Report::Event { .. });
-        self.tell(component, Event::Reported { component, instance, serial, activation, report });
+        process.done = !matches!(report, ComponentReport::Event { .. });
+        self.tell(
+            component,
+            ControllerEvent::Reported { component, instance, serial, activation, report },
+        );
         self.say(component);
     }
 
@@ -339,14 +353,14 @@ impl World {
         self.later(3000, Happening::Boot(component));
     }
 
-    fn cut(&mut self, component: ComponentId, instance: u64) -> Option<Event> {
+    fn cut(&mut self, component: ComponentId, instance: u64) -> Option<ControllerEvent> {
         if !self.is(component, instance) || !self.processes[component.index()].connected {
             return None;
         }
         let process = &mut self.processes[component.index()];
         (process.connected, process.connection) = (false, 0);
         self.later(2000, Happening::Connect(component, instance));
-        Some(Event::Lost { component, instance })
+        Some(ControllerEvent::Lost { component, instance })
     }
 
     /// Says on the connection, if there is one, what it is doing.
@@ -358,12 +372,17 @@ impl World {
             (true, false) => Doing::Frozen,
         };
         let (instance, activation) = (process.instance, process.activation);
-        let event =
-            Event::StateReported { component, instance, doing, activation, controllable: true };
+        let event = ControllerEvent::StateReported {
+            component,
+            instance,
+            doing,
+            activation,
+            controllable: true,
+        };
         self.tell(component, event);
     }
 
-    fn tell(&mut self, component: ComponentId, event: Event) {
+    fn tell(&mut self, component: ComponentId, event: ControllerEvent) {
         let process = &self.processes[component.index()];
         if !process.connected {
             return;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use armor_executive::journal::{self, JournalError, Story};
-use armor_executive::order::Order;
-use armor_executive::{Cause, Entry, Record};
+use armor_executive::order::MissionOrder;
+use armor_executive::{Cause, JournalEntry, JournalRecord};
 use serde_json::json;
 
 use super::super::{printed, say};
@@ -43,7 +43,7 @@ pub fn read(path: &Path) -> Result<Story> {
     };
     match story.records.first().map(|record| &record.entry) {
         None => bail!("{at} holds no record: no mission has begun in it"),
-        Some(Entry::Began { .. } | Entry::Snapshot(_)) => Ok(story),
+        Some(JournalEntry::Began { .. } | JournalEntry::Snapshot(_)) => Ok(story),
         Some(first) => Err(anyhow!(
             "the beginning of {at} is missing (it begins with \"{first}\"): what it tells cannot \
              be understood without"
@@ -79,7 +79,7 @@ pub struct Teller {
 
 impl Teller {
     /// One record.
-    pub fn line(&mut self, record: &Record, format: Format) -> Result<()> {
+    pub fn line(&mut self, record: &JournalRecord, format: Format) -> Result<()> {
         match format {
             Format::Json => say(json!({ "at_s": record.at.as_secs_f64(), "record": record })),
             _ => say(format!("{}  {}", time(record), self.words(&record.entry))),
@@ -87,18 +87,18 @@ impl Teller {
     }
 
     /// The way to the safe place is a firing like others, which no record of its own begins.
-    fn words(&mut self, entry: &Entry) -> String {
+    fn words(&mut self, entry: &JournalEntry) -> String {
         let retreats = match entry {
-            Entry::Retreated { .. } => true,
-            Entry::Ordered(judged) => judged.accepted && judged.order == Order::Safe,
-            Entry::Took { firing, cause, .. } => {
+            JournalEntry::Retreated { .. } => true,
+            JournalEntry::Ordered(judged) => judged.accepted && judged.order == MissionOrder::Safe,
+            JournalEntry::Took { firing, cause, .. } => {
                 self.last_firing = self.last_firing.max(*firing);
                 *cause == Cause::Retreat
             }
             _ => false,
         };
         match entry {
-            Entry::Put { firing } if self.retreat == Some(*firing) => {
+            JournalEntry::Put { firing } if self.retreat == Some(*firing) => {
                 format!("{entry}: the mission is in its safe place")
             }
             _ if retreats && self.retreat.is_none() => {
@@ -112,7 +112,7 @@ impl Teller {
 }
 
 /// Mission time, as on a watch.
-pub fn time(record: &Record) -> String {
+pub fn time(record: &JournalRecord) -> String {
     let (s, ms) = (record.at.as_secs(), record.at.subsec_millis());
     format!("{}:{:02}:{:02}.{ms:03}", s / 3600, s / 60 % 60, s % 60)
 }
@@ -120,12 +120,15 @@ pub fn time(record: &Record) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_executive::Entry;
+    use armor_executive::JournalEntry;
     use std::time::Duration;
 
     #[test]
     fn mission_time_reads_like_a_watch() {
         let at = Duration::from_millis(3_723_004);
-        assert_eq!(time(&Record { at, entry: Entry::Put { firing: 1 } }), "1:02:03.004");
+        assert_eq!(
+            time(&JournalRecord { at, entry: JournalEntry::Put { firing: 1 } }),
+            "1:02:03.004"
+        );
     }
 }

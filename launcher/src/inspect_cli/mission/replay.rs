@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::{Ledger, LedgerError, Phase, Record, Stage, journal};
+use armor_executive::{JournalRecord, Ledger, LedgerError, MissionStage, Phase, journal};
 use armor_plan::Plan;
 use armor_robotfile::Colours;
 use serde_json::{Map, Value, json};
@@ -33,7 +33,12 @@ pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
     printed(play(arguments, plan, &story.records, format))
 }
 
-fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format) -> Result<()> {
+fn play(
+    arguments: &Replay,
+    plan: Arc<Plan>,
+    records: &[JournalRecord],
+    format: Format,
+) -> Result<()> {
     let mut ledger = Ledger::new(Arc::clone(&plan));
     let mut teller = Teller::default();
     for record in records {
@@ -59,7 +64,7 @@ fn play(arguments: &Replay, plan: Arc<Plan>, records: &[Record], format: Format)
     Ok(())
 }
 
-fn plan(arguments: &Replay, records: &[Record]) -> Result<Plan> {
+fn plan(arguments: &Replay, records: &[JournalRecord]) -> Result<Plan> {
     let Some(file) = &arguments.file else {
         let journal = arguments.journal.display();
         let began = journal::began_with(records);
@@ -86,7 +91,12 @@ fn of_file(file: &Path, arguments: &Replay) -> Result<Plan> {
     plan.with_context(|| format!("{} has no mission", file.display()))
 }
 
-fn mismatch(arguments: &Replay, plan: &Plan, record: &Record, error: LedgerError) -> anyhow::Error {
+fn mismatch(
+    arguments: &Replay,
+    plan: &Plan,
+    record: &JournalRecord,
+    error: LedgerError,
+) -> anyhow::Error {
     let journal = arguments.journal.display();
     match (error, &arguments.file) {
         (LedgerError::OtherMission { mission, fingerprint }, Some(file)) => anyhow!(
@@ -108,11 +118,11 @@ fn marking(ledger: &Ledger) -> Map<String, Value> {
 
 fn stage(ledger: &Ledger) -> String {
     match ledger.stage() {
-        Stage::Playing if ledger.pause().is_some() => "paused".into(),
-        Stage::Playing => "playing".into(),
-        Stage::Retreating => "retreating".into(),
-        Stage::Ending(_) => "ending".into(),
-        Stage::Ended(outcome) => format!("ended {outcome}"),
+        MissionStage::Playing if ledger.pause().is_some() => "paused".into(),
+        MissionStage::Playing => "playing".into(),
+        MissionStage::Retreating => "retreating".into(),
+        MissionStage::Ending(_) => "ending".into(),
+        MissionStage::Ended(outcome) => format!("ended {outcome}"),
     }
 }
 
@@ -132,7 +142,7 @@ fn in_words(ledger: &Ledger) -> String {
     };
     let flights: String = ledger.firings().iter().map(flight).collect();
     let stage = match ledger.stage() {
-        Stage::Playing if ledger.pause().is_none() => String::new(),
+        MissionStage::Playing if ledger.pause().is_none() => String::new(),
         _ => format!("; {}", stage(ledger)),
     };
     let values = ledger.values().map(|(name, value)| format!("; {name} is {value}"));

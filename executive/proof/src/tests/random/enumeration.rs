@@ -8,7 +8,7 @@ use armor_robotfile::Way;
 use armor_robotfile::claim::{Relation, Statement};
 
 use crate::analysed::Analysed;
-use crate::formula::Formula;
+use crate::formula::PlaceFormula;
 use armor_plan::Plan;
 
 /// Beyond so many states, or sets of them, a net is left alone.
@@ -111,7 +111,7 @@ impl Enumeration {
         Some((marking.clone(), clocks?))
     }
 
-    fn holds(&self, formula: &Formula, state: usize) -> bool {
+    fn holds(&self, formula: &PlaceFormula, state: usize) -> bool {
         formula.holds(&self.states[state].0)
     }
 
@@ -121,7 +121,8 @@ impl Enumeration {
 
     /// Whether the statement is true; none if that takes too much.
     pub fn judge(&self, statement: &Statement, plan: &Plan, analysed: &Analysed) -> Option<bool> {
-        let formula = |formula| Formula::of(formula, plan, analysed).expect("names that are there");
+        let formula =
+            |formula| PlaceFormula::of(formula, plan, analysed).expect("names that are there");
         let all = || 0..self.states.len();
         let fires = |name: &str| {
             let id = plan.transition_named(name).expect("it is there").0;
@@ -161,7 +162,7 @@ impl Enumeration {
     }
 
     /// After every firing sequence, one of the states it can lead to can come to it.
-    fn always_reachable(&self, f: &Formula) -> Option<bool> {
+    fn always_reachable(&self, f: &PlaceFormula) -> Option<bool> {
         let mut can: Vec<bool> = (0..self.states.len()).map(|state| self.holds(f, state)).collect();
         loop {
             let more: Vec<_> = (0..can.len())
@@ -206,7 +207,7 @@ impl Enumeration {
     }
 
     /// The states on ways that do not come to it.
-    fn avoiding(&self, starts: &[usize], f: &Formula) -> BTreeSet<usize> {
+    fn avoiding(&self, starts: &[usize], f: &PlaceFormula) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         let mut waiting = starts.to_vec();
         while let Some(state) = waiting.pop() {
@@ -218,7 +219,7 @@ impl Enumeration {
     }
 
     /// Whether a run avoids it: at the end nothing is enabled, or firings go on for ever.
-    fn can_avoid(&self, starts: &[usize], f: &Formula) -> bool {
+    fn can_avoid(&self, starts: &[usize], f: &PlaceFormula) -> bool {
         let within = self.avoiding(starts, f);
         let is_dead = |state: &usize| self.states[*state].1.iter().all(Option::is_none);
         let comes_back = |state: usize| {
@@ -229,7 +230,7 @@ impl Enumeration {
         within.iter().any(is_dead) || within.iter().any(|state| comes_back(*state))
     }
 
-    fn shortest(&self, f: &Formula) -> Option<u64> {
+    fn shortest(&self, f: &PlaceFormula) -> Option<u64> {
         let mut least = vec![u64::MAX; self.states.len()];
         let mut waiting = VecDeque::from([(0, 0)]);
         while let Some((time, state)) = waiting.pop_front() {
@@ -245,7 +246,7 @@ impl Enumeration {
     }
 
     /// How late it can come; none if it need not, or may be waited for without end.
-    fn longest(&self, f: &Formula) -> Option<u64> {
+    fn longest(&self, f: &PlaceFormula) -> Option<u64> {
         let within = self.avoiding(&[0], f);
         let waits_for_ever = |state: &usize| {
             self.avoiding_ticks(*state, &within).is_some_and(|later| later == *state)
