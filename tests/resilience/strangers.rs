@@ -144,12 +144,8 @@ fn prefix(len: u32, kind: u8, flags: u8) -> Vec<u8> {
 
 /// Noise that is the same every time.
 fn noise() -> impl Iterator<Item = Vec<u8>> {
-    let mut state = 1u32;
-    let mut byte = move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        state.to_le_bytes()[3]
-    };
-    (0..TIMES).map(move |_| (0..100).map(|_| byte()).collect())
+    let mut random = fastrand::Rng::with_seed(1);
+    (0..TIMES).map(move |_| (0..100).map(|_| random.u8(..)).collect())
 }
 
 /// All of it against one port, whose conversations begin with one of `purposes`.
