@@ -1,9 +1,9 @@
-//! Looking at a running system from outside, once (`armor ps`) or for as long as a window shows it.
+//! Observes a running system from outside, once (`armor ps`) or continuously for a window.
 //!
-//! [`Observed`] is one look; [`Watch`] goes on looking and keeps a [`Picture`]; [`Values`],
-//! [`MissionWatch`] show what flows and where the mission stands; [`OrderDesk`] and
-//! [`ParameterDesk`] are for those who may change something. [`launch`] runs a file. Start with
-//! `picture.rs`.
+//! [`Observed`] reads the system once; [`Watch`] keeps observing and maintains a [`Picture`];
+//! [`Values`] shows data on outputs and [`MissionWatch`] the state of the mission; [`OrderDesk`] and
+//! [`ParameterDesk`] send an operator's orders and an engineer's changes. [`launch`] runs a file.
+//! Start with `observation.rs`.
 
 mod following;
 pub mod launch;
@@ -17,10 +17,9 @@ mod parameters;
 mod series;
 pub mod systems;
 mod values;
+mod wake;
 mod watch;
 pub mod words;
-
-use std::sync::Arc;
 
 pub use following::{FollowError, Following};
 pub use links::{Edge, Looks, links, looks};
@@ -31,7 +30,5 @@ pub use orders::{Given, OrderDesk, this_user};
 pub use parameters::{ParameterDesk, Told};
 pub use series::{MAX_POINTS, Series};
 pub use values::{ValueLook, Values};
+pub use wake::Wake;
 pub use watch::Watch;
-
-/// Called, from any thread, when there is something new to see.
-pub type Wake = Arc<dyn Fn() + Send + Sync>;

@@ -1,4 +1,4 @@
-//! Every link of a running system, put together from what both of its ends say.
+//! All links of a running system, each combined from the status reports of both ends.
 
 use std::collections::{HashMap, HashSet};
 
@@ -15,7 +15,7 @@ pub struct Edge {
     /// Name of the type.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// What a slow consumer gets.
+    /// The queueing policy for a slow consumer.
     pub keep: String,
     /// Whether it is up.
     pub connected: bool,
@@ -23,32 +23,33 @@ pub struct Edge {
     pub paused: bool,
     /// Data given to the network.
     pub sent: u64,
-    /// By the provider or in the consumer's process, because the consumer was slow.
+    /// Data dropped by the provider or in the consumer's process, because the consumer was slow.
     pub dropped: u64,
-    /// On the way, seen as gaps.
+    /// Data lost in between, seen as gaps in the sequence.
     pub lost: u64,
-    /// At the provider.
+    /// Data queued at the provider.
     pub queued: u64,
-    /// In the consumer's process, until the component is free.
+    /// Data waiting in the consumer's process until the component is free.
     pub waiting: u64,
-    /// Handed to the component.
+    /// Data delivered to the component.
     pub received: u64,
-    /// How often it sends, if that can be told.
+    /// Data sent per second, if it is known.
     pub rate_hz: Option<f64>,
     /// Why it is down; empty if it is up.
     pub problem: String,
 }
 
-/// One component at two looks, for the rates; the earlier one is of the same process start.
+/// Two status reports of one component, from which rates are taken; both are of the same process
+/// start.
 #[derive(Clone, Copy, Debug)]
 pub struct Looks<'a> {
-    /// What it said before.
+    /// The earlier report.
     pub before: Option<&'a Status>,
-    /// What it says now.
+    /// The newest report.
     pub now: &'a Status,
 }
 
-/// The two looks at each of `now`, by name.
+/// Pairs each report of `now` with the earlier one of the same name.
 pub fn looks<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
     let earlier: HashMap<_, _> = before.iter().map(|status| (&status.name, status)).collect();
     now.iter().map(|now| Looks { before: earlier.get(&now.name).copied(), now }).collect()
@@ -62,7 +63,7 @@ struct End<'a> {
     rate_hz: Option<f64>,
 }
 
-/// All links, by data and by where they lead.
+/// Returns all links, sorted by data and by consumer.
 pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
     let mut ends = HashMap::new();
     for component in components {
@@ -81,7 +82,7 @@ pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
             edges.push(edge(consumer, input, end));
         }
     }
-    // Links into tools, which are no components and have no inputs.
+    // Links to tools, which are not components and report no inputs.
     let names: HashSet<_> =
         components.iter().map(|component| component.now.name.as_str()).collect();
     let tools = ends.iter().filter(|((_, to), _)| !names.contains(to));
@@ -139,7 +140,7 @@ fn sent(status: &Status) -> HashMap<(&str, &str), u64> {
     links_of(status).map(|(data, _, link)| ((data, link.to.as_str()), link.sent)).collect()
 }
 
-/// How often the link sent between the two looks; nothing if it or its provider is new.
+/// Returns data per second between two reports; `None` if the link or its provider is new.
 fn rate(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<f64> {
     let passed_s = passed_s.filter(|passed_s| *passed_s > 0.0)?;
     Some(now.checked_sub(before?)? as f64 / passed_s)
@@ -218,9 +219,12 @@ mod tests {
     fn a_consumer_without_its_provider_is_still_shown() {
         let mut slam = status("slam", 1.0, 0);
         slam.inputs[0].connected = false;
-        slam.inputs[0].problem = "nobody provides laser.scan".into();
+        slam.inputs[0].problem = "no component provides laser.scan".into();
         let edges = links(&looks(&[], &[slam]));
         let [edge] = &edges[..] else { panic!("{edges:?}") };
-        assert_eq!((edge.connected, edge.problem.as_str()), (false, "nobody provides laser.scan"));
+        assert_eq!(
+            (edge.connected, edge.problem.as_str()),
+            (false, "no component provides laser.scan")
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! What the processes of a run say: lines as `armor run` prints them for programs and writes them
-//! into files, taken apart again and kept up to a bound.
+//! The log of a run: lines as `armor run` prints them in JSON and writes them into files, parsed and
+//! kept up to a bound.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -7,43 +7,42 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use serde_json::Value;
 
-use crate::Wake;
-use crate::watch::spawn;
+use crate::wake::{Wake, spawn_detached};
 
-/// Bytes of text that are kept; older lines are forgotten, the files of the run have them all.
+/// Bytes of text that are kept. Older lines are forgotten; the files of the run have all of them.
 const MAX_LEN: usize = 16 << 20;
-/// Longest line of a file that is taken whole.
+/// Longest part of a line of a file that is kept.
 const MAX_LINE_LEN: usize = 64 << 10;
-/// How much of a file that is there already is read.
+/// How much of an existing file is read.
 const TAIL_LEN: u64 = 256 << 10;
-/// How often a file is looked at.
+/// Time between two looks at a file.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Seconds since the start of the run, if it says.
+    /// Seconds since the start of the run, if the line has them.
     pub time_s: Option<f64>,
-    /// Who speaks or is spoken of.
+    /// The process that the line is from or about.
     pub name: String,
-    /// `ERROR`, `WARN`, `INFO`, `DEBUG`, `TRACE`, or empty if the line does not say.
+    /// `ERROR`, `WARN`, `INFO`, `DEBUG`, `TRACE`, or empty if the line has none.
     pub level: String,
-    /// What is said.
+    /// The message.
     pub text: String,
 }
 
 impl Line {
-    /// A line of this program's own.
+    /// Returns a line from this program itself.
     pub fn said(name: &str, level: &str, text: impl Into<String>) -> Self {
         Self { time_s: None, name: name.into(), level: level.into(), text: text.into() }
     }
 
-    /// A line as `armor run --format json` prints it: of a log, a finding, or anything else.
+    /// Parses a line as `armor run --format json` prints it: of a log, a finding, or anything else.
     pub fn of_json(text: &str) -> Self {
         let Ok(Value::Object(line)) = serde_json::from_str(text) else {
             return Self::said("armor", "", text);
@@ -74,12 +73,12 @@ impl Line {
         }
     }
 
-    /// A line as it stands in `logs/all.log`: time, name, level in five columns, text.
+    /// Parses a line of `logs/all.log`: time, name, level in five columns, text.
     pub fn of_file(text: &str) -> Self {
         let parts = || -> Option<Self> {
             let (time, rest) = text.trim_start().split_once(' ')?;
             let (name, rest) = rest.split_once(' ')?;
-            let (level, said) = (rest.get(..5)?, rest.get(5..)?);
+            let (level, text) = (rest.get(..5)?, rest.get(5..)?);
             let is_level = ["", "ERROR", "WARN", "INFO", "DEBUG", "TRACE"].contains(&level.trim());
             if !is_level {
                 return None;
@@ -88,7 +87,7 @@ impl Line {
                 time_s: Some(time.parse().ok()?),
                 name: name.into(),
                 level: level.trim().into(),
-                text: said.strip_prefix(' ').unwrap_or(said).into(),
+                text: text.strip_prefix(' ').unwrap_or(text).into(),
             })
         };
         parts().unwrap_or_else(|| Self::said("armor", "", text))
@@ -115,7 +114,7 @@ struct Lines {
 impl Log {
     /// Adds a line.
     pub fn push(&self, line: Line) {
-        let mut lines = self.lock();
+        let mut lines = self.lines.lock();
         lines.len += line.len();
         lines.lines.push_back(Arc::new(line));
         while lines.len > MAX_LEN
@@ -126,23 +125,19 @@ impl Log {
         }
     }
 
-    /// How many lines there have been, those forgotten too: it changes with every new line.
+    /// Returns how many lines were added, including forgotten ones.
     pub fn count(&self) -> u64 {
-        let lines = self.lock();
+        let lines = self.lines.lock();
         lines.forgotten + lines.lines.len() as u64
     }
 
-    /// The lines from number `from` on, and the number of the first of them: lines count from 0,
-    /// and those that are forgotten keep their numbers.
+    /// Returns the lines from number `from` on, and the number of the first of them. Lines count
+    /// from 0, and forgotten ones keep their numbers.
     pub fn since(&self, from: u64) -> (u64, Vec<Arc<Line>>) {
-        let lines = self.lock();
+        let lines = self.lines.lock();
         let first = from.max(lines.forgotten);
         let skip = usize::try_from(first - lines.forgotten).unwrap_or(usize::MAX);
         (first, lines.lines.iter().skip(skip).cloned().collect())
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Lines> {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -152,8 +147,8 @@ pub struct Tail {
 }
 
 impl Tail {
-    /// Begins to add the lines of `path`, from a little before its end; `wake` is called when there
-    /// are new ones.
+    /// Begins to add the lines of `path`, starting up to 256 KiB before its end; `wake` is called
+    /// when there are new ones.
     ///
     /// # Errors
     /// If no thread can be started.
@@ -161,7 +156,7 @@ impl Tail {
         let is_closing = Arc::new(AtomicBool::new(false));
         let closing = Arc::clone(&is_closing);
         let mut file = Followed::new(path);
-        spawn("look-log", move || {
+        spawn_detached("look-log", move || {
             while !closing.load(Ordering::Relaxed) {
                 if file.read(&log) {
                     wake();
@@ -193,12 +188,12 @@ impl Followed {
         Self { path: path.into(), at: 0, is_begun: false, begun: Vec::new() }
     }
 
-    /// Takes what is new; whether there was something.
+    /// Adds the new lines; returns whether there were any.
     fn read(&mut self, log: &Log) -> bool {
         let Ok(mut file) = File::open(&self.path) else { return false };
         let len = file.metadata().map_or(0, |about| about.len());
         if len < self.at {
-            // Another run has begun it anew.
+            // Another run has overwritten the file.
             (self.at, self.is_begun) = (0, false);
             self.begun.clear();
         }
@@ -208,7 +203,7 @@ impl Followed {
         }
         let mut bytes = Vec::new();
         let from = file.seek(SeekFrom::Start(self.at)).and_then(|_| {
-            // What is written meanwhile is read the next time.
+            // Bytes written in the meantime are read next time.
             file.take(len - self.at).read_to_end(&mut bytes)
         });
         let Ok(read) = from else { return false };

@@ -38,7 +38,7 @@ fn a_system_is_found_while_its_launcher_lives() {
 }
 
 #[test]
-fn files_of_the_dead_are_removed() {
+fn files_of_ended_systems_are_removed() {
     let folder = folder("stale-run-files");
     let path = folder.join("rover-9.json");
     let text = serde_json::to_string(&record("rover", 9)).expect("serialises");

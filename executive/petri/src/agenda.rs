@@ -1,4 +1,4 @@
-//! Who is enabled, since when, and who fires first.
+//! The enabled transitions with their clocks, and the order in which they fire.
 
 use crate::net::{Class, Net, TransitionId};
 use std::collections::BTreeSet;
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// The conflict order: class and priority, earliest deadline, order in the file.
 type Turn = (u32, Duration, TransitionId);
 
-/// The enabled transitions: those whose time has come, and those whose time will.
+/// The enabled transitions: those that may fire now, and those that wait for their earliest time.
 #[derive(Clone, Debug)]
 pub(crate) struct Agenda {
     /// Per transition, when it became enabled.
@@ -17,11 +17,11 @@ pub(crate) struct Agenda {
     hold: Option<Hold>,
 }
 
-/// While only the clocks of the safety class run.
+/// A hold, during which only the clocks of the safety class run.
 #[derive(Clone, Debug)]
 struct Hold {
     since: Duration,
-    /// The others that are enabled; their clocks stand where they stood at `since`.
+    /// The enabled transitions of the ordinary class; their clocks keep their value of `since`.
     stopped: BTreeSet<TransitionId>,
 }
 
@@ -35,12 +35,12 @@ impl Agenda {
         self.since[id.index()]
     }
 
-    /// Starts the clock of `id`, from 0 if it was running.
+    /// Enables `id` and starts its clock from 0, even if it was running.
     pub(crate) fn enable(&mut self, net: &Net, id: TransitionId, now: Duration) {
         self.disable(net, id);
         match &mut self.hold {
             Some(hold) if is_ordinary(net, id) => {
-                // As if at the beginning of the hold: its clock stands at 0 until the end of it.
+                // Started at the beginning of the hold, the clock is at 0 when the hold ends.
                 self.since[id.index()] = Some(hold.since);
                 hold.stopped.insert(id);
             }
@@ -48,8 +48,8 @@ impl Agenda {
         }
     }
 
-    /// Lets the clock of an enabled transition run since a moment of the past; during a hold, since
-    /// one before the hold.
+    /// Sets the start of an enabled transition's clock to a moment in the past; during a hold, to one
+    /// no later than the beginning of the hold.
     pub(crate) fn set_since(
         &mut self,
         net: &Net,
@@ -76,7 +76,7 @@ impl Agenda {
         }
     }
 
-    /// Stops the clocks of all but the safety class.
+    /// Stops the clocks of the ordinary class.
     pub(crate) fn hold(&mut self, net: &Net, now: Duration) {
         if self.hold.is_some() {
             return;
@@ -88,12 +88,12 @@ impl Agenda {
         self.hold = Some(Hold { since: now, stopped });
     }
 
-    /// Lets the stopped clocks go on where they stand.
+    /// Continues the stopped clocks from the values they have.
     pub(crate) fn release(&mut self, net: &Net, now: Duration) {
         let Some(hold) = self.hold.take() else { return };
-        let stood = now.saturating_sub(hold.since);
+        let duration = now.saturating_sub(hold.since);
         for id in hold.stopped {
-            let since = self.since[id.index()].expect("whoever was stopped is enabled") + stood;
+            let since = self.since[id.index()].expect("a stopped transition is enabled") + duration;
             self.start(net, id, since, now);
         }
     }
@@ -102,7 +102,7 @@ impl Agenda {
         self.hold.as_ref().map(|hold| hold.since)
     }
 
-    /// Those whose clocks stand, in the order of the file.
+    /// Returns the transitions whose clocks are stopped, in the order of the file.
     pub(crate) fn stopped(&self) -> impl Iterator<Item = TransitionId> {
         self.hold.iter().flat_map(|hold| hold.stopped.iter().copied())
     }
@@ -111,7 +111,7 @@ impl Agenda {
         self.hold.as_ref().is_some_and(|hold| hold.stopped.contains(&id))
     }
 
-    /// Runs the clock of `id` from `since` on.
+    /// Runs the clock of `id` since `since`.
     fn start(&mut self, net: &Net, id: TransitionId, since: Duration, now: Duration) {
         self.since[id.index()] = Some(since);
         let earliest = earliest(net, id, since);
@@ -127,7 +127,7 @@ impl Agenda {
             && earliest <= now
         {
             self.waiting.pop_first();
-            let since = self.since[id.index()].expect("whoever waits has a running clock");
+            let since = self.since[id.index()].expect("a waiting transition has a running clock");
             self.ready.insert(turn(net, id, since));
         }
     }
@@ -153,7 +153,7 @@ impl Agenda {
     }
 }
 
-/// When an enabled transition must have fired; `Duration::MAX` is never.
+/// Returns the latest moment for an enabled transition to fire; `Duration::MAX` if there is none.
 pub(crate) fn deadline(net: &Net, id: TransitionId, since: Duration) -> Duration {
     net.transition(id).interval.latest.map_or(Duration::MAX, |latest| since.saturating_add(latest))
 }

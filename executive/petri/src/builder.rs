@@ -12,14 +12,14 @@ pub struct NetBuilder {
 }
 
 impl NetBuilder {
-    /// Adds a place holding `tokens` at the beginning.
+    /// Adds a place with `tokens` in the initial marking.
     pub fn place(&mut self, name: impl Into<String>, tokens: u32) -> PlaceId {
         self.places.push(name.into());
         self.initial.push(tokens);
         PlaceId(self.places.len() as u32 - 1)
     }
 
-    /// Adds an ordinary, immediate transition without arcs; the answer adds the rest.
+    /// Adds an ordinary, immediate transition without arcs; the returned builder adds the rest.
     pub fn transition(&mut self, name: impl Into<String>) -> TransitionBuilder<'_> {
         self.transitions.push(Transition {
             name: name.into(),
@@ -38,7 +38,7 @@ impl NetBuilder {
         TransitionBuilder { transition, id }
     }
 
-    /// The net, if the description is one. Parallel arcs are added up.
+    /// Builds the net; the weights of parallel arcs are added up.
     ///
     /// # Errors
     /// The first fault found.
@@ -128,13 +128,13 @@ impl TransitionBuilder<'_> {
         self
     }
 
-    /// Makes it wait for [`crate::State::set_gate`].
+    /// Gives it a gate, which [`crate::State::set_gate`] opens and closes.
     pub fn gated(self) -> Self {
         self.transition.gated = true;
         self
     }
 
-    /// Its id.
+    /// Returns its id.
     pub fn id(self) -> TransitionId {
         self.id
     }
@@ -173,7 +173,7 @@ fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
     }
 }
 
-/// One arc per place, in the order of first mention; `None` when a sum does not fit.
+/// Merges parallel arcs into one per place, in the order of first mention; `None` if a sum overflows.
 fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     let mut merged: Vec<(PlaceId, u32)> = Vec::with_capacity(arcs.len());
     let mut position = HashMap::new();
@@ -187,7 +187,7 @@ fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     Some(merged)
 }
 
-/// Class and priority as one small number, so that comparing two transitions is cheap.
+/// Returns class and priority of each transition as one number, so that comparing two is cheap.
 fn ranks(transitions: &[Transition]) -> Vec<u32> {
     let standing = |t: &Transition| (t.class, std::cmp::Reverse(t.priority));
     let mut order: Vec<_> = transitions.iter().map(standing).collect();

@@ -1,8 +1,8 @@
 //! Petri nets with time: what a net is ([`Net`]), and what it does ([`State`]).
 //!
 //! Pure: no IO, no clock, no randomness. `now` is a [`std::time::Duration`] since any moment the
-//! caller likes, and every choice between transitions is decided by the net, never by chance.
-//! Start with `net.rs`, then `state.rs`; `step.rs` plays until nothing is left to do.
+//! caller chooses, and every conflict between transitions is decided by the net, never by chance.
+//! Start with `net.rs`, then `state.rs`; `step.rs` fires until no transition may.
 
 mod agenda;
 pub mod analysis;

@@ -1,13 +1,14 @@
-//! A step: transitions fire one at a time, at one moment, until none may; a bound catches loops.
+//! A step: transitions fire one at a time, without time passing, until none may. A bound catches
+//! endless loops.
 
 use crate::net::TransitionId;
 use crate::state::State;
 
-/// Firings at one moment that went on past the bound.
+/// A step with more firings than the bound.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("more than {bound} firings without any time passing: a loop of {} transitions", cycle.len())]
 pub struct EndlessStep {
-    /// The bound that was passed.
+    /// The bound.
     pub bound: usize,
     /// The transitions that repeat, in the order they fire, from the smallest one on.
     pub cycle: Vec<TransitionId>,
@@ -29,7 +30,7 @@ impl Step {
     /// Counts one firing.
     ///
     /// # Errors
-    /// If it is one too many; the error names the loop.
+    /// If the bound is exceeded; the error names the loop.
     pub fn count(&mut self, id: TransitionId) -> Result<(), EndlessStep> {
         self.fired.push(id);
         if self.fired.len() <= self.bound {
@@ -38,18 +39,18 @@ impl Step {
         Err(EndlessStep { bound: self.bound, cycle: repeating(&self.fired) })
     }
 
-    /// What has fired, in order.
+    /// Returns the transitions that have fired, in order.
     pub fn fired(&self) -> &[TransitionId] {
         &self.fired
     }
 }
 
 impl State {
-    /// Fires whoever comes first until nobody may, without letting time pass. A transition whose
-    /// outputs do not fit ends the step.
+    /// Fires the first ready transition until none is ready, without letting time pass. A transition
+    /// whose outputs would overflow a place ends the step.
     ///
     /// # Errors
-    /// If more than `bound` fire; the state is the one after the last of them.
+    /// If more than `bound` transitions fire; the state is the one after the last of them.
     pub fn step(&mut self, bound: usize) -> Result<Vec<TransitionId>, EndlessStep> {
         let mut step = Step::new(bound);
         while let Some(id) = self.first_ready() {
@@ -62,7 +63,8 @@ impl State {
     }
 }
 
-/// The shortest word the end of `fired` repeats; all that fired, if it never repeats exactly.
+/// Returns the shortest sequence that the end of `fired` repeats; if it never repeats exactly, all
+/// transitions that fired.
 fn repeating(fired: &[TransitionId]) -> Vec<TransitionId> {
     let tail = &fired[fired.len() / 2..];
     let period = (1..=tail.len() / 2)
@@ -134,19 +136,19 @@ mod tests {
         assert_eq!(state.next_firing(), Some(8 * SECOND));
         assert_eq!(state.fire(late), Err(FireError::TooEarly));
         state.advance(10 * SECOND);
-        assert_eq!(state.fire(late), Ok(2 * SECOND), "two seconds past its deadline, and says so");
+        assert_eq!(state.fire(late), Ok(2 * SECOND), "two seconds past its deadline");
         assert_eq!(state.marking(), [0, 1]);
     }
 
     #[test]
-    fn whoever_fires_starts_its_clock_anew_and_others_go_on() {
+    fn firing_restarts_the_transitions_own_clock_and_no_other() {
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 2), net.place("b", 1));
         let one = net.transition("one").input(a, 1).interval(Interval::exactly(SECOND)).id();
         let two = net.transition("two").input(b, 1).interval(Interval::exactly(3 * SECOND)).id();
         let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         state.advance(SECOND);
-        assert_eq!(state.step(10).unwrap(), [one], "once, although two tokens were there");
+        assert_eq!(state.step(10).unwrap(), [one], "once, although there were two tokens");
         assert_eq!(state.enabled_since(one), Some(SECOND));
         assert_eq!(state.enabled_since(two), Some(Duration::ZERO));
     }

@@ -147,7 +147,7 @@ fn what_is_wrong_is_told_with_line_and_column() {
     let net = |inner: &str| format!("<pnml><net id='n'>\n{inner}</net></pnml>");
     check(&net("<place id='p'><hlinitialMarking/></place>"), "2:1: a place of coloured tokens");
     check(&net("<place/>"), "2:1: an id attribute is needed");
-    check(&net("<place id='p'/><place id='p'/>"), "2:16: `p` is there twice");
+    check(&net("<place id='p'/><place id='p'/>"), "2:16: the id `p` is used twice");
     check(
         &net("<place id='p'><initialMarking><text>-1</text></initialMarking></place>"),
         "2:15: `-1`",

@@ -1,9 +1,9 @@
-//! The graph of state classes of a time Petri net: a marking with all that can be said of when
-//! its enabled transitions fire (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). It has
-//! the markings and firing sequences of the timed net, and is finite if that is bounded.
+//! The graph of state classes of a time Petri net. A class is a marking with all possible firing
+//! times of its enabled transitions (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). The
+//! graph has the markings and firing sequences of the timed net, and is finite if the net is bounded.
 //!
-//! Priorities and classes are not looked at, and gates open when they like: what is excluded never
-//! happens in a run.
+//! Priorities and safety classes are ignored, and gates may open at any time, so whatever the graph
+//! excludes never happens in a run.
 
 use super::budget::{Budget, Exhausted};
 use super::domain::{Domain, Times};
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::rc::Rc;
 
-/// State classes in breadth-first order, 0 being the initial one.
+/// State classes in breadth-first order; 0 is the initial one.
 #[derive(Debug)]
 pub struct Classes {
     classes: Vec<Rc<Class>>,
@@ -30,46 +30,46 @@ struct Class {
 }
 
 impl Classes {
-    /// How many classes there are.
+    /// Returns the number of classes.
     pub fn classes(&self) -> u64 {
         self.classes.len() as u64
     }
 
-    /// How many firings there are: pairs of a class and a transition that can fire first in it.
+    /// Returns the number of pairs of a class and a transition that can fire first in it.
     pub fn edges(&self) -> u64 {
         self.edges
     }
 
-    /// How many markings there are.
+    /// Returns the number of distinct markings.
     pub fn markings(&self) -> u64 {
         let markings: std::collections::HashSet<_> =
             self.classes.iter().map(|class| &class.marking).collect();
         markings.len() as u64
     }
 
-    /// Tokens per place in a class.
+    /// Returns the tokens per place in a class.
     pub fn marking(&self, class: u32) -> &[u32] {
         &self.classes[class as usize].marking
     }
 
-    /// What can fire first in a class, and the class after it.
+    /// Returns the transitions that can fire first in a class, each with the class after it.
     pub fn successors(&self, class: u32) -> &[(TransitionId, u32)] {
         &self.successors[class as usize]
     }
 
-    /// The classes in which nothing can fire any more.
+    /// Returns the classes in which no transition can fire.
     pub fn deadlocks(&self) -> impl Iterator<Item = u32> {
         (0..self.successors.len() as u32).filter(|class| self.successors(*class).is_empty())
     }
 
-    /// The transitions that never fire, of as many as the net has.
+    /// Returns the transitions that never fire, of a net with `transitions` many.
     pub fn dead_transitions(&self, transitions: usize) -> Vec<TransitionId> {
         let mut fired = vec![false; transitions];
         self.successors.iter().flatten().for_each(|(id, _)| fired[id.index()] = true);
         (0..transitions as u32).map(TransitionId).filter(|id| !fired[id.index()]).collect()
     }
 
-    /// A firing sequence to a class, with the fewest firings.
+    /// Returns a firing sequence to a class, with the fewest firings.
     pub fn way_to(&self, class: u32) -> Vec<TransitionId> {
         let mut way = Vec::new();
         let mut current = class;
@@ -83,7 +83,7 @@ impl Classes {
     }
 }
 
-/// The classes of `net`, and which budget ran out, if one did.
+/// Returns the classes of `net`, and which budget ran out, if one did.
 pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
     let mut found =
         Classes { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
@@ -94,7 +94,7 @@ pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
     (found, exhausted)
 }
 
-/// Whether the times of `net` let these transitions fire in this order from the beginning.
+/// Returns whether the times of `net` allow this firing sequence from the initial marking.
 ///
 /// # Errors
 /// If the times are too far apart to be counted, or a place cannot count its tokens.
@@ -110,8 +110,8 @@ pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhaust
     Ok(true)
 }
 
-/// Bytes of a class beside its numbers: pointers, the table's entry, the way to it.
-const BYTES_BESIDE: u64 = 160;
+/// Bytes of a class besides its numbers: pointers, the table entry, its parent.
+const BYTES_OVERHEAD: u64 = 160;
 
 fn gather(
     found: &mut Classes,
@@ -140,7 +140,7 @@ fn gather(
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(place) => {
                     let size = place.key().marking.len() as u64 * 4 + place.key().domain.bytes();
-                    bytes += size + BYTES_BESIDE;
+                    bytes += size + BYTES_OVERHEAD;
                     if u64::from(new) >= budget.states {
                         return Err(Exhausted::States);
                     }
@@ -168,7 +168,7 @@ pub(super) struct Firing {
     taking: Vec<Taking>,
 }
 
-/// What the first half of a firing does.
+/// The first half of a firing.
 struct Taking {
     /// Place and tokens taken.
     inputs: Vec<(u32, u32)>,
@@ -188,7 +188,7 @@ impl Firing {
         Ok(Self { rules: Rules::new(net), times: Times::of(net)?, taking: taking.collect() })
     }
 
-    /// The transitions that a marking enables, in order.
+    /// Returns the transitions that a marking enables, in order.
     pub fn enabled(&self, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         self.rules.for_each_enabled(marking, |transition| enabled.push(transition));
@@ -196,7 +196,7 @@ impl Firing {
         enabled
     }
 
-    /// All that can fire first in a class.
+    /// Returns all possible first firings of a class.
     pub fn all(&self, marking: &[u32], domain: &Domain) -> Result<Vec<Fired>, Exhausted> {
         let enabled = self.enabled(marking);
         let mut fired = Vec::new();
@@ -210,8 +210,8 @@ impl Firing {
             resets.iter().for_each(|place| between[*place as usize] = 0);
             let mut after = marking.to_vec();
             self.rules.rule(transition).fire(&mut after).ok_or(Exhausted::Tokens)?;
-            // A clock goes on if its transition was enabled all the while, tokens taken and not
-            // yet put included, and did not fire itself.
+            // Intermediate semantics: a clock continues if its transition did not fire itself and
+            // stayed enabled, also between the taking and the putting of tokens.
             let persists = |other: u32| {
                 let old = enabled.binary_search(&other).ok()?;
                 let goes_on = other != transition && self.rules.rule(other).enabled(&between);

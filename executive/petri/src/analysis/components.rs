@@ -1,37 +1,41 @@
-//! Where a net can end up: the strongly connected components of its states (Tarjan, 1972). What
-//! is in every bottom component is reachable from everywhere; in one that holds no state of the
-//! kind asked for, the net is lost for it.
+//! The strongly connected components of a net's states (Tarjan, 1972). A marking is reachable from
+//! every state exactly if every bottom component contains it. A run that enters a bottom component
+//! without a wanted state can never reach one.
+//!
+//! Not by petgraph: its `tarjan_scc` recurses, which overflows the stack on chains of a few hundred
+//! thousand states, and its `kosaraju_scc` needs every edge in memory, in both directions (32 bytes
+//! an edge). This search computes successors when it needs them and stores 24 bytes per state.
 
 use super::budget::{Budget, Exhausted};
 use super::space::Space;
 
-/// The components of a complete space.
+/// The strongly connected components of a complete space.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Components {
-    /// How many there are.
+    /// The number of components.
     pub components: u64,
-    /// Those that are never left again.
+    /// The bottom components, which no firing leaves.
     pub bottoms: Vec<Bottom>,
 }
 
-/// A component that is never left again.
+/// A component that no firing leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bottom {
-    /// Its state nearest to the initial one.
+    /// Its state with the fewest firings from the initial one.
     pub nearest: u32,
-    /// How many states it has.
+    /// The number of its states.
     pub states: u64,
-    /// Whether one of them is of the kind asked for.
-    pub holds: bool,
+    /// Whether one of them is wanted.
+    pub has_wanted: bool,
 }
 
 impl Components {
-    /// Whether the initial state can be reached again from every state.
+    /// Returns whether the initial state is reachable from every state.
     pub fn is_reversible(&self) -> bool {
         self.components == 1
     }
 
-    /// The states that are reachable from every state, counted; 0 if there are none.
+    /// Returns the number of states that are reachable from every state.
     pub fn home_states(&self) -> u64 {
         match self.bottoms.as_slice() {
             [only] => only.states,
@@ -39,34 +43,34 @@ impl Components {
         }
     }
 
-    /// The nearest state from which no state of the kind asked for can be reached, in a component
-    /// that is never left; `None` if such states can be reached from everywhere.
+    /// Returns the nearest state of a bottom component without a wanted state; `None` if a wanted
+    /// state is reachable from every state.
     pub fn lost(&self) -> Option<u32> {
-        self.bottoms.iter().filter(|bottom| !bottom.holds).map(|bottom| bottom.nearest).min()
+        self.bottoms.iter().filter(|bottom| !bottom.has_wanted).map(|bottom| bottom.nearest).min()
     }
 }
 
-/// Bytes per state that the search takes at worst.
+/// Most bytes per state that the search takes.
 const BYTES_PER_STATE: u64 = 24;
-const STEPS_BETWEEN_QUESTIONS: u64 = 1 << 12;
+const STEPS_BETWEEN_STOP_CHECKS: u64 = 1 << 12;
 const UNSEEN: u32 = 0;
 const DONE: u32 = u32::MAX;
 
-/// The components of `space`, which must be complete; `asked` says which markings are looked for.
+/// Returns the components of `space`, which must be complete; `wanted` selects the wanted markings.
 ///
 /// # Errors
 /// If memory or time ran out.
 pub fn components(
     space: &Space,
     budget: &Budget<'_>,
-    asked: impl FnMut(&[u32]) -> bool,
+    wanted: impl FnMut(&[u32]) -> bool,
 ) -> Result<Components, Exhausted> {
     if space.bytes() + space.states() * BYTES_PER_STATE > budget.memory_bytes {
         return Err(Exhausted::Memory);
     }
     let mut search = Search {
         space,
-        asked,
+        wanted,
         order: vec![UNSEEN; space.states() as usize],
         seen: 0,
         stack: Vec::new(),
@@ -80,7 +84,7 @@ pub fn components(
     Ok(search.found)
 }
 
-/// A state on the way from the initial one that the search is at.
+/// A state on the search path.
 struct Frame {
     state: u32,
     next_transition: u32,
@@ -90,8 +94,8 @@ struct Frame {
 
 struct Search<'a, F> {
     space: &'a Space,
-    asked: F,
-    /// When each state was first seen, from 1.
+    wanted: F,
+    /// Per state, its number in the order of discovery, from 1.
     order: Vec<u32>,
     seen: u32,
     stack: Vec<u32>,
@@ -108,14 +112,14 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         let mut steps = 0u64;
         while !self.frames.is_empty() {
             steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && (budget.stop)() {
+            if steps.is_multiple_of(STEPS_BETWEEN_STOP_CHECKS) && (budget.stop)() {
                 return Err(Exhausted::Time);
             }
             match self.next_successor() {
                 None => self.leave(),
                 Some(successor) => {
                     let order = self.order[successor as usize];
-                    let frame = self.frames.last_mut().expect("a state is at hand");
+                    let frame = self.frames.last_mut().expect("the search path is not empty");
                     match order {
                         UNSEEN => self.enter(successor),
                         DONE => frame.is_bottom = false,
@@ -134,10 +138,10 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         self.frames.push(Frame { state, next_transition: 0, low: self.seen, is_bottom: true });
     }
 
-    /// The next firing of the state at hand.
+    /// Returns the next successor of the last state on the path.
     fn next_successor(&mut self) -> Option<u32> {
         let space = self.space;
-        let frame = self.frames.last_mut().expect("a state is at hand");
+        let frame = self.frames.last_mut().expect("the search path is not empty");
         space.read_marking(frame.state, &mut self.marking);
         let rules = space.rules.all();
         while let Some(rule) = rules.get(frame.next_transition as usize) {
@@ -153,9 +157,9 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         None
     }
 
-    /// Goes back from the state at hand, all of whose firings are done.
+    /// Removes the last state from the path, after all its firings were followed.
     fn leave(&mut self) {
-        let frame = self.frames.pop().expect("a state is at hand");
+        let frame = self.frames.pop().expect("the search path is not empty");
         let is_root = frame.low == self.order[frame.state as usize];
         if is_root {
             self.close(&frame);
@@ -168,14 +172,14 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
 
     fn close(&mut self, root: &Frame) {
         self.found.components += 1;
-        let mut bottom = Bottom { nearest: root.state, states: 0, holds: false };
+        let mut bottom = Bottom { nearest: root.state, states: 0, has_wanted: false };
         while let Some(state) = self.stack.pop() {
             self.order[state as usize] = DONE;
             bottom.states += 1;
             bottom.nearest = bottom.nearest.min(state);
-            if root.is_bottom && !bottom.holds {
+            if root.is_bottom && !bottom.has_wanted {
                 self.space.read_marking(state, &mut self.marking);
-                bottom.holds = (self.asked)(&self.marking);
+                bottom.has_wanted = (self.wanted)(&self.marking);
             }
             if state == root.state {
                 break;
@@ -194,7 +198,7 @@ mod tests {
     use crate::analysis::invariants::Bounds;
     use crate::net::Net;
 
-    /// One token that goes along these edges.
+    /// Returns the space of one token that moves along these edges.
     fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
         let mut net = Net::builder();
         let places: Vec<_> =
@@ -215,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn bottoms_are_found_and_who_can_get_there() {
+    fn bottom_components_are_found_with_their_wanted_states() {
         check(1, &[], (1, &[1], true));
         check(3, &[(0, 1), (1, 2), (2, 0)], (1, &[3], true));
         check(3, &[(0, 1), (1, 0), (1, 2)], (2, &[1], true));
@@ -225,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_to_being_lost_is_the_shortest() {
+    fn the_firings_to_a_lost_state_are_the_fewest() {
         let space = walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
         let found = components(&space, &Budget::UNLIMITED, |m| m[3] > 0).unwrap();
         let lost = found.lost().unwrap();
@@ -234,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_million_deep_is_no_recursion() {
+    fn a_chain_of_300_000_states_does_not_overflow_the_stack() {
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 300_000), net.place("b", 0));
         net.transition("t").input(a, 1).output(b, 1);

@@ -1,8 +1,8 @@
-//! How soon a marking of some kind can be reached, and how late it must have been.
+//! The shortest and the longest time to a wanted marking.
 //!
-//! The beginning is one more moment in the firing domains. For the shortest time only the least
-//! time gone by matters, so domains are searched by it, the nearest first; for the longest one
-//! there must be no circle and no dead end on the way, and then the ways are finitely many.
+//! The firing domains include the beginning of the run as one more moment. For the shortest time only
+//! the least elapsed time matters, and domains are searched in its order. For the longest time no
+//! circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
 
 use super::budget::{Budget, Exhausted};
 use super::classes::{Classes, Firing};
@@ -22,31 +22,30 @@ pub struct Timed {
     pub sequence: Vec<TransitionId>,
 }
 
-/// How late the first marking of the kind comes.
+/// The longest time to the first wanted marking.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Latest {
     /// Never later than this.
     At(Timed),
-    /// After these firings something may be waited for without end.
+    /// After these firings a transition may take unlimited time.
     WithoutEnd(Vec<TransitionId>),
-    /// It need not come: after the first firings the second can go on for ever.
+    /// It can be avoided: after the first sequence, the second can repeat for ever.
     Circle(Vec<TransitionId>, Vec<TransitionId>),
-    /// It need not come: after these firings nothing can fire.
+    /// It can be avoided: after these firings no transition is enabled.
     DeadEnd(Vec<TransitionId>),
 }
 
-/// The shortest time to a marking that `asked` accepts; `None` if there is none. `classes` are all
-/// of the net's.
+/// Returns the shortest time to a wanted marking; `None` if there is none. `classes` must be complete.
 ///
 /// # Errors
 /// If a budget ran out.
 pub fn shortest(
     net: &Net,
     classes: &Classes,
-    asked: impl Fn(&[u32]) -> bool,
+    wanted: impl Fn(&[u32]) -> bool,
     budget: &Budget<'_>,
 ) -> Result<Option<Timed>, Exhausted> {
-    if !(0..classes.classes() as u32).any(|class| asked(classes.marking(class))) {
+    if !(0..classes.classes() as u32).any(|class| wanted(classes.marking(class))) {
         return Ok(None);
     }
     let mut search = Search::new(net)?;
@@ -59,7 +58,7 @@ pub fn shortest(
     while let Some(Reverse((elapsed, node))) = waiting.pop() {
         search.ask(budget)?;
         let (marking, domain) = search.nodes[node].clone();
-        if asked(&marking) {
+        if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
             return Ok(Some(Timed { time, sequence: search.way_to(node) }));
         }
@@ -73,17 +72,17 @@ pub fn shortest(
     Ok(None)
 }
 
-/// How late the first marking that `asked` accepts can come. `classes` are all of the net's.
+/// Returns the longest time to the first wanted marking. `classes` must be complete.
 ///
 /// # Errors
 /// If a budget ran out.
 pub fn longest(
     net: &Net,
     classes: &Classes,
-    asked: impl Fn(&[u32]) -> bool,
+    wanted: impl Fn(&[u32]) -> bool,
     budget: &Budget<'_>,
 ) -> Result<Latest, Exhausted> {
-    match escape(classes, [0], &asked, budget)? {
+    match escape(classes, [0], &wanted, budget)? {
         Some(Escape::Circle(way, circle)) => return Ok(Latest::Circle(way, circle)),
         Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
         None => {}
@@ -101,7 +100,7 @@ pub fn longest(
         if elapsed == NEVER {
             return Ok(Latest::WithoutEnd(search.way_to(node)));
         }
-        if asked(&marking) {
+        if wanted(&marking) {
             latest = latest.max((elapsed, node));
             continue;
         }
@@ -115,18 +114,18 @@ pub fn longest(
     Ok(Latest::At(Timed { time, sequence: search.way_to(latest.1) }))
 }
 
-/// Markings with domains that know the beginning, none within another.
+/// A search over markings with domains that include the beginning, none of which contains another.
 struct Search {
     firing: Firing,
     nodes: Vec<(Box<[u32]>, Domain)>,
     from: Vec<Option<(usize, TransitionId)>>,
-    /// Per marking and domain without the beginning, what is known of that.
+    /// Per marking and domain without the beginning, the bounds of the beginning seen so far.
     known: HashMap<(Box<[u32]>, Domain), Vec<Beginning>>,
     bytes: u64,
     asked: u64,
 }
 
-/// The row and the column of the beginning in a domain.
+/// The bounds of the beginning in a domain: its row and its column.
 struct Beginning {
     row: Vec<i64>,
     column: Vec<i64>,
@@ -139,7 +138,7 @@ impl Beginning {
     }
 }
 
-/// Time gone by, at least.
+/// Least elapsed time, in units.
 struct Elapsed(i64);
 
 impl Search {

@@ -1,6 +1,6 @@
 //! The non-negative integer solutions of minimal support of `y·C = 0` or `y·C ≤ 0`: columns are
 //! eliminated one by one, each pair of rows of opposite sign making one that has a zero there
-//! (Farkas; Martínez and Silva, 1982: rows whose support holds another's are dropped).
+//! (Farkas; Martínez and Silva, 1982: a row whose support contains another's is dropped).
 
 use std::collections::BTreeSet;
 
@@ -13,22 +13,22 @@ struct Row {
     weights: Vec<(u32, i64)>,
 }
 
-/// Where an elimination gives up: minimal solutions can be exponentially many.
+/// The limits of an elimination: minimal solutions can be exponentially many.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     pub rows: usize,
     pub steps: u64,
 }
 
-/// Solutions found, and whether they are all.
+/// The solutions found, and whether they are complete.
 #[derive(Debug)]
 pub(super) struct Solutions {
     pub solutions: Vec<Vec<(u32, i64)>>,
     pub complete: bool,
 }
 
-/// Solves for the matrix whose rows, one per variable, are `matrix`. Variables from `slack_from`
-/// on are not part of the answer.
+/// Solves for the matrix with the rows `matrix`, one per variable. Variables from `slack_from` on are
+/// left out of the solutions.
 pub(super) fn solve(
     matrix: Vec<Vec<(u32, i64)>>,
     columns: usize,
@@ -55,13 +55,13 @@ pub(super) fn solve(
 struct Table {
     rows: Vec<Row>,
     live: BTreeSet<usize>,
-    /// Per column, rows with a value there; some may be dead meanwhile.
+    /// Per column, rows with a value in it; some may have been removed since.
     holders: Vec<Vec<usize>>,
-    /// Per column, how many live rows are positive and negative there.
+    /// Per column, the number of live rows with a positive and with a negative value.
     signs: Vec<(i64, i64)>,
-    /// The columns left, by how many rows their elimination adds.
+    /// The remaining columns, by how many rows their elimination adds.
     open: BTreeSet<(i64, u32)>,
-    /// Per variable, the rows whose support begins with it; some may be dead meanwhile.
+    /// Per variable, the rows whose support begins with it; some may have been removed since.
     by_first: Vec<Vec<usize>>,
     steps_left: u64,
     overflowed: bool,
@@ -106,7 +106,7 @@ impl Table {
         }
     }
 
-    /// One more or one fewer row with a value of this sign in a column.
+    /// Counts `more` rows with a value of this sign in a column.
     fn count(&mut self, column: u32, value: i64, more: i64) {
         let cost = |(positive, negative): (i64, i64)| positive * negative - positive - negative;
         let signs = &mut self.signs[column as usize];
@@ -117,13 +117,14 @@ impl Table {
             signs.1 += more;
         }
         let after = (cost(*signs), column);
-        // The column being eliminated is no longer among those left.
+        // The column that is being eliminated has already left `open`.
         if self.open.remove(&before) {
             self.open.insert(after);
         }
     }
 
-    /// False if it gave up; the finished rows are solutions all the same.
+    /// Eliminates a column. Returns false if a limit was reached; the finished rows are still
+    /// solutions.
     fn eliminate(&mut self, column: u32, most_rows: usize, stop: &dyn Fn() -> bool) -> bool {
         let holders = std::mem::take(&mut self.holders[column as usize]);
         let live: Vec<_> = holders.into_iter().filter(|row| self.live.contains(row)).collect();
@@ -155,11 +156,11 @@ impl Table {
         self.keep_minimal(made)
     }
 
-    /// Adds the rows whose support holds no other's. False if that takes too long.
+    /// Adds the rows whose support contains no other row's. Returns false if a limit was reached.
     fn keep_minimal(&mut self, mut made: Vec<Row>) -> bool {
         made.sort_by_key(|row| row.weights.len());
         for row in made {
-            // A support within this one begins with one of its variables.
+            // A support contained in this one begins with one of this one's variables.
             let mut minimal = true;
             for (variable, _) in &row.weights {
                 let beginning = &self.by_first[*variable as usize];
@@ -179,7 +180,8 @@ impl Table {
     }
 }
 
-/// `b_value * a + a_value * b` over their common divisor, where the column at hand vanishes.
+/// Returns `b_value * a + a_value * b`, reduced, in which the eliminated column is zero; `None` on
+/// overflow.
 fn combined(a: &Row, b: &Row, a_value: i64, b_value: i64) -> Option<Row> {
     let divisor = gcd(a_value.unsigned_abs(), b_value.unsigned_abs()) as i64;
     let (for_a, for_b) = (b_value / divisor, a_value / divisor);

@@ -1,5 +1,5 @@
-//! The reachability graph, breadth first, with exact counts: states, edges (a state and a
-//! transition it enables), most tokens, deadlocks. Shortest firing sequences come of its order.
+//! The reachability graph in breadth-first order, with exact counts: states, edges (a state and a
+//! transition it enables), most tokens, deadlocks. The order makes firing sequences shortest.
 
 use super::boundedness::{Pumping, pumping_on_the_way};
 use super::budget::{Budget, Exhausted};
@@ -10,15 +10,15 @@ use super::space::Space;
 use super::store::{Found, MOST_STATES, Store, hash_of};
 use crate::net::{Net, TransitionId};
 
-/// Between two questions whether to stop lie states of so many places.
-const PLACES_BETWEEN_QUESTIONS: usize = 1 << 18;
+/// Whether to stop is checked after states with this many places in total.
+const PLACES_BETWEEN_STOP_CHECKS: usize = 1 << 18;
 
 /// How an exploration ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// All states are there.
+    /// All states were found.
     Complete,
-    /// Some place can be filled without end.
+    /// Some place can grow without bound.
     Unbounded(Pumping),
     /// A budget ran out first.
     Undecided(Exhausted),
@@ -29,14 +29,14 @@ pub enum Ending {
 pub struct Exploration {
     /// The states found.
     pub space: Space,
-    /// Whether they are all.
+    /// Whether they are complete.
     pub ending: Ending,
 }
 
-/// Explores the states of `net` from its initial marking. `bounds` make states small and need not
-/// know every place; where they do not, growth without end is looked for on the way.
+/// Explores the states of `net` from its initial marking. `bounds` make states small, and may leave
+/// places unbounded; then the search also looks for unbounded growth.
 ///
-/// `with_ways` remembers how each state was reached, in 4 bytes, for [`Space::way_to`].
+/// `with_ways` records how each state was reached, in 4 bytes, for [`Space::way_to`].
 pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>) -> Exploration {
     let mut search = Search::new(net, bounds, with_ways || !bounds.is_bounded());
     let ending = search.run(bounds.is_bounded(), budget);
@@ -47,7 +47,7 @@ pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>)
 #[derive(Debug)]
 struct Packed {
     difference: Vec<(u32, u64)>,
-    /// Places that grow: place, by how much, and the room there is.
+    /// Places that gain tokens: place, tokens gained, and the capacity of its field.
     growing: Vec<(u32, u32, u32)>,
 }
 
@@ -59,7 +59,7 @@ struct Search {
     state: Vec<u64>,
     successors: Vec<u64>,
     hashes: Vec<(u64, u32)>,
-    /// Per place, the tokens at which ways were last looked at for growth without end.
+    /// Per place, the tokens at which the search last looked for unbounded growth.
     looked_at: Vec<u32>,
 }
 
@@ -102,7 +102,7 @@ impl Search {
         if let Err(exhausted) = self.check_growth(budget) {
             return Ending::Undecided(exhausted);
         }
-        let between = (PLACES_BETWEEN_QUESTIONS / self.marking.len().max(64)).max(1);
+        let between = (PLACES_BETWEEN_STOP_CHECKS / self.marking.len().max(64)).max(1);
         while self.space.expanded < self.space.store.len() {
             if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
                 return Ending::Undecided(Exhausted::Time);
@@ -116,7 +116,7 @@ impl Search {
         Ending::Complete
     }
 
-    /// All firings in the next state.
+    /// Fires every enabled transition of the next state.
     fn expand(&mut self, bounded: bool, budget: &Budget<'_>) -> Result<Option<Pumping>, Exhausted> {
         let number = self.space.expanded as u32;
         self.state.copy_from_slice(self.space.store.state(number));
@@ -134,7 +134,7 @@ impl Search {
             self.space.deadlocks += 1;
             self.space.first_deadlock.get_or_insert(number);
         }
-        // Reading all slots before searching lets their fetching from memory overlap.
+        // Reading all slots before searching lets the memory accesses overlap.
         let slots = self.hashes.iter().map(|(hash, _)| self.space.store.first_slot(*hash));
         std::hint::black_box(slots.fold(0u32, u32::wrapping_add));
         for index in 0..firings {
@@ -145,7 +145,7 @@ impl Search {
             let words = self.space.layout.words();
             let successor = &self.successors[index * words..(index + 1) * words];
             let Found::New(new) = self.space.store.insert(successor, hash) else { continue };
-            // Also the state that is one too many has a way to it.
+            // Recorded before the limit is checked, so that the last state has a parent too.
             let record = self.arrive(number, transition);
             if u64::from(new) >= budget.states {
                 return Err(Exhausted::States);
@@ -160,8 +160,8 @@ impl Search {
         Ok(None)
     }
 
-    /// The successors of the state at hand; instead, if there is one, a place whose field is too
-    /// small for the tokens it gets.
+    /// Computes the successors of the present state; returns a place whose field is too small for its
+    /// new tokens, if there is one.
     fn fire_all(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
         let Self { space, packed, marking, after, state, successors, hashes, .. } = self;
         successors.clear();
@@ -199,8 +199,8 @@ impl Search {
         if uncountable { Err(Exhausted::Tokens) } else { Ok(full) }
     }
 
-    /// Takes note of a new state that `transition` made of the state at hand: whether some place
-    /// holds twice what it held when ways were last looked at.
+    /// Records a new state, reached from the present one by `transition`. Returns whether some place
+    /// holds twice the tokens of the last search for growth.
     fn arrive(&mut self, from: u32, transition: u32) -> bool {
         let space = &mut self.space;
         if let Some(parents) = &mut space.parents {
@@ -212,7 +212,7 @@ impl Search {
             if tokens > *most {
                 *most = tokens;
                 let looked_at = &mut self.looked_at[place as usize];
-                // The first token of a place is no growth yet.
+                // A place's first token is not growth.
                 if tokens >= looked_at.saturating_mul(2).max(2) {
                     *looked_at = tokens;
                     record = true;
@@ -228,7 +228,7 @@ impl Search {
         record
     }
 
-    /// Whether one more state fits the budget.
+    /// Checks that one more state fits the budget.
     fn check_growth(&self, budget: &Budget<'_>) -> Result<(), Exhausted> {
         let ways = self.space.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 8);
         if self.space.store.bytes_with_one_more() + ways > budget.memory_bytes {
@@ -240,7 +240,7 @@ impl Search {
         }
     }
 
-    /// Makes the field of a place wide enough for so many tokens, in all states.
+    /// Widens the field of a place to hold `tokens`, in all states.
     fn make_room(&mut self, place: u32, tokens: u32, budget: &Budget<'_>) -> Result<(), Exhausted> {
         let space = &mut self.space;
         let old = space.layout.clone();
@@ -262,7 +262,7 @@ impl Search {
     }
 }
 
-/// As much room as the bounds say; where they say nothing, as the initial marking needs.
+/// Returns the room of each place: its bound if it has one, else what the initial marking needs.
 pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     let mut changes = vec![false; net.places().len()];
     for rule in rules.all() {
@@ -291,10 +291,10 @@ fn packed(rules: &Rules, layout: &Layout) -> Vec<Packed> {
 }
 
 impl Space {
-    /// The transition that leads from one state to another.
+    /// Returns the transition that leads from one state to another.
     pub(crate) fn between(&self, from: u32, to: u32) -> TransitionId {
         let successors = self.successors(from);
         let found = successors.iter().find(|(_, state)| *state == to);
-        found.expect("a state was reached from the one before by a transition").0
+        found.expect("a state's parent has a transition that leads to it").0
     }
 }

@@ -1,6 +1,6 @@
-//! Semiflows of minimal support, in integers: sums of tokens that no firing changes (places) and
-//! counts of firings that change nothing (transitions); and what sums say without enumeration:
-//! how many tokens a place can hold, and which places are never marked together.
+//! Semiflows of minimal support, in integers: weighted sums of tokens that no firing changes
+//! (places), and counts of firings that together change nothing (transitions). The sums give bounds
+//! of places, and pairs of places that are never marked together, without enumerating states.
 
 use super::elimination::{Effort, Solutions, solve};
 use super::rules::Rules;
@@ -9,27 +9,27 @@ use crate::net::{Net, PlaceId, TransitionId};
 /// Weights of places or transitions, each positive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Semiflow<Id> {
-    /// Whom it weighs and how much, in order.
+    /// Each place or transition with its weight, in order.
     pub weights: Vec<(Id, u64)>,
 }
 
-/// The semiflows of minimal support that were found.
+/// Semiflows of minimal support.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Semiflows<Id> {
-    /// They.
+    /// The semiflows found.
     pub semiflows: Vec<Semiflow<Id>>,
-    /// Whether they are all: there can be exponentially many, and only so many are made.
+    /// Whether these are all. There can be exponentially many, so the search has a limit.
     pub complete: bool,
 }
 
-/// Most rows kept on the way.
+/// Most rows of the elimination.
 const ROWS: usize = 20_000;
-/// Most additions and comparisons: seconds.
+/// Most additions and comparisons: a few seconds.
 const STEPS: u64 = 100_000_000;
-/// For bounds with slack; what they give is a convenience.
+/// The same limit for the search of bounds, which only make states smaller.
 const STEPS_FOR_BOUNDS: u64 = 5_000_000;
 
-/// Sums that no firing changes: `y·C = 0`. Places that some transition empties are in none.
+/// Returns the sums of tokens that no firing changes: `y·C = 0`. Places with a reset arc are in none.
 pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId> {
     let rules = Rules::new(net);
     let mut matrix = place_rows(net, &rules);
@@ -39,8 +39,8 @@ pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId>
     semiflows(matrix, net.transitions().len(), PlaceId, stop)
 }
 
-/// Counts of firings after which the tokens are as before: `C·x = 0`. Transitions with reset arcs
-/// are in none. Whether such firings are possible is another question.
+/// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs are
+/// in none. The firings need not be possible.
 pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<TransitionId> {
     let rules = Rules::new(net);
     let row = |rule: &super::rules::Rule| rule.reset_to.is_empty().then(|| rule.change.clone());
@@ -48,7 +48,7 @@ pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<Tra
     semiflows(matrix, net.places().len(), TransitionId, stop)
 }
 
-/// The matrix without the variables that are left out, and the answer with their numbers back.
+/// Solves the matrix without its omitted rows, and returns weights under the original numbers.
 fn semiflows<Id>(
     matrix: Vec<Option<Vec<(u32, i64)>>>,
     columns: usize,
@@ -80,24 +80,25 @@ fn place_rows(net: &Net, rules: &Rules) -> Vec<Option<Vec<(u32, i64)>>> {
     matrix
 }
 
-/// How many tokens each place can hold at most, as far as sums tell.
+/// Upper bounds on the tokens of each place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bounds {
     most: Vec<Option<u64>>,
 }
 
 impl Bounds {
-    /// Knows nothing.
+    /// Returns no bound for any place.
     pub fn unknown(net: &Net) -> Self {
         Self { most: vec![None; net.places().len()] }
     }
 
-    /// From sums that firing never increases: `y·C ≤ 0`; first those that stay the same, then, for
-    /// places in none of them, those that may fall. A reset only lowers a sum.
+    /// Computes bounds from sums that no firing increases: `y·C ≤ 0`. First the sums that stay the
+    /// same; then, if places are left without a bound, those that may decrease. A reset only lowers a
+    /// sum.
     pub fn of_net(net: &Net, stop: &dyn Fn() -> bool) -> Self {
         let rules = Rules::new(net);
         let mut bounds = Self::unknown(net);
-        // A place that nothing fills holds what it holds.
+        // A place that no transition fills never holds more than initially.
         let mut filled = vec![false; net.places().len()];
         for rule in rules.all() {
             let growing = rule.change.iter().filter(|(_, change)| *change > 0).map(|c| c.0);
@@ -133,18 +134,18 @@ impl Bounds {
         }
     }
 
-    /// The most tokens of a place, if it is known to have a most.
+    /// Returns the bound of a place, if one is known.
     pub fn of(&self, place: usize) -> Option<u64> {
         self.most[place]
     }
 
-    /// Whether every place is known to have a most.
+    /// Returns whether every place has a known bound.
     pub fn is_bounded(&self) -> bool {
         self.most.iter().all(Option::is_some)
     }
 }
 
-/// The change of each place by each transition, a reset counted as if it took nothing away.
+/// Returns the change of each place by each transition, ignoring what resets remove.
 fn sub_rows(net: &Net) -> Vec<Vec<(u32, i64)>> {
     let mut matrix = vec![Vec::new(); net.places().len()];
     for (transition, t) in net.transitions().iter().enumerate() {
@@ -164,7 +165,7 @@ fn sub_rows(net: &Net) -> Vec<Vec<(u32, i64)>> {
     matrix
 }
 
-/// The sum that keeps two places from being marked at once, if one of these does.
+/// Returns a sum that proves that two places are never marked together, if there is one.
 pub fn excludes<'a>(
     semiflows: &'a Semiflows<PlaceId>,
     net: &Net,

@@ -1,18 +1,18 @@
-//! The untimed firing rule, apart from any state: who may fire in a marking, and what comes of it.
+//! The untimed firing rule: which transitions a marking enables, and the marking after a firing.
 
 use crate::net::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a transition needs and does, gathered for many firings.
+/// What a transition requires and does, precomputed for many firings.
 #[derive(Clone, Debug)]
 pub struct Rule {
-    /// Place and the least tokens it must hold.
+    /// Place, and the least tokens required in it.
     pub(crate) at_least: Vec<(u32, u32)>,
-    /// Place and the tokens it must stay below.
+    /// Place, and the tokens it must stay below.
     pub(crate) below: Vec<(u32, u32)>,
-    /// Place and by how much a firing changes it, where it is not reset.
+    /// Place, and by how much a firing changes it; without reset places.
     pub(crate) change: Vec<(u32, i64)>,
-    /// Places that are emptied, and the tokens put after that.
+    /// Reset place, and the tokens put into it after the reset.
     pub(crate) reset_to: Vec<(u32, u32)>,
 }
 
@@ -20,14 +20,14 @@ pub struct Rule {
 #[derive(Clone, Debug)]
 pub struct Rules {
     rules: Vec<Rule>,
-    /// Per place, the transitions that need it marked; each transition in one of them.
+    /// Per place, transitions that require it marked; each transition is listed at one place.
     waiting_at: Vec<Vec<u32>>,
-    /// Transitions that need no token.
+    /// Transitions that require no token.
     needing_nothing: Vec<u32>,
 }
 
 impl Rules {
-    /// The rules of `net`.
+    /// Precomputes the rules of `net`.
     pub fn new(net: &Net) -> Self {
         let rules: Vec<_> = net.transition_ids().map(|id| rule(net, id)).collect();
         let mut needed_by = vec![0u32; net.places().len()];
@@ -37,7 +37,7 @@ impl Rules {
         let mut waiting_at = vec![Vec::new(); net.places().len()];
         let mut needing_nothing = Vec::new();
         for (index, rule) in rules.iter().enumerate() {
-            // At an empty place with few others: there it is looked at most seldom.
+            // List it at an initially empty place with few others, where it is checked least often.
             let rarest = rule.at_least.iter().map(|(place, _)| *place).min_by_key(|place| {
                 (net.initial()[*place as usize] > 0, needed_by[*place as usize])
             });
@@ -75,18 +75,18 @@ impl Rules {
         }
     }
 
-    /// Whether `marking` enables a transition.
+    /// Returns whether `marking` enables a transition.
     pub fn enabled(&self, marking: &[u32], transition: TransitionId) -> bool {
         self.rules[transition.index()].enabled(marking)
     }
 
-    /// Fires a transition that `marking` enables. `None`, the marking changed no one knows how, if
-    /// a place could not count its tokens.
+    /// Fires a transition that `marking` enables. Returns `None` if a place would overflow; the marking
+    /// is then invalid.
     pub fn fire(&self, marking: &mut [u32], transition: TransitionId) -> Option<()> {
         self.rules[transition.index()].fire(marking)
     }
 
-    /// The marking after a sequence of firings; `None` if one of them is not enabled.
+    /// Returns the marking after a sequence of firings; `None` if one of them is not enabled.
     pub fn play(&self, marking: &[u32], sequence: &[TransitionId]) -> Option<Vec<u32>> {
         let mut marking = marking.to_vec();
         for &transition in sequence {
@@ -130,7 +130,7 @@ fn rule(net: &Net, id: TransitionId) -> Rule {
         let limit = below.entry(place).or_insert(weight);
         *limit = weight.min(*limit);
     }
-    // Tokens taken and put; the net has each place once on either side.
+    // Tokens taken and put. The builder has merged parallel arcs, so each place occurs once per side.
     let mut moved: BTreeMap<u32, (u32, u32)> = BTreeMap::new();
     t.inputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().0 = arc.1);
     t.outputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().1 = arc.1);

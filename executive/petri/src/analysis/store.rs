@@ -1,14 +1,14 @@
-//! Packed states, each once, numbered in the order they came: an arena of chunks that never move,
-//! and an open-addressing table of their numbers with a few bits of their hash beside.
+//! A set of packed states, numbered in the order of insertion: an arena of chunks that never move,
+//! and an open-addressing table of state numbers, each stored with a few bits of its hash.
 
 /// Words of a chunk, unless a single state has more.
 const CHUNK_WORDS: usize = 1 << 15;
-/// The table grows when it is fuller than this.
+/// The table grows when more than this many eighths are used.
 const FULL_EIGHTHS: usize = 5;
-/// Most states: their numbers and one bit of their hash share 32 bits.
+/// Most states: a number and at least one bit of its hash share 32 bits.
 pub(crate) const MOST_STATES: usize = (1 << 31) - 2;
 
-/// Whether a state was there.
+/// The result of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Found {
     New(u32),
@@ -19,7 +19,7 @@ pub(crate) enum Found {
 pub(crate) struct Store {
     words: usize,
     chunks: Vec<Vec<u64>>,
-    /// States per chunk are two to the power of this.
+    /// Binary logarithm of the states per chunk.
     chunk_shift: u32,
     len: usize,
     /// Number + 1 in the low bits, hash in the high bits; 0 is empty.
@@ -36,20 +36,20 @@ impl Store {
         self.len
     }
 
-    /// Bytes now.
+    /// Returns the bytes in use.
     pub fn bytes(&self) -> u64 {
         let chunk = (self.words as u64) << (self.chunk_shift + 3);
         self.chunks.len() as u64 * chunk + self.slots.len() as u64 * 4
     }
 
-    /// Bytes now, and those one more state may need beyond them.
+    /// Returns the bytes in use plus those that one more state may need.
     pub fn bytes_with_one_more(&self) -> u64 {
         let chunk = (self.words as u64) << (self.chunk_shift + 3);
         let table = if self.is_full() { self.slots.len() as u64 * 4 } else { 0 };
         self.bytes() + chunk + table
     }
 
-    /// Whether the next new state makes something grow.
+    /// Returns whether the next new state makes the table or the arena grow.
     pub fn is_about_to_grow(&self) -> bool {
         self.is_full() || self.len & ((1 << self.chunk_shift) - 1) == 0
     }
@@ -60,14 +60,14 @@ impl Store {
         &self.chunks[number >> self.chunk_shift][at..at + self.words]
     }
 
-    /// The slot where the search for a state with this hash begins. Reading the slots of several
-    /// states before looking for any of them lets the memory fetch them together.
+    /// Returns the slot at which the search for a state with this hash begins. Reading the slots of
+    /// several states before searching lets the memory accesses overlap.
     #[inline]
     pub fn first_slot(&self, hash: u64) -> u32 {
         self.slots[hash as usize & (self.slots.len() - 1)]
     }
 
-    /// The number of the state; a new one is kept.
+    /// Inserts a state if it is new, and returns its number.
     pub fn insert(&mut self, state: &[u64], hash: u64) -> Found {
         if self.is_full() {
             self.grow();
@@ -83,12 +83,12 @@ impl Store {
         }
     }
 
-    /// The number of a state, if it is there.
+    /// Returns the number of a state; `None` if it is not stored.
     pub fn find(&self, state: &[u64]) -> Option<u32> {
         self.search(state, hash_of(state)).ok()
     }
 
-    /// All states moved by `convert` into a store of another width; this one is left empty.
+    /// Moves all states into a store of another width, each rewritten by `convert`.
     pub fn converted(&mut self, words: usize, mut convert: impl FnMut(&[u64], &mut [u64])) -> Self {
         let mut other = Self::new(words);
         other.slots = vec![0; self.slots.len()];
@@ -118,7 +118,7 @@ impl Store {
             if entry & !index_mask == tag {
                 let number = (entry & index_mask) - 1;
                 let known = self.state(number);
-                // The first word alone tells most markings apart, without a call.
+                // Comparing the first word alone distinguishes most markings, without a call.
                 if known[0] == state[0] && known[1..] == state[1..] {
                     return Ok(number);
                 }
@@ -135,7 +135,7 @@ impl Store {
         self.len += 1;
     }
 
-    /// Enters the state that is about to be pushed and is known to be new.
+    /// Adds a slot for a new state, which the caller is about to push.
     fn place(&mut self, state: &[u64]) {
         let hash = hash_of(state);
         self.enter(self.len, hash);

@@ -1,6 +1,6 @@
-//! Deadlocks without all states: in each state only a stubborn set fires (Valmari, 1988), a set
-//! that firings outside of it neither disable nor enable and that commutes with them. Every
-//! deadlock is still reached, at the end of another order of the same firings.
+//! Finds deadlocks without exploring all states: each state fires only a stubborn set (Valmari,
+//! 1988). Transitions outside of the set neither enable nor disable those in it, and commute with
+//! them, so every deadlock is still reached by another order of the same firings.
 
 use super::budget::{Budget, Exhausted};
 use super::explore::rooms;
@@ -10,19 +10,19 @@ use super::rules::Rules;
 use super::store::{Found, MOST_STATES, Store, hash_of};
 use crate::net::{Net, TransitionId};
 
-/// What a reduced search found.
+/// The result of a reduced search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deadlocks {
-    /// All deadlocks, counted.
+    /// The number of deadlocks.
     pub deadlocks: u64,
-    /// Firings that lead to one, not necessarily the fewest, and its marking.
+    /// The marking of one deadlock, and firings that lead to it; not necessarily the fewest.
     pub first: Option<(Vec<TransitionId>, Vec<u32>)>,
-    /// States that were looked at.
+    /// The number of states explored.
     pub states: u64,
 }
 
-/// All deadlocks of a net whose bounds are all known; `None` if they are not, or if it has
-/// inhibitor or reset arcs, whose firings do not commute.
+/// Finds all deadlocks of a net. Returns `None` if a bound is unknown, or if the net has inhibitor
+/// or reset arcs, whose firings do not commute.
 ///
 /// # Errors
 /// If a budget ran out.
@@ -34,14 +34,14 @@ pub fn deadlocks(
     deadlocks_that(net, bounds, &|_| true, budget)
 }
 
-/// The same, but only of those deadlocks whose marking is as asked.
+/// As [`deadlocks`], but counts only deadlocks with a wanted marking.
 ///
 /// # Errors
 /// If a budget ran out.
 pub fn deadlocks_that(
     net: &Net,
     bounds: &Bounds,
-    asked: &dyn Fn(&[u32]) -> bool,
+    wanted: &dyn Fn(&[u32]) -> bool,
     budget: &Budget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
     let plain = net.transitions().iter().all(|t| t.inhibitors.is_empty() && t.resets.is_empty());
@@ -65,7 +65,7 @@ pub fn deadlocks_that(
         }
         layout.unpack(store.state(next as u32), &mut marking);
         let firing = stubborn.set(&rules, &marking);
-        if firing.is_empty() && asked(&marking) {
+        if firing.is_empty() && wanted(&marking) {
             deadlocks += 1;
             first.get_or_insert(next as u32);
         }
@@ -102,15 +102,15 @@ pub fn deadlocks_that(
     Ok(Some(Deadlocks { deadlocks, first, states: store.len() as u64 }))
 }
 
-/// So many enabled transitions are tried as the beginning of a set.
-const BEGINNINGS: usize = 6;
+/// How many enabled transitions are tried as the start of a set; the smallest set is used.
+const SEEDS: usize = 6;
 
 struct Stubborn {
-    /// Per transition, those that it may disable or be disabled by.
+    /// Per transition, those that it may disable or that may disable it.
     against: Vec<Vec<u32>>,
-    /// Per place, the transitions that add to it.
+    /// Per place, the transitions that add tokens to it.
     filling: Vec<Vec<u32>>,
-    /// Per transition, the round in which it was last put into a set.
+    /// Per transition, the round in which it was last added to a set.
     taken: Vec<u32>,
     round: u32,
 }
@@ -140,13 +140,13 @@ impl Stubborn {
         Self { against, filling, taken: vec![0; net.transitions().len()], round: 0 }
     }
 
-    /// The enabled transitions of a small stubborn set; empty if nothing is enabled.
+    /// Returns the enabled transitions of a small stubborn set; empty if no transition is enabled.
     fn set(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
         let mut best: Vec<u32> = enabled.clone();
-        for &beginning in enabled.iter().take(BEGINNINGS) {
+        for &beginning in enabled.iter().take(SEEDS) {
             if best.len() <= 1 {
                 break;
             }
@@ -157,7 +157,8 @@ impl Stubborn {
         best
     }
 
-    /// The enabled ones of the set around `beginning`, if they are fewer than `than`.
+    /// Returns the enabled transitions of the smallest stubborn set that contains `beginning`, if they
+    /// are fewer than `than`.
     fn closure(
         &mut self,
         rules: &Rules,
@@ -173,7 +174,7 @@ impl Stubborn {
             let mut missing = rules.rule(transition).at_least.iter();
             let missing = missing.find(|(place, weight)| marking[*place as usize] < *weight);
             let needed = match missing {
-                // Only they can enable it, by this place.
+                // Only transitions that fill this place can enable it.
                 Some((place, _)) => &self.filling[*place as usize],
                 None => {
                     enabled.push(transition);

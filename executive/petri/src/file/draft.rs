@@ -1,9 +1,9 @@
-//! A net while its file is being read: arcs in any order, nodes before or after them.
+//! A net while its file is read, in which arcs may precede their places and transitions.
 
 use super::{FileError, NetFile, Note, fault_at};
 use crate::net::{Class, Interval, Net, PlaceId};
 
-/// What an arc between a place and a transition does.
+/// The kind of an arc between a place and a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Input,
@@ -29,7 +29,7 @@ pub(super) struct DraftTransition {
     pub priority: i32,
     pub gated: bool,
     pub arcs: Vec<(Kind, u32, u32)>,
-    /// Where in the text it is declared.
+    /// Offset of its declaration in the text.
     pub at: usize,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// The net, each name there once.
+    /// Builds the net. A fault of the net gets the position of its transition.
     pub fn build(self, text: &str) -> Result<NetFile, FileError> {
         let mut net = Net::builder();
         let mut notes = (Vec::new(), Vec::new());
@@ -88,8 +88,8 @@ impl Draft {
             notes.1.push(draft.note);
         }
         let net = net.build().map_err(|error| {
-            let guilty = names.iter().position(|name| error.transition() == Some(name.as_str()));
-            let at = guilty.map_or(0, |index| offsets[index]);
+            let culprit = names.iter().position(|name| error.transition() == Some(name.as_str()));
+            let at = culprit.map_or(0, |index| offsets[index]);
             fault_at(text, at, error.into())
         })?;
         Ok(NetFile { name: self.name, net, places: notes.0, transitions: notes.1 })

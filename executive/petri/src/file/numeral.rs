@@ -1,14 +1,14 @@
-//! Numbers of files: whole numbers of tokens, and times with up to nine decimals.
+//! The numbers in files: whole numbers of tokens, and times with up to nine decimals.
 
 use super::Fault;
 use std::time::Duration;
 
-/// A whole number of tokens.
+/// Parses a whole number of tokens.
 pub(super) fn tokens(text: &str) -> Result<u32, Fault> {
     scaled_tokens(text, 1)
 }
 
-/// A whole number of tokens times `factor`.
+/// Parses a whole number of tokens and multiplies it by `factor`.
 pub(super) fn scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
         return Err(Fault::Number(shortened(text)));
@@ -17,7 +17,7 @@ pub(super) fn scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
     number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| Fault::TooMany(shortened(text)))
 }
 
-/// A weight of an arc.
+/// Parses the weight of an arc.
 pub(super) fn weight(text: &str) -> Result<u32, Fault> {
     match tokens(text)? {
         0 => Err(Fault::ZeroWeight),
@@ -25,7 +25,7 @@ pub(super) fn weight(text: &str) -> Result<u32, Fault> {
     }
 }
 
-/// A time in seconds, exact to the nanosecond.
+/// Parses a time in seconds, exact to the nanosecond.
 pub(super) fn seconds(text: &str) -> Result<Duration, Fault> {
     let wrong = || Fault::Time(shortened(text));
     let (whole, part) = text.split_once('.').unwrap_or((text, ""));
@@ -39,13 +39,13 @@ pub(super) fn seconds(text: &str) -> Result<Duration, Fault> {
     Ok(Duration::new(whole, nanoseconds))
 }
 
-/// The text of a time that [`seconds`] reads back.
+/// Returns a time as text that [`seconds`] parses back.
 pub(super) fn seconds_text(time: Duration) -> String {
     let text = format!("{}.{:09}", time.as_secs(), time.subsec_nanos());
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// What of a text is shown in an error.
+/// Returns the beginning of a text, for an error message.
 pub(super) fn shortened(text: &str) -> String {
     const SHOWN: usize = 40;
     match text.char_indices().nth(SHOWN) {
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_come_back_exactly() {
+    fn times_are_written_and_parsed_back_exactly() {
         for text in ["0", "4", "0.5", "12.000000001", "18446744073709551615"] {
             assert_eq!(seconds_text(seconds(text).unwrap()), text);
         }
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn more_than_a_place_counts_is_refused() {
+    fn more_tokens_than_a_place_can_hold_are_refused() {
         assert_eq!(tokens("4294967295"), Ok(u32::MAX));
         assert_eq!(tokens("4294967296"), Err(Fault::TooMany("4294967296".into())));
         assert_eq!(scaled_tokens("5", 1_000_000_000), Err(Fault::TooMany("5".into())));

@@ -1,6 +1,6 @@
-//! PNML (ISO/IEC 15909-2) in: place/transition nets with pages and reference nodes, arcs of TINA,
-//! GreatSPN and PIPE (`<type value="inhibitor"/>`, `test`, `reset`), TINA's `<delay>`, and what
-//! only we say in `<toolspecific tool="armor">`. Drawings are read as far as positions go.
+//! Reads PNML (ISO/IEC 15909-2): place/transition nets with pages and reference nodes, arc types of
+//! TINA, GreatSPN and PIPE (`<type value="inhibitor"/>`, `test`, `reset`), TINA's `<delay>`, and
+//! Armor's own data in `<toolspecific tool="armor">`. Of drawings only positions are read.
 
 use super::draft::{Draft, DraftPlace, DraftTransition, Kind};
 use super::numeral::{seconds, shortened, tokens, weight};
@@ -11,11 +11,11 @@ use std::collections::HashMap;
 
 pub use super::pnml_writing::write;
 
-/// The name under which our own data stands in other tools' files.
+/// The tool name of Armor's own data in a PNML file.
 pub(super) const TOOL: &str = "armor";
-/// How TAPAAL says that tokens of any age will do.
+/// TAPAAL's inscription of an arc that accepts tokens of any age.
 const ANY_AGE: &str = "[0,inf)";
-/// Elements that say how things look, except where nodes are.
+/// Elements about the look of a drawing, other than positions.
 const LOOKS: &[&str] = &["offset", "line", "fill", "font", "dimension"];
 
 /// Reads the one net of a PNML text.
@@ -74,7 +74,7 @@ struct Reading<'a> {
     draft: Draft,
     nodes: HashMap<&'a str, Node>,
     arcs: Vec<&'a Element>,
-    /// Places that transitions empty: transition, id, offset.
+    /// Reset arcs: transition, id of the place, offset.
     resets: Vec<(usize, &'a str, usize)>,
 }
 
@@ -168,7 +168,7 @@ impl<'a> Reading<'a> {
             }
             let inscription = arc.child("inscription");
             let text = inscription.map(|child| uncoloured(child.label(), "1"));
-            // TAPAAL has it in an attribute, beside the ages of tokens in another.
+            // TAPAAL writes the weight as an attribute; another one has the ages of tokens.
             let text = text.or_else(|| arc.attribute("weight")).unwrap_or("1");
             let at = inscription.map_or(arc.at, |child| child.at);
             let weight = weight(text).map_err(|fault| (at, fault))?;
@@ -183,7 +183,7 @@ impl<'a> Reading<'a> {
         Ok(())
     }
 
-    /// The place or transition that `id` stands for, through references.
+    /// Returns the place or transition with this id, following references.
     fn resolve(&self, id: &str) -> Result<Node, Fault> {
         let mut current = id;
         for _ in 0..=self.nodes.len() {
@@ -202,7 +202,7 @@ fn required<'a>(element: &'a Element, name: &str, wanted: &'static str) -> Locat
     element.attribute(name).ok_or_else(|| (element.at, Fault::Wanted { wanted, found: found() }))
 }
 
-/// A number that PIPE writes as `Default,3`; `missing` if there is none.
+/// Returns the number in a label, which PIPE writes as `Default,3`; `missing` if there is none.
 fn uncoloured<'a>(label: &'a str, missing: &'a str) -> &'a str {
     let number = label.strip_prefix("Default,").unwrap_or(label).trim();
     if number.is_empty() { missing } else { number }
@@ -219,11 +219,11 @@ fn note(element: &Element, name: &str) -> Note {
     let coordinate =
         |at: &Element, name| at.attribute(name)?.parse().ok().filter(|x: &f64| x.is_finite());
     let position = position.and_then(|at| Some([coordinate(at, "x")?, coordinate(at, "y")?]));
-    let said = |word: &Element| {
+    let pair = |word: &Element| {
         Some((word.attribute("name")?.to_owned(), word.attribute("value")?.to_owned()))
     };
     let own = element.child("toolspecific").map_or(&[][..], |own| &own.children);
-    let words = own.iter().filter(|child| child.name == "word").filter_map(said).collect();
+    let words = own.iter().filter(|child| child.name == "word").filter_map(pair).collect();
     Note { label: label.unwrap_or_default().to_owned(), position, words }
 }
 

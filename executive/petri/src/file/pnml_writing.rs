@@ -1,5 +1,5 @@
-//! PNML out. Whatever the standard has no word for stands in TINA's words (`<delay>`, arc types)
-//! or in `<toolspecific tool="armor">`, so that reading back gives the same net.
+//! Writes PNML. What the standard cannot express is written as TINA does (`<delay>`, arc types) or in
+//! `<toolspecific tool="armor">`, so that reading back gives the same net.
 
 use super::numeral::seconds_text;
 use super::pnml::TOOL;
@@ -9,7 +9,7 @@ use quick_xml::escape::escape;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// The net as PNML text.
+/// Returns the net as PNML text.
 pub fn write(file: &NetFile) -> String {
     let mut ids = Ids::default();
     let places: Vec<_> = file.net.places().iter().map(|name| ids.give(name, "p")).collect();
@@ -43,7 +43,7 @@ pub fn write(file: &NetFile) -> String {
         let t = &file.net.transitions()[index];
         let _ = writeln!(out, "      <transition id=\"{id}\">");
         out += &note(&file.transitions[index], &t.name);
-        // Nobody else knows gates: to others it may fire at any time from its earliest moment on.
+        // Other tools have no gates: for them the transition may fire at any time after its earliest.
         let latest = t.interval.latest.filter(|_| !t.gated);
         out += &delay(Interval { latest, ..t.interval });
         out += &own(&(terms(t, id, &places) + &words(&file.transitions[index])));
@@ -90,23 +90,23 @@ fn own(inner: &str) -> String {
 }
 
 fn terms(t: &Transition, id: &str, places: &[String]) -> String {
-    let mut said = String::new();
+    let mut attributes = String::new();
     if id != t.name {
-        let _ = write!(said, " name=\"{}\"", escape(&t.name));
+        let _ = write!(attributes, " name=\"{}\"", escape(&t.name));
     }
     if t.class == Class::Safety {
-        said += " class=\"safety\"";
+        attributes += " class=\"safety\"";
     }
     if t.priority != 0 {
-        let _ = write!(said, " priority=\"{}\"", t.priority);
+        let _ = write!(attributes, " priority=\"{}\"", t.priority);
     }
     if t.gated {
-        said += " gated=\"true\"";
+        attributes += " gated=\"true\"";
         if let Some(latest) = t.interval.latest {
-            let _ = write!(said, " latest=\"{}\"", seconds_text(latest));
+            let _ = write!(attributes, " latest=\"{}\"", seconds_text(latest));
         }
     }
-    let mut out = if said.is_empty() { said } else { format!("<terms{said}/>") };
+    let mut out = if attributes.is_empty() { attributes } else { format!("<terms{attributes}/>") };
     for place in &t.resets {
         let _ = write!(out, "<reset place=\"{}\"/>", places[place.index()]);
     }
@@ -141,7 +141,7 @@ fn arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut
     t.outputs.iter().for_each(|&(p, weight)| arc(id, place(p), "normal", weight));
 }
 
-/// Identifiers of one document: names where XML allows them, others made up; none twice.
+/// Unique identifiers of one document: the names where XML allows them, otherwise generated ones.
 #[derive(Default)]
 struct Ids {
     given: HashSet<String>,
@@ -153,14 +153,14 @@ impl Ids {
         if is_xml_id(name) && self.given.insert(name.to_owned()) {
             return name.to_owned();
         }
-        self.made_up(stem)
+        self.generate(stem)
     }
 
     fn next_arc(&mut self) -> String {
-        self.made_up("arc")
+        self.generate("arc")
     }
 
-    fn made_up(&mut self, stem: &str) -> String {
+    fn generate(&mut self, stem: &str) -> String {
         loop {
             self.counter += 1;
             let id = format!("{stem}-{}", self.counter);

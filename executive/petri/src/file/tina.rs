@@ -1,4 +1,4 @@
-//! TINA's `.net` in: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, whose sum is the net.
+//! Reads TINA's `.net`: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, which add up to the net.
 //! The grammar is on the page "formats" of TINA's manual (LAAS-CNRS). One unit of time is a second.
 
 use super::draft::{Draft, DraftPlace, DraftTransition, Kind};
@@ -6,6 +6,9 @@ use super::numeral::{scaled_tokens, seconds};
 use super::tina_tokens::{Token, Word, tokens};
 use super::{Fault, FileError, NetFile, Note, fault_at};
 use crate::net::Interval;
+use petgraph::Incoming;
+use petgraph::algo::toposort;
+use petgraph::graph::DiGraph;
 use std::collections::HashMap;
 
 pub use super::tina_writing::{Inexpressible, write};
@@ -13,7 +16,7 @@ pub use super::tina_writing::{Inexpressible, write};
 /// Reads a `.net` text.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line and column.
+/// The first fault, with line and column.
 pub fn read(text: &str) -> Result<NetFile, FileError> {
     let mut reading = Reading { tokens: tokens(text)?, end: text.len(), ..Reading::default() };
     let read = reading.declarations().and_then(|()| reading.apply_priorities());
@@ -23,7 +26,7 @@ pub fn read(text: &str) -> Result<NetFile, FileError> {
 
 type Located<T> = Result<T, (usize, Fault)>;
 
-/// Most pairs of transitions of which one goes before the other.
+/// Most pairs of transitions that `pr` declarations may order.
 const MAX_PRECEDENCE: usize = 4_000_000;
 
 const KEYWORDS: &[&str] = &["net", "tr", "pl", "lb", "pr", "nt"];
@@ -36,7 +39,7 @@ struct Reading {
     draft: Draft,
     places: HashMap<String, u32>,
     transitions: HashMap<String, usize>,
-    /// Transitions before which others go: (first, second), both with the place in the text.
+    /// Priorities: first fires before second; and the offset of the declaration.
     precedence: Vec<(usize, usize, usize)>,
 }
 
@@ -170,38 +173,29 @@ impl Reading {
         }
     }
 
-    /// Numbers for the order: as far up as the longest chain below.
+    /// Turns the declared order into numbers: the priority of a transition is the length of the
+    /// longest chain of transitions below it.
     fn apply_priorities(&mut self) -> Located<()> {
-        let count = self.draft.transitions.len();
-        let mut above = vec![Vec::new(); count];
-        let mut below = vec![0usize; count];
-        for &(first, second, _) in &self.precedence {
-            above[second].push(first);
-            below[first] += 1;
-        }
-        let mut settled: Vec<usize> = (0..count).filter(|index| below[*index] == 0).collect();
-        let mut next = 0;
-        while let Some(&second) = settled.get(next) {
-            next += 1;
-            let priority = self.draft.transitions[second].priority + 1;
-            for &first in &above[second] {
-                let t = &mut self.draft.transitions[first];
-                t.priority = t.priority.max(priority);
-                below[first] -= 1;
-                if below[first] == 0 {
-                    settled.push(first);
-                }
+        let pairs =
+            self.precedence.iter().map(|(first, second, _)| (*first as u32, *second as u32));
+        let precedence = DiGraph::<(), ()>::from_edges(pairs);
+        let order = toposort(&precedence, None).map_err(|cycle| {
+            let member = cycle.node_id().index();
+            let pair = self.precedence.iter().find(|(first, _, _)| *first == member);
+            let at = pair.map_or(0, |(_, _, at)| *at);
+            (at, Fault::Circle(self.draft.transitions[member].name.clone()))
+        })?;
+        for second in order.into_iter().rev() {
+            let priority = self.draft.transitions[second.index()].priority + 1;
+            for first in precedence.neighbors_directed(second, Incoming) {
+                let first = &mut self.draft.transitions[first.index()];
+                first.priority = first.priority.max(priority);
             }
         }
-        match self.precedence.iter().find(|(first, _, _)| below[*first] > 0) {
-            Some(&(first, _, at)) => {
-                Err((at, Fault::Circle(self.draft.transitions[first].name.clone())))
-            }
-            None => Ok(()),
-        }
+        Ok(())
     }
 
-    /// Names with what stands behind them, up to an arrow or a declaration.
+    /// Parses arcs, names with a kind and a weight, up to an arrow or the next declaration.
     fn arcs(&mut self) -> Located<Vec<(String, Kind, u32, usize)>> {
         let mut arcs = Vec::new();
         while self.at_name() {
@@ -251,7 +245,7 @@ impl Reading {
         }
     }
 
-    /// A time; `None` for `w`.
+    /// Parses a time; `None` for `w`.
     fn time(&mut self) -> Located<Option<std::time::Duration>> {
         let (text, at) = self.name("a time")?;
         if text == "w" {

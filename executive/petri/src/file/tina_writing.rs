@@ -1,21 +1,21 @@
-//! TINA's `.net` out, for nets that the format can tell.
+//! Writes TINA's `.net`, for nets that the format can express.
 
 use super::numeral::seconds_text;
 use super::{NetFile, Note};
 use crate::net::{Class, Interval, PlaceId, Transition};
 use std::fmt::Write;
 
-/// Why a net is not written as `.net`: it would be another net.
+/// Why a net cannot be written as `.net`: the format lacks a feature of it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("transition `{transition}` has {what}, which .net cannot tell; write .pnml")]
+#[error("transition `{transition}` has {what}, which .net cannot express; write .pnml")]
 pub struct Inexpressible {
     /// The transition.
     pub transition: String,
-    /// What of it.
+    /// The feature.
     pub what: &'static str,
 }
 
-/// The net as `.net` text. Class and priority become an order of transitions (`pr`).
+/// Returns the net as `.net` text. Class and priority become an order of transitions (`pr`).
 ///
 /// # Errors
 /// If a transition has a reset arc or a gate.
@@ -72,7 +72,7 @@ fn transition(file: &NetFile, t: &Transition, note: &Note) -> String {
     out + &outputs + "\n"
 }
 
-/// Each standing before the next lower one.
+/// Returns `pr` declarations: each level of class and priority before the next lower one.
 fn order(file: &NetFile) -> String {
     let standing = |t: &&Transition| (t.class == Class::Safety, t.priority);
     let mut transitions: Vec<_> = file.net.transitions().iter().collect();
@@ -91,7 +91,7 @@ fn label(note: &Note) -> String {
     if note.label.is_empty() { String::new() } else { format!(" : {}", name(&note.label)) }
 }
 
-/// As it is if the format allows and no keyword reads the same, else in braces.
+/// Returns a name as it is, or in braces if the format needs them or it equals a keyword.
 fn name(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '\'';
     let keyword = ["net", "tr", "pl", "lb", "pr", "nt"].contains(&name);

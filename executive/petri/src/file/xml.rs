@@ -1,5 +1,5 @@
-//! XML text as a small tree of elements with their offsets: namespaces' prefixes and what nobody
-//! here reads (graphics' insides, other tools' data) left out, and limits that quick-xml has not.
+//! Parses XML into a small tree of elements with their offsets. Drops namespace prefixes and elements
+//! that are not needed (drawings, other tools' data), and enforces limits that quick-xml lacks.
 
 use super::numeral::shortened;
 use super::{Fault, FileError, fault_at};
@@ -8,9 +8,9 @@ use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::{BytesRef, BytesStart, Event};
 use quick_xml::reader::Reader;
 
-/// Deepest nesting; pages within pages within pages need twenty.
+/// Deepest nesting; three levels of pages need twenty.
 const MAX_DEPTH: usize = 64;
-/// Most elements that are kept: a million arcs with their inscriptions.
+/// Most elements: a million arcs with their inscriptions.
 const MAX_ELEMENTS: usize = 4_000_000;
 /// Most attributes of one element.
 const MAX_ATTRIBUTES: usize = 64;
@@ -24,7 +24,7 @@ pub(super) struct Element {
     /// All text directly in it.
     pub text: String,
     pub children: Vec<Element>,
-    /// Where its `<` stands.
+    /// Offset of its `<`.
     pub at: usize,
 }
 
@@ -37,14 +37,14 @@ impl Element {
         self.children.iter().find(|child| child.name == name)
     }
 
-    /// The text of a PNML label: in its `<text>`, or `<value>` as it was called before.
+    /// Returns the text of a PNML label: in `<text>`, or in `<value>` as older files have it.
     pub fn label(&self) -> &str {
         let inner = self.child("text").or_else(|| self.child("value"));
         inner.unwrap_or(self).text.trim()
     }
 }
 
-/// The root element. `unread` says which elements are left out with all that is in them.
+/// Parses the text and returns the root element. `unread` selects elements to drop with their content.
 pub(super) fn parse(text: &str, unread: impl Fn(&Element) -> bool) -> Result<Element, FileError> {
     let mut reader = Reader::from_str(text);
     let mut open: Vec<Element> = Vec::new();
@@ -154,7 +154,7 @@ fn element(start: &BytesStart<'_>, at: usize) -> Result<Element, Fault> {
 
 fn resolved(reference: &BytesRef<'_>) -> Result<String, Fault> {
     let unknown =
-        || Fault::Xml(format!("&{}; is not known", shortened(&reference.xml10_content())));
+        || Fault::Xml(format!("unknown entity &{};", shortened(&reference.xml10_content())));
     if reference.is_char_ref() {
         let character = reference.resolve_char_ref().map_err(|_| unknown())?;
         return character.map(String::from).ok_or_else(unknown);
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tree_keeps_names_texts_and_places() {
+    fn a_tree_has_names_texts_and_offsets() {
         let root =
             parse("<a>\n <n:b x='1&amp;2'>t&#65;<![CDATA[<]]></n:b><skip><b/></skip></a>", |e| {
                 e.name == "skip"
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_xml_is_told() {
+    fn malformed_xml_is_refused() {
         let fails = |text: &str| parse(text, |_| false).unwrap_err().fault;
         for text in ["", "<a>", "<a></b>", "<a/><b/>", "<a>&x;</a>", "<a x=1/>", "<a x='1' x='2'/>"]
         {

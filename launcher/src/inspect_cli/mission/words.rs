@@ -386,7 +386,7 @@ paused by ruth for 2.0 s; not everything has come to rest yet
 marked      explore
 in flight   none
 can fire    recall now, by the operator
-            late in 2 min 20 s, once the mission goes on
+            late in 2 min 20 s, once the mission resumes
 asks        land: without an answer it does not fire in 7.0 s
 command     ruth (mission-7), whose link is down; it counts as lost in 3.0 s
 components  explorer active
