@@ -206,7 +206,7 @@ fn every_dependency_has_a_licence_we_may_use() {
 }
 
 #[test]
-fn every_folder_says_what_it_is() {
+fn every_folder_describes_itself() {
     let metadata = metadata();
     let missing: Vec<_> = packages(&metadata)
         .filter(|package| package["source"].is_null())

@@ -51,7 +51,7 @@ fn connect(port: Port) -> TcpStream {
     stream
 }
 
-/// Reads to the end: what was said, or nothing if the connection was reset.
+/// Reads to the end; returns the bytes, or nothing if the connection was reset.
 fn rest(mut stream: &TcpStream) -> Vec<u8> {
     let mut said = Vec::new();
     match stream.read_to_end(&mut said) {
@@ -72,7 +72,7 @@ fn is_closed(port: Port, bytes: &[u8]) {
     }
 }
 
-/// Says a hello, waits for the welcome, then says `bytes` and waits for the close.
+/// Sends a hello, waits for the welcome, then sends `bytes` and waits for the close.
 fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     for _ in 0..TIMES {
         let stream = connect(port);
@@ -89,7 +89,7 @@ fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     }
 }
 
-/// Another version is told why.
+/// A peer with another version receives the reason.
 fn is_refused(port: Port, mut hello: Hello) {
     hello.version = 99;
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");

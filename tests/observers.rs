@@ -13,10 +13,10 @@ use armor_sdk::control::Order;
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fixture::{Folder, Talker, lives, send, wait_for};
+use crate::fixture::{Dialogue, Folder, is_alive, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// A wake that counts how often it was called.
+/// A wake callback that counts its calls.
 fn counted() -> (Wake, Arc<AtomicUsize>) {
     let count = Arc::new(AtomicUsize::new(0));
     let counting = Arc::clone(&count);
@@ -30,7 +30,7 @@ fn nobody() -> Wake {
     Arc::new(|| {})
 }
 
-/// North tells the watcher numbers, fast.
+/// North sends numbers to the watcher, fast.
 fn probes(name: &str) -> System {
     let draft = Draft::default().probe("north", "rate='50Hz'", "").probe("watcher", "", "").link(
         "north",
@@ -65,7 +65,7 @@ fn tools(system: &System) -> Vec<Value> {
 }
 
 #[test]
-fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
+fn an_observer_sees_states_rates_and_values_and_disturbs_nothing() {
     let system = probes("watched");
     let (wake, woken) = counted();
     let watch = watch(&system, wake);
@@ -95,7 +95,7 @@ fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
 }
 
 #[test]
-fn who_dies_is_seen_gone_and_back() {
+fn a_killed_component_is_seen_to_leave_and_to_return() {
     let system = probes("watched-deaths");
     let watch = watch(&system, nobody());
     is(&watch, "north", Condition::Active);
@@ -221,7 +221,7 @@ fn a_run_is_stopped_in_order() {
 }
 
 #[test]
-fn a_file_that_is_wrong_is_not_run_and_the_log_says_why() {
+fn an_invalid_file_is_not_run_and_the_log_states_why() {
     let folder = Folder::new("not-run");
     let file = folder
         .write("wrong.xml", "<armor version='1'><system name='a'><component/></system></armor>");
@@ -241,25 +241,25 @@ fn a_file_that_is_wrong_is_not_run_and_the_log_says_why() {
 const STARTER: &str = "ARMOR_TEST_STARTER";
 
 #[test]
-fn what_was_started_ends_with_who_started_it_however_that_ends() {
+fn a_run_ends_with_the_process_that_started_it() {
     let folder = Folder::new("killed-starter");
     let mut command = Command::new(std::env::current_exe().expect("this test"));
     command.args(["watching::starts_a_run_and_waits", "--exact", "--nocapture"]);
     command.env(STARTER, folder.path()).env("XDG_RUNTIME_DIR", folder.path());
-    let starter = Talker::start(command.stderr(Stdio::null()));
+    let starter = Dialogue::start(command.stderr(Stdio::null()));
     let pids = wait_for("the processes", || {
-        let line = starter.says();
+        let line = starter.read_line();
         let (_, pids) = line.split_once("pids ")?;
         pids.split(' ').map(|pid| pid.parse().ok()).collect::<Option<Vec<i32>>>()
     });
-    assert!(pids.len() > 5 && pids.iter().all(|pid| lives(*pid)), "{pids:?}");
+    assert!(pids.len() > 5 && pids.iter().all(|pid| is_alive(*pid)), "{pids:?}");
     starter.kill();
     for pid in pids {
-        wait_for(&format!("the end of {pid}"), || (!lives(pid)).then_some(()));
+        wait_for(&format!("the end of {pid}"), || (!is_alive(pid)).then_some(()));
     }
 }
 
-/// What [`what_was_started_ends_with_who_started_it_however_that_ends`] starts and kills; by itself
+/// What [`a_run_ends_with_the_process_that_started_it`] starts and kills; by itself
 /// there is nothing to do.
 #[test]
 fn starts_a_run_and_waits() {
@@ -279,7 +279,7 @@ fn starts_a_run_and_waits() {
     let picture = watch.picture();
     let pids = picture.processes.values().map(|process| process.entry.pid).chain([record.pid]);
     println!("\npids {}", pids.map(|pid| pid.to_string()).collect::<Vec<_>>().join(" "));
-    // Until it is killed; not for ever, should nobody do it.
+    // Until it is killed; with a limit, in case the test fails to.
     std::thread::sleep(crate::fixture::DEADLINE);
-    send(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
+    send_signal(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
 }
