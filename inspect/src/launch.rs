@@ -78,16 +78,16 @@ pub enum Stage {
 /// A run started by this process. When dropped, it is stopped in order, and killed if that takes too
 /// long.
 pub struct Run {
-    shared: Arc<Shared>,
+    shared: Arc<SharedRun>,
     over: Receiver<()>,
 }
 
-struct Shared {
-    state: Mutex<State>,
+struct SharedRun {
+    state: Mutex<RunProgress>,
     wake: Wake,
 }
 
-struct State {
+struct RunProgress {
     stage: Stage,
     /// A handle instead of a process id: no signal can reach another process that got the same id.
     process: Option<OwnedFd>,
@@ -101,18 +101,18 @@ impl Run {
     /// # Errors
     /// If it cannot be started.
     pub fn start(plan: &Plan, log: Log, wake: Wake) -> Result<Self, LaunchError> {
-        let state = State { stage: Stage::Starting, process: None, asked: 0, end: None };
-        let shared = Arc::new(Shared { state: Mutex::new(state), wake });
+        let state = RunProgress { stage: Stage::Starting, process: None, asked: 0, end: None };
+        let shared = Arc::new(SharedRun { state: Mutex::new(state), wake });
         let (started, has_started) = mpsc::channel();
         let (ended, over) = mpsc::channel();
-        let keeper = Keeper { shared: Arc::clone(&shared), log };
+        let keeper = RunThread { shared: Arc::clone(&shared), log };
         let failed = |error| LaunchError::Start { program: plan.program.clone(), error };
         let of_keeper = plan.clone();
         // The kernel kills the run when the thread that started it ends, so that thread stays.
         thread::Builder::new()
             .name("run".into())
             .spawn(move || {
-                keeper.keep(&of_keeper, &started);
+                keeper.keep_run(&of_keeper, &started);
                 drop(ended);
             })
             .map_err(failed)?;
@@ -155,7 +155,7 @@ impl Run {
     }
 
     /// Waits for its end; returns whether it ended in time.
-    fn wait(&self, within: Duration) -> bool {
+    fn wait_for_end(&self, within: Duration) -> bool {
         self.over.recv_timeout(within) == Err(mpsc::RecvTimeoutError::Disconnected)
     }
 }
@@ -166,32 +166,32 @@ impl Drop for Run {
             return;
         }
         self.stop();
-        if !self.wait(STOP_WITHIN) {
+        if !self.wait_for_end(STOP_WITHIN) {
             self.kill();
-            self.wait(STOP_WITHIN);
+            self.wait_for_end(STOP_WITHIN);
         }
     }
 }
 
-impl Shared {
-    fn change(&self, change: impl FnOnce(&mut State)) {
+impl SharedRun {
+    fn change_progress(&self, change: impl FnOnce(&mut RunProgress)) {
         change(&mut self.state.lock());
         (self.wake)();
     }
 }
 
 /// The thread that starts the run and stays with it.
-struct Keeper {
-    shared: Arc<Shared>,
+struct RunThread {
+    shared: Arc<SharedRun>,
     log: Log,
 }
 
-impl Keeper {
-    fn keep(self, plan: &Plan, started: &mpsc::Sender<io::Result<()>>) {
-        let mut child = match command(plan).spawn() {
+impl RunThread {
+    fn keep_run(self, plan: &Plan, started: &mpsc::Sender<io::Result<()>>) {
+        let mut child = match guarded_command(plan).spawn() {
             Ok(child) => child,
             Err(error) => {
-                // Who asked waits for this answer.
+                // `start` waits for this message.
                 let _ = started.send(Err(error));
                 return;
             }
@@ -214,18 +214,18 @@ impl Keeper {
         let stdout = child.stdout.take();
         let stderr = child.stderr.take();
         let status = thread::scope(|scope| {
-            scope.spawn(|| self.listen(stdout, Line::of_json));
-            scope.spawn(|| self.listen(stderr, |text| Line::said("armor", "", text)));
+            scope.spawn(|| self.read_output(stdout, Line::of_json));
+            scope.spawn(|| self.read_output(stderr, |text| Line::said("armor", "", text)));
             scope.spawn(|| self.await_record(pid));
             let status = child.wait();
             self.shared.state.lock().process = None;
             status
         });
         // After the last line of its output.
-        self.end(status);
+        self.report_end(status);
     }
 
-    fn listen(&self, source: Option<impl Read>, read: impl Fn(&str) -> Line) {
+    fn read_output(&self, source: Option<impl Read>, read: impl Fn(&str) -> Line) {
         let Some(source) = source else { return };
         for line in BufReader::new(source).split(b'\n') {
             let Ok(line) = line else { return };
@@ -245,7 +245,7 @@ impl Keeper {
     fn await_record(&self, pid: u32) {
         while self.shared.state.lock().process.is_some() {
             if let Some(record) = record_of(pid) {
-                self.shared.change(|state| {
+                self.shared.change_progress(|state| {
                     if state.stage == Stage::Starting {
                         state.stage = Stage::Running(record);
                     }
@@ -256,7 +256,7 @@ impl Keeper {
         }
     }
 
-    fn end(&self, status: io::Result<std::process::ExitStatus>) {
+    fn report_end(&self, status: io::Result<std::process::ExitStatus>) {
         let (how, is_fine) = match status {
             Ok(status) => match status.code() {
                 Some(0) => ("it ended".to_owned(), true),
@@ -268,7 +268,7 @@ impl Keeper {
             },
             Err(error) => (format!("how it ended is unknown: {error}"), false),
         };
-        self.shared.change(|state| {
+        self.shared.change_progress(|state| {
             // The run's own report, unless it was asked to stop.
             let how = state.end.take().filter(|_| state.asked == 0).unwrap_or(how);
             state.stage = Stage::Ended { how, is_fine };
@@ -282,7 +282,7 @@ fn record_of(pid: u32) -> Option<Record> {
 }
 
 /// Returns the command of the run, under the guard that ends it with this process.
-fn command(plan: &Plan) -> Command {
+fn guarded_command(plan: &Plan) -> Command {
     let mut command = Command::new(&plan.program);
     command.args(["guard", &std::process::id().to_string(), "--"]).arg(&plan.program);
     command.args(["run", "--format", "json"]).args(&plan.arguments);

@@ -57,7 +57,7 @@ pub fn looks<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
 
 /// The provider's end of a link.
 #[derive(Clone, Copy)]
-struct End<'a> {
+struct ProviderEnd<'a> {
     type_name: &'a str,
     link: &'a LinkStatus,
     rate_hz: Option<f64>,
@@ -67,31 +67,31 @@ struct End<'a> {
 pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
     let mut ends = HashMap::new();
     for component in components {
-        let before = component.before.map(sent).unwrap_or_default();
+        let before = component.before.map(sent_by_link).unwrap_or_default();
         let passed_s = component.before.map(|before| component.now.uptime_s - before.uptime_s);
         for (data, type_name, link) in links_of(component.now) {
             let key = (data, link.to.as_str());
-            let rate_hz = rate(passed_s, before.get(&key).copied(), link.sent);
-            ends.insert(key, End { type_name, link, rate_hz });
+            let rate_hz = rate_between(passed_s, before.get(&key).copied(), link.sent);
+            ends.insert(key, ProviderEnd { type_name, link, rate_hz });
         }
     }
     let mut edges = Vec::new();
     for consumer in components.iter().map(|component| component.now) {
         for input in consumer.inputs.iter().filter(|input| !input.data.is_empty()) {
             let end = ends.get(&(input.data.as_str(), consumer.name.as_str()));
-            edges.push(edge(consumer, input, end));
+            edges.push(component_link(consumer, input, end));
         }
     }
     // Links to tools, which are not components and report no inputs.
     let names: HashSet<_> =
         components.iter().map(|component| component.now.name.as_str()).collect();
     let tools = ends.iter().filter(|((_, to), _)| !names.contains(to));
-    edges.extend(tools.map(|((data, to), end)| tool(data, to, end)));
+    edges.extend(tools.map(|((data, to), end)| tool_link(data, to, end)));
     edges.sort_by(|a, b| (&a.from, &a.to).cmp(&(&b.from, &b.to)));
     edges
 }
 
-fn tool(data: &str, to: &str, end: &End<'_>) -> Edge {
+fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> Edge {
     Edge {
         from: data.into(),
         to: to.into(),
@@ -110,7 +110,7 @@ fn tool(data: &str, to: &str, end: &End<'_>) -> Edge {
     }
 }
 
-fn edge(consumer: &Status, input: &InputStatus, end: Option<&End<'_>>) -> Edge {
+fn component_link(consumer: &Status, input: &InputStatus, end: Option<&ProviderEnd<'_>>) -> Edge {
     let link = end.map(|end| end.link);
     Edge {
         from: input.data.clone(),
@@ -136,12 +136,12 @@ fn links_of(status: &Status) -> impl Iterator<Item = (&str, &str, &LinkStatus)> 
     })
 }
 
-fn sent(status: &Status) -> HashMap<(&str, &str), u64> {
+fn sent_by_link(status: &Status) -> HashMap<(&str, &str), u64> {
     links_of(status).map(|(data, _, link)| ((data, link.to.as_str()), link.sent)).collect()
 }
 
 /// Returns data per second between two reports; `None` if the link or its provider is new.
-fn rate(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<f64> {
+fn rate_between(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<f64> {
     let passed_s = passed_s.filter(|passed_s| *passed_s > 0.0)?;
     Some(now.checked_sub(before?)? as f64 / passed_s)
 }

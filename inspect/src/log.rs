@@ -155,10 +155,10 @@ impl Tail {
     pub fn begin(path: &Path, log: Log, wake: Wake) -> std::io::Result<Self> {
         let is_closing = Arc::new(AtomicBool::new(false));
         let closing = Arc::clone(&is_closing);
-        let mut file = Followed::new(path);
+        let mut file = FollowedFile::new(path);
         spawn_detached("look-log", move || {
             while !closing.load(Ordering::Relaxed) {
-                if file.read(&log) {
+                if file.read_new_lines(&log) {
                     wake();
                 }
                 std::thread::sleep(LOOK_EVERY);
@@ -175,7 +175,7 @@ impl Drop for Tail {
 }
 
 /// A file that grows.
-struct Followed {
+struct FollowedFile {
     path: PathBuf,
     at: u64,
     is_begun: bool,
@@ -183,13 +183,13 @@ struct Followed {
     begun: Vec<u8>,
 }
 
-impl Followed {
+impl FollowedFile {
     fn new(path: &Path) -> Self {
         Self { path: path.into(), at: 0, is_begun: false, begun: Vec::new() }
     }
 
     /// Adds the new lines; returns whether there were any.
-    fn read(&mut self, log: &Log) -> bool {
+    fn read_new_lines(&mut self, log: &Log) -> bool {
         let Ok(mut file) = File::open(&self.path) else { return false };
         let len = file.metadata().map_or(0, |about| about.len());
         if len < self.at {

@@ -101,10 +101,10 @@ fn is_over(stage: &str) -> bool {
 /// Watches the mission of a system until it is dropped: one link to the executive, and one to the
 /// clock that mission time follows, if there is one.
 pub struct MissionWatch {
-    shared: Arc<Shared>,
+    shared: Arc<SharedMission>,
 }
 
-struct Shared {
+struct SharedMission {
     look: Mutex<MissionLook>,
     is_closing: AtomicBool,
     wake: Wake,
@@ -116,19 +116,23 @@ impl MissionWatch {
     /// # Errors
     /// If no thread can be started.
     pub fn begin(directory: &Directory, wake: Wake) -> io::Result<Self> {
-        let shared =
-            Arc::new(Shared { look: Mutex::default(), is_closing: AtomicBool::new(false), wake });
-        let follower = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
-        spawn_detached("look-mission", move || follower.run())?;
-        let clock = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
-        spawn_detached("look-clock", move || clock.run_clock())?;
+        let shared = Arc::new(SharedMission {
+            look: Mutex::default(),
+            is_closing: AtomicBool::new(false),
+            wake,
+        });
+        let follower =
+            MissionFollower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn_detached("look-mission", move || follower.follow_marking())?;
+        let clock = MissionFollower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn_detached("look-clock", move || clock.follow_clock())?;
         Ok(Self { shared })
     }
 
     /// Returns a watch that always shows `look`, without a system: for tests of displays.
     pub fn still(look: MissionLook) -> Self {
         let (look, wake): (_, Wake) = (Mutex::new(look), Arc::new(|| {}));
-        Self { shared: Arc::new(Shared { look, is_closing: AtomicBool::new(true), wake }) }
+        Self { shared: Arc::new(SharedMission { look, is_closing: AtomicBool::new(true), wake }) }
     }
 
     /// Returns the present state of the mission.
@@ -148,13 +152,13 @@ impl Drop for MissionWatch {
     }
 }
 
-impl Shared {
+impl SharedMission {
     fn is_closing(&self) -> bool {
         self.is_closing.load(Ordering::Relaxed)
     }
 
     /// Reports a problem, and wakes the window if it is a new one.
-    fn say(&self, problem: String) {
+    fn report_problem(&self, problem: String) {
         let mut look = self.look.lock();
         if look.problem != problem {
             look.problem = problem;
@@ -164,29 +168,31 @@ impl Shared {
     }
 }
 
-struct Follower {
-    shared: Arc<Shared>,
+struct MissionFollower {
+    shared: Arc<SharedMission>,
     directory: Directory,
 }
 
-impl Follower {
-    fn run(self) {
+impl MissionFollower {
+    fn follow_marking(self) {
         while !self.shared.is_closing() {
             let problem = match Tap::open(&self.directory, MARKING, KEEP, PROVIDER_WITHIN) {
-                Ok(tap) if tap.schema().hash() == Marking::schema().hash() => self.follow(tap),
+                Ok(tap) if tap.schema().hash() == Marking::schema().hash() => {
+                    self.read_markings(tap)
+                }
                 Ok(_) => {
                     thread::sleep(PROVIDER_WITHIN);
                     "the executive of this system has another version than this program".into()
                 }
                 Err(error) => error.to_string(),
             };
-            self.shared.say(problem);
+            self.shared.report_problem(problem);
             thread::sleep(LOOK_EVERY);
         }
     }
 
     /// Reads until the link ends, and returns why.
-    fn follow(&self, mut tap: Tap) -> String {
+    fn read_markings(&self, mut tap: Tap) -> String {
         while !self.shared.is_closing() {
             let payload = match tap.next(LOOK_EVERY) {
                 Ok(Some(data)) => data.payload,
@@ -194,14 +200,14 @@ impl Follower {
                 Err(error) => return error.to_string(),
             };
             match codec::decode::<Marking>(&payload) {
-                Ok(marking) => self.take(marking),
+                Ok(marking) => self.show_marking(marking),
                 Err(error) => return format!("the marking cannot be read: {error}"),
             }
         }
         String::new()
     }
 
-    fn take(&self, marking: Marking) {
+    fn show_marking(&self, marking: Marking) {
         let mut look = self.shared.look.lock();
         Arc::make_mut(&mut look.history).take(&marking);
         if look.marking.as_ref().is_none_or(|before| before.clock != marking.clock) {
@@ -213,27 +219,27 @@ impl Follower {
         (self.shared.wake)();
     }
 
-    fn run_clock(self) {
+    fn follow_clock(self) {
         while !self.shared.is_closing() {
-            let clock = self.clock();
+            let clock = self.clock_name();
             if !clock.is_empty()
                 && let Ok(tap) = Tap::open(&self.directory, &clock, KEEP, PROVIDER_WITHIN)
                 && tap.schema().hash() == Clock::schema().hash()
             {
-                self.follow_clock(&clock, tap);
+                self.read_clock(&clock, tap);
             }
             thread::sleep(LOOK_EVERY);
         }
     }
 
     /// Returns the data that mission time follows; empty if it follows the host's clock.
-    fn clock(&self) -> String {
+    fn clock_name(&self) -> String {
         let look = self.shared.look.lock();
         look.marking.as_ref().map(|marking| marking.clock.clone()).unwrap_or_default()
     }
 
-    fn follow_clock(&self, clock: &str, mut tap: Tap) {
-        while !self.shared.is_closing() && self.clock() == clock {
+    fn read_clock(&self, clock: &str, mut tap: Tap) {
+        while !self.shared.is_closing() && self.clock_name() == clock {
             match tap.next(LOOK_EVERY) {
                 Ok(Some(data)) => {
                     let clock = codec::decode(&data.payload).map(|time: Clock| time.clock);

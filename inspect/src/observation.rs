@@ -17,7 +17,7 @@ use crate::observed::{CONFIGD, CONFIGURATION};
 
 pub use process::{Condition, Process};
 
-use process::Connection;
+use process::ControlLink;
 
 /// Interval between status requests to a process; rates are taken over it.
 pub const ASK_EVERY: Duration = Duration::from_secs(1);
@@ -92,7 +92,7 @@ impl Picture {
     pub fn has_ended(&self) -> bool {
         let is_unheard = |process: &Process| {
             // Only the registry reports on configd: it has no control connection.
-            process.connection == Connection::Never || process.condition == Condition::Suspected
+            process.connection == ControlLink::Never || process.condition == Condition::Suspected
         };
         self.was_found && !self.is_found && self.processes.values().all(is_unheard)
     }
@@ -107,7 +107,7 @@ impl Picture {
     /// Returns when the next [`Event::Tick`] has something to do.
     pub fn next_tick(&self) -> Duration {
         let retries = self.processes.values().filter_map(|process| match process.connection {
-            Connection::Down { retry } => Some(retry),
+            ControlLink::Down { retry } => Some(retry),
             _ => None,
         });
         let deaths = self.processes.values().filter_map(|process| {
@@ -182,7 +182,7 @@ impl Picture {
             problem: String::new(),
             starts: before.map_or(1, |before| before.starts + 1),
             before: None,
-            connection: if serves_control { Connection::Pending } else { Connection::Never },
+            connection: if serves_control { ControlLink::Pending } else { ControlLink::Never },
             entry: entry.clone(),
         };
         self.processes.insert(entry.name.clone(), process);
@@ -194,13 +194,13 @@ impl Picture {
     }
 
     fn handle_connected(&mut self, name: String, instance: u64, actions: &mut Vec<Action>) -> bool {
-        let pending = |process: &&mut Process| process.connection == Connection::Pending;
+        let pending = |process: &&mut Process| process.connection == ControlLink::Pending;
         let Some(process) = self.process_start(&name, instance).filter(pending) else {
             // The connection or the process ended before this event arrived.
             actions.push(Action::Drop(name, instance));
             return false;
         };
-        process.connection = Connection::Up;
+        process.connection = ControlLink::Up;
         process.problem.clear();
         actions.push(Action::Ask(name, instance));
         true
@@ -231,7 +231,7 @@ impl Picture {
         if process.condition.is_gone() {
             return false;
         }
-        process.connection = Connection::Down { retry: now + RETRY };
+        process.connection = ControlLink::Down { retry: now + RETRY };
         process.call_s = None;
         process.problem = reason;
         process.set_condition(Condition::Suspected, now);
@@ -250,20 +250,20 @@ impl Picture {
                 changed |= process.set_condition(Condition::Dead, now);
             }
             match process.connection {
-                Connection::Down { retry } if retry <= now => {
+                ControlLink::Down { retry } if retry <= now => {
                     // Without a registry no event reports its end: judge by the silence.
                     if !is_found && process.since + DEAD_AFTER <= now {
-                        process.connection = Connection::Never;
+                        process.connection = ControlLink::Never;
                         changed |= process.set_condition(Condition::Dead, now);
                     } else {
-                        process.connection = Connection::Pending;
+                        process.connection = ControlLink::Pending;
                         actions.push(Action::Connect(process.entry.clone()));
                     }
                 }
-                Connection::Never if has_ended && !process.condition.is_gone() => {
+                ControlLink::Never if has_ended && !process.condition.is_gone() => {
                     changed |= process.set_condition(Condition::Dead, now);
                 }
-                Connection::Up if asks => {
+                ControlLink::Up if asks => {
                     actions.push(Action::Ask(name.clone(), process.entry.instance));
                 }
                 _ => {}

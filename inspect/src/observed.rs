@@ -72,7 +72,7 @@ impl Observed {
         for some in entries.chunks(AT_ONCE) {
             thread::scope(|scope| {
                 let asked: Vec<_> =
-                    some.iter().map(|entry| scope.spawn(|| self.status(entry))).collect();
+                    some.iter().map(|entry| scope.spawn(|| self.ask_status(entry))).collect();
                 for (entry, answer) in some.iter().zip(asked) {
                     let status =
                         answer.join().unwrap_or_else(|_| Err("the request panicked".into()));
@@ -91,7 +91,7 @@ impl Observed {
         Tap::open(&self.directory, data, TAP_KEEP, REGISTRY_WITHIN)
     }
 
-    fn status(&self, entry: &ComponentEntry) -> Result<Status, String> {
+    fn ask_status(&self, entry: &ComponentEntry) -> Result<Status, String> {
         if entry.kind == CONFIGD {
             return Err("it serves configuration, not control".into());
         }

@@ -41,11 +41,11 @@ pub struct Given {
 
 /// Sends orders. Releases the command when dropped.
 pub struct OrderDesk {
-    wanted: Sender<Wanted>,
-    shared: Arc<Shared>,
+    wanted: Sender<QueuedOrder>,
+    shared: Arc<SharedOrders>,
 }
 
-struct Wanted {
+struct QueuedOrder {
     number: u64,
     author: String,
     take: bool,
@@ -53,12 +53,12 @@ struct Wanted {
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedOrders {
+    state: Mutex<OrderState>,
 }
 
 #[derive(Default)]
-struct State {
+struct OrderState {
     given: VecDeque<(u64, Given)>,
     count: u64,
     holds: bool,
@@ -72,15 +72,15 @@ impl OrderDesk {
     /// If no thread can be started.
     pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
         let (wanted, orders) = mpsc::channel();
-        let shared = Arc::<Shared>::default();
-        let clerk = Clerk {
+        let shared = Arc::<SharedOrders>::default();
+        let sender = OrderThread {
             directory: directory.clone(),
             from: format!("{from}, process {}", std::process::id()),
             shared: Arc::clone(&shared),
             wake,
             operator: None,
         };
-        spawn_detached("look-orders", move || clerk.run(&orders))?;
+        spawn_detached("look-orders", move || sender.send_orders(&orders))?;
         Ok(Self { wanted, shared })
     }
 
@@ -90,7 +90,7 @@ impl OrderDesk {
         state.count += 1;
         let number = state.count;
         let given = Given {
-            order: in_words(&order),
+            order: order_text(&order),
             author: author.into(),
             accepted: None,
             text: String::new(),
@@ -101,9 +101,9 @@ impl OrderDesk {
             state.given.pop_front();
         }
         drop(state);
-        let wanted = Wanted { number, author: author.into(), take, order };
+        let wanted = QueuedOrder { number, author: author.into(), take, order };
         if self.wanted.send(wanted).is_err() {
-            self.shared.answer(number, false, "orders are no longer accepted here", None);
+            self.shared.record_answer(number, false, "orders are no longer accepted here", None);
         }
     }
 
@@ -118,8 +118,8 @@ impl OrderDesk {
     }
 }
 
-impl Shared {
-    fn answer(&self, number: u64, accepted: bool, text: &str, if_taken: Option<Order>) {
+impl SharedOrders {
+    fn record_answer(&self, number: u64, accepted: bool, text: &str, if_taken: Option<Order>) {
         let mut state = self.state.lock();
         if let Some((_, given)) = state.given.iter_mut().find(|(other, _)| *other == number) {
             (given.accepted, given.text, given.if_taken) = (Some(accepted), text.into(), if_taken);
@@ -128,20 +128,20 @@ impl Shared {
 }
 
 /// The thread that sends the orders.
-struct Clerk {
+struct OrderThread {
     directory: Directory,
     from: String,
-    shared: Arc<Shared>,
+    shared: Arc<SharedOrders>,
     wake: Wake,
     operator: Option<(String, Operator)>,
 }
 
-impl Clerk {
-    fn run(mut self, orders: &Receiver<Wanted>) {
+impl OrderThread {
+    fn send_orders(mut self, orders: &Receiver<QueuedOrder>) {
         loop {
             match orders.recv_timeout(LOOK_EVERY) {
-                Ok(wanted) => self.give(wanted),
-                Err(RecvTimeoutError::Timeout) => self.hold_on(),
+                Ok(wanted) => self.send_order(wanted),
+                Err(RecvTimeoutError::Timeout) => self.keep_command(),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
@@ -153,9 +153,9 @@ impl Clerk {
         }
     }
 
-    fn give(&mut self, wanted: Wanted) {
-        let Wanted { number, author, take, order } = wanted;
-        let operator = self.operator(&author);
+    fn send_order(&mut self, wanted: QueuedOrder) {
+        let QueuedOrder { number, author, take, order } = wanted;
+        let operator = self.operator_of(&author);
         let answer = operator.order(take, &order, ANSWER_WITHIN);
         match answer {
             Ok(verdict) => {
@@ -164,16 +164,16 @@ impl Clerk {
                     self.shared.state.lock().holds = order == Order::Lease;
                 }
                 let could = !accepted && !take && verdict.text.ends_with("take it over");
-                self.shared.answer(number, accepted, &verdict.text, could.then_some(order));
+                self.shared.record_answer(number, accepted, &verdict.text, could.then_some(order));
             }
-            Err(error) => self.shared.answer(number, false, &error.to_string(), None),
+            Err(error) => self.shared.record_answer(number, false, &error.to_string(), None),
         }
         (self.wake)();
     }
 
     /// Returns the connection of `author`. Each author has one of their own, because the command
     /// belongs to the author of the order.
-    fn operator(&mut self, author: &str) -> &mut Operator {
+    fn operator_of(&mut self, author: &str) -> &mut Operator {
         let is_other = self.operator.as_ref().is_none_or(|(before, _)| before != author);
         if is_other {
             self.shared.state.lock().holds = false;
@@ -186,7 +186,7 @@ impl Clerk {
 
     /// Keeps the command after a restart of the executive or a broken link, if the connection is
     /// back in time. Notices if another operator has taken the command over.
-    fn hold_on(&mut self) {
+    fn keep_command(&mut self) {
         if !self.shared.state.lock().holds {
             return;
         }
@@ -203,7 +203,7 @@ impl Clerk {
 }
 
 /// Returns an order as text.
-fn in_words(order: &Order) -> String {
+fn order_text(order: &Order) -> String {
     match order {
         Order::Lease => "take the command".into(),
         Order::Rejoin => "go on with the command".into(),

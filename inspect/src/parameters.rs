@@ -35,22 +35,22 @@ pub struct Told {
 
 /// Lists and sets parameters.
 pub struct ParameterDesk {
-    wishes: Sender<Wish>,
-    shared: Arc<Shared>,
+    wishes: Sender<ParameterRequest>,
+    shared: Arc<SharedParameters>,
 }
 
-enum Wish {
+enum ParameterRequest {
     List,
     Set { component: String, parameter: String, value: Option<String> },
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedParameters {
+    state: Mutex<ParameterState>,
 }
 
 #[derive(Default)]
-struct State {
+struct ParameterState {
     listed: Option<Arc<Result<Parameters, String>>>,
     told: Option<Told>,
     is_asking: bool,
@@ -66,14 +66,14 @@ impl ParameterDesk {
     /// If no thread can be started.
     pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
         let (wishes, asked) = mpsc::channel();
-        let shared = Arc::<Shared>::default();
-        let clerk = Clerk {
+        let shared = Arc::<SharedParameters>::default();
+        let thread = ParameterThread {
             directory: directory.clone(),
             from: format!("{from}-{}", std::process::id()),
             shared: Arc::clone(&shared),
             wake,
         };
-        spawn_detached("look-parameters", move || clerk.run(&asked))?;
+        spawn_detached("look-parameters", move || thread.serve_requests(&asked))?;
         Ok(Self { wishes, shared })
     }
 
@@ -82,8 +82,11 @@ impl ParameterDesk {
     pub fn still(listed: Parameters, told: Option<Told>) -> Self {
         let has_written = told.as_ref().is_some_and(|told| told.is_set);
         let listed = Some(Arc::new(Ok(listed)));
-        let state = State { listed, told, is_asking: false, has_written };
-        Self { wishes: mpsc::channel().0, shared: Arc::new(Shared { state: Mutex::new(state) }) }
+        let state = ParameterState { listed, told, is_asking: false, has_written };
+        Self {
+            wishes: mpsc::channel().0,
+            shared: Arc::new(SharedParameters { state: Mutex::new(state) }),
+        }
     }
 
     /// Requests all parameters; [`ParameterDesk::listed`] returns them once they have arrived.
@@ -91,7 +94,7 @@ impl ParameterDesk {
         let mut state = self.shared.state.lock();
         if !std::mem::replace(&mut state.is_asking, true) {
             drop(state);
-            let _ = self.wishes.send(Wish::List);
+            let _ = self.wishes.send(ParameterRequest::List);
         }
     }
 
@@ -100,7 +103,7 @@ impl ParameterDesk {
     pub fn set(&self, component: &str, parameter: &str, value: Option<&str>) {
         let (component, parameter) = (component.into(), parameter.into());
         let value = value.map(Into::into);
-        let _ = self.wishes.send(Wish::Set { component, parameter, value });
+        let _ = self.wishes.send(ParameterRequest::Set { component, parameter, value });
     }
 
     /// Returns the parameters as last listed, or why they could not be listed.
@@ -119,21 +122,21 @@ impl ParameterDesk {
     }
 }
 
-struct Clerk {
+struct ParameterThread {
     directory: Directory,
     from: String,
-    shared: Arc<Shared>,
+    shared: Arc<SharedParameters>,
     wake: Wake,
 }
 
-impl Clerk {
-    fn run(self, asked: &Receiver<Wish>) {
+impl ParameterThread {
+    fn serve_requests(self, asked: &Receiver<ParameterRequest>) {
         while let Ok(wish) = asked.recv() {
-            if let Wish::Set { component, parameter, value } = &wish {
-                let told = self.set(component, parameter, value.as_deref());
+            if let ParameterRequest::Set { component, parameter, value } = &wish {
+                let told = self.set_parameter(component, parameter, value.as_deref());
                 self.shared.state.lock().told = Some(told);
             }
-            let listed = self.connect().and_then(|mut configd| configd.parameters(None));
+            let listed = self.connect_to_configd().and_then(|mut configd| configd.parameters(None));
             let listed = listed.map_err(|error| error.to_string());
             let mut state = self.shared.state.lock();
             (state.listed, state.is_asking) = (Some(Arc::new(listed)), false);
@@ -142,11 +145,11 @@ impl Clerk {
         }
     }
 
-    fn connect(&self) -> Result<ConfigdConnection, ConfigdError> {
+    fn connect_to_configd(&self) -> Result<ConfigdConnection, ConfigdError> {
         ConfigdConnection::open(&self.directory, &self.from, FOUND_WITHIN)
     }
 
-    fn set(&self, component: &str, parameter: &str, value: Option<&str>) -> Told {
+    fn set_parameter(&self, component: &str, parameter: &str, value: Option<&str>) -> Told {
         let name = format!("{component}.{parameter}");
         let told = |is_set, text| Told {
             parameter: name.clone(),
@@ -155,7 +158,9 @@ impl Clerk {
             text,
             findings: vec![],
         };
-        let done = self.connect().and_then(|mut configd| configd.set(component, parameter, value));
+        let done = self
+            .connect_to_configd()
+            .and_then(|mut configd| configd.set(component, parameter, value));
         match done {
             Ok(SetOutcome::Set { changes, .. }) if changes.is_empty() => {
                 told(true, format!("{name} already has this value; nothing was written"))

@@ -103,12 +103,12 @@ impl Values {
     /// Returns the present state of `data`. The first look makes a link, and each look keeps it for
     /// another [`LINGER`].
     pub fn look(&self, data: &str) -> ValueLook {
-        self.with(data, |channel| channel.look())
+        self.with_channel(data, |channel| channel.present_look())
     }
 
     /// Calls `show` with the value at `path` of `data` over time, recorded since the first such call.
     pub fn series<R>(&self, data: &str, path: &str, show: impl FnOnce(&Series) -> R) -> R {
-        self.with(data, |channel| show(channel.series.entry(path.to_owned()).or_default()))
+        self.with_channel(data, |channel| show(channel.series.entry(path.to_owned()).or_default()))
     }
 
     /// Forgets the recorded value at `path`.
@@ -138,7 +138,7 @@ impl Values {
         self.channels.is_closing.store(true, Ordering::Relaxed);
     }
 
-    fn with<R>(&self, data: &str, show: impl FnOnce(&mut Channel) -> R) -> R {
+    fn with_channel<R>(&self, data: &str, show: impl FnOnce(&mut Channel) -> R) -> R {
         let mut all = self.channels.all.lock();
         if !all.contains_key(data) {
             let mut channel = Channel::new();
@@ -146,12 +146,12 @@ impl Values {
                 channel.problem = "it was not watched while the system ran".into();
                 return show(&mut channel);
             }
-            let link = Link {
+            let link = ValueLink {
                 directory: self.directory.clone(),
                 channels: Arc::clone(&self.channels),
                 data: data.into(),
             };
-            if let Err(error) = spawn_detached("look-value", move || link.run()) {
+            if let Err(error) = spawn_detached("look-value", move || link.follow_output()) {
                 channel.problem = format!("no thread could be started to watch it: {error}");
                 return show(&mut channel);
             }
@@ -170,9 +170,9 @@ impl Drop for Values {
 }
 
 impl Channels {
-    /// Whether its link is to end. What nobody looks at any more is forgotten then.
+    /// Returns whether the link to `data` must end. Forgets a channel that is no longer displayed.
     fn is_over(&self, data: &str) -> bool {
-        let mut all = self.lock();
+        let mut all = self.all.lock();
         if self.is_closing.load(Ordering::Relaxed) {
             return true;
         }
@@ -201,7 +201,7 @@ impl Channel {
         }
     }
 
-    fn look(&mut self) -> ValueLook {
+    fn present_look(&mut self) -> ValueLook {
         self.forget_arrivals();
         ValueLook {
             type_name: self.type_name.clone(),
@@ -219,7 +219,7 @@ impl Channel {
         }
     }
 
-    fn take(&mut self, schema: &Schema, data: TapData) {
+    fn add_data(&mut self, schema: &Schema, data: TapData) {
         for (path, series) in &mut self.series {
             let value = Pick::find(schema, path).map(|pick| pick.read(schema, &data.payload));
             if let Some(Ok(Some(value))) = value {
@@ -234,21 +234,21 @@ impl Channel {
 }
 
 /// The thread that follows one output.
-struct Link {
+struct ValueLink {
     directory: Directory,
     channels: Arc<Channels>,
     data: String,
 }
 
-impl Link {
-    fn run(self) {
+impl ValueLink {
+    fn follow_output(self) {
         while !self.channels.is_over(&self.data) {
             let problem = match Tap::open(&self.directory, &self.data, KEEP, PROVIDER_WITHIN) {
-                Ok(tap) => self.follow(tap),
+                Ok(tap) => self.read_data(tap),
                 Err(error) => Some(error.to_string()),
             };
             let Some(problem) = problem else { return };
-            self.tell(|channel| {
+            self.update_channel(|channel| {
                 let is_new = channel.problem != problem;
                 channel.problem = problem;
                 is_new
@@ -258,9 +258,9 @@ impl Link {
     }
 
     /// Reads until the link ends, and returns why; `None` if the output is no longer displayed.
-    fn follow(&self, mut tap: Tap) -> Option<String> {
+    fn read_data(&self, mut tap: Tap) -> Option<String> {
         let schema = Arc::new(tap.schema().clone());
-        self.tell(|channel| {
+        self.update_channel(|channel| {
             channel.schema = Some(Arc::clone(&schema));
             channel.type_name = tap.type_name().into();
             channel.problem.clear();
@@ -268,8 +268,8 @@ impl Link {
         });
         while !self.channels.is_over(&self.data) {
             match tap.next(LOOK_EVERY) {
-                Ok(Some(data)) => self.tell(|channel| {
-                    channel.take(&schema, data);
+                Ok(Some(data)) => self.update_channel(|channel| {
+                    channel.add_data(&schema, data);
                     true
                 }),
                 Ok(None) => {}
@@ -280,7 +280,7 @@ impl Link {
     }
 
     /// Changes the channel, and wakes the window if `news` returns true.
-    fn tell(&self, news: impl FnOnce(&mut Channel) -> bool) {
+    fn update_channel(&self, news: impl FnOnce(&mut Channel) -> bool) {
         let is_new = self.channels.all.lock().get_mut(&self.data).is_some_and(news);
         if is_new {
             (self.channels.wake)();

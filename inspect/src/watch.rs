@@ -28,11 +28,11 @@ const NOWHERE: &str = "127.0.0.1:1";
 
 /// Watches a running system until it is dropped.
 pub struct Watch {
-    shared: Arc<Shared>,
+    shared: Arc<SharedPicture>,
     directory: Directory,
 }
 
-struct Shared {
+struct SharedPicture {
     picture: Mutex<Arc<Picture>>,
     is_closing: AtomicBool,
     wake: Wake,
@@ -44,8 +44,8 @@ enum WatchInput {
     Connected(String, u64, ControlConnection),
 }
 
-struct Loop {
-    shared: Arc<Shared>,
+struct WatchLoop {
+    shared: Arc<SharedPicture>,
     picture: Picture,
     start: Instant,
     connections: HashMap<(String, u64), ControlConnection>,
@@ -65,7 +65,7 @@ impl Watch {
     pub fn begin(registry: &str, tool: &str, wake: Wake) -> io::Result<Self> {
         let name = format!("{tool}-{}", std::process::id());
         let directory = Directory::observer(registry, &name);
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(SharedPicture {
             picture: Mutex::default(),
             is_closing: AtomicBool::new(false),
             wake,
@@ -81,7 +81,7 @@ impl Watch {
             }
         })?;
         let connect = start_connectors(&name, &inputs)?;
-        let looping = Loop {
+        let looping = WatchLoop {
             shared: Arc::clone(&shared),
             picture: Picture::default(),
             start: Instant::now(),
@@ -91,7 +91,7 @@ impl Watch {
             is_new: false,
             shown: None,
         };
-        spawn_detached("look", move || looping.run(&received))?;
+        spawn_detached("look", move || looping.handle_inputs(&received))?;
         Ok(Self { shared, directory })
     }
 
@@ -101,7 +101,7 @@ impl Watch {
         directory.close();
         let picture = Mutex::new(Arc::new(picture));
         let wake: Wake = Arc::new(|| {});
-        let shared = Arc::new(Shared { picture, is_closing: AtomicBool::new(true), wake });
+        let shared = Arc::new(SharedPicture { picture, is_closing: AtomicBool::new(true), wake });
         Self { shared, directory }
     }
 
@@ -172,8 +172,8 @@ fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -
     }
 }
 
-impl Loop {
-    fn run(mut self, received: &Receiver<WatchInput>) {
+impl WatchLoop {
+    fn handle_inputs(mut self, received: &Receiver<WatchInput>) {
         while !self.shared.is_closing.load(Ordering::Relaxed) {
             match received.recv_timeout(self.time_to_wait()) {
                 Ok(input) => self.handle_input(input),

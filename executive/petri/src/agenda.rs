@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// The conflict order: class and priority, earliest deadline, order in the file.
-type Turn = (u32, Duration, TransitionId);
+type FiringTurn = (u32, Duration, TransitionId);
 
 /// The enabled transitions: those that may fire now, and those that wait for their earliest time.
 #[derive(Clone, Debug)]
 pub(crate) struct Agenda {
     /// Per transition, when it became enabled.
     since: Vec<Option<Duration>>,
-    ready: BTreeSet<Turn>,
+    ready: BTreeSet<FiringTurn>,
     waiting: BTreeSet<(Duration, TransitionId)>,
     hold: Option<Hold>,
 }
@@ -44,7 +44,7 @@ impl Agenda {
                 self.since[id.index()] = Some(hold.since);
                 hold.stopped.insert(id);
             }
-            _ => self.start(net, id, now, now),
+            _ => self.run_clock(net, id, now, now),
         }
     }
 
@@ -63,16 +63,16 @@ impl Agenda {
                 self.since[id.index()] = Some(since.min(hold.since));
                 hold.stopped.insert(id);
             }
-            _ => self.start(net, id, since, now),
+            _ => self.run_clock(net, id, since, now),
         }
     }
 
     pub(crate) fn disable(&mut self, net: &Net, id: TransitionId) {
         if let Some(since) = self.since[id.index()].take()
             && !self.hold.as_mut().is_some_and(|hold| hold.stopped.remove(&id))
-            && !self.ready.remove(&turn(net, id, since))
+            && !self.ready.remove(&firing_turn(net, id, since))
         {
-            self.waiting.remove(&(earliest(net, id, since), id));
+            self.waiting.remove(&(earliest_moment(net, id, since), id));
         }
     }
 
@@ -94,7 +94,7 @@ impl Agenda {
         let duration = now.saturating_sub(hold.since);
         for id in hold.stopped {
             let since = self.since[id.index()].expect("a stopped transition is enabled") + duration;
-            self.start(net, id, since, now);
+            self.run_clock(net, id, since, now);
         }
     }
 
@@ -112,11 +112,11 @@ impl Agenda {
     }
 
     /// Runs the clock of `id` since `since`.
-    fn start(&mut self, net: &Net, id: TransitionId, since: Duration, now: Duration) {
+    fn run_clock(&mut self, net: &Net, id: TransitionId, since: Duration, now: Duration) {
         self.since[id.index()] = Some(since);
-        let earliest = earliest(net, id, since);
+        let earliest = earliest_moment(net, id, since);
         if earliest <= now {
-            self.ready.insert(turn(net, id, since));
+            self.ready.insert(firing_turn(net, id, since));
         } else {
             self.waiting.insert((earliest, id));
         }
@@ -128,12 +128,12 @@ impl Agenda {
         {
             self.waiting.pop_first();
             let since = self.since[id.index()].expect("a waiting transition has a running clock");
-            self.ready.insert(turn(net, id, since));
+            self.ready.insert(firing_turn(net, id, since));
         }
     }
 
     pub(crate) fn is_ready(&self, net: &Net, id: TransitionId) -> bool {
-        self.since(id).is_some_and(|since| self.ready.contains(&turn(net, id, since)))
+        self.since(id).is_some_and(|since| self.ready.contains(&firing_turn(net, id, since)))
     }
 
     pub(crate) fn first(&self) -> Option<TransitionId> {
@@ -162,10 +162,10 @@ fn is_ordinary(net: &Net, id: TransitionId) -> bool {
     net.transition(id).class == Class::Ordinary
 }
 
-fn earliest(net: &Net, id: TransitionId, since: Duration) -> Duration {
+fn earliest_moment(net: &Net, id: TransitionId, since: Duration) -> Duration {
     since.saturating_add(net.transition(id).interval.earliest)
 }
 
-fn turn(net: &Net, id: TransitionId, since: Duration) -> Turn {
+fn firing_turn(net: &Net, id: TransitionId, since: Duration) -> FiringTurn {
     (net.ranks[id.index()], deadline(net, id, since), id)
 }

@@ -43,12 +43,13 @@ impl NetBuilder {
     /// # Errors
     /// The first fault found.
     pub fn build(mut self) -> Result<Net, NetError> {
-        unique(self.places.iter())?;
-        unique(self.transitions.iter().map(|t| &t.name))?;
+        check_unique(self.places.iter())?;
+        check_unique(self.transitions.iter().map(|t| &t.name))?;
         for transition in &mut self.transitions {
-            check(transition, self.places.len() as u32)?;
+            check_transition(transition, self.places.len() as u32)?;
             let name = transition.name.clone();
-            let merged = |arcs: &[_]| added_up(arcs).ok_or(NetError::WeightTooLarge(name.clone()));
+            let merged =
+                |arcs: &[_]| merge_arcs(arcs).ok_or(NetError::WeightTooLarge(name.clone()));
             transition.inputs = merged(&transition.inputs)?;
             transition.outputs = merged(&transition.outputs)?;
         }
@@ -63,7 +64,7 @@ impl NetBuilder {
             }
         }
         Ok(Net {
-            ranks: ranks(&self.transitions),
+            ranks: compute_ranks(&self.transitions),
             places: self.places,
             initial: self.initial,
             transitions: self.transitions,
@@ -92,13 +93,13 @@ impl TransitionBuilder<'_> {
         self
     }
 
-    /// Needs `weight` tokens in `place` and leaves them there.
+    /// Requires `weight` tokens in `place` and leaves them.
     pub fn read(self, place: PlaceId, weight: u32) -> Self {
         self.transition.reads.push((place, weight));
         self
     }
 
-    /// Waits while `place` holds `weight` or more tokens.
+    /// Is disabled while `place` holds `weight` or more tokens.
     pub fn inhibitor(self, place: PlaceId, weight: u32) -> Self {
         self.transition.inhibitors.push((place, weight));
         self
@@ -140,7 +141,7 @@ impl TransitionBuilder<'_> {
     }
 }
 
-fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
+fn check_unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
     let mut seen = std::collections::HashSet::new();
     for name in names {
         if !seen.insert(name) {
@@ -150,7 +151,7 @@ fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
     Ok(())
 }
 
-fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
+fn check_transition(transition: &Transition, places: u32) -> Result<(), NetError> {
     let name = || transition.name.clone();
     let weighted =
         [&transition.inputs, &transition.outputs, &transition.reads, &transition.inhibitors];
@@ -174,7 +175,7 @@ fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
 }
 
 /// Merges parallel arcs into one per place, in the order of first mention; `None` if a sum overflows.
-fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
+fn merge_arcs(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     let mut merged: Vec<(PlaceId, u32)> = Vec::with_capacity(arcs.len());
     let mut position = HashMap::new();
     for &(place, weight) in arcs {
@@ -188,7 +189,7 @@ fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
 }
 
 /// Returns class and priority of each transition as one number, so that comparing two is cheap.
-fn ranks(transitions: &[Transition]) -> Vec<u32> {
+fn compute_ranks(transitions: &[Transition]) -> Vec<u32> {
     let standing = |t: &Transition| (t.class, std::cmp::Reverse(t.priority));
     let mut order: Vec<_> = transitions.iter().map(standing).collect();
     order.sort_unstable();

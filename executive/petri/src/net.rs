@@ -1,6 +1,6 @@
 //! What a net is: places, transitions, the arcs between them, and when a transition may fire.
 //!
-//! A built net is immutable; [`crate::State`] holds what changes.
+//! A built net is immutable; [`crate::State`] has what changes.
 
 use crate::builder::NetBuilder;
 use std::time::Duration;

@@ -312,7 +312,7 @@ mod tests {
     use crate::{Class, Interval};
 
     #[test]
-    fn a_held_clock_goes_on_where_it_stood_and_safety_is_not_held() {
+    fn a_held_clock_continues_after_the_hold_and_safety_is_not_held() {
         const SECOND: Duration = Duration::from_secs(1);
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 1), net.place("b", 0));
@@ -346,7 +346,7 @@ mod tests {
         );
     }
     #[test]
-    fn clocks_go_on_in_another_net_and_stand_in_a_hold() {
+    fn clocks_continue_in_another_net_and_stop_in_a_hold() {
         const SECOND: Duration = Duration::from_secs(1);
         let net = |after: Duration| {
             let mut net = Net::builder();

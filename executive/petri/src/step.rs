@@ -36,7 +36,7 @@ impl Step {
         if self.fired.len() <= self.bound {
             return Ok(());
         }
-        Err(EndlessStep { bound: self.bound, cycle: repeating(&self.fired) })
+        Err(EndlessStep { bound: self.bound, cycle: repeating_cycle(&self.fired) })
     }
 
     /// Returns the transitions that have fired, in order.
@@ -65,7 +65,7 @@ impl State {
 
 /// Returns the shortest sequence that the end of `fired` repeats; if it never repeats exactly, all
 /// transitions that fired.
-fn repeating(fired: &[TransitionId]) -> Vec<TransitionId> {
+fn repeating_cycle(fired: &[TransitionId]) -> Vec<TransitionId> {
     let tail = &fired[fired.len() / 2..];
     let period = (1..=tail.len() / 2)
         .find(|&period| tail.iter().zip(&tail[period..]).all(|(left, right)| left == right));

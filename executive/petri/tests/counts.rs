@@ -170,7 +170,7 @@ fn a_budget_of_just_enough_states_is_enough() {
     assert_eq!(ended(728), Ending::Undecided(Exhausted::States));
 }
 
-/// One place and one transition with the arcs asked for: tokens, and (kind, weight) of each arc.
+/// One place and one transition with the given arcs: tokens, and (kind, weight) of each arc.
 fn small(tokens: u32, arcs: &[(char, u32)]) -> Net {
     let mut net = Net::builder();
     let p = net.place("p", tokens);
@@ -188,7 +188,7 @@ fn small(tokens: u32, arcs: &[(char, u32)]) -> Net {
 }
 
 #[test]
-fn every_kind_of_arc_counts() {
+fn every_kind_of_arc_affects_enabling() {
     let check = |tokens, arcs: &[(char, u32)], states, edges, most, deadlocks| {
         let Exploration { space, ending } = explored(&small(tokens, arcs));
         assert_eq!(ending, Ending::Complete, "{arcs:?}");
@@ -210,7 +210,7 @@ fn every_kind_of_arc_counts() {
 }
 
 #[test]
-fn nothing_is_a_net_too() {
+fn an_empty_net_is_a_net() {
     let empty = Net::builder().build().expect("nothing to be wrong");
     let Exploration { space, ending } = explored(&empty);
     assert_eq!((ending, space.states(), space.edges()), (Ending::Complete, 1, 0));
@@ -223,7 +223,7 @@ fn nothing_is_a_net_too() {
 }
 
 #[test]
-fn growth_without_end_is_found_with_a_sequence_that_shows_it() {
+fn unbounded_growth_is_found_with_a_sequence_that_shows_it() {
     for arcs in
         [&[('o', 1)][..], &[('i', 1), ('o', 2)], &[('r', 1), ('o', 1)], &[('i', 2), ('o', 3)]]
     {

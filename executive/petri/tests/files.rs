@@ -46,7 +46,7 @@ fn real_nets_have_the_places_and_transitions_of_the_table() {
 }
 
 #[test]
-fn every_word_of_the_net_format_is_understood() {
+fn every_keyword_of_the_net_format_is_read() {
     let file = tina::read(
         "# a comment\nnet {a \\{net\\}}\n\
          tr t1 : {go on} [4,9] p1 p2*2 p3?2 {p 4}?-3 -> p1 p5*2K\n\
@@ -73,7 +73,7 @@ fn every_word_of_the_net_format_is_understood() {
 }
 
 #[test]
-fn pnml_pages_references_and_foreign_words_are_understood() {
+fn pnml_pages_references_and_other_tools_arc_types_are_read() {
     let file = pnml::read(
         r#"<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml"><net id="n"
            type="http://www.pnml.org/version-2009/grammar/ptnet">
@@ -121,7 +121,7 @@ fn a_timed_arc_net_without_times_is_a_plain_net() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_line_and_column() {
+fn faults_are_reported_with_line_and_column() {
     let check = |text: &str, expected: &str| {
         let error = match text.starts_with('<') {
             true => pnml::read(text).unwrap_err(),
@@ -165,7 +165,7 @@ fn what_is_wrong_is_told_with_line_and_column() {
 }
 
 #[test]
-fn what_only_we_say_is_kept_and_others_read_a_net_that_allows_all_that_ours_does() {
+fn armors_own_data_is_kept_and_other_tools_read_a_more_permissive_net() {
     let text = r#"<pnml><net id="n"><place id="p"><initialMarking><text>1</text></initialMarking>
         <toolspecific tool="armor" version="1"><word name="components" value="a &lt; b"/></toolspecific></place>
         <transition id="t"><delay><interval closure="closed-open"><cn>2</cn><ci>infty</ci></interval></delay>

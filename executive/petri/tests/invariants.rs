@@ -129,7 +129,7 @@ proptest! {
                 prop_assert!(i == j || !one.iter().all(|p| other.contains(p)));
             }
         }
-        // The support of any other sum holds one of theirs.
+        // The support of any other sum contains the support of one of them.
         for sum in small_sums(&net) {
             prop_assert!(supports.iter().any(|s| s.iter().all(|p| sum[*p] > 0)), "{sum:?}");
         }
@@ -163,7 +163,7 @@ fn philosophers(count: usize) -> Net {
 }
 
 #[test]
-fn thousands_of_places_are_bounded_at_once() {
+fn thousands_of_places_are_bounded_quickly() {
     let net = philosophers(3000);
     let bounds = Bounds::of_net(&net, &never);
     assert!((0..12_000).all(|place| bounds.of(place) == Some(1)));

@@ -1,4 +1,4 @@
-//! Random nets played at random, beside an oracle that looks at everything again each time.
+//! Random nets with random firings, compared with an oracle that recomputes everything each time.
 
 use armor_petri::{Class, Interval, Net, PlaceId, State, TransitionId};
 use proptest::prelude::*;
@@ -247,7 +247,7 @@ fn play(state: &mut State, oracle: &mut Oracle, deed: &Deed) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
     #[test]
-    fn the_incremental_state_is_the_oracle_s(
+    fn the_incremental_state_equals_the_oracles(
         sketches in prop::collection::vec(sketch(), 1..8),
         tokens in prop::collection::vec(0u32..3, PLACES as usize),
         deeds in prop::collection::vec(deed(), 0..60),

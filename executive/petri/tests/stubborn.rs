@@ -33,7 +33,7 @@ fn philosophers_starve_after_a_part_of_their_states() {
 }
 
 #[test]
-fn independent_ones_fire_in_one_order_alone() {
+fn independent_transitions_fire_in_one_order_only() {
     let mut net = Net::builder();
     for i in 0..40 {
         let (p, q) = (net.place(format!("p{i}"), 1), net.place(format!("q{i}"), 0));
@@ -46,7 +46,7 @@ fn independent_ones_fire_in_one_order_alone() {
 }
 
 #[test]
-fn what_does_not_commute_is_left_to_the_full_search() {
+fn firings_that_do_not_commute_are_left_to_the_full_search() {
     let mut net = Net::builder();
     let p = net.place("p", 1);
     net.transition("t").input(p, 1).inhibitor(p, 2);

@@ -104,13 +104,13 @@ fn durations(text: &str) -> (Option<f64>, Result<f64, Latest>) {
 }
 
 #[test]
-fn durations_are_those_of_the_ways() {
+fn durations_are_those_of_the_firing_sequences() {
     let sequence = "tr a [1,2] p -> q\ntr b [0.5,4] q -> goal\npl p (1)";
     assert_eq!(durations(sequence), (Some(1.5), Ok(6.0)));
-    // The way of b: at least 3 after p; c would take it away at 5 at the latest.
+    // The sequence through b: at least 3 after p; c would take the token at 5 at the latest.
     let choice = "tr b [3,9] p -> goal\ntr c [0,5] p -> q\ntr d [10,10] q -> goal\npl p (1)";
     assert_eq!(durations(choice), (Some(3.0), Ok(15.0)));
-    // Both at once, and then together.
+    // Both in parallel, and then together.
     let both = "tr a [1,2] p -> x\ntr b [3,4] q -> y\ntr c [0,1] x y -> goal\npl p (1)\npl q (1)";
     assert_eq!(durations(both), (Some(3.0), Ok(5.0)));
     // A timeout cannot come before what must come first.
@@ -124,7 +124,7 @@ fn durations_are_those_of_the_ways() {
 }
 
 #[test]
-fn what_need_not_come_is_told_with_a_way_that_avoids_it() {
+fn an_avoidable_marking_is_reported_with_a_run_that_avoids_it() {
     let id = TransitionId;
     let late = durations("tr a [1,2] p -> q\ntr b [1,w[ q -> goal\npl p (1)").1;
     assert_eq!(late, Err(Latest::WithoutEnd(vec![id(0), id(1)])));
@@ -136,7 +136,7 @@ fn what_need_not_come_is_told_with_a_way_that_avoids_it() {
 }
 
 #[test]
-fn read_inhibitor_and_reset_arcs_have_their_say_on_clocks() {
+fn read_inhibitor_and_reset_arcs_affect_clocks() {
     // Taking a token and putting it back starts the clock of whom it was missing to; reading it
     // does not. So b, at 3, comes in spite of c at 2 only where c reads.
     let taking = "tr b [3,3] p -> goal\ntr c [2,2] p q -> p\npl p (1)\npl q (1)";

@@ -93,12 +93,12 @@ pub struct Process {
     /// How many starts of it were seen.
     pub starts: u32,
     pub(super) before: Option<Status>,
-    pub(super) connection: Connection,
+    pub(super) connection: ControlLink,
 }
 
 /// The control connection to a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Connection {
+pub(super) enum ControlLink {
     /// Being made.
     Pending,
     Up,
@@ -123,7 +123,7 @@ impl Process {
     /// Notes that the process has left the registry.
     pub(super) fn mark_gone(&mut self, now: Duration) {
         self.set_condition(Condition::Restarting, now);
-        (self.connection, self.call_s, self.before) = (Connection::Never, None, None);
+        (self.connection, self.call_s, self.before) = (ControlLink::Never, None, None);
         self.problem.clear();
     }
 }

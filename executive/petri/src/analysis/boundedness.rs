@@ -30,12 +30,12 @@ impl Pumping {
     ) -> Option<Self> {
         let before = rules.play(initial, &prefix)?;
         let after = rules.play(&before, &cycle)?;
-        let growing = grown(rules, &before, &after, &cycle)?;
+        let growing = grown_places(rules, &before, &after, &cycle)?;
         Some(Self { prefix, cycle, growing })
     }
 
     /// Leaves out firings as long as the rest is still a pumping sequence.
-    fn shortened(mut self, rules: &Rules, initial: &[u32]) -> Self {
+    fn shorten(mut self, rules: &Rules, initial: &[u32]) -> Self {
         for cyclic in [true, false] {
             let mut piece = if cyclic { self.cycle.len() } else { self.prefix.len() };
             while piece > 0 {
@@ -59,7 +59,7 @@ impl Pumping {
 
 /// Returns the places that grow without bound when `cycle`, which leads from `before` to `after`, is
 /// repeated; `None` if there are none.
-fn grown(
+fn grown_places(
     rules: &Rules,
     before: &[u32],
     after: &[u32],
@@ -96,7 +96,7 @@ pub fn pumping_on_walks(net: &Net) -> Option<Pumping> {
     (0..WALKS).find_map(|walk| {
         let (prefix, cycle) = walk_until_covering(net, &rules, walk, &mut comparisons)?;
         let pumping = Pumping::new(&rules, net.initial(), prefix, cycle)?;
-        Some(pumping.shortened(&rules, net.initial()))
+        Some(pumping.shorten(&rules, net.initial()))
     })
 }
 
@@ -133,7 +133,7 @@ fn walk_until_covering(
         fired.push(transition);
         for (start, before) in markings.iter().enumerate().rev() {
             *comparisons = comparisons.checked_sub(before.len() as u64)?;
-            if grown(rules, before, &after, &fired[start..]).is_some() {
+            if grown_places(rules, before, &after, &fired[start..]).is_some() {
                 return Some((fired[..start].to_vec(), fired[start..].to_vec()));
             }
         }
@@ -169,7 +169,7 @@ pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
                 let cycle = fired(&states[start..=end]);
                 let initial = space.marking(0);
                 if let Some(pumping) = Pumping::new(&space.rules, &initial, prefix, cycle) {
-                    return Some(pumping.shortened(&space.rules, &initial));
+                    return Some(pumping.shorten(&space.rules, &initial));
                 }
             }
         }

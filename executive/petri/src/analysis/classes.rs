@@ -16,7 +16,7 @@ use std::rc::Rc;
 /// State classes in breadth-first order; 0 is the initial one.
 #[derive(Debug)]
 pub struct Classes {
-    classes: Vec<Rc<Class>>,
+    classes: Vec<Rc<StateClass>>,
     parents: Vec<(u32, TransitionId)>,
     /// Per class, its firings.
     successors: Vec<Vec<(TransitionId, u32)>>,
@@ -24,7 +24,7 @@ pub struct Classes {
 }
 
 #[derive(Debug, PartialEq, Eq, Hash)]
-struct Class {
+struct StateClass {
     marking: Box<[u32]>,
     domain: Domain,
 }
@@ -87,8 +87,8 @@ impl Classes {
 pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
     let mut found =
         Classes { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
-    let exhausted = match Firing::new(net) {
-        Ok(firing) => gather(&mut found, &firing, net, budget).err(),
+    let exhausted = match TimedRules::new(net) {
+        Ok(firing) => explore_classes(&mut found, &firing, net, budget).err(),
         Err(exhausted) => Some(exhausted),
     };
     (found, exhausted)
@@ -99,11 +99,13 @@ pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
 /// # Errors
 /// If the times are too far apart to be counted, or a place cannot count its tokens.
 pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhausted> {
-    let firing = Firing::new(net)?;
+    let firing = TimedRules::new(net)?;
     let mut marking: Box<[u32]> = net.initial().into();
-    let mut domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
+    let mut domain =
+        Domain::newly_enabled(&firing.times, &firing.enabled_transitions(&marking), false);
     for wanted in sequence {
-        let next = firing.all(&marking, &domain)?.into_iter().find(|fired| fired.0 == *wanted);
+        let next =
+            firing.first_firings(&marking, &domain)?.into_iter().find(|fired| fired.0 == *wanted);
         let Some(next) = next else { return Ok(false) };
         (marking, domain) = (next.1, next.2);
     }
@@ -113,16 +115,16 @@ pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhaust
 /// Bytes of a class besides its numbers: pointers, the table entry, its parent.
 const BYTES_OVERHEAD: u64 = 160;
 
-fn gather(
+fn explore_classes(
     found: &mut Classes,
-    firing: &Firing,
+    firing: &TimedRules,
     net: &Net,
     budget: &Budget<'_>,
 ) -> Result<(), Exhausted> {
-    let mut numbers: HashMap<Rc<Class>, u32> = HashMap::new();
+    let mut numbers: HashMap<Rc<StateClass>, u32> = HashMap::new();
     let marking: Box<[u32]> = net.initial().into();
-    let domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
-    let initial = Rc::new(Class { marking, domain });
+    let domain = Domain::newly_enabled(&firing.times, &firing.enabled_transitions(&marking), false);
+    let initial = Rc::new(StateClass { marking, domain });
     numbers.insert(Rc::clone(&initial), 0);
     found.classes.push(initial);
     found.parents.push((0, TransitionId(0)));
@@ -133,8 +135,8 @@ fn gather(
             return Err(Exhausted::Time);
         }
         let mut successors = Vec::new();
-        for (transition, marking, domain) in firing.all(&class.marking, &class.domain)? {
-            let next = Rc::new(Class { marking, domain });
+        for (transition, marking, domain) in firing.first_firings(&class.marking, &class.domain)? {
+            let next = Rc::new(StateClass { marking, domain });
             let new = found.classes.len() as u32;
             let next_number = match numbers.entry(next) {
                 Entry::Occupied(known) => *known.get(),
@@ -162,7 +164,7 @@ fn gather(
 }
 
 /// The timed firing rule between classes.
-pub(super) struct Firing {
+pub(super) struct TimedRules {
     pub rules: Rules,
     pub times: Times,
     taking: Vec<Taking>,
@@ -177,9 +179,9 @@ struct Taking {
 }
 
 /// A firing, the marking after it and the domain after it.
-pub(super) type Fired = (TransitionId, Box<[u32]>, Domain);
+pub(super) type TimedFiring = (TransitionId, Box<[u32]>, Domain);
 
-impl Firing {
+impl TimedRules {
     pub fn new(net: &Net) -> Result<Self, Exhausted> {
         let taking = net.transitions().iter().map(|t| {
             let inputs = t.inputs.iter().map(|(place, weight)| (place.0, *weight)).collect();
@@ -189,7 +191,7 @@ impl Firing {
     }
 
     /// Returns the transitions that a marking enables, in order.
-    pub fn enabled(&self, marking: &[u32]) -> Vec<u32> {
+    pub fn enabled_transitions(&self, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         self.rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
@@ -197,8 +199,12 @@ impl Firing {
     }
 
     /// Returns all possible first firings of a class.
-    pub fn all(&self, marking: &[u32], domain: &Domain) -> Result<Vec<Fired>, Exhausted> {
-        let enabled = self.enabled(marking);
+    pub fn first_firings(
+        &self,
+        marking: &[u32],
+        domain: &Domain,
+    ) -> Result<Vec<TimedFiring>, Exhausted> {
+        let enabled = self.enabled_transitions(marking);
         let mut fired = Vec::new();
         for (index, &transition) in enabled.iter().enumerate() {
             if !domain.can_be_first(index + 1, enabled.len()) {
@@ -217,9 +223,12 @@ impl Firing {
                 let goes_on = other != transition && self.rules.rule(other).enabled(&between);
                 goes_on.then_some(old + 1)
             };
-            let then: Vec<_> =
-                self.enabled(&after).into_iter().map(|other| (other, persists(other))).collect();
-            let domain = domain.after(&self.times, index + 1, enabled.len(), &then);
+            let then: Vec<_> = self
+                .enabled_transitions(&after)
+                .into_iter()
+                .map(|other| (other, persists(other)))
+                .collect();
+            let domain = domain.after_firing(&self.times, index + 1, enabled.len(), &then);
             fired.push((TransitionId(transition), after.into(), domain));
         }
         Ok(fired)

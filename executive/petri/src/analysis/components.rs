@@ -68,7 +68,7 @@ pub fn components(
     if space.bytes() + space.states() * BYTES_PER_STATE > budget.memory_bytes {
         return Err(Exhausted::Memory);
     }
-    let mut search = Search {
+    let mut search = ComponentSearch {
         space,
         wanted,
         order: vec![UNSEEN; space.states() as usize],
@@ -80,35 +80,35 @@ pub fn components(
         words: vec![0; space.layout.words()],
         found: Components { components: 0, bottoms: Vec::new() },
     };
-    search.run(budget)?;
+    search.search_all(budget)?;
     Ok(search.found)
 }
 
 /// A state on the search path.
-struct Frame {
+struct PathState {
     state: u32,
     next_transition: u32,
     low: u32,
     is_bottom: bool,
 }
 
-struct Search<'a, F> {
+struct ComponentSearch<'a, F> {
     space: &'a Space,
     wanted: F,
     /// Per state, its number in the order of discovery, from 1.
     order: Vec<u32>,
     seen: u32,
     stack: Vec<u32>,
-    frames: Vec<Frame>,
+    frames: Vec<PathState>,
     marking: Vec<u32>,
     after: Vec<u32>,
     words: Vec<u64>,
     found: Components,
 }
 
-impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
-    fn run(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
-        self.enter(0);
+impl<F: FnMut(&[u32]) -> bool> ComponentSearch<'_, F> {
+    fn search_all(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+        self.enter_state(0);
         let mut steps = 0u64;
         while !self.frames.is_empty() {
             steps += 1;
@@ -116,12 +116,12 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
                 return Err(Exhausted::Time);
             }
             match self.next_successor() {
-                None => self.leave(),
+                None => self.leave_state(),
                 Some(successor) => {
                     let order = self.order[successor as usize];
                     let frame = self.frames.last_mut().expect("the search path is not empty");
                     match order {
-                        UNSEEN => self.enter(successor),
+                        UNSEEN => self.enter_state(successor),
                         DONE => frame.is_bottom = false,
                         _ => frame.low = frame.low.min(order),
                     }
@@ -131,11 +131,11 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         Ok(())
     }
 
-    fn enter(&mut self, state: u32) {
+    fn enter_state(&mut self, state: u32) {
         self.seen += 1;
         self.order[state as usize] = self.seen;
         self.stack.push(state);
-        self.frames.push(Frame { state, next_transition: 0, low: self.seen, is_bottom: true });
+        self.frames.push(PathState { state, next_transition: 0, low: self.seen, is_bottom: true });
     }
 
     /// Returns the next successor of the last state on the path.
@@ -158,11 +158,11 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
     }
 
     /// Removes the last state from the path, after all its firings were followed.
-    fn leave(&mut self) {
+    fn leave_state(&mut self) {
         let frame = self.frames.pop().expect("the search path is not empty");
         let is_root = frame.low == self.order[frame.state as usize];
         if is_root {
-            self.close(&frame);
+            self.close_component(&frame);
         }
         if let Some(parent) = self.frames.last_mut() {
             parent.low = parent.low.min(frame.low);
@@ -170,7 +170,7 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         }
     }
 
-    fn close(&mut self, root: &Frame) {
+    fn close_component(&mut self, root: &PathState) {
         self.found.components += 1;
         let mut bottom = Bottom { nearest: root.state, states: 0, has_wanted: false };
         while let Some(state) = self.stack.pop() {
@@ -199,7 +199,7 @@ mod tests {
     use crate::net::Net;
 
     /// Returns the space of one token that moves along these edges.
-    fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
+    fn space_of_walker(places: usize, edges: &[(usize, usize)]) -> Space {
         let mut net = Net::builder();
         let places: Vec<_> =
             (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
@@ -211,7 +211,7 @@ mod tests {
     }
 
     fn check(places: usize, edges: &[(usize, usize)], expected: (u64, &[u64], bool)) {
-        let space = walker(places, edges);
+        let space = space_of_walker(places, edges);
         let found = components(&space, &Budget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
         let mut sizes: Vec<_> = found.bottoms.iter().map(|bottom| bottom.states).collect();
         sizes.sort_unstable();
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_firings_to_a_lost_state_are_the_fewest() {
-        let space = walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
+        let space = space_of_walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
         let found = components(&space, &Budget::UNLIMITED, |m| m[3] > 0).unwrap();
         let lost = found.lost().unwrap();
         assert_eq!(space.marking(lost), [0, 0, 1, 0]);

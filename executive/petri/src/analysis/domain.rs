@@ -29,7 +29,7 @@ impl Times {
             let latest = t.interval.latest.filter(|_| !t.gated);
             [Some(t.interval.earliest), latest].into_iter().flatten()
         });
-        let unit_ns = finite.map(|time| time.as_nanos()).fold(0, gcd).max(1);
+        let unit_ns = finite.map(|time| time.as_nanos()).fold(0, greatest_common_divisor).max(1);
         let units = |time: Duration| {
             let units = i64::try_from(time.as_nanos() / unit_ns).ok().filter(|n| *n <= LONGEST);
             units.ok_or(Exhausted::Scale)
@@ -50,8 +50,8 @@ impl Times {
     }
 }
 
-fn gcd(a: u128, b: u128) -> u128 {
-    if b == 0 { a } else { gcd(b, a % b) }
+fn greatest_common_divisor(a: u128, b: u128) -> u128 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// A tight difference-bound matrix: entry `x, y` is the greatest possible time x minus time y. Index
@@ -66,13 +66,13 @@ pub(super) struct Domain {
 impl Domain {
     /// Returns the domain in which all of `enabled` have just become enabled; the beginning is now, if
     /// `with_beginning`.
-    pub fn fresh(times: &Times, enabled: &[u32], with_beginning: bool) -> Self {
+    pub fn newly_enabled(times: &Times, enabled: &[u32], with_beginning: bool) -> Self {
         let size = 1 + enabled.len() + usize::from(with_beginning);
         let mut domain = Self { size, bounds: vec![0; size * size].into() };
         for (index, transition) in enabled.iter().enumerate() {
             let (earliest, latest) = times.intervals[*transition as usize];
-            domain.set(index + 1, 0, latest);
-            domain.set(0, index + 1, -earliest);
+            domain.set_bound(index + 1, 0, latest);
+            domain.set_bound(0, index + 1, -earliest);
         }
         domain.join_by_now(1..size);
         domain
@@ -84,7 +84,7 @@ impl Domain {
     }
 
     #[inline]
-    fn set(&mut self, x: usize, y: usize, bound: i64) {
+    fn set_bound(&mut self, x: usize, y: usize, bound: i64) {
         self.bounds[x * self.size + y] = bound;
     }
 
@@ -99,7 +99,7 @@ impl Domain {
 
     /// Returns the domain after the transition at index `fired` has fired first. Each transition of
     /// `after` either keeps the clock of its index here, or is newly enabled. The beginning is kept.
-    pub fn after(
+    pub fn after_firing(
         &self,
         times: &Times,
         fired: usize,
@@ -123,15 +123,15 @@ impl Domain {
                     (latest, -earliest)
                 }
             };
-            next.set(index + 1, 0, upper);
-            next.set(0, index + 1, lower);
+            next.set_bound(index + 1, 0, upper);
+            next.set_bound(0, index + 1, lower);
         }
         next.join_by_now(1..size);
         for (x, old_x) in old.iter().enumerate() {
             for (y, old_y) in old.iter().enumerate() {
                 if let (Some(old_x), Some(old_y)) = (old_x, old_y) {
                     let bound = next.at(x + 1, y + 1).min(self.at(*old_x, *old_y));
-                    next.set(x + 1, y + 1, bound);
+                    next.set_bound(x + 1, y + 1, bound);
                 }
             }
         }
@@ -141,7 +141,7 @@ impl Domain {
     fn join_by_now(&mut self, range: std::ops::Range<usize>) {
         for x in range.clone() {
             for y in range.clone().filter(|y| *y != x) {
-                self.set(x, y, plus(self.at(x, 0), self.at(0, y)));
+                self.set_bound(x, y, add_bounds(self.at(x, 0), self.at(0, y)));
             }
         }
     }
@@ -159,13 +159,13 @@ impl Domain {
     /// Removes the upper bound of the time since the beginning.
     pub fn forget_latest(&mut self) {
         let beginning = self.size - 1;
-        (0..beginning).for_each(|x| self.set(x, beginning, NEVER));
+        (0..beginning).for_each(|x| self.set_bound(x, beginning, NEVER));
     }
 
     /// Removes the lower bound of the time since the beginning.
     pub fn forget_earliest(&mut self) {
         let beginning = self.size - 1;
-        (0..beginning).for_each(|y| self.set(beginning, y, NEVER));
+        (0..beginning).for_each(|y| self.set_bound(beginning, y, NEVER));
     }
 
     /// Returns the least time since the beginning.
@@ -180,6 +180,6 @@ impl Domain {
 }
 
 /// Adds two bounds; a sum beyond the range of integers counts as no bound.
-fn plus(a: i64, b: i64) -> i64 {
+fn add_bounds(a: i64, b: i64) -> i64 {
     if a == NEVER || b == NEVER { NEVER } else { a.saturating_add(b).max(-LONGEST * 4) }
 }

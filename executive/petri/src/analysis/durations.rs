@@ -5,7 +5,7 @@
 //! circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
 
 use super::budget::{Budget, Exhausted};
-use super::classes::{Classes, Firing};
+use super::classes::{Classes, TimedRules};
 use super::domain::{Domain, NEVER};
 use super::runs::{Escape, escape};
 use crate::net::{Net, TransitionId};
@@ -48,23 +48,23 @@ pub fn shortest(
     if !(0..classes.classes() as u32).any(|class| wanted(classes.marking(class))) {
         return Ok(None);
     }
-    let mut search = Search::new(net)?;
-    let mut domain = search.beginning(net);
+    let mut search = DurationSearch::new(net)?;
+    let mut domain = search.initial_domain(net);
     domain.forget_latest();
     let mut waiting = BinaryHeap::new();
-    search.enter(net.initial().into(), domain, None, &mut |elapsed, node| {
+    search.enter_node(net.initial().into(), domain, None, &mut |elapsed, node| {
         waiting.push(Reverse((elapsed.0, node)));
     });
     while let Some(Reverse((elapsed, node))) = waiting.pop() {
-        search.ask(budget)?;
+        search.check_budget(budget)?;
         let (marking, domain) = search.nodes[node].clone();
         if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
             return Ok(Some(Timed { time, sequence: search.way_to(node) }));
         }
-        for (transition, marking, mut domain) in search.firing.all(&marking, &domain)? {
+        for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_latest();
-            search.enter(marking, domain, Some((node, transition)), &mut |elapsed, node| {
+            search.enter_node(marking, domain, Some((node, transition)), &mut |elapsed, node| {
                 waiting.push(Reverse((elapsed.0, node)));
             });
         }
@@ -87,14 +87,14 @@ pub fn longest(
         Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
         None => {}
     }
-    let mut search = Search::new(net)?;
-    let mut domain = search.beginning(net);
+    let mut search = DurationSearch::new(net)?;
+    let mut domain = search.initial_domain(net);
     domain.forget_earliest();
     let mut waiting = Vec::new();
     let mut latest = (-1, 0);
-    search.enter(net.initial().into(), domain, None, &mut |_, node| waiting.push(node));
+    search.enter_node(net.initial().into(), domain, None, &mut |_, node| waiting.push(node));
     while let Some(node) = waiting.pop() {
-        search.ask(budget)?;
+        search.check_budget(budget)?;
         let (marking, domain) = search.nodes[node].clone();
         let elapsed = domain.elapsed_at_most();
         if elapsed == NEVER {
@@ -104,10 +104,10 @@ pub fn longest(
             latest = latest.max((elapsed, node));
             continue;
         }
-        for (transition, marking, mut domain) in search.firing.all(&marking, &domain)? {
+        for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_earliest();
             let from = Some((node, transition));
-            search.enter(marking, domain, from, &mut |_, node| waiting.push(node));
+            search.enter_node(marking, domain, from, &mut |_, node| waiting.push(node));
         }
     }
     let time = search.firing.times.duration(latest.0);
@@ -115,8 +115,8 @@ pub fn longest(
 }
 
 /// A search over markings with domains that include the beginning, none of which contains another.
-struct Search {
-    firing: Firing,
+struct DurationSearch {
+    firing: TimedRules,
     nodes: Vec<(Box<[u32]>, Domain)>,
     from: Vec<Option<(usize, TransitionId)>>,
     /// Per marking and domain without the beginning, the bounds of the beginning seen so far.
@@ -141,10 +141,10 @@ impl Beginning {
 /// Least elapsed time, in units.
 struct Elapsed(i64);
 
-impl Search {
+impl DurationSearch {
     fn new(net: &Net) -> Result<Self, Exhausted> {
         Ok(Self {
-            firing: Firing::new(net)?,
+            firing: TimedRules::new(net)?,
             nodes: Vec::new(),
             from: Vec::new(),
             known: HashMap::new(),
@@ -153,11 +153,15 @@ impl Search {
         })
     }
 
-    fn beginning(&self, net: &Net) -> Domain {
-        Domain::fresh(&self.firing.times, &self.firing.enabled(net.initial()), true)
+    fn initial_domain(&self, net: &Net) -> Domain {
+        Domain::newly_enabled(
+            &self.firing.times,
+            &self.firing.enabled_transitions(net.initial()),
+            true,
+        )
     }
 
-    fn enter(
+    fn enter_node(
         &mut self,
         marking: Box<[u32]>,
         domain: Domain,
@@ -178,7 +182,7 @@ impl Search {
         self.from.push(from);
     }
 
-    fn ask(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    fn check_budget(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
         self.asked += 1;
         if self.asked.is_multiple_of(256) && (budget.stop)() {
             return Err(Exhausted::Time);

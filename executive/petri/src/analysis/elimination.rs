@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 /// A row: what is left of `y·C`, and `y`.
 #[derive(Clone, Debug, Default)]
-struct Row {
+struct EliminationRow {
     /// Column and value, by column.
     rest: Vec<(u32, i64)>,
     /// Variable and weight, by variable.
@@ -15,7 +15,7 @@ struct Row {
 
 /// The limits of an elimination: minimal solutions can be exponentially many.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
+pub(super) struct EliminationLimits {
     pub rows: usize,
     pub steps: u64,
 }
@@ -29,17 +29,20 @@ pub(super) struct Solutions {
 
 /// Solves for the matrix with the rows `matrix`, one per variable. Variables from `slack_from` on are
 /// left out of the solutions.
-pub(super) fn solve(
+pub(super) fn solve_by_elimination(
     matrix: Vec<Vec<(u32, i64)>>,
     columns: usize,
     slack_from: u32,
-    effort: Effort,
+    effort: EliminationLimits,
     stop: &dyn Fn() -> bool,
 ) -> Solutions {
-    let mut table = Table::new(matrix, columns, effort.steps);
+    let mut table = EliminationTable::new(matrix, columns, effort.steps);
     let mut complete = true;
     while let Some((_, column)) = table.open.pop_first() {
-        if table.live.len() > effort.rows || stop() || !table.eliminate(column, effort.rows, stop) {
+        if table.live.len() > effort.rows
+            || stop()
+            || !table.eliminate_column(column, effort.rows, stop)
+        {
             complete = false;
             break;
         }
@@ -52,8 +55,8 @@ pub(super) fn solve(
     Solutions { solutions, complete: complete && !table.overflowed }
 }
 
-struct Table {
-    rows: Vec<Row>,
+struct EliminationTable {
+    rows: Vec<EliminationRow>,
     live: BTreeSet<usize>,
     /// Per column, rows with a value in it; some may have been removed since.
     holders: Vec<Vec<usize>>,
@@ -67,7 +70,7 @@ struct Table {
     overflowed: bool,
 }
 
-impl Table {
+impl EliminationTable {
     fn new(matrix: Vec<Vec<(u32, i64)>>, columns: usize, steps: u64) -> Self {
         let mut table = Self {
             rows: Vec::new(),
@@ -80,16 +83,16 @@ impl Table {
             overflowed: false,
         };
         for (variable, rest) in matrix.into_iter().enumerate() {
-            table.add(Row { rest, weights: vec![(variable as u32, 1)] });
+            table.add_row(EliminationRow { rest, weights: vec![(variable as u32, 1)] });
         }
         table
     }
 
-    fn add(&mut self, row: Row) {
+    fn add_row(&mut self, row: EliminationRow) {
         let number = self.rows.len();
         for &(column, value) in &row.rest {
             self.holders[column as usize].push(number);
-            self.count(column, value, 1);
+            self.count_sign(column, value, 1);
         }
         if let Some((first, _)) = row.weights.first() {
             self.by_first[*first as usize].push(number);
@@ -98,16 +101,16 @@ impl Table {
         self.rows.push(row);
     }
 
-    fn remove(&mut self, number: usize) {
+    fn remove_row(&mut self, number: usize) {
         self.live.remove(&number);
         let rest = std::mem::take(&mut self.rows[number].rest);
         for &(column, value) in &rest {
-            self.count(column, value, -1);
+            self.count_sign(column, value, -1);
         }
     }
 
     /// Counts `more` rows with a value of this sign in a column.
-    fn count(&mut self, column: u32, value: i64, more: i64) {
+    fn count_sign(&mut self, column: u32, value: i64, more: i64) {
         let cost = |(positive, negative): (i64, i64)| positive * negative - positive - negative;
         let signs = &mut self.signs[column as usize];
         let before = (cost(*signs), column);
@@ -125,16 +128,17 @@ impl Table {
 
     /// Eliminates a column. Returns false if a limit was reached; the finished rows are still
     /// solutions.
-    fn eliminate(&mut self, column: u32, most_rows: usize, stop: &dyn Fn() -> bool) -> bool {
+    fn eliminate_column(&mut self, column: u32, most_rows: usize, stop: &dyn Fn() -> bool) -> bool {
         let holders = std::mem::take(&mut self.holders[column as usize]);
         let live: Vec<_> = holders.into_iter().filter(|row| self.live.contains(row)).collect();
-        let value = |row: &Row| match row.rest.binary_search_by_key(&column, |entry| entry.0) {
-            Ok(at) => row.rest[at].1,
-            Err(_) => 0,
-        };
+        let value =
+            |row: &EliminationRow| match row.rest.binary_search_by_key(&column, |entry| entry.0) {
+                Ok(at) => row.rest[at].1,
+                Err(_) => 0,
+            };
         let (positive, negative): (Vec<_>, Vec<_>) =
             live.iter().copied().partition(|row| value(&self.rows[*row]) > 0);
-        let mut made: Vec<Row> = Vec::new();
+        let mut made: Vec<EliminationRow> = Vec::new();
         for &plus in &positive {
             if stop() {
                 return false;
@@ -146,18 +150,18 @@ impl Table {
                 if self.steps_left == 0 || made.len() > most_rows {
                     return false;
                 }
-                match combined(a, b, value(a), -value(b)) {
+                match combine_rows(a, b, value(a), -value(b)) {
                     Some(row) => made.push(row),
                     None => self.overflowed = true,
                 }
             }
         }
-        live.iter().for_each(|row| self.remove(*row));
+        live.iter().for_each(|row| self.remove_row(*row));
         self.keep_minimal(made)
     }
 
     /// Adds the rows whose support contains no other row's. Returns false if a limit was reached.
-    fn keep_minimal(&mut self, mut made: Vec<Row>) -> bool {
+    fn keep_minimal(&mut self, mut made: Vec<EliminationRow>) -> bool {
         made.sort_by_key(|row| row.weights.len());
         for row in made {
             // A support contained in this one begins with one of this one's variables.
@@ -167,13 +171,13 @@ impl Table {
                 self.steps_left = self.steps_left.saturating_sub(beginning.len() as u64 + 1);
                 let others = beginning.iter().filter(|number| self.live.contains(number));
                 minimal &=
-                    !others.map(|number| &self.rows[*number]).any(|o| holds_support_of(&row, o));
+                    !others.map(|number| &self.rows[*number]).any(|o| contains_support_of(&row, o));
             }
             if self.steps_left == 0 {
                 return false;
             }
             if minimal {
-                self.add(row);
+                self.add_row(row);
             }
         }
         true
@@ -182,22 +186,32 @@ impl Table {
 
 /// Returns `b_value * a + a_value * b`, reduced, in which the eliminated column is zero; `None` on
 /// overflow.
-fn combined(a: &Row, b: &Row, a_value: i64, b_value: i64) -> Option<Row> {
-    let divisor = gcd(a_value.unsigned_abs(), b_value.unsigned_abs()) as i64;
+fn combine_rows(
+    a: &EliminationRow,
+    b: &EliminationRow,
+    a_value: i64,
+    b_value: i64,
+) -> Option<EliminationRow> {
+    let divisor = greatest_common_divisor(a_value.unsigned_abs(), b_value.unsigned_abs()) as i64;
     let (for_a, for_b) = (b_value / divisor, a_value / divisor);
-    let mut row = Row {
-        rest: sum(&a.rest, for_a, &b.rest, for_b)?,
-        weights: sum(&a.weights, for_a, &b.weights, for_b)?,
+    let mut row = EliminationRow {
+        rest: add_scaled(&a.rest, for_a, &b.rest, for_b)?,
+        weights: add_scaled(&a.weights, for_a, &b.weights, for_b)?,
     };
     let values = row.rest.iter().chain(&row.weights).map(|(_, value)| value.unsigned_abs());
-    let common = values.fold(0, gcd) as i64;
+    let common = values.fold(0, greatest_common_divisor) as i64;
     if common > 1 {
         row.rest.iter_mut().chain(&mut row.weights).for_each(|(_, value)| *value /= common);
     }
     Some(row)
 }
 
-fn sum(a: &[(u32, i64)], for_a: i64, b: &[(u32, i64)], for_b: i64) -> Option<Vec<(u32, i64)>> {
+fn add_scaled(
+    a: &[(u32, i64)],
+    for_a: i64,
+    b: &[(u32, i64)],
+    for_b: i64,
+) -> Option<Vec<(u32, i64)>> {
     let mut out = Vec::with_capacity(a.len() + b.len());
     let (mut a, mut b) = (a, b);
     while !a.is_empty() || !b.is_empty() {
@@ -221,7 +235,7 @@ fn sum(a: &[(u32, i64)], for_a: i64, b: &[(u32, i64)], for_b: i64) -> Option<Vec
     Some(out)
 }
 
-fn holds_support_of(row: &Row, other: &Row) -> bool {
+fn contains_support_of(row: &EliminationRow, other: &EliminationRow) -> bool {
     if other.weights.len() > row.weights.len() {
         return false;
     }
@@ -229,6 +243,6 @@ fn holds_support_of(row: &Row, other: &Row) -> bool {
     other.weights.iter().all(|(variable, _)| mine.any(|(own, _)| own == variable))
 }
 
-fn gcd(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { gcd(b, a % b) }
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }

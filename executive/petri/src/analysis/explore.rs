@@ -4,10 +4,10 @@
 use super::boundedness::{Pumping, pumping_on_the_way};
 use super::budget::{Budget, Exhausted};
 use super::invariants::Bounds;
-use super::layout::{Layout, Room};
+use super::layout::{MarkingLayout, Room};
 use super::rules::Rules;
 use super::space::Space;
-use super::store::{Found, MOST_STATES, Store, hash_of};
+use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
 
 /// Whether to stop is checked after states with this many places in total.
@@ -38,8 +38,8 @@ pub struct Exploration {
 ///
 /// `with_ways` records how each state was reached, in 4 bytes, for [`Space::way_to`].
 pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>) -> Exploration {
-    let mut search = Search::new(net, bounds, with_ways || !bounds.is_bounded());
-    let ending = search.run(bounds.is_bounded(), budget);
+    let mut search = StateSearch::new(net, bounds, with_ways || !bounds.is_bounded());
+    let ending = search.explore_all(bounds.is_bounded(), budget);
     Exploration { space: search.space, ending }
 }
 
@@ -51,7 +51,7 @@ struct Packed {
     growing: Vec<(u32, u32, u32)>,
 }
 
-struct Search {
+struct StateSearch {
     space: Space,
     packed: Vec<Packed>,
     marking: Vec<u32>,
@@ -63,16 +63,16 @@ struct Search {
     looked_at: Vec<u32>,
 }
 
-impl Search {
+impl StateSearch {
     fn new(net: &Net, bounds: &Bounds, with_ways: bool) -> Self {
         let rules = Rules::new(net);
-        let layout = Layout::new(&rooms(net, &rules, bounds));
+        let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
         let initial = net.initial().to_vec();
         let mut state = vec![0; layout.words()];
         layout.pack(&initial, &mut state);
-        let mut store = Store::new(layout.words());
+        let mut store = StateStore::new(layout.words());
         store.insert(&state, hash_of(&state));
-        let packed = packed(&rules, &layout);
+        let packed = pack_rules(&rules, &layout);
         let space = Space {
             most_in_place: initial.clone(),
             most_in_marking: 0,
@@ -98,7 +98,7 @@ impl Search {
         }
     }
 
-    fn run(&mut self, bounded: bool, budget: &Budget<'_>) -> Ending {
+    fn explore_all(&mut self, bounded: bool, budget: &Budget<'_>) -> Ending {
         if let Err(exhausted) = self.check_growth(budget) {
             return Ending::Undecided(exhausted);
         }
@@ -107,7 +107,7 @@ impl Search {
             if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
                 return Ending::Undecided(Exhausted::Time);
             }
-            match self.expand(bounded, budget) {
+            match self.expand_next_state(bounded, budget) {
                 Ok(None) => self.space.expanded += 1,
                 Ok(Some(pumping)) => return Ending::Unbounded(pumping),
                 Err(exhausted) => return Ending::Undecided(exhausted),
@@ -117,11 +117,15 @@ impl Search {
     }
 
     /// Fires every enabled transition of the next state.
-    fn expand(&mut self, bounded: bool, budget: &Budget<'_>) -> Result<Option<Pumping>, Exhausted> {
+    fn expand_next_state(
+        &mut self,
+        bounded: bool,
+        budget: &Budget<'_>,
+    ) -> Result<Option<Pumping>, Exhausted> {
         let number = self.space.expanded as u32;
         self.state.copy_from_slice(self.space.store.state(number));
         self.space.layout.unpack(&self.state, &mut self.marking);
-        while let Some((place, tokens)) = self.fire_all()? {
+        while let Some((place, tokens)) = self.fire_enabled()? {
             self.make_room(place, tokens, budget)?;
             self.state.resize(self.space.layout.words(), 0);
             self.space.layout.pack(&self.marking, &mut self.state);
@@ -144,9 +148,9 @@ impl Search {
             let (hash, transition) = self.hashes[index];
             let words = self.space.layout.words();
             let successor = &self.successors[index * words..(index + 1) * words];
-            let Found::New(new) = self.space.store.insert(successor, hash) else { continue };
+            let Insertion::New(new) = self.space.store.insert(successor, hash) else { continue };
             // Recorded before the limit is checked, so that the last state has a parent too.
-            let record = self.arrive(number, transition);
+            let record = self.record_new_state(number, transition);
             if u64::from(new) >= budget.states {
                 return Err(Exhausted::States);
             }
@@ -162,7 +166,7 @@ impl Search {
 
     /// Computes the successors of the present state; returns a place whose field is too small for its
     /// new tokens, if there is one.
-    fn fire_all(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
+    fn fire_enabled(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
         let Self { space, packed, marking, after, state, successors, hashes, .. } = self;
         successors.clear();
         hashes.clear();
@@ -201,7 +205,7 @@ impl Search {
 
     /// Records a new state, reached from the present one by `transition`. Returns whether some place
     /// holds twice the tokens of the last search for growth.
-    fn arrive(&mut self, from: u32, transition: u32) -> bool {
+    fn record_new_state(&mut self, from: u32, transition: u32) -> bool {
         let space = &mut self.space;
         if let Some(parents) = &mut space.parents {
             parents.push(from);
@@ -246,7 +250,7 @@ impl Search {
         let old = space.layout.clone();
         let mut rooms: Vec<_> = (0..self.marking.len() as u32).map(|p| old.room(p)).collect();
         rooms[place as usize] = Room::UpTo(tokens);
-        space.layout = Layout::new(&rooms);
+        space.layout = MarkingLayout::new(&rooms);
         let growth = space.layout.words() as u64 * 8 * space.store.len() as u64;
         if space.store.bytes_with_one_more() + growth > budget.memory_bytes {
             space.layout = old;
@@ -257,13 +261,13 @@ impl Search {
             old.unpack(from, after);
             layout.pack(after, to);
         });
-        self.packed = packed(&space.rules, &space.layout);
+        self.packed = pack_rules(&space.rules, &space.layout);
         Ok(())
     }
 }
 
 /// Returns the room of each place: its bound if it has one, else what the initial marking needs.
-pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
+pub(super) fn rooms_of(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     let mut changes = vec![false; net.places().len()];
     for rule in rules.all() {
         rule.change.iter().for_each(|(place, _)| changes[*place as usize] = true);
@@ -277,7 +281,7 @@ pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     (0..net.places().len()).map(room).collect()
 }
 
-fn packed(rules: &Rules, layout: &Layout) -> Vec<Packed> {
+fn pack_rules(rules: &Rules, layout: &MarkingLayout) -> Vec<Packed> {
     let packed = |rule: &super::rules::Rule| Packed {
         difference: layout.difference(&rule.change),
         growing: rule

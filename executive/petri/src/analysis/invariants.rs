@@ -2,7 +2,7 @@
 //! (places), and counts of firings that together change nothing (transitions). The sums give bounds
 //! of places, and pairs of places that are never marked together, without enumerating states.
 
-use super::elimination::{Effort, Solutions, solve};
+use super::elimination::{EliminationLimits, Solutions, solve_by_elimination};
 use super::rules::Rules;
 use crate::net::{Net, PlaceId, TransitionId};
 
@@ -36,7 +36,7 @@ pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId>
     for (place, _) in rules.all().iter().flat_map(|rule| &rule.reset_to) {
         matrix[*place as usize] = None;
     }
-    semiflows(matrix, net.transitions().len(), PlaceId, stop)
+    minimal_semiflows(matrix, net.transitions().len(), PlaceId, stop)
 }
 
 /// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs are
@@ -45,11 +45,11 @@ pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<Tra
     let rules = Rules::new(net);
     let row = |rule: &super::rules::Rule| rule.reset_to.is_empty().then(|| rule.change.clone());
     let matrix = rules.all().iter().map(row).collect();
-    semiflows(matrix, net.places().len(), TransitionId, stop)
+    minimal_semiflows(matrix, net.places().len(), TransitionId, stop)
 }
 
 /// Solves the matrix without its omitted rows, and returns weights under the original numbers.
-fn semiflows<Id>(
+fn minimal_semiflows<Id>(
     matrix: Vec<Option<Vec<(u32, i64)>>>,
     columns: usize,
     id: impl Fn(u32) -> Id,
@@ -58,8 +58,9 @@ fn semiflows<Id>(
     let variables: Vec<u32> =
         (0..matrix.len() as u32).filter(|variable| matrix[*variable as usize].is_some()).collect();
     let matrix: Vec<_> = matrix.into_iter().flatten().collect();
-    let effort = Effort { rows: ROWS, steps: STEPS };
-    let Solutions { mut solutions, complete } = solve(matrix, columns, u32::MAX, effort, stop);
+    let effort = EliminationLimits { rows: ROWS, steps: STEPS };
+    let Solutions { mut solutions, complete } =
+        solve_by_elimination(matrix, columns, u32::MAX, effort, stop);
     solutions.sort();
     let weigh = |weights: Vec<(u32, i64)>| {
         let own = weights.into_iter().map(|(v, weight)| (id(variables[v as usize]), weight as u64));
@@ -110,19 +111,19 @@ impl Bounds {
         }
         let (matrix, columns) = (sub_rows(net), net.transitions().len());
         let places = matrix.len() as u32;
-        let effort = Effort { rows: ROWS, steps: STEPS_FOR_BOUNDS };
-        let equal = solve(matrix.clone(), columns, places, effort, stop);
-        bounds.learn(net, &equal.solutions);
+        let effort = EliminationLimits { rows: ROWS, steps: STEPS_FOR_BOUNDS };
+        let equal = solve_by_elimination(matrix.clone(), columns, places, effort, stop);
+        bounds.tighten(net, &equal.solutions);
         if !bounds.is_bounded() && !stop() {
             let slack = (0..columns as u32).map(|column| vec![(column, 1)]);
             let matrix = matrix.into_iter().chain(slack).collect();
-            let falling = solve(matrix, columns, places, effort, stop);
-            bounds.learn(net, &falling.solutions);
+            let falling = solve_by_elimination(matrix, columns, places, effort, stop);
+            bounds.tighten(net, &falling.solutions);
         }
         bounds
     }
 
-    fn learn(&mut self, net: &Net, sums: &[Vec<(u32, i64)>]) {
+    fn tighten(&mut self, net: &Net, sums: &[Vec<(u32, i64)>]) {
         for weights in sums {
             let tokens = |place: u32| i128::from(net.initial()[place as usize]);
             let sum: i128 = weights.iter().map(|&(p, weight)| i128::from(weight) * tokens(p)).sum();
@@ -174,12 +175,13 @@ pub fn excludes<'a>(
 ) -> Option<&'a Semiflow<PlaceId>> {
     semiflows.semiflows.iter().find(|flow| {
         let weight = |place| flow.weights.iter().find(|w| w.0 == place).map_or(0, |w| w.1);
-        let sum: u128 = flow.weights.iter().map(|w| u128::from(w.1) * initial(net, w.0)).sum();
+        let sum: u128 =
+            flow.weights.iter().map(|w| u128::from(w.1) * initial_tokens(net, w.0)).sum();
         let both = u128::from(weight(one)) + u128::from(weight(other));
         weight(one) > 0 && weight(other) > 0 && both > sum
     })
 }
 
-fn initial(net: &Net, place: PlaceId) -> u128 {
+fn initial_tokens(net: &Net, place: PlaceId) -> u128 {
     u128::from(net.initial()[place.index()])
 }

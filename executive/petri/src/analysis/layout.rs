@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 
 /// The position of each place's field, and how to read and write it.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout {
-    fields: Vec<Field>,
+pub(crate) struct MarkingLayout {
+    fields: Vec<BitField>,
     words: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Field {
+struct BitField {
     word: u32,
     shift: u32,
     mask: u32,
@@ -28,7 +28,7 @@ pub(crate) enum Room {
     UpTo(u32),
 }
 
-impl Layout {
+impl MarkingLayout {
     pub fn new(rooms: &[Room]) -> Self {
         let width = |room: &Room| match room {
             Room::Constant(_) => 0,
@@ -36,7 +36,7 @@ impl Layout {
         };
         let mut order: Vec<usize> = (0..rooms.len()).collect();
         order.sort_by_key(|index| std::cmp::Reverse(width(&rooms[*index])));
-        let mut fields = vec![Field { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
+        let mut fields = vec![BitField { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
         let mut used: Vec<u32> = vec![0];
         // A word without room for one field has none for the next field of the same width.
         let (mut start, mut start_width) = (0, u32::MAX);
@@ -58,7 +58,7 @@ impl Layout {
             let mask = u32::try_from(mask).expect("a field has 32 bits or fewer");
             // A field without bits may be in any word, also behind its last bit, so it has no shift.
             let shift = if width == 0 { 0 } else { used[word] };
-            fields[index] = Field { word: word as u32, shift, mask, constant: 0 };
+            fields[index] = BitField { word: word as u32, shift, mask, constant: 0 };
             used[word] += width;
             start = word;
         }
@@ -130,7 +130,7 @@ mod tests {
                 true => Room::Constant(tokens),
                 false => Room::UpTo(most(bits)),
             }).collect();
-            let layout = Layout::new(&rooms);
+            let layout = MarkingLayout::new(&rooms);
             let fit = |wish: u32, room: &Room| match room {
                 Room::Constant(tokens) => *tokens,
                 Room::UpTo(most) => if *most == u32::MAX { wish } else { wish % (most + 1) },

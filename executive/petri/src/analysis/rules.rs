@@ -29,7 +29,7 @@ pub struct Rules {
 impl Rules {
     /// Precomputes the rules of `net`.
     pub fn new(net: &Net) -> Self {
-        let rules: Vec<_> = net.transition_ids().map(|id| rule(net, id)).collect();
+        let rules: Vec<_> = net.transition_ids().map(|id| rule_of(net, id)).collect();
         let mut needed_by = vec![0u32; net.places().len()];
         for (place, _) in rules.iter().flat_map(|rule: &Rule| &rule.at_least) {
             needed_by[*place as usize] += 1;
@@ -118,7 +118,7 @@ impl Rule {
     }
 }
 
-fn rule(net: &Net, id: TransitionId) -> Rule {
+fn rule_of(net: &Net, id: TransitionId) -> Rule {
     let t = net.transition(id);
     let mut at_least: BTreeMap<u32, u32> = BTreeMap::new();
     for &(PlaceId(place), weight) in t.inputs.iter().chain(&t.reads) {

@@ -84,7 +84,7 @@ struct Patience<'a> {
 }
 
 impl Patience<'_> {
-    fn step(&mut self) -> Result<(), Exhausted> {
+    fn check_budget(&mut self) -> Result<(), Exhausted> {
         self.steps = self.steps.wrapping_add(1);
         let is_due = self.steps.is_multiple_of(STEPS_BETWEEN_STOP_CHECKS);
         if is_due && (self.budget.stop)() { Err(Exhausted::Time) } else { Ok(()) }
@@ -113,7 +113,7 @@ pub fn lost(
     let mut starts = Vec::new();
     let mut bytes = u64::from(nodes) * BYTES_PER_NODE;
     for node in 0..nodes {
-        patience.step()?;
+        patience.check_budget()?;
         let firings = graph.firings(node);
         for (_, next) in firings.iter() {
             backwards.add_edge(NodeIndex::from(*next), NodeIndex::from(node), ());
@@ -128,7 +128,7 @@ pub fn lost(
     }
     let mut search = Dfs::from_parts(starts, backwards.visit_map());
     while search.next(&backwards).is_some() {
-        patience.step()?;
+        patience.check_budget()?;
     }
     Ok((0..nodes).find(|node| !search.discovered.is_visited(&NodeIndex::from(*node))))
 }
@@ -147,16 +147,16 @@ pub fn escape(
     wanted: &dyn Fn(&[u32]) -> bool,
     budget: &Budget<'_>,
 ) -> Result<Option<Escape>, Exhausted> {
-    let mut search = Search {
+    let mut search = EscapeSearch {
         graph,
         wanted,
         patience: Patience { budget, steps: 0 },
         marks: vec![0; graph.nodes() as usize],
     };
     for start in starts {
-        search.patience.step()?;
+        search.patience.check_budget()?;
         if search.marks[start as usize] == 0
-            && let Some(escape) = search.from(start)?
+            && let Some(escape) = search.find_escape(start)?
         {
             let lead = graph.way(start);
             let after = |way: Vec<_>| lead.iter().copied().chain(way).collect();
@@ -169,7 +169,7 @@ pub fn escape(
     Ok(None)
 }
 
-struct Search<'a> {
+struct EscapeSearch<'a> {
     graph: &'a dyn Graph,
     wanted: &'a dyn Fn(&[u32]) -> bool,
     patience: Patience<'a>,
@@ -184,15 +184,15 @@ struct Visit<'a> {
     by: TransitionId,
 }
 
-impl<'a> Search<'a> {
-    fn from(&mut self, start: u32) -> Result<Option<Escape>, Exhausted> {
+impl<'a> EscapeSearch<'a> {
+    fn find_escape(&mut self, start: u32) -> Result<Option<Escape>, Exhausted> {
         let mut way = Vec::new();
-        self.enter(start, TransitionId(0), &mut way);
+        self.enter_node(start, TransitionId(0), &mut way);
         while let Some(last) = way.last_mut() {
-            self.patience.step()?;
+            self.patience.check_budget()?;
             let Some(&(transition, next)) = last.firings.get(last.followed) else {
                 if last.firings.is_empty() {
-                    return Ok(Some(Escape::DeadEnd(fired(&way[1..]))));
+                    return Ok(Some(Escape::DeadEnd(fired_transitions(&way[1..]))));
                 }
                 self.marks[last.node as usize] = DONE;
                 way.pop();
@@ -202,18 +202,18 @@ impl<'a> Search<'a> {
             match self.marks[next as usize] {
                 ON_PATH => {
                     let entry = way.iter().position(|visit| visit.node == next).unwrap_or(0);
-                    let mut circle = fired(&way[entry + 1..]);
+                    let mut circle = fired_transitions(&way[entry + 1..]);
                     circle.push(transition);
-                    return Ok(Some(Escape::Circle(fired(&way[1..=entry]), circle)));
+                    return Ok(Some(Escape::Circle(fired_transitions(&way[1..=entry]), circle)));
                 }
                 DONE => {}
-                _ => self.enter(next, transition, &mut way),
+                _ => self.enter_node(next, transition, &mut way),
             }
         }
         Ok(None)
     }
 
-    fn enter(&mut self, node: u32, by: TransitionId, way: &mut Vec<Visit<'a>>) {
+    fn enter_node(&mut self, node: u32, by: TransitionId, way: &mut Vec<Visit<'a>>) {
         let is_wanted = (self.wanted)(&self.graph.tokens(node));
         self.marks[node as usize] = if is_wanted { DONE } else { ON_PATH };
         if !is_wanted {
@@ -223,7 +223,7 @@ impl<'a> Search<'a> {
     }
 }
 
-fn fired(way: &[Visit<'_>]) -> Vec<TransitionId> {
+fn fired_transitions(way: &[Visit<'_>]) -> Vec<TransitionId> {
     way.iter().map(|visit| visit.by).collect()
 }
 
@@ -235,7 +235,7 @@ mod tests {
     use crate::net::Net;
 
     /// Returns the space of one token that moves along these edges.
-    fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
+    fn space_of_walker(places: usize, edges: &[(usize, usize)]) -> Space {
         let mut net = Net::builder();
         let places: Vec<_> =
             (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn a_run_escapes_into_a_circle_or_to_a_dead_end_or_not_at_all() {
         let check = |edges: &[(usize, usize)], expected: Option<Escape>| {
-            let space = walker(4, edges);
+            let space = space_of_walker(4, edges);
             let starts = space.nearest(&|m| m[1] > 0);
             let found = escape(&space, starts, &|m| m[3] > 0, &Budget::UNLIMITED);
             assert_eq!(found.unwrap(), expected, "{edges:?}");
@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn the_nearest_node_that_cannot_reach_a_wanted_one_is_found() {
         let check = |edges: &[(usize, usize)], expected: Option<&[TransitionId]>| {
-            let space = walker(4, edges);
+            let space = space_of_walker(4, edges);
             let found = lost(&space, &|m| m[3] > 0, &Budget::UNLIMITED).unwrap();
             assert_eq!(found.map(|node| space.way(node)).as_deref(), expected, "{edges:?}");
         };

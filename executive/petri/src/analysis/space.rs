@@ -1,16 +1,16 @@
 //! The states that an exploration found, in breadth-first order, and queries on them.
 
-use super::layout::Layout;
+use super::layout::MarkingLayout;
 use super::rules::Rules;
-use super::store::Store;
+use super::store::StateStore;
 use crate::net::{PlaceId, TransitionId};
 
 /// States, numbered by distance from the initial one, which is 0.
 #[derive(Debug)]
 pub struct Space {
     pub(crate) rules: Rules,
-    pub(crate) layout: Layout,
-    pub(crate) store: Store,
+    pub(crate) layout: MarkingLayout,
+    pub(crate) store: StateStore,
     pub(crate) parents: Option<Vec<u32>>,
     pub(crate) most_in_place: Vec<u32>,
     pub(crate) most_in_marking: u64,

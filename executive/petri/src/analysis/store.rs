@@ -10,13 +10,13 @@ pub(crate) const MOST_STATES: usize = (1 << 31) - 2;
 
 /// The result of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Found {
+pub(crate) enum Insertion {
     New(u32),
     Known(u32),
 }
 
 #[derive(Debug)]
-pub(crate) struct Store {
+pub(crate) struct StateStore {
     words: usize,
     chunks: Vec<Vec<u64>>,
     /// Binary logarithm of the states per chunk.
@@ -26,7 +26,7 @@ pub(crate) struct Store {
     slots: Vec<u32>,
 }
 
-impl Store {
+impl StateStore {
     pub fn new(words: usize) -> Self {
         let chunk_shift = (CHUNK_WORDS / words).max(1).ilog2();
         Self { words, chunks: Vec::new(), chunk_shift, len: 0, slots: vec![0; 1 << 10] }
@@ -68,24 +68,24 @@ impl Store {
     }
 
     /// Inserts a state if it is new, and returns its number.
-    pub fn insert(&mut self, state: &[u64], hash: u64) -> Found {
+    pub fn insert(&mut self, state: &[u64], hash: u64) -> Insertion {
         if self.is_full() {
-            self.grow();
+            self.grow_table();
         }
-        match self.search(state, hash) {
-            Ok(number) => Found::Known(number),
+        match self.find_slot(state, hash) {
+            Ok(number) => Insertion::Known(number),
             Err(slot) => {
                 let number = self.len;
-                self.slots[slot] = self.tagged(number, hash);
-                self.push(state);
-                Found::New(number as u32)
+                self.slots[slot] = self.tag_number(number, hash);
+                self.push_state(state);
+                Insertion::New(number as u32)
             }
         }
     }
 
     /// Returns the number of a state; `None` if it is not stored.
     pub fn find(&self, state: &[u64]) -> Option<u32> {
-        self.search(state, hash_of(state)).ok()
+        self.find_slot(state, hash_of(state)).ok()
     }
 
     /// Moves all states into a store of another width, each rewritten by `convert`.
@@ -96,15 +96,15 @@ impl Store {
         for chunk in std::mem::take(&mut self.chunks) {
             for state in chunk.chunks_exact(self.words) {
                 convert(state, &mut out);
-                other.place(&out);
-                other.push(&out);
+                other.index_next_state(&out);
+                other.push_state(&out);
             }
         }
         other
     }
 
     #[inline]
-    fn search(&self, state: &[u64], hash: u64) -> Result<u32, usize> {
+    fn find_slot(&self, state: &[u64], hash: u64) -> Result<u32, usize> {
         let index_bits = self.index_bits();
         let tag = (hash >> 32) as u32 >> index_bits << index_bits;
         let index_mask = (1u32 << index_bits) - 1;
@@ -127,7 +127,7 @@ impl Store {
         }
     }
 
-    fn push(&mut self, state: &[u64]) {
+    fn push_state(&mut self, state: &[u64]) {
         if self.len & ((1 << self.chunk_shift) - 1) == 0 {
             self.chunks.push(Vec::with_capacity(self.words << self.chunk_shift));
         }
@@ -136,28 +136,28 @@ impl Store {
     }
 
     /// Adds a slot for a new state, which the caller is about to push.
-    fn place(&mut self, state: &[u64]) {
+    fn index_next_state(&mut self, state: &[u64]) {
         let hash = hash_of(state);
-        self.enter(self.len, hash);
+        self.fill_slot(self.len, hash);
     }
 
-    fn enter(&mut self, number: usize, hash: u64) {
+    fn fill_slot(&mut self, number: usize, hash: u64) {
         let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;
         while self.slots[slot] != 0 {
             slot = (slot + 1) & mask;
         }
-        self.slots[slot] = self.tagged(number, hash);
+        self.slots[slot] = self.tag_number(number, hash);
     }
 
     /// The old table goes before the new one comes: the arena has all it needs.
-    fn grow(&mut self) {
+    fn grow_table(&mut self) {
         let size = self.slots.len() * 2;
         self.slots = Vec::new();
         self.slots = vec![0; size];
         for number in 0..self.len {
             let hash = hash_of(self.state(number as u32));
-            self.enter(number, hash);
+            self.fill_slot(number, hash);
         }
     }
 
@@ -170,7 +170,7 @@ impl Store {
         self.slots.len().ilog2().min(31)
     }
 
-    fn tagged(&self, number: usize, hash: u64) -> u32 {
+    fn tag_number(&self, number: usize, hash: u64) -> u32 {
         let index_bits = self.index_bits();
         ((hash >> 32) as u32 >> index_bits << index_bits) | (number as u32 + 1)
     }
@@ -194,14 +194,14 @@ mod tests {
     #[test]
     fn each_state_is_kept_once_and_numbered_in_order() {
         for words in [1, 2, 3, 40_000] {
-            let mut store = Store::new(words);
+            let mut store = StateStore::new(words);
             let state = |n: u64| -> Vec<u64> { (0..words as u64).map(|w| n * n + w).collect() };
             let count = if words > 3 { 5 } else { 5000 };
             for n in 0..count {
-                assert_eq!(store.insert(&state(n), hash_of(&state(n))), Found::New(n as u32));
+                assert_eq!(store.insert(&state(n), hash_of(&state(n))), Insertion::New(n as u32));
             }
             for n in 0..count {
-                assert_eq!(store.insert(&state(n), hash_of(&state(n))), Found::Known(n as u32));
+                assert_eq!(store.insert(&state(n), hash_of(&state(n))), Insertion::Known(n as u32));
                 assert_eq!(store.find(&state(n)), Some(n as u32));
                 assert_eq!(store.state(n as u32), state(n));
             }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn states_keep_their_numbers_in_another_width() {
-        let mut store = Store::new(1);
+        let mut store = StateStore::new(1);
         for n in 0..3000 {
             store.insert(&[n], hash_of(&[n]));
         }

@@ -3,11 +3,11 @@
 //! them, so every deadlock is still reached by another order of the same firings.
 
 use super::budget::{Budget, Exhausted};
-use super::explore::rooms;
+use super::explore::rooms_of;
 use super::invariants::Bounds;
-use super::layout::Layout;
+use super::layout::MarkingLayout;
 use super::rules::Rules;
-use super::store::{Found, MOST_STATES, Store, hash_of};
+use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
 
 /// The result of a reduced search.
@@ -49,9 +49,9 @@ pub fn deadlocks_that(
         return Ok(None);
     }
     let rules = Rules::new(net);
-    let layout = Layout::new(&rooms(net, &rules, bounds));
+    let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
     let mut stubborn = Stubborn::new(net, &rules);
-    let mut store = Store::new(layout.words());
+    let mut store = StateStore::new(layout.words());
     let mut marking = net.initial().to_vec();
     let mut words = vec![0; layout.words()];
     layout.pack(&marking, &mut words);
@@ -64,7 +64,7 @@ pub fn deadlocks_that(
             return Err(Exhausted::Time);
         }
         layout.unpack(store.state(next as u32), &mut marking);
-        let firing = stubborn.set(&rules, &marking);
+        let firing = stubborn.enabled_subset(&rules, &marking);
         if firing.is_empty() && wanted(&marking) {
             deadlocks += 1;
             first.get_or_insert(next as u32);
@@ -78,7 +78,7 @@ pub fn deadlocks_that(
             {
                 return Err(Exhausted::Memory);
             }
-            if let Found::New(number) = store.insert(&words, hash_of(&words)) {
+            if let Insertion::New(number) = store.insert(&words, hash_of(&words)) {
                 if u64::from(number) >= budget.states || number as usize >= MOST_STATES {
                     return Err(Exhausted::States);
                 }
@@ -141,7 +141,7 @@ impl Stubborn {
     }
 
     /// Returns the enabled transitions of a small stubborn set; empty if no transition is enabled.
-    fn set(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
+    fn enabled_subset(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
@@ -150,7 +150,7 @@ impl Stubborn {
             if best.len() <= 1 {
                 break;
             }
-            if let Some(smaller) = self.closure(rules, marking, beginning, best.len()) {
+            if let Some(smaller) = self.close_set(rules, marking, beginning, best.len()) {
                 best = smaller;
             }
         }
@@ -159,7 +159,7 @@ impl Stubborn {
 
     /// Returns the enabled transitions of the smallest stubborn set that contains `beginning`, if they
     /// are fewer than `than`.
-    fn closure(
+    fn close_set(
         &mut self,
         rules: &Rules,
         marking: &[u32],

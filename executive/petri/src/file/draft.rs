@@ -5,7 +5,7 @@ use crate::net::{Class, Interval, Net, PlaceId};
 
 /// The kind of an arc between a place and a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ArcKind {
     Input,
     Output,
     Read,
@@ -28,7 +28,7 @@ pub(super) struct DraftTransition {
     pub class: Class,
     pub priority: i32,
     pub gated: bool,
-    pub arcs: Vec<(Kind, u32, u32)>,
+    pub arcs: Vec<(ArcKind, u32, u32)>,
     /// Offset of its declaration in the text.
     pub at: usize,
 }
@@ -49,13 +49,13 @@ impl DraftTransition {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Draft {
+pub(super) struct NetDraft {
     pub name: String,
     pub places: Vec<DraftPlace>,
     pub transitions: Vec<DraftTransition>,
 }
 
-impl Draft {
+impl NetDraft {
     /// Builds the net. A fault of the net gets the position of its transition.
     pub fn build(self, text: &str) -> Result<NetFile, FileError> {
         let mut net = Net::builder();
@@ -75,11 +75,11 @@ impl Draft {
             for (kind, place, weight) in draft.arcs {
                 let place = PlaceId(place);
                 t = match kind {
-                    Kind::Input => t.input(place, weight),
-                    Kind::Output => t.output(place, weight),
-                    Kind::Read => t.read(place, weight),
-                    Kind::Inhibitor => t.inhibitor(place, weight),
-                    Kind::Reset => t.reset(place),
+                    ArcKind::Input => t.input(place, weight),
+                    ArcKind::Output => t.output(place, weight),
+                    ArcKind::Read => t.read(place, weight),
+                    ArcKind::Inhibitor => t.inhibitor(place, weight),
+                    ArcKind::Reset => t.reset(place),
                 };
             }
             if draft.gated {

@@ -4,30 +4,30 @@ use super::Fault;
 use std::time::Duration;
 
 /// Parses a whole number of tokens.
-pub(super) fn tokens(text: &str) -> Result<u32, Fault> {
-    scaled_tokens(text, 1)
+pub(super) fn parse_tokens(text: &str) -> Result<u32, Fault> {
+    parse_scaled_tokens(text, 1)
 }
 
 /// Parses a whole number of tokens and multiplies it by `factor`.
-pub(super) fn scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
+pub(super) fn parse_scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
-        return Err(Fault::Number(shortened(text)));
+        return Err(Fault::Number(shorten(text)));
     }
     let number = text.parse::<u32>().ok().map(u64::from).and_then(|n| n.checked_mul(factor));
-    number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| Fault::TooMany(shortened(text)))
+    number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| Fault::TooMany(shorten(text)))
 }
 
 /// Parses the weight of an arc.
-pub(super) fn weight(text: &str) -> Result<u32, Fault> {
-    match tokens(text)? {
+pub(super) fn parse_weight(text: &str) -> Result<u32, Fault> {
+    match parse_tokens(text)? {
         0 => Err(Fault::ZeroWeight),
         weight => Ok(weight),
     }
 }
 
 /// Parses a time in seconds, exact to the nanosecond.
-pub(super) fn seconds(text: &str) -> Result<Duration, Fault> {
-    let wrong = || Fault::Time(shortened(text));
+pub(super) fn parse_seconds(text: &str) -> Result<Duration, Fault> {
+    let wrong = || Fault::Time(shorten(text));
     let (whole, part) = text.split_once('.').unwrap_or((text, ""));
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let part = part.trim_end_matches('0');
@@ -40,13 +40,13 @@ pub(super) fn seconds(text: &str) -> Result<Duration, Fault> {
 }
 
 /// Returns a time as text that [`seconds`] parses back.
-pub(super) fn seconds_text(time: Duration) -> String {
+pub(super) fn write_seconds(time: Duration) -> String {
     let text = format!("{}.{:09}", time.as_secs(), time.subsec_nanos());
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Returns the beginning of a text, for an error message.
-pub(super) fn shortened(text: &str) -> String {
+pub(super) fn shorten(text: &str) -> String {
     const SHOWN: usize = 40;
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),
@@ -61,20 +61,20 @@ mod tests {
     #[test]
     fn times_are_written_and_parsed_back_exactly() {
         for text in ["0", "4", "0.5", "12.000000001", "18446744073709551615"] {
-            assert_eq!(seconds_text(seconds(text).unwrap()), text);
+            assert_eq!(write_seconds(parse_seconds(text).unwrap()), text);
         }
-        assert_eq!(seconds("4.0").unwrap(), Duration::from_secs(4));
+        assert_eq!(parse_seconds("4.0").unwrap(), Duration::from_secs(4));
         for wrong in ["", ".5", "-1", "1e3", "0.0000000001", "99999999999999999999"] {
-            assert!(seconds(wrong).is_err(), "{wrong}");
+            assert!(parse_seconds(wrong).is_err(), "{wrong}");
         }
     }
 
     #[test]
     fn more_tokens_than_a_place_can_hold_are_refused() {
-        assert_eq!(tokens("4294967295"), Ok(u32::MAX));
-        assert_eq!(tokens("4294967296"), Err(Fault::TooMany("4294967296".into())));
-        assert_eq!(scaled_tokens("5", 1_000_000_000), Err(Fault::TooMany("5".into())));
-        assert_eq!(weight("0"), Err(Fault::ZeroWeight));
-        assert_eq!(tokens("-1"), Err(Fault::Number("-1".into())));
+        assert_eq!(parse_tokens("4294967295"), Ok(u32::MAX));
+        assert_eq!(parse_tokens("4294967296"), Err(Fault::TooMany("4294967296".into())));
+        assert_eq!(parse_scaled_tokens("5", 1_000_000_000), Err(Fault::TooMany("5".into())));
+        assert_eq!(parse_weight("0"), Err(Fault::ZeroWeight));
+        assert_eq!(parse_tokens("-1"), Err(Fault::Number("-1".into())));
     }
 }

@@ -1,9 +1,9 @@
 //! Reads TINA's `.net`: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, which add up to the net.
 //! The grammar is on the page "formats" of TINA's manual (LAAS-CNRS). One unit of time is a second.
 
-use super::draft::{Draft, DraftPlace, DraftTransition, Kind};
-use super::numeral::{scaled_tokens, seconds};
-use super::tina_tokens::{Token, Word, tokens};
+use super::draft::{ArcKind, DraftPlace, DraftTransition, NetDraft};
+use super::numeral::{parse_scaled_tokens, parse_seconds};
+use super::tina_tokens::{TinaToken, TinaWord, split_into_tokens};
 use super::{Fault, FileError, NetFile, Note, fault_at};
 use crate::net::Interval;
 use petgraph::Incoming;
@@ -18,13 +18,14 @@ pub use super::tina_writing::{Inexpressible, write};
 /// # Errors
 /// The first fault, with line and column.
 pub fn read(text: &str) -> Result<NetFile, FileError> {
-    let mut reading = Reading { tokens: tokens(text)?, end: text.len(), ..Reading::default() };
-    let read = reading.declarations().and_then(|()| reading.apply_priorities());
+    let mut reading =
+        TinaReader { tokens: split_into_tokens(text)?, end: text.len(), ..TinaReader::default() };
+    let read = reading.read_declarations().and_then(|()| reading.apply_priorities());
     read.map_err(|(at, fault)| fault_at(text, at, fault))?;
     reading.draft.build(text)
 }
 
-type Located<T> = Result<T, (usize, Fault)>;
+type TinaResult<T> = Result<T, (usize, Fault)>;
 
 /// Most pairs of transitions that `pr` declarations may order.
 const MAX_PRECEDENCE: usize = 4_000_000;
@@ -32,34 +33,34 @@ const MAX_PRECEDENCE: usize = 4_000_000;
 const KEYWORDS: &[&str] = &["net", "tr", "pl", "lb", "pr", "nt"];
 
 #[derive(Default)]
-struct Reading {
-    tokens: Vec<Token>,
+struct TinaReader {
+    tokens: Vec<TinaToken>,
     next: usize,
     end: usize,
-    draft: Draft,
+    draft: NetDraft,
     places: HashMap<String, u32>,
     transitions: HashMap<String, usize>,
     /// Priorities: first fires before second; and the offset of the declaration.
     precedence: Vec<(usize, usize, usize)>,
 }
 
-impl Reading {
-    fn declarations(&mut self) -> Located<()> {
+impl TinaReader {
+    fn read_declarations(&mut self) -> TinaResult<()> {
         while let Some(token) = self.tokens.get(self.next).cloned() {
             self.next += 1;
             let keyword = match &token.word {
-                Word::Plain(word) => word.as_str(),
+                TinaWord::Plain(word) => word.as_str(),
                 _ => "",
             };
             match keyword {
-                "net" => self.draft.name = self.name("a name of the net")?.0,
-                "tr" => self.transition()?,
-                "pl" => self.place()?,
-                "lb" => self.label()?,
-                "pr" => self.priority(token.at)?,
+                "net" => self.draft.name = self.read_name("a name of the net")?.0,
+                "tr" => self.read_transition()?,
+                "pl" => self.read_place()?,
+                "lb" => self.read_label()?,
+                "pr" => self.read_priority(token.at)?,
                 "nt" => {
                     for wanted in ["a note's name", "0 or 1", "a note"] {
-                        self.name(wanted)?;
+                        self.read_name(wanted)?;
                     }
                 }
                 _ => {
@@ -71,58 +72,58 @@ impl Reading {
         Ok(())
     }
 
-    fn transition(&mut self) -> Located<()> {
-        let (name, at) = self.name("a transition")?;
+    fn read_transition(&mut self) -> TinaResult<()> {
+        let (name, at) = self.read_name("a transition")?;
         let index = self.transition_called(name, at);
-        if let Some(label) = self.optional_label()? {
+        if let Some(label) = self.read_optional_label()? {
             self.draft.transitions[index].note.label = label;
         }
         if self.peek_sign("[") || self.peek_sign("]") {
-            self.draft.transitions[index].interval = self.interval()?;
+            self.draft.transitions[index].interval = self.read_interval()?;
         }
-        for (name, kind, weight, _) in self.arcs()? {
+        for (name, kind, weight, _) in self.read_arcs()? {
             let place = self.place_called(name);
             self.draft.transitions[index].arcs.push((kind, place, weight));
         }
-        let token = self.tokens.get(self.next).filter(|token| token.word == Word::Arrow);
+        let token = self.tokens.get(self.next).filter(|token| token.word == TinaWord::Arrow);
         if token.is_none() {
             return match self.draft.transitions[index].arcs.is_empty() || self.at_declaration() {
                 true => Ok(()),
-                false => Err(self.wanted("-> and output places")),
+                false => Err(self.expected("-> and output places")),
             };
         }
         self.next += 1;
-        for (name, kind, weight, at) in self.arcs()? {
-            if kind != Kind::Input {
+        for (name, kind, weight, at) in self.read_arcs()? {
+            if kind != ArcKind::Input {
                 return Err((at, Fault::Unsupported("a test on the output side".into())));
             }
             let place = self.place_called(name);
-            self.draft.transitions[index].arcs.push((Kind::Output, place, weight));
+            self.draft.transitions[index].arcs.push((ArcKind::Output, place, weight));
         }
         Ok(())
     }
 
-    fn place(&mut self) -> Located<()> {
-        let (name, _) = self.name("a place")?;
+    fn read_place(&mut self) -> TinaResult<()> {
+        let (name, _) = self.read_name("a place")?;
         let place = self.place_called(name);
-        if let Some(label) = self.optional_label()? {
+        if let Some(label) = self.read_optional_label()? {
             self.draft.places[place as usize].note.label = label;
         }
         if self.peek_sign("(") {
             self.next += 1;
-            self.draft.places[place as usize].tokens = self.number()?;
-            self.sign(')', "a closing parenthesis")?;
+            self.draft.places[place as usize].tokens = self.read_number()?;
+            self.expect_sign(')', "a closing parenthesis")?;
         }
-        for (name, kind, weight, at) in self.arcs()? {
-            if kind != Kind::Input {
+        for (name, kind, weight, at) in self.read_arcs()? {
+            if kind != ArcKind::Input {
                 return Err((at, Fault::Unsupported("a test on the output side".into())));
             }
             let index = self.transition_called(name, at);
-            self.draft.transitions[index].arcs.push((Kind::Output, place, weight));
+            self.draft.transitions[index].arcs.push((ArcKind::Output, place, weight));
         }
-        if self.tokens.get(self.next).is_some_and(|token| token.word == Word::Arrow) {
+        if self.tokens.get(self.next).is_some_and(|token| token.word == TinaWord::Arrow) {
             self.next += 1;
-            for (name, kind, weight, at) in self.arcs()? {
+            for (name, kind, weight, at) in self.read_arcs()? {
                 let index = self.transition_called(name, at);
                 self.draft.transitions[index].arcs.push((kind, place, weight));
             }
@@ -130,9 +131,9 @@ impl Reading {
         Ok(())
     }
 
-    fn label(&mut self) -> Located<()> {
-        let (name, at) = self.name("a place or transition")?;
-        let (label, _) = self.name("a label")?;
+    fn read_label(&mut self) -> TinaResult<()> {
+        let (name, at) = self.read_name("a place or transition")?;
+        let (label, _) = self.read_name("a label")?;
         if let Some(place) = self.places.get(&name) {
             self.draft.places[*place as usize].note.label = label;
         } else if let Some(index) = self.transitions.get(&name) {
@@ -143,14 +144,14 @@ impl Reading {
         Ok(())
     }
 
-    fn priority(&mut self, at: usize) -> Located<()> {
-        let left = self.transitions_here()?;
+    fn read_priority(&mut self, at: usize) -> TinaResult<()> {
+        let left = self.read_transitions()?;
         let greater = self.peek_sign(">");
         if !greater && !self.peek_sign("<") {
-            return Err(self.wanted("< or >"));
+            return Err(self.expected("< or >"));
         }
         self.next += 1;
-        let right = self.transitions_here()?;
+        let right = self.read_transitions()?;
         let (first, second) = if greater { (left, right) } else { (right, left) };
         if first.len().saturating_mul(second.len()) > MAX_PRECEDENCE - self.precedence.len() {
             return Err((at, Fault::Limit("more than 4,000,000 pairs of transitions are ordered")));
@@ -161,21 +162,21 @@ impl Reading {
         Ok(())
     }
 
-    fn transitions_here(&mut self) -> Located<Vec<usize>> {
+    fn read_transitions(&mut self) -> TinaResult<Vec<usize>> {
         let mut indices = Vec::new();
         while self.at_name() {
-            let (name, at) = self.name("a transition")?;
+            let (name, at) = self.read_name("a transition")?;
             indices.push(self.transition_called(name, at));
         }
         match indices.is_empty() {
-            true => Err(self.wanted("a transition")),
+            true => Err(self.expected("a transition")),
             false => Ok(indices),
         }
     }
 
     /// Turns the declared order into numbers: the priority of a transition is the length of the
     /// longest chain of transitions below it.
-    fn apply_priorities(&mut self) -> Located<()> {
+    fn apply_priorities(&mut self) -> TinaResult<()> {
         let pairs =
             self.precedence.iter().map(|(first, second, _)| (*first as u32, *second as u32));
         let precedence = DiGraph::<(), ()>::from_edges(pairs);
@@ -196,26 +197,26 @@ impl Reading {
     }
 
     /// Parses arcs, names with a kind and a weight, up to an arrow or the next declaration.
-    fn arcs(&mut self) -> Located<Vec<(String, Kind, u32, usize)>> {
+    fn read_arcs(&mut self) -> TinaResult<Vec<(String, ArcKind, u32, usize)>> {
         let mut arcs = Vec::new();
         while self.at_name() {
-            let (name, at) = self.name("a name")?;
+            let (name, at) = self.read_name("a name")?;
             let sign = match self.tokens.get(self.next).map(|token| &token.word) {
-                Some(Word::Sign(sign)) => *sign,
+                Some(TinaWord::Sign(sign)) => *sign,
                 _ => ' ',
             };
             let kind = match sign {
-                '*' => Kind::Input,
-                '?' => Kind::Read,
-                'i' => Kind::Inhibitor,
+                '*' => ArcKind::Input,
+                '?' => ArcKind::Read,
+                'i' => ArcKind::Inhibitor,
                 '!' | 'j' => return Err((at, Fault::Unsupported("a stopwatch arc".into()))),
                 _ => {
-                    arcs.push((name, Kind::Input, 1, at));
+                    arcs.push((name, ArcKind::Input, 1, at));
                     continue;
                 }
             };
             self.next += 1;
-            match self.number()? {
+            match self.read_number()? {
                 0 => return Err((at, Fault::ZeroWeight)),
                 weight => arcs.push((name, kind, weight, at)),
             }
@@ -223,16 +224,16 @@ impl Reading {
         Ok(arcs)
     }
 
-    fn interval(&mut self) -> Located<Interval> {
-        let at = self.here();
+    fn read_interval(&mut self) -> TinaResult<Interval> {
+        let at = self.offset_here();
         let opens = self.peek_sign("]");
         self.next += 1;
-        let earliest = self.time()?.ok_or((at, Fault::Time("w".into())))?;
-        self.sign(',', "a comma")?;
-        let latest = self.time()?;
+        let earliest = self.read_time()?.ok_or((at, Fault::Time("w".into())))?;
+        self.expect_sign(',', "a comma")?;
+        let latest = self.read_time()?;
         let closes = self.peek_sign("[");
         if !closes {
-            self.sign(']', "the end of the interval")?;
+            self.expect_sign(']', "the end of the interval")?;
         } else {
             self.next += 1;
         }
@@ -246,29 +247,29 @@ impl Reading {
     }
 
     /// Parses a time; `None` for `w`.
-    fn time(&mut self) -> Located<Option<std::time::Duration>> {
-        let (text, at) = self.name("a time")?;
+    fn read_time(&mut self) -> TinaResult<Option<std::time::Duration>> {
+        let (text, at) = self.read_name("a time")?;
         if text == "w" {
             return Ok(None);
         }
-        seconds(&text).map(Some).map_err(|fault| (at, fault))
+        parse_seconds(&text).map(Some).map_err(|fault| (at, fault))
     }
 
-    fn number(&mut self) -> Located<u32> {
-        let (text, at) = self.name("a number")?;
+    fn read_number(&mut self) -> TinaResult<u32> {
+        let (text, at) = self.read_name("a number")?;
         let scales = [('K', 3), ('M', 6), ('G', 9), ('T', 12), ('P', 15), ('E', 18)];
         let scale = scales.iter().find(|(letter, _)| text.ends_with(*letter));
         let digits = &text[..text.len() - usize::from(scale.is_some())];
         let factor = scale.map_or(1, |(_, zeros)| 10u64.pow(*zeros));
-        scaled_tokens(digits, factor).map_err(|fault| (at, fault))
+        parse_scaled_tokens(digits, factor).map_err(|fault| (at, fault))
     }
 
-    fn optional_label(&mut self) -> Located<Option<String>> {
+    fn read_optional_label(&mut self) -> TinaResult<Option<String>> {
         if !self.peek_sign(":") {
             return Ok(None);
         }
         self.next += 1;
-        Ok(Some(self.name("a label")?.0))
+        Ok(Some(self.read_name("a label")?.0))
     }
 
     fn place_called(&mut self, name: String) -> u32 {
@@ -288,54 +289,54 @@ impl Reading {
         })
     }
 
-    fn name(&mut self, wanted: &'static str) -> Located<(String, usize)> {
+    fn read_name(&mut self, wanted: &'static str) -> TinaResult<(String, usize)> {
         match self.tokens.get(self.next).cloned() {
-            Some(Token { word: Word::Plain(name) | Word::Braced(name), at }) => {
+            Some(TinaToken { word: TinaWord::Plain(name) | TinaWord::Braced(name), at }) => {
                 self.next += 1;
                 Ok((name, at))
             }
-            _ => Err(self.wanted(wanted)),
+            _ => Err(self.expected(wanted)),
         }
     }
 
-    fn sign(&mut self, sign: char, wanted: &'static str) -> Located<()> {
-        match self.tokens.get(self.next).map(|token| &token.word) == Some(&Word::Sign(sign)) {
+    fn expect_sign(&mut self, sign: char, wanted: &'static str) -> TinaResult<()> {
+        match self.tokens.get(self.next).map(|token| &token.word) == Some(&TinaWord::Sign(sign)) {
             true => {
                 self.next += 1;
                 Ok(())
             }
-            false => Err(self.wanted(wanted)),
+            false => Err(self.expected(wanted)),
         }
     }
 
     fn peek_sign(&self, sign: &str) -> bool {
         let word = self.tokens.get(self.next).map(|token| &token.word);
-        matches!(word, Some(Word::Sign(found)) if sign.starts_with(*found))
+        matches!(word, Some(TinaWord::Sign(found)) if sign.starts_with(*found))
     }
 
     fn at_name(&self) -> bool {
         let named = matches!(
             self.tokens.get(self.next).map(|token| &token.word),
-            Some(Word::Plain(_) | Word::Braced(_))
+            Some(TinaWord::Plain(_) | TinaWord::Braced(_))
         );
         named && !self.at_declaration()
     }
 
     fn at_declaration(&self) -> bool {
         match self.tokens.get(self.next).map(|token| &token.word) {
-            Some(Word::Plain(word)) => KEYWORDS.contains(&word.as_str()),
+            Some(TinaWord::Plain(word)) => KEYWORDS.contains(&word.as_str()),
             Some(_) => false,
             None => true,
         }
     }
 
-    fn here(&self) -> usize {
+    fn offset_here(&self) -> usize {
         self.tokens.get(self.next).map_or(self.end, |token| token.at)
     }
 
-    fn wanted(&self, wanted: &'static str) -> (usize, Fault) {
+    fn expected(&self, wanted: &'static str) -> (usize, Fault) {
         let found = self.tokens.get(self.next).map(|token| token.word.shown());
         let found = found.unwrap_or_else(|| "the end of the file".into());
-        (self.here(), Fault::Wanted { wanted, found })
+        (self.offset_here(), Fault::Wanted { wanted, found })
     }
 }

@@ -1,7 +1,7 @@
 //! Parses XML into a small tree of elements with their offsets. Drops namespace prefixes and elements
 //! that are not needed (drawings, other tools' data), and enforces limits that quick-xml lacks.
 
-use super::numeral::shortened;
+use super::numeral::shorten;
 use super::{Fault, FileError, fault_at};
 use quick_xml::XmlVersion;
 use quick_xml::escape::resolve_predefined_entity;
@@ -17,23 +17,23 @@ const MAX_ATTRIBUTES: usize = 64;
 
 /// `<name attribute="value">text, elements</name>`.
 #[derive(Debug, Default)]
-pub(super) struct Element {
+pub(super) struct XmlElement {
     /// Without its prefix.
     pub name: String,
     pub attributes: Vec<(String, String)>,
     /// All text directly in it.
     pub text: String,
-    pub children: Vec<Element>,
+    pub children: Vec<XmlElement>,
     /// Offset of its `<`.
     pub at: usize,
 }
 
-impl Element {
+impl XmlElement {
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    pub fn child(&self, name: &str) -> Option<&Element> {
+    pub fn child(&self, name: &str) -> Option<&XmlElement> {
         self.children.iter().find(|child| child.name == name)
     }
 
@@ -45,17 +45,20 @@ impl Element {
 }
 
 /// Parses the text and returns the root element. `unread` selects elements to drop with their content.
-pub(super) fn parse(text: &str, unread: impl Fn(&Element) -> bool) -> Result<Element, FileError> {
+pub(super) fn parse(
+    text: &str,
+    unread: impl Fn(&XmlElement) -> bool,
+) -> Result<XmlElement, FileError> {
     let mut reader = Reader::from_str(text);
-    let mut open: Vec<Element> = Vec::new();
+    let mut open: Vec<XmlElement> = Vec::new();
     let mut root = None;
     let mut left_out = 0usize;
     let mut elements = 0usize;
     loop {
-        let at = offset(reader.buffer_position());
+        let at = byte_offset(reader.buffer_position());
         let fail = |fault| fault_at(text, at, fault);
         let event = reader.read_event().map_err(|error| {
-            let at = offset(reader.error_position());
+            let at = byte_offset(reader.error_position());
             fault_at(text, at, Fault::Xml(error.to_string()))
         })?;
         match event {
@@ -73,7 +76,7 @@ pub(super) fn parse(text: &str, unread: impl Fn(&Element) -> bool) -> Result<Ele
             }
             Event::End(_) if left_out > 0 => left_out -= 1,
             Event::Start(start) => {
-                let element = element(&start, at).map_err(fail)?;
+                let element = read_element(&start, at).map_err(fail)?;
                 elements += 1;
                 if open.len() >= MAX_DEPTH {
                     return Err(fail(Fault::Limit("elements are nested more than 64 deep here")));
@@ -92,23 +95,23 @@ pub(super) fn parse(text: &str, unread: impl Fn(&Element) -> bool) -> Result<Ele
                 if elements > MAX_ELEMENTS {
                     return Err(fail(Fault::Limit("the file has more than 4,000,000 elements")));
                 }
-                let element = element(&start, at).map_err(fail)?;
+                let element = read_element(&start, at).map_err(fail)?;
                 if !unread(&element) {
-                    close(element, &mut open, &mut root).map_err(fail)?;
+                    close_element(element, &mut open, &mut root).map_err(fail)?;
                 }
             }
             Event::End(_) => {
                 let element = open
                     .pop()
                     .ok_or_else(|| fail(Fault::Xml("an end tag closes nothing".into())))?;
-                close(element, &mut open, &mut root).map_err(fail)?;
+                close_element(element, &mut open, &mut root).map_err(fail)?;
             }
             Event::Text(piece) if left_out == 0 => {
                 push_text(&mut open, &piece.xml10_content());
             }
             Event::CData(piece) if left_out == 0 => push_text(&mut open, &piece.xml10_content()),
             Event::GeneralRef(reference) if left_out == 0 => {
-                push_text(&mut open, &resolved(&reference).map_err(fail)?);
+                push_text(&mut open, &resolve_entity(&reference).map_err(fail)?);
             }
             _ => {}
         }
@@ -120,7 +123,11 @@ pub(super) fn parse(text: &str, unread: impl Fn(&Element) -> bool) -> Result<Ele
     root.ok_or_else(|| end("there is no element"))
 }
 
-fn close(element: Element, open: &mut [Element], root: &mut Option<Element>) -> Result<(), Fault> {
+fn close_element(
+    element: XmlElement,
+    open: &mut [XmlElement],
+    root: &mut Option<XmlElement>,
+) -> Result<(), Fault> {
     match open.last_mut() {
         Some(parent) => parent.children.push(element),
         None if root.is_some() => return Err(Fault::Xml("a second root element".into())),
@@ -129,13 +136,13 @@ fn close(element: Element, open: &mut [Element], root: &mut Option<Element>) -> 
     Ok(())
 }
 
-fn push_text(open: &mut [Element], text: &str) {
+fn push_text(open: &mut [XmlElement], text: &str) {
     if let Some(top) = open.last_mut() {
         top.text.push_str(text);
     }
 }
 
-fn element(start: &BytesStart<'_>, at: usize) -> Result<Element, Fault> {
+fn read_element(start: &BytesStart<'_>, at: usize) -> Result<XmlElement, Fault> {
     let local = |name: &str| name.rsplit(':').next().unwrap_or(name).to_owned();
     let mut attributes = Vec::new();
     for attribute in start.attributes() {
@@ -149,12 +156,12 @@ fn element(start: &BytesStart<'_>, at: usize) -> Result<Element, Fault> {
         attributes.push((local(attribute.key.as_ref()), value.into_owned()));
     }
     let name = local(start.name().as_ref());
-    Ok(Element { name, attributes, at, ..Element::default() })
+    Ok(XmlElement { name, attributes, at, ..XmlElement::default() })
 }
 
-fn resolved(reference: &BytesRef<'_>) -> Result<String, Fault> {
+fn resolve_entity(reference: &BytesRef<'_>) -> Result<String, Fault> {
     let unknown =
-        || Fault::Xml(format!("unknown entity &{};", shortened(&reference.xml10_content())));
+        || Fault::Xml(format!("unknown entity &{};", shorten(&reference.xml10_content())));
     if reference.is_char_ref() {
         let character = reference.resolve_char_ref().map_err(|_| unknown())?;
         return character.map(String::from).ok_or_else(unknown);
@@ -163,7 +170,7 @@ fn resolved(reference: &BytesRef<'_>) -> Result<String, Fault> {
 }
 
 /// Positions fit `usize` because the text is in memory.
-fn offset(at: u64) -> usize {
+fn byte_offset(at: u64) -> usize {
     usize::try_from(at).unwrap_or(usize::MAX)
 }
 

@@ -3,10 +3,10 @@
 use armor_petri::file::{NetFile, decode, pnml, tina};
 use std::path::PathBuf;
 
-/// The net in the file of this name; `None`, with a word about it, where there are no data.
+/// Reads the net in the file of this name; returns `None`, with a note, if there are no data.
 ///
 /// # Panics
-/// If there are no data although the gate runs, or the file cannot be read.
+/// If there are no data under `CI`, or the file cannot be read.
 pub fn net(name: &str) -> Option<NetFile> {
     let Some(folder) = std::env::var_os("ARMOR_DATA") else {
         assert!(std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
