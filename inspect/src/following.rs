@@ -6,7 +6,7 @@ use armor_sdk::tap::{Tap, TapData, TapError};
 use armor_wire::schema::Schema;
 use thiserror::Error;
 
-use crate::observed::{Observed, TAP_KEEP};
+use crate::observed::{ObservedSystem, TAP_KEEP};
 
 /// Time within which the registry must answer before the system counts as ended.
 const ASK_EVERY: Duration = Duration::from_secs(1);
@@ -23,21 +23,21 @@ pub enum FollowError {
 }
 
 /// A tap that links again.
-pub struct Following {
-    observed: Observed,
+pub struct FollowingTap {
+    observed: ObservedSystem,
     data: String,
     tap: Tap,
     report_end: Box<dyn Fn(&str)>,
 }
 
-impl Following {
+impl FollowingTap {
     /// Links to `data`, which must be provided already. `report_end` is called with the reason
     /// whenever a link ends, before waiting for the next provider.
     ///
     /// # Errors
     /// If no component provides it, or the provider cannot be reached.
     pub fn begin(
-        observed: Observed,
+        observed: ObservedSystem,
         data: &str,
         report_end: impl Fn(&str) + 'static,
     ) -> Result<Self, TapError> {

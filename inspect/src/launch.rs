@@ -14,9 +14,9 @@ use parking_lot::Mutex;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use thiserror::Error;
 
-use crate::log::{Line, Log};
-use crate::systems::{self, Record};
-use crate::wake::Wake;
+use crate::log::{LogLine, RunLog};
+use crate::systems::{self, RunRecord};
+use crate::wake::WakeCallback;
 
 /// Time that a run has to stop in order before it is killed.
 pub const STOP_WITHIN: Duration = Duration::from_secs(10);
@@ -25,7 +25,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What to run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+pub struct LaunchPlan {
     /// The `armor` program.
     pub program: PathBuf,
     /// The system or mission file.
@@ -59,11 +59,11 @@ pub enum LaunchError {
 
 /// The stage of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stage {
+pub enum RunStage {
     /// It checks the file and starts.
     Starting,
     /// It runs and has written its record.
-    Running(Record),
+    Running(RunRecord),
     /// It was asked to stop.
     Stopping,
     /// It has ended.
@@ -77,31 +77,31 @@ pub enum Stage {
 
 /// A run started by this process. When dropped, it is stopped in order, and killed if that takes too
 /// long.
-pub struct Run {
+pub struct ChildRun {
     shared: Arc<SharedRun>,
     over: Receiver<()>,
 }
 
 struct SharedRun {
     state: Mutex<RunProgress>,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 struct RunProgress {
-    stage: Stage,
+    stage: RunStage,
     /// A handle instead of a process id: no signal can reach another process that got the same id.
     process: Option<OwnedFd>,
     asked: u32,
     end: Option<String>,
 }
 
-impl Run {
+impl ChildRun {
     /// Starts a run; its output goes to `log`, and `wake` is called when something has changed.
     ///
     /// # Errors
     /// If it cannot be started.
-    pub fn start(plan: &Plan, log: Log, wake: Wake) -> Result<Self, LaunchError> {
-        let state = RunProgress { stage: Stage::Starting, process: None, asked: 0, end: None };
+    pub fn start(plan: &LaunchPlan, log: RunLog, wake: WakeCallback) -> Result<Self, LaunchError> {
+        let state = RunProgress { stage: RunStage::Starting, process: None, asked: 0, end: None };
         let shared = Arc::new(SharedRun { state: Mutex::new(state), wake });
         let (started, has_started) = mpsc::channel();
         let (ended, over) = mpsc::channel();
@@ -122,7 +122,7 @@ impl Run {
     }
 
     /// Returns its stage.
-    pub fn stage(&self) -> Stage {
+    pub fn stage(&self) -> RunStage {
         self.shared.state.lock().stage.clone()
     }
 
@@ -133,7 +133,7 @@ impl Run {
             // Fails if it has ended already, which `end` is about to report.
             let _ = pidfd_send_signal(process, Signal::INT);
             state.asked += 1;
-            state.stage = Stage::Stopping;
+            state.stage = RunStage::Stopping;
         }
     }
 
@@ -151,7 +151,7 @@ impl Run {
 
     /// Returns whether it has ended.
     pub fn has_ended(&self) -> bool {
-        matches!(self.shared.state.lock().stage, Stage::Ended { .. })
+        matches!(self.shared.state.lock().stage, RunStage::Ended { .. })
     }
 
     /// Waits for its end; returns whether it ended in time.
@@ -160,7 +160,7 @@ impl Run {
     }
 }
 
-impl Drop for Run {
+impl Drop for ChildRun {
     fn drop(&mut self) {
         if self.has_ended() {
             return;
@@ -183,11 +183,11 @@ impl SharedRun {
 /// The thread that starts the run and stays with it.
 struct RunThread {
     shared: Arc<SharedRun>,
-    log: Log,
+    log: RunLog,
 }
 
 impl RunThread {
-    fn keep_run(self, plan: &Plan, started: &mpsc::Sender<io::Result<()>>) {
+    fn keep_run(self, plan: &LaunchPlan, started: &mpsc::Sender<io::Result<()>>) {
         let mut child = match guarded_command(plan).spawn() {
             Ok(child) => child,
             Err(error) => {
@@ -214,8 +214,8 @@ impl RunThread {
         let stdout = child.stdout.take();
         let stderr = child.stderr.take();
         let status = thread::scope(|scope| {
-            scope.spawn(|| self.read_output(stdout, Line::of_json));
-            scope.spawn(|| self.read_output(stderr, |text| Line::said("armor", "", text)));
+            scope.spawn(|| self.read_output(stdout, LogLine::of_json));
+            scope.spawn(|| self.read_output(stderr, |text| LogLine::own_line("armor", "", text)));
             scope.spawn(|| self.await_record(pid));
             let status = child.wait();
             self.shared.state.lock().process = None;
@@ -225,7 +225,7 @@ impl RunThread {
         self.report_end(status);
     }
 
-    fn read_output(&self, source: Option<impl Read>, read: impl Fn(&str) -> Line) {
+    fn read_output(&self, source: Option<impl Read>, read: impl Fn(&str) -> LogLine) {
         let Some(source) = source else { return };
         for line in BufReader::new(source).split(b'\n') {
             let Ok(line) = line else { return };
@@ -246,8 +246,8 @@ impl RunThread {
         while self.shared.state.lock().process.is_some() {
             if let Some(record) = record_of(pid) {
                 self.shared.change_progress(|state| {
-                    if state.stage == Stage::Starting {
-                        state.stage = Stage::Running(record);
+                    if state.stage == RunStage::Starting {
+                        state.stage = RunStage::Running(record);
                     }
                 });
                 return;
@@ -271,18 +271,18 @@ impl RunThread {
         self.shared.change_progress(|state| {
             // The run's own report, unless it was asked to stop.
             let how = state.end.take().filter(|_| state.asked == 0).unwrap_or(how);
-            state.stage = Stage::Ended { how, is_fine };
+            state.stage = RunStage::Ended { how, is_fine };
         });
     }
 }
 
-fn record_of(pid: u32) -> Option<Record> {
-    let records = systems::running(&systems::directory().ok()?).ok()?;
+fn record_of(pid: u32) -> Option<RunRecord> {
+    let records = systems::list_running(&systems::record_directory().ok()?).ok()?;
     records.into_iter().find(|record| record.pid == pid)
 }
 
 /// Returns the command of the run, under the guard that ends it with this process.
-fn guarded_command(plan: &Plan) -> Command {
+fn guarded_command(plan: &LaunchPlan) -> Command {
     let mut command = Command::new(&plan.program);
     command.args(["guard", &std::process::id().to_string(), "--"]).arg(&plan.program);
     command.args(["run", "--format", "json"]).args(&plan.arguments);

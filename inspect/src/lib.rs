@@ -1,8 +1,8 @@
 //! Observes a running system from outside, once (`armor ps`) or continuously for a window.
 //!
-//! [`Observed`] reads the system once; [`Watch`] keeps observing and maintains a [`Picture`];
-//! [`Values`] shows data on outputs and [`MissionWatch`] the state of the mission; [`OrderDesk`] and
-//! [`ParameterDesk`] send an operator's orders and an engineer's changes. [`launch`] runs a file.
+//! [`ObservedSystem`] reads the system once; [`SystemWatch`] keeps observing and maintains a [`SystemPicture`];
+//! [`WatchedValues`] shows data on outputs and [`MissionWatch`] the state of the mission; [`OrderSender`] and
+//! [`ParameterClient`] send an operator's orders and an engineer's changes. [`launch`] runs a file.
 //! Start with `observation.rs`.
 
 mod following;
@@ -21,14 +21,16 @@ mod wake;
 mod watch;
 pub mod words;
 
-pub use following::{FollowError, Following};
-pub use links::{Edge, Looks, links, looks};
-pub use mission::{History, MissionLook, MissionWatch};
-pub use observation::{Action, Condition, DEAD_AFTER, Event, LONG_CALL_S, Picture, Process};
-pub use observed::{CONFIGD, CONFIGURATION, Observed, Sighting, TAP_KEEP};
-pub use orders::{Given, OrderDesk, this_user};
-pub use parameters::{ParameterDesk, Told};
+pub use following::{FollowError, FollowingTap};
+pub use links::{Looks, ObservedLink, combine_links, pair_reports};
+pub use mission::{FiringHistory, MissionLook, MissionWatch};
+pub use observation::{
+    Condition, DEAD_AFTER, LONG_CALL_S, ObservedProcess, ObserverAction, SystemEvent, SystemPicture,
+};
+pub use observed::{CONFIGD, CONFIGURATION, ObservedSystem, Sighting, TAP_KEEP};
+pub use orders::{OrderSender, SentOrder, this_user};
+pub use parameters::{ParameterClient, SetReport};
 pub use series::{MAX_POINTS, Series};
-pub use values::{ValueLook, Values};
-pub use wake::Wake;
-pub use watch::Watch;
+pub use values::{ValueLook, WatchedValues};
+pub use wake::WakeCallback;
+pub use watch::SystemWatch;

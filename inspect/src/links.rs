@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// One output feeding one input, or a tool.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Edge {
+pub struct ObservedLink {
     /// The data.
     pub from: String,
     /// The input, `component.input`, or the name of the tool.
@@ -50,7 +50,7 @@ pub struct Looks<'a> {
 }
 
 /// Pairs each report of `now` with the earlier one of the same name.
-pub fn looks<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
+pub fn pair_reports<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
     let earlier: HashMap<_, _> = before.iter().map(|status| (&status.name, status)).collect();
     now.iter().map(|now| Looks { before: earlier.get(&now.name).copied(), now }).collect()
 }
@@ -64,7 +64,7 @@ struct ProviderEnd<'a> {
 }
 
 /// Returns all links, sorted by data and by consumer.
-pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
+pub fn combine_links(components: &[Looks<'_>]) -> Vec<ObservedLink> {
     let mut ends = HashMap::new();
     for component in components {
         let before = component.before.map(sent_by_link).unwrap_or_default();
@@ -91,8 +91,8 @@ pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
     edges
 }
 
-fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> Edge {
-    Edge {
+fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
+    ObservedLink {
         from: data.into(),
         to: to.into(),
         type_name: end.type_name.into(),
@@ -110,9 +110,13 @@ fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> Edge {
     }
 }
 
-fn component_link(consumer: &Status, input: &InputStatus, end: Option<&ProviderEnd<'_>>) -> Edge {
+fn component_link(
+    consumer: &Status,
+    input: &InputStatus,
+    end: Option<&ProviderEnd<'_>>,
+) -> ObservedLink {
     let link = end.map(|end| end.link);
-    Edge {
+    ObservedLink {
         from: input.data.clone(),
         to: format!("{}.{}", consumer.name, input.id),
         type_name: end.map(|end| end.type_name).unwrap_or_default().into(),
@@ -198,7 +202,7 @@ mod tests {
     fn a_link_shows_both_its_ends_and_a_tool_is_a_link_too() {
         let before = [status("laser", 10.0, 100), status("slam", 10.0, 100)];
         let now = [status("laser", 12.0, 140), status("slam", 12.0, 140)];
-        let edges = links(&looks(&before, &now));
+        let edges = combine_links(&pair_reports(&before, &now));
         let [tool, slam] = &edges[..] else { panic!("{edges:?}") };
         assert_eq!((tool.from.as_str(), tool.to.as_str()), ("laser.scan", "echo-7"));
         assert_eq!((slam.to.as_str(), slam.rate_hz), ("slam.scan", Some(20.0)));
@@ -211,7 +215,7 @@ mod tests {
     #[test]
     fn a_link_of_a_restarted_provider_has_no_rate_yet() {
         let (before, now) = ([status("laser", 10.0, 140)], [status("laser", 1.0, 20)]);
-        let edges = links(&looks(&before, &now));
+        let edges = combine_links(&pair_reports(&before, &now));
         assert_eq!(edges[0].rate_hz, None);
     }
 
@@ -220,7 +224,7 @@ mod tests {
         let mut slam = status("slam", 1.0, 0);
         slam.inputs[0].connected = false;
         slam.inputs[0].problem = "no component provides laser.scan".into();
-        let edges = links(&looks(&[], &[slam]));
+        let edges = combine_links(&pair_reports(&[], &[slam]));
         let [edge] = &edges[..] else { panic!("{edges:?}") };
         assert_eq!(
             (edge.connected, edge.problem.as_str()),

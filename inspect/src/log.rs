@@ -12,7 +12,7 @@ use std::time::Duration;
 use parking_lot::Mutex;
 use serde_json::Value;
 
-use crate::wake::{Wake, spawn_detached};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// Bytes of text that are kept. Older lines are forgotten; the files of the run have all of them.
 const MAX_LEN: usize = 16 << 20;
@@ -25,7 +25,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct LogLine {
     /// Seconds since the start of the run, if the line has them.
     pub time_s: Option<f64>,
     /// The process that the line is from or about.
@@ -36,16 +36,16 @@ pub struct Line {
     pub text: String,
 }
 
-impl Line {
+impl LogLine {
     /// Returns a line from this program itself.
-    pub fn said(name: &str, level: &str, text: impl Into<String>) -> Self {
+    pub fn own_line(name: &str, level: &str, text: impl Into<String>) -> Self {
         Self { time_s: None, name: name.into(), level: level.into(), text: text.into() }
     }
 
     /// Parses a line as `armor run --format json` prints it: of a log, a finding, or anything else.
     pub fn of_json(text: &str) -> Self {
         let Ok(Value::Object(line)) = serde_json::from_str(text) else {
-            return Self::said("armor", "", text);
+            return Self::own_line("armor", "", text);
         };
         let word = |key: &str| line.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
         match word("event").as_str() {
@@ -55,7 +55,7 @@ impl Line {
                 level: word("level"),
                 text: word("message"),
             },
-            "end" => Self::said("launcher", "INFO", format!("ended: {}", word("how"))),
+            "end" => Self::own_line("launcher", "INFO", format!("ended: {}", word("how"))),
             _ if line.contains_key("code") => {
                 let level = match word("severity").as_str() {
                     "error" => "ERROR",
@@ -67,9 +67,9 @@ impl Line {
                     (file, Some(row)) => format!(" ({file}:{row})"),
                 };
                 let text = format!("{}: {}{place}", word("code"), word("message"));
-                Self::said("check", level, text)
+                Self::own_line("check", level, text)
             }
-            _ => Self::said("armor", "", text),
+            _ => Self::own_line("armor", "", text),
         }
     }
 
@@ -90,7 +90,7 @@ impl Line {
                 text: text.strip_prefix(' ').unwrap_or(text).into(),
             })
         };
-        parts().unwrap_or_else(|| Self::said("armor", "", text))
+        parts().unwrap_or_else(|| Self::own_line("armor", "", text))
     }
 
     fn len(&self) -> usize {
@@ -100,20 +100,20 @@ impl Line {
 
 /// Lines, the oldest first. Clones are the same log.
 #[derive(Clone, Default)]
-pub struct Log {
+pub struct RunLog {
     lines: Arc<Mutex<Lines>>,
 }
 
 #[derive(Default)]
 struct Lines {
-    lines: VecDeque<Arc<Line>>,
+    lines: VecDeque<Arc<LogLine>>,
     len: usize,
     forgotten: u64,
 }
 
-impl Log {
+impl RunLog {
     /// Adds a line.
-    pub fn push(&self, line: Line) {
+    pub fn push(&self, line: LogLine) {
         let mut lines = self.lines.lock();
         lines.len += line.len();
         lines.lines.push_back(Arc::new(line));
@@ -133,7 +133,7 @@ impl Log {
 
     /// Returns the lines from number `from` on, and the number of the first of them. Lines count
     /// from 0, and forgotten ones keep their numbers.
-    pub fn since(&self, from: u64) -> (u64, Vec<Arc<Line>>) {
+    pub fn since(&self, from: u64) -> (u64, Vec<Arc<LogLine>>) {
         let lines = self.lines.lock();
         let first = from.max(lines.forgotten);
         let skip = usize::try_from(first - lines.forgotten).unwrap_or(usize::MAX);
@@ -152,7 +152,7 @@ impl Tail {
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(path: &Path, log: Log, wake: Wake) -> std::io::Result<Self> {
+    pub fn begin(path: &Path, log: RunLog, wake: WakeCallback) -> std::io::Result<Self> {
         let is_closing = Arc::new(AtomicBool::new(false));
         let closing = Arc::clone(&is_closing);
         let mut file = FollowedFile::new(path);
@@ -189,7 +189,7 @@ impl FollowedFile {
     }
 
     /// Adds the new lines; returns whether there were any.
-    fn read_new_lines(&mut self, log: &Log) -> bool {
+    fn read_new_lines(&mut self, log: &RunLog) -> bool {
         let Ok(mut file) = File::open(&self.path) else { return false };
         let len = file.metadata().map_or(0, |about| about.len());
         if len < self.at {
@@ -217,7 +217,7 @@ impl FollowedFile {
             let room = MAX_LINE_LEN.saturating_sub(self.begun.len());
             self.begun.extend_from_slice(&line[..line.len().min(room)]);
             if lines.peek().is_some() {
-                log.push(Line::of_file(&String::from_utf8_lossy(&self.begun)));
+                log.push(LogLine::of_file(&String::from_utf8_lossy(&self.begun)));
                 self.begun.clear();
                 is_new = true;
             }
@@ -230,13 +230,13 @@ impl FollowedFile {
 mod tests {
     use super::*;
 
-    fn line(time_s: Option<f64>, name: &str, level: &str, text: &str) -> Line {
-        Line { time_s, name: name.into(), level: level.into(), text: text.into() }
+    fn line(time_s: Option<f64>, name: &str, level: &str, text: &str) -> LogLine {
+        LogLine { time_s, name: name.into(), level: level.into(), text: text.into() }
     }
 
     #[test]
     fn lines_are_read_as_armor_prints_them() {
-        let check = |text: &str, expected: Line| assert_eq!(Line::of_json(text), expected);
+        let check = |text: &str, expected: LogLine| assert_eq!(LogLine::of_json(text), expected);
         check(
             r#"{"event":"log","time_s":1.5,"name":"laser","stream":"stderr","level":"WARN","message":"slow"}"#,
             line(Some(1.5), "laser", "WARN", "slow"),
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn lines_are_read_as_armor_writes_them() {
-        let check = |text: &str, expected: Line| assert_eq!(Line::of_file(text), expected);
+        let check = |text: &str, expected: LogLine| assert_eq!(LogLine::of_file(text), expected);
         check("  12.346 laser  INFO up port=7", line(Some(12.346), "laser", "INFO", "up port=7"));
         check("   0.100 laser ERROR no", line(Some(0.1), "laser", "ERROR", "no"));
         check("   0.100 laser       indented", line(Some(0.1), "laser", "", "indented"));
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_lines_keep_their_numbers() {
-        let log = Log::default();
+        let log = RunLog::default();
         let text = "x".repeat(MAX_LEN / 4);
         for number in 0..6 {
             log.push(line(Some(f64::from(number)), "laser", "", &text));

@@ -17,7 +17,7 @@ use armor_wire::codec;
 use armor_wire::keep::Keep;
 use parking_lot::Mutex;
 
-use crate::wake::{Wake, spawn_detached};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// The executive's output, latched and published at every change.
 const MARKING: &str = "executive.marking";
@@ -32,7 +32,7 @@ const MAX_FIRED: usize = 10_000;
 
 /// All firings seen, the oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct History {
+pub struct FiringHistory {
     /// The firings.
     pub fired: VecDeque<Fired>,
     /// How many other firings there were, before these or between two markings.
@@ -40,9 +40,9 @@ pub struct History {
     count: u64,
 }
 
-impl History {
+impl FiringHistory {
     /// Adds the firings that are new in a marking.
-    pub fn take(&mut self, marking: &Marking) {
+    pub fn add_marking(&mut self, marking: &Marking) {
         if marking.fired < self.count {
             // The count fell: this is another mission.
             *self = Self::default();
@@ -65,7 +65,7 @@ pub struct MissionLook {
     /// The executive's last marking; `None` before the first.
     pub marking: Option<Arc<Marking>>,
     /// The firings.
-    pub history: Arc<History>,
+    pub history: Arc<FiringHistory>,
     /// Why no marking arrives; empty if one does.
     pub problem: String,
     /// The last value of the clock that mission time follows, in seconds.
@@ -76,7 +76,7 @@ impl MissionLook {
     /// Returns the state that this marking describes.
     pub fn of(marking: Marking) -> Self {
         let mut look = Self::default();
-        Arc::make_mut(&mut look.history).take(&marking);
+        Arc::make_mut(&mut look.history).add_marking(&marking);
         look.marking = Some(Arc::new(marking));
         look
     }
@@ -107,7 +107,7 @@ pub struct MissionWatch {
 struct SharedMission {
     look: Mutex<MissionLook>,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 impl MissionWatch {
@@ -115,7 +115,7 @@ impl MissionWatch {
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(directory: &Directory, wake: Wake) -> io::Result<Self> {
+    pub fn begin(directory: &Directory, wake: WakeCallback) -> io::Result<Self> {
         let shared = Arc::new(SharedMission {
             look: Mutex::default(),
             is_closing: AtomicBool::new(false),
@@ -131,7 +131,7 @@ impl MissionWatch {
 
     /// Returns a watch that always shows `look`, without a system: for tests of displays.
     pub fn still(look: MissionLook) -> Self {
-        let (look, wake): (_, Wake) = (Mutex::new(look), Arc::new(|| {}));
+        let (look, wake): (_, WakeCallback) = (Mutex::new(look), Arc::new(|| {}));
         Self { shared: Arc::new(SharedMission { look, is_closing: AtomicBool::new(true), wake }) }
     }
 
@@ -209,7 +209,7 @@ impl MissionFollower {
 
     fn show_marking(&self, marking: Marking) {
         let mut look = self.shared.look.lock();
-        Arc::make_mut(&mut look.history).take(&marking);
+        Arc::make_mut(&mut look.history).add_marking(&marking);
         if look.marking.as_ref().is_none_or(|before| before.clock != marking.clock) {
             look.clock_s = None;
         }

@@ -12,10 +12,10 @@ use armor_sdk::control::Answer;
 use armor_sdk::directory::Change;
 use armor_wire::registry::ComponentEntry;
 
-use crate::links::{Edge, Looks, links};
+use crate::links::{Looks, ObservedLink, combine_links};
 use crate::observed::{CONFIGD, CONFIGURATION};
 
-pub use process::{Condition, Process};
+pub use process::{Condition, ObservedProcess};
 
 use process::ControlLink;
 
@@ -31,15 +31,15 @@ pub const LONG_CALL_S: f64 = 0.5;
 
 /// The present state of a running system.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub struct SystemPicture {
     /// Whether its registry can be reached.
     pub is_found: bool,
     /// Whether it was ever reached.
     pub was_found: bool,
     /// Its processes, by name, including those that have ended.
-    pub processes: BTreeMap<String, Process>,
-    /// Its links and what they have lost, as of the last [`Picture::link`].
-    pub links: Vec<Edge>,
+    pub processes: BTreeMap<String, ObservedProcess>,
+    /// Its links and what they have lost, as of the last [`SystemPicture::rebuild_links`].
+    pub links: Vec<ObservedLink>,
     /// The time of this picture, since the beginning of the watch.
     pub now: Duration,
     asked: Option<Duration>,
@@ -49,7 +49,7 @@ pub struct Picture {
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum SystemEvent {
     /// The registry reports that a process has appeared or ended.
     Registry(Change),
     /// The control connection to a process start is up.
@@ -64,8 +64,8 @@ pub enum Event {
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Connect to the process; an [`Event::Connected`] or [`Event::Closed`] follows.
+pub enum ObserverAction {
+    /// Connect to the process; an [`SystemEvent::Connected`] or [`SystemEvent::Closed`] follows.
     Connect(ComponentEntry),
     /// Ask the process start for its status.
     Ask(String, u64),
@@ -73,24 +73,34 @@ pub enum Action {
     Drop(String, u64),
 }
 
-impl Picture {
+impl SystemPicture {
     /// Handles an event at time `now`; returns whether the picture changed, and what to do.
-    pub fn handle(&mut self, event: Event, now: Duration) -> (bool, Vec<Action>) {
+    pub fn handle_event(
+        &mut self,
+        event: SystemEvent,
+        now: Duration,
+    ) -> (bool, Vec<ObserverAction>) {
         self.now = now;
         let mut actions = Vec::new();
         let changed = match event {
-            Event::Registry(change) => self.handle_registry(change, &mut actions),
-            Event::Connected(name, instance) => self.handle_connected(name, instance, &mut actions),
-            Event::Said(name, instance, answer) => self.handle_answer(&name, instance, answer),
-            Event::Closed(name, instance, reason) => self.handle_closed(&name, instance, reason),
-            Event::Tick => self.handle_tick(&mut actions),
+            SystemEvent::Registry(change) => self.handle_registry(change, &mut actions),
+            SystemEvent::Connected(name, instance) => {
+                self.handle_connected(name, instance, &mut actions)
+            }
+            SystemEvent::Said(name, instance, answer) => {
+                self.handle_answer(&name, instance, answer)
+            }
+            SystemEvent::Closed(name, instance, reason) => {
+                self.handle_closed(&name, instance, reason)
+            }
+            SystemEvent::Tick => self.handle_tick(&mut actions),
         };
         (changed, actions)
     }
 
     /// Returns whether all processes have ended, and the registry too.
     pub fn has_ended(&self) -> bool {
-        let is_unheard = |process: &Process| {
+        let is_unheard = |process: &ObservedProcess| {
             // Only the registry reports on configd: it has no control connection.
             process.connection == ControlLink::Never || process.condition == Condition::Suspected
         };
@@ -104,7 +114,7 @@ impl Picture {
         name == CONFIGURATION && of(CONFIGD).is_some_and(|it| of(name) == Some(it))
     }
 
-    /// Returns when the next [`Event::Tick`] has something to do.
+    /// Returns when the next [`SystemEvent::Tick`] has something to do.
     pub fn next_tick(&self) -> Duration {
         let retries = self.processes.values().filter_map(|process| match process.connection {
             ControlLink::Down { retry } => Some(retry),
@@ -119,7 +129,7 @@ impl Picture {
 
     /// Rebuilds the links from the status of their ends, if any status has changed. The links of an
     /// ended system are those of the last status of all its processes.
-    pub fn link(&mut self) {
+    pub fn rebuild_links(&mut self) {
         let has_ended = self.has_ended();
         if self.linked.replace(has_ended) == Some(has_ended) {
             return;
@@ -131,15 +141,15 @@ impl Picture {
                 Some(Looks { before: process.before.as_ref(), now: process.status.as_ref()? })
             })
             .collect();
-        self.links = links(&looks);
+        self.links = combine_links(&looks);
     }
 
     /// Returns the process of that name and start.
-    fn process_start(&mut self, name: &str, instance: u64) -> Option<&mut Process> {
+    fn process_start(&mut self, name: &str, instance: u64) -> Option<&mut ObservedProcess> {
         self.processes.get_mut(name).filter(|process| process.entry.instance == instance)
     }
 
-    fn handle_registry(&mut self, change: Change, actions: &mut Vec<Action>) -> bool {
+    fn handle_registry(&mut self, change: Change, actions: &mut Vec<ObserverAction>) -> bool {
         match change {
             Change::RegistryFound => self.mark_registry_found(),
             Change::RegistryLost => std::mem::replace(&mut self.is_found, false),
@@ -156,7 +166,7 @@ impl Picture {
                     return false;
                 };
                 process.mark_gone(now);
-                actions.push(Action::Drop(entry.name, entry.instance));
+                actions.push(ObserverAction::Drop(entry.name, entry.instance));
                 self.linked = None;
                 true
             }
@@ -168,13 +178,13 @@ impl Picture {
         !std::mem::replace(&mut self.is_found, true)
     }
 
-    fn add_process(&mut self, entry: ComponentEntry, actions: &mut Vec<Action>) -> bool {
+    fn add_process(&mut self, entry: ComponentEntry, actions: &mut Vec<ObserverAction>) -> bool {
         let serves_control = entry.kind != CONFIGD;
         let before = self.processes.get(&entry.name);
         if let Some(before) = before {
-            actions.push(Action::Drop(entry.name.clone(), before.entry.instance));
+            actions.push(ObserverAction::Drop(entry.name.clone(), before.entry.instance));
         }
-        let process = Process {
+        let process = ObservedProcess {
             condition: if serves_control { Condition::Unknown } else { Condition::Active },
             since: self.now,
             call_s: None,
@@ -187,22 +197,27 @@ impl Picture {
         };
         self.processes.insert(entry.name.clone(), process);
         if serves_control {
-            actions.push(Action::Connect(entry));
+            actions.push(ObserverAction::Connect(entry));
         }
         self.linked = None;
         true
     }
 
-    fn handle_connected(&mut self, name: String, instance: u64, actions: &mut Vec<Action>) -> bool {
-        let pending = |process: &&mut Process| process.connection == ControlLink::Pending;
+    fn handle_connected(
+        &mut self,
+        name: String,
+        instance: u64,
+        actions: &mut Vec<ObserverAction>,
+    ) -> bool {
+        let pending = |process: &&mut ObservedProcess| process.connection == ControlLink::Pending;
         let Some(process) = self.process_start(&name, instance).filter(pending) else {
             // The connection or the process ended before this event arrived.
-            actions.push(Action::Drop(name, instance));
+            actions.push(ObserverAction::Drop(name, instance));
             return false;
         };
         process.connection = ControlLink::Up;
         process.problem.clear();
-        actions.push(Action::Ask(name, instance));
+        actions.push(ObserverAction::Ask(name, instance));
         true
     }
 
@@ -238,7 +253,7 @@ impl Picture {
         true
     }
 
-    fn handle_tick(&mut self, actions: &mut Vec<Action>) -> bool {
+    fn handle_tick(&mut self, actions: &mut Vec<ObserverAction>) -> bool {
         let (now, is_found) = (self.now, self.is_found);
         let asks = self.asked.is_none_or(|asked| asked + ASK_EVERY <= now);
         if asks {
@@ -257,14 +272,14 @@ impl Picture {
                         changed |= process.set_condition(Condition::Dead, now);
                     } else {
                         process.connection = ControlLink::Pending;
-                        actions.push(Action::Connect(process.entry.clone()));
+                        actions.push(ObserverAction::Connect(process.entry.clone()));
                     }
                 }
                 ControlLink::Never if has_ended && !process.condition.is_gone() => {
                     changed |= process.set_condition(Condition::Dead, now);
                 }
                 ControlLink::Up if asks => {
-                    actions.push(Action::Ask(name.clone(), process.entry.instance));
+                    actions.push(ObserverAction::Ask(name.clone(), process.entry.instance));
                 }
                 _ => {}
             }

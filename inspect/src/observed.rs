@@ -32,12 +32,12 @@ pub struct Sighting {
 }
 
 /// A running system.
-pub struct Observed {
+pub struct ObservedSystem {
     directory: Directory,
     name: String,
 }
 
-impl Observed {
+impl ObservedSystem {
     /// Returns the system whose registry listens at `registry`; `tool` names the observer.
     pub fn at(registry: &str, tool: &str) -> Self {
         let name = format!("{tool}-{}", std::process::id());
@@ -66,7 +66,7 @@ impl Observed {
     ///
     /// # Errors
     /// If the registry does not answer.
-    pub fn statuses(&self) -> Result<Vec<Sighting>, DirectoryError> {
+    pub fn ask_statuses(&self) -> Result<Vec<Sighting>, DirectoryError> {
         let entries = self.list()?.components;
         let mut sightings = Vec::new();
         for some in entries.chunks(AT_ONCE) {

@@ -12,7 +12,7 @@ use armor_sdk::directory::Directory;
 use armor_sdk::operator::Operator;
 use parking_lot::Mutex;
 
-use crate::wake::{Wake, spawn_detached};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// How long an order may wait for its answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(5);
@@ -25,7 +25,7 @@ const MAX_GIVEN: usize = 100;
 
 /// An order and its answer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
+pub struct SentOrder {
     /// The order as text.
     pub order: String,
     /// Name of the operator who gave it.
@@ -40,7 +40,7 @@ pub struct Given {
 }
 
 /// Sends orders. Releases the command when dropped.
-pub struct OrderDesk {
+pub struct OrderSender {
     wanted: Sender<QueuedOrder>,
     shared: Arc<SharedOrders>,
 }
@@ -59,18 +59,18 @@ struct SharedOrders {
 
 #[derive(Default)]
 struct OrderState {
-    given: VecDeque<(u64, Given)>,
+    given: VecDeque<(u64, SentOrder)>,
     count: u64,
     holds: bool,
 }
 
-impl OrderDesk {
+impl OrderSender {
     /// Starts the thread that sends orders; `from` is the program, as the executive names it, and
     /// `wake` is called at every answer.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
+    pub fn open(directory: &Directory, from: &str, wake: WakeCallback) -> io::Result<Self> {
         let (wanted, orders) = mpsc::channel();
         let shared = Arc::<SharedOrders>::default();
         let sender = OrderThread {
@@ -89,7 +89,7 @@ impl OrderDesk {
         let mut state = self.shared.state.lock();
         state.count += 1;
         let number = state.count;
-        let given = Given {
+        let given = SentOrder {
             order: order_text(&order),
             author: author.into(),
             accepted: None,
@@ -108,7 +108,7 @@ impl OrderDesk {
     }
 
     /// Returns the orders sent here, the newest last.
-    pub fn given(&self) -> Vec<Given> {
+    pub fn given(&self) -> Vec<SentOrder> {
         self.shared.state.lock().given.iter().map(|(_, given)| given.clone()).collect()
     }
 
@@ -132,7 +132,7 @@ struct OrderThread {
     directory: Directory,
     from: String,
     shared: Arc<SharedOrders>,
-    wake: Wake,
+    wake: WakeCallback,
     operator: Option<(String, Operator)>,
 }
 

@@ -13,14 +13,14 @@ use armor_sdk::directory::Directory;
 use armor_wire::config::Finding;
 use parking_lot::Mutex;
 
-use crate::wake::{Wake, spawn_detached};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// Time within which the registry and configd must answer.
 const FOUND_WITHIN: Duration = Duration::from_secs(3);
 
 /// The result of a request to set a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct SetReport {
     /// `component.parameter`.
     pub parameter: String,
     /// The requested value; `None` for the default.
@@ -34,7 +34,7 @@ pub struct Told {
 }
 
 /// Lists and sets parameters.
-pub struct ParameterDesk {
+pub struct ParameterClient {
     wishes: Sender<ParameterRequest>,
     shared: Arc<SharedParameters>,
 }
@@ -52,19 +52,19 @@ struct SharedParameters {
 #[derive(Default)]
 struct ParameterState {
     listed: Option<Arc<Result<Parameters, String>>>,
-    told: Option<Told>,
+    told: Option<SetReport>,
     is_asking: bool,
-    /// Values were written into the file since [`ParameterDesk::has_written`] was last called.
+    /// Values were written into the file since [`ParameterClient::has_written`] was last called.
     has_written: bool,
 }
 
-impl ParameterDesk {
+impl ParameterClient {
     /// Starts the thread that asks configd; `from` names the client, and `wake` is called at every
     /// answer.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
+    pub fn open(directory: &Directory, from: &str, wake: WakeCallback) -> io::Result<Self> {
         let (wishes, asked) = mpsc::channel();
         let shared = Arc::<SharedParameters>::default();
         let thread = ParameterThread {
@@ -79,7 +79,7 @@ impl ParameterDesk {
 
     /// Returns a client that always shows these parameters and ignores requests: for tests of
     /// displays.
-    pub fn still(listed: Parameters, told: Option<Told>) -> Self {
+    pub fn still(listed: Parameters, told: Option<SetReport>) -> Self {
         let has_written = told.as_ref().is_some_and(|told| told.is_set);
         let listed = Some(Arc::new(Ok(listed)));
         let state = ParameterState { listed, told, is_asking: false, has_written };
@@ -89,7 +89,7 @@ impl ParameterDesk {
         }
     }
 
-    /// Requests all parameters; [`ParameterDesk::listed`] returns them once they have arrived.
+    /// Requests all parameters; [`ParameterClient::listed`] returns them once they have arrived.
     pub fn list(&self) {
         let mut state = self.shared.state.lock();
         if !std::mem::replace(&mut state.is_asking, true) {
@@ -117,7 +117,7 @@ impl ParameterDesk {
     }
 
     /// Returns the result of the last request to set a parameter.
-    pub fn told(&self) -> Option<Told> {
+    pub fn last_result(&self) -> Option<SetReport> {
         self.shared.state.lock().told.clone()
     }
 }
@@ -126,7 +126,7 @@ struct ParameterThread {
     directory: Directory,
     from: String,
     shared: Arc<SharedParameters>,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 impl ParameterThread {
@@ -149,9 +149,9 @@ impl ParameterThread {
         ConfigdConnection::open(&self.directory, &self.from, FOUND_WITHIN)
     }
 
-    fn set_parameter(&self, component: &str, parameter: &str, value: Option<&str>) -> Told {
+    fn set_parameter(&self, component: &str, parameter: &str, value: Option<&str>) -> SetReport {
         let name = format!("{component}.{parameter}");
-        let told = |is_set, text| Told {
+        let told = |is_set, text| SetReport {
             parameter: name.clone(),
             value: value.map(Into::into),
             is_set,
@@ -174,7 +174,7 @@ impl ParameterThread {
                 told(true, format!("version {version}: {}", words.collect::<Vec<_>>().join("; ")))
             }
             Ok(SetOutcome::Rejected { text, findings, .. }) => {
-                Told { findings, ..told(false, text) }
+                SetReport { findings, ..told(false, text) }
             }
             Err(error @ ConfigdError::Ended(_)) => {
                 told(false, format!("{error}; it is unknown whether the value was written"))

@@ -51,7 +51,7 @@ impl Series {
 
     /// Returns the points from `from_s` on, at most about `count` of them: the lowest and the highest
     /// of each stretch, so that no spike is lost.
-    pub fn thinned(&self, from_s: f64, count: usize) -> Vec<[f64; 2]> {
+    pub fn thin_points(&self, from_s: f64, count: usize) -> Vec<[f64; 2]> {
         let first = self.points.partition_point(|[time_s, _]| *time_s < from_s);
         // One point before the window, so that the line reaches the edge of the plot.
         let points: Vec<_> = self.points.range(first.saturating_sub(1)..).copied().collect();
@@ -94,7 +94,7 @@ mod tests {
         series.push(5.0, 1.0);
         series.push(6.0, f64::NAN);
         series.push(1.0, 2.0);
-        assert_eq!(series.thinned(0.0, 100), [[1.0, 2.0]]);
+        assert_eq!(series.thin_points(0.0, 100), [[1.0, 2.0]]);
     }
 
     #[test]
@@ -103,10 +103,13 @@ mod tests {
         for index in 0..10_000 {
             series.push(f64::from(index), if index == 5_432 { 9.0 } else { 0.0 });
         }
-        let thin = series.thinned(0.0, 200);
+        let thin = series.thin_points(0.0, 200);
         assert!(thin.len() <= 200, "{}", thin.len());
         assert!(thin.contains(&[5_432.0, 9.0]));
         assert!(thin.is_sorted_by(|a, b| a[0] <= b[0]));
-        assert_eq!(series.thinned(9_998.0, 200), [[9_997.0, 0.0], [9_998.0, 0.0], [9_999.0, 0.0]]);
+        assert_eq!(
+            series.thin_points(9_998.0, 200),
+            [[9_997.0, 0.0], [9_998.0, 0.0], [9_999.0, 0.0]]
+        );
     }
 }

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 /// The record of a running system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct RunRecord {
     /// Name of the system.
     pub system: String,
     /// The launcher's process id.
@@ -28,7 +28,7 @@ pub struct Record {
     pub out: PathBuf,
 }
 
-impl Record {
+impl RunRecord {
     /// Resolves a path of the run, which is relative to the launcher's working directory.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         let folder = fs::read_link(format!("/proc/{}/cwd", self.pid));
@@ -92,7 +92,7 @@ pub struct RunFile {
 ///
 /// # Errors
 /// If it cannot be created, or belongs to another user.
-pub fn directory() -> Result<PathBuf, SystemsError> {
+pub fn record_directory() -> Result<PathBuf, SystemsError> {
     let user = rustix::process::getuid().as_raw();
     let path = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(directory) if !directory.is_empty() => Path::new(&directory).join("armor"),
@@ -112,7 +112,7 @@ impl RunFile {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn write(directory: &Path, record: &Record) -> Result<Self, SystemsError> {
+    pub fn write(directory: &Path, record: &RunRecord) -> Result<Self, SystemsError> {
         let path = directory.join(format!("{}-{}.json", record.system, record.pid));
         let write = || -> io::Result<File> {
             let failed = |error: SaveError| error.reason;
@@ -141,7 +141,7 @@ impl Drop for RunFile {
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
+pub fn list_running(directory: &Path) -> Result<Vec<RunRecord>, SystemsError> {
     let mut records = Vec::new();
     let entries = fs::read_dir(directory)
         .map_err(|error| SystemsError::Read { path: directory.into(), error })?;
@@ -159,6 +159,6 @@ pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
             records.push(record);
         }
     }
-    records.sort_by(|a: &Record, b: &Record| a.started_s.total_cmp(&b.started_s));
+    records.sort_by(|a: &RunRecord, b: &RunRecord| a.started_s.total_cmp(&b.started_s));
     Ok(records)
 }

@@ -16,7 +16,7 @@ use armor_wire::schema::{Glimpse, PayloadError, Pick, Schema, glance};
 use parking_lot::Mutex;
 
 use crate::series::Series;
-use crate::wake::{Wake, spawn_detached};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// The policy of a display's link: never `all`, which could make the provider wait.
 const KEEP: Keep = Keep::Latest;
@@ -30,7 +30,7 @@ const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
 const RATE_OVER: Duration = Duration::from_secs(2);
 
 /// The outputs that are displayed.
-pub struct Values {
+pub struct WatchedValues {
     directory: Directory,
     channels: Arc<Channels>,
 }
@@ -40,7 +40,7 @@ struct Channels {
     /// Values are kept whether or not they are displayed.
     is_kept: AtomicBool,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 /// One output that is displayed.
@@ -88,9 +88,9 @@ impl ValueLook {
     }
 }
 
-impl Values {
+impl WatchedValues {
     /// Watches no output yet; `wake` is called when data have arrived.
-    pub fn new(directory: Directory, wake: Wake) -> Self {
+    pub fn new(directory: Directory, wake: WakeCallback) -> Self {
         let channels = Channels {
             all: Mutex::default(),
             is_kept: AtomicBool::new(false),
@@ -163,7 +163,7 @@ impl Values {
     }
 }
 
-impl Drop for Values {
+impl Drop for WatchedValues {
     fn drop(&mut self) {
         self.rest();
     }
@@ -292,16 +292,16 @@ impl ValueLink {
 mod tests {
     use super::*;
 
-    fn end_all_looks(values: &Values) {
+    fn end_all_looks(values: &WatchedValues) {
         let mut all = values.channels.all.lock();
         let long_ago = Instant::now().checked_sub(2 * LINGER).expect("the host is up for longer");
         all.values_mut().for_each(|channel| channel.looked = long_ago);
     }
 
-    fn values() -> Values {
+    fn values() -> WatchedValues {
         let directory = Directory::observer("127.0.0.1:1", "test");
         directory.close();
-        let values = Values::new(directory, Arc::new(|| {}));
+        let values = WatchedValues::new(directory, Arc::new(|| {}));
         values.channels.all.lock().insert("eye.target".into(), Channel::new());
         values
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread;
 
 /// Called, from any thread, when there is something new to see.
-pub type Wake = Arc<dyn Fn() + Send + Sync>;
+pub type WakeCallback = Arc<dyn Fn() + Send + Sync>;
 
 /// Stack of a watching thread, in bytes: the threads here only read sockets and decode messages.
 const STACK_LEN: usize = 512 << 10;

@@ -1,4 +1,4 @@
-//! The threads around a [`Picture`]: they deliver events to it and carry out its actions.
+//! The threads around a [`SystemPicture`]: they deliver events to it and carry out its actions.
 //!
 //! A watch does not disturb the system: it has one control connection per process, as an observer,
 //! and sends one small request per second on it. It links to no data.
@@ -15,8 +15,8 @@ use armor_sdk::directory::Directory;
 use armor_wire::registry::ComponentEntry;
 use parking_lot::Mutex;
 
-use crate::observation::{Action, Event, Picture};
-use crate::wake::{Wake, spawn_detached};
+use crate::observation::{ObserverAction, SystemEvent, SystemPicture};
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// Threads that connect in parallel, so that processes that hang do not delay the others.
 const CONNECTING_AT_ONCE: usize = 16;
@@ -27,26 +27,26 @@ const SHOW_EVERY: Duration = Duration::from_millis(100);
 const NOWHERE: &str = "127.0.0.1:1";
 
 /// Watches a running system until it is dropped.
-pub struct Watch {
+pub struct SystemWatch {
     shared: Arc<SharedPicture>,
     directory: Directory,
 }
 
 struct SharedPicture {
-    picture: Mutex<Arc<Picture>>,
+    picture: Mutex<Arc<SystemPicture>>,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 /// An input of the loop.
 enum WatchInput {
-    Event(Event),
+    Event(SystemEvent),
     Connected(String, u64, ControlConnection),
 }
 
 struct WatchLoop {
     shared: Arc<SharedPicture>,
-    picture: Picture,
+    picture: SystemPicture,
     start: Instant,
     connections: HashMap<(String, u64), ControlConnection>,
     connect: Sender<ComponentEntry>,
@@ -56,13 +56,13 @@ struct WatchLoop {
     shown: Option<Instant>,
 }
 
-impl Watch {
+impl SystemWatch {
     /// Begins to watch the system whose registry listens at `registry`; `tool` names the
     /// observer, and `wake` is called when there is a new picture.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(registry: &str, tool: &str, wake: Wake) -> io::Result<Self> {
+    pub fn begin(registry: &str, tool: &str, wake: WakeCallback) -> io::Result<Self> {
         let name = format!("{tool}-{}", std::process::id());
         let directory = Directory::observer(registry, &name);
         let shared = Arc::new(SharedPicture {
@@ -75,7 +75,7 @@ impl Watch {
         let registry = inputs.clone();
         spawn_detached("look-registry", move || {
             for change in changes {
-                if registry.send(WatchInput::Event(Event::Registry(change))).is_err() {
+                if registry.send(WatchInput::Event(SystemEvent::Registry(change))).is_err() {
                     return;
                 }
             }
@@ -83,7 +83,7 @@ impl Watch {
         let connect = start_connectors(&name, &inputs)?;
         let looping = WatchLoop {
             shared: Arc::clone(&shared),
-            picture: Picture::default(),
+            picture: SystemPicture::default(),
             start: Instant::now(),
             connections: HashMap::new(),
             connect,
@@ -96,17 +96,17 @@ impl Watch {
     }
 
     /// Returns a watch that always shows `picture`, without a system: for tests of displays.
-    pub fn still(picture: Picture) -> Self {
+    pub fn still(picture: SystemPicture) -> Self {
         let directory = Directory::observer(NOWHERE, "still");
         directory.close();
         let picture = Mutex::new(Arc::new(picture));
-        let wake: Wake = Arc::new(|| {});
+        let wake: WakeCallback = Arc::new(|| {});
         let shared = Arc::new(SharedPicture { picture, is_closing: AtomicBool::new(true), wake });
         Self { shared, directory }
     }
 
     /// Returns the present picture.
-    pub fn picture(&self) -> Arc<Picture> {
+    pub fn picture(&self) -> Arc<SystemPicture> {
         Arc::clone(&self.shared.picture.lock())
     }
 
@@ -127,7 +127,7 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl Drop for SystemWatch {
     fn drop(&mut self) {
         self.rest();
     }
@@ -159,8 +159,10 @@ fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -
         let (inputs, whose) = (inputs.clone(), whose.clone());
         move |event| {
             let event = match event {
-                ControlEvent::Answer(answer) => Event::Said(whose.clone(), instance, answer),
-                ControlEvent::Closed(reason) => Event::Closed(whose.clone(), instance, reason),
+                ControlEvent::Answer(answer) => SystemEvent::Said(whose.clone(), instance, answer),
+                ControlEvent::Closed(reason) => {
+                    SystemEvent::Closed(whose.clone(), instance, reason)
+                }
             };
             // Fails once the watch has ended.
             let _ = inputs.send(WatchInput::Event(event));
@@ -168,7 +170,7 @@ fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -
     };
     match ControlConnection::connect(entry, Role::Observer, name, sink) {
         Ok(connection) => WatchInput::Connected(whose, instance, connection),
-        Err(error) => WatchInput::Event(Event::Closed(whose, instance, error.to_string())),
+        Err(error) => WatchInput::Event(SystemEvent::Closed(whose, instance, error.to_string())),
     }
 }
 
@@ -177,7 +179,7 @@ impl WatchLoop {
         while !self.shared.is_closing.load(Ordering::Relaxed) {
             match received.recv_timeout(self.time_to_wait()) {
                 Ok(input) => self.handle_input(input),
-                Err(RecvTimeoutError::Timeout) => self.handle_event(Event::Tick),
+                Err(RecvTimeoutError::Timeout) => self.handle_event(SystemEvent::Tick),
                 Err(RecvTimeoutError::Disconnected) => return,
             }
             // Handle everything that has arrived before showing one picture.
@@ -185,7 +187,7 @@ impl WatchLoop {
                 self.handle_input(input);
             }
             if self.picture.next_tick() <= self.start.elapsed() {
-                self.handle_event(Event::Tick);
+                self.handle_event(SystemEvent::Tick);
             }
             self.show_picture();
         }
@@ -204,22 +206,22 @@ impl WatchLoop {
             WatchInput::Event(event) => self.handle_event(event),
             WatchInput::Connected(name, instance, connection) => {
                 self.connections.insert((name.clone(), instance), connection);
-                self.handle_event(Event::Connected(name, instance));
+                self.handle_event(SystemEvent::Connected(name, instance));
             }
         }
     }
 
-    fn handle_event(&mut self, event: Event) {
-        if let Event::Closed(name, instance, _) = &event {
+    fn handle_event(&mut self, event: SystemEvent) {
+        if let SystemEvent::Closed(name, instance, _) = &event {
             self.connections.remove(&(name.clone(), *instance));
         }
-        let (changed, actions) = self.picture.handle(event, self.start.elapsed());
+        let (changed, actions) = self.picture.handle_event(event, self.start.elapsed());
         self.is_new |= changed;
         for action in actions {
             match action {
                 // The connecting threads live as long as this loop.
-                Action::Connect(entry) => drop(self.connect.send(entry)),
-                Action::Ask(name, instance) => {
+                ObserverAction::Connect(entry) => drop(self.connect.send(entry)),
+                ObserverAction::Ask(name, instance) => {
                     self.requests += 1;
                     let ask = Command::Status { request: self.requests };
                     if let Some(connection) = self.connections.get(&(name, instance)) {
@@ -227,7 +229,7 @@ impl WatchLoop {
                         let _ = connection.send(&ask);
                     }
                 }
-                Action::Drop(name, instance) => {
+                ObserverAction::Drop(name, instance) => {
                     self.connections.remove(&(name, instance));
                 }
             }
@@ -239,7 +241,7 @@ impl WatchLoop {
             return;
         }
         (self.is_new, self.shown) = (false, Some(Instant::now()));
-        self.picture.link();
+        self.picture.rebuild_links();
         let picture = Arc::new(self.picture.clone());
         *self.shared.picture.lock() = picture;
         (self.shared.wake)();

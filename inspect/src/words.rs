@@ -3,7 +3,7 @@
 use armor_marking::{EnabledTransition, Marking};
 
 /// Returns a duration as text, such as `3.2 s` or `1 min 15 s`; a negative one counts as zero.
-pub fn lasting(seconds: f64) -> String {
+pub fn format_duration(seconds: f64) -> String {
     match seconds.max(0.0) {
         s if s < 60.0 => format!("{s:.1} s"),
         s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
@@ -12,7 +12,7 @@ pub fn lasting(seconds: f64) -> String {
 }
 
 /// Returns a short time as text, in microseconds, milliseconds or seconds.
-pub fn short(seconds: f64) -> String {
+pub fn format_short_time(seconds: f64) -> String {
     match seconds.abs() {
         s if s < 1e-3 => format!("{:.0} us", seconds * 1e6),
         s if s < 1.0 => format!("{:.1} ms", seconds * 1e3),
@@ -22,16 +22,16 @@ pub fn short(seconds: f64) -> String {
 
 /// Returns a function from "is this clock held?" to the time it shows, in seconds of mission time:
 /// `now_s`, or the beginning of the pause for a held clock.
-pub fn clock_s(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
+pub fn transition_clock(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
     let stopped_s = marking.pause.as_ref().map_or(now_s, |pause| pause.since_at_s);
     move |held| if held { stopped_s } else { now_s }
 }
 
 /// Returns when a transition may fire and who decides it; `now_s` is the time its clock shows.
-pub fn when(enabled: &EnabledTransition, now_s: f64) -> String {
+pub fn describe_enabled(enabled: &EnabledTransition, now_s: f64) -> String {
     let in_s = |at_s: f64| match at_s - now_s {
         left_s if left_s <= 0.0 => "now".to_owned(),
-        left_s => format!("in {}", lasting(left_s)),
+        left_s => format!("in {}", format_duration(left_s)),
     };
     let name = &enabled.transition;
     let who = match enabled.by.as_str() {
@@ -68,19 +68,19 @@ mod tests {
 
     #[test]
     fn durations_are_written_in_a_suitable_unit() {
-        let written = [-1.0, 3.21, 75.0, 7384.0].map(lasting);
+        let written = [-1.0, 3.21, 75.0, 7384.0].map(format_duration);
         assert_eq!(written, ["0.0 s", "3.2 s", "1 min 15 s", "2 h 03 min"]);
     }
 
     #[test]
     fn short_times_are_written_in_a_suitable_unit() {
-        assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
+        assert_eq!([2.5e-5, 0.0123, 1.5].map(format_short_time), ["25 us", "12.3 ms", "1.50 s"]);
     }
 
     #[test]
     fn the_time_of_a_firing_is_given_by_the_transitions_own_clock() {
         let check = |enabled: EnabledTransition, now_s, expected: &str| {
-            assert_eq!(when(&enabled, now_s), expected);
+            assert_eq!(describe_enabled(&enabled, now_s), expected);
         };
         check(enabled("mission", 150.0, Some(150.0), false), 30.0, "late in 2 min 00 s");
         check(

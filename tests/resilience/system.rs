@@ -128,7 +128,7 @@ impl System {
     /// How a process is registered, once it is and lives.
     pub fn entry(&self, name: &str) -> ComponentEntry {
         wait_for(&format!("`{name}` in the registry"), || {
-            let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(lives);
+            let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(is_alive);
             self.entries().into_iter().find(|entry| entry.name == name && pid_lives(entry.pid))
         })
     }

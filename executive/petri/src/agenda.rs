@@ -1,6 +1,6 @@
 //! The enabled transitions with their clocks, and the order in which they fire.
 
-use crate::net::{Class, Net, TransitionId};
+use crate::net::{FiringClass, Net, TransitionId};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -31,13 +31,13 @@ impl Agenda {
         Self { since, ready: BTreeSet::new(), waiting: BTreeSet::new(), hold: None }
     }
 
-    pub(crate) fn since(&self, id: TransitionId) -> Option<Duration> {
+    pub(crate) fn enabled_since(&self, id: TransitionId) -> Option<Duration> {
         self.since[id.index()]
     }
 
     /// Enables `id` and starts its clock from 0, even if it was running.
-    pub(crate) fn enable(&mut self, net: &Net, id: TransitionId, now: Duration) {
-        self.disable(net, id);
+    pub(crate) fn enable_transition(&mut self, net: &Net, id: TransitionId, now: Duration) {
+        self.disable_transition(net, id);
         match &mut self.hold {
             Some(hold) if is_ordinary(net, id) => {
                 // Started at the beginning of the hold, the clock is at 0 when the hold ends.
@@ -57,7 +57,7 @@ impl Agenda {
         since: Duration,
         now: Duration,
     ) {
-        self.disable(net, id);
+        self.disable_transition(net, id);
         match &mut self.hold {
             Some(hold) if is_ordinary(net, id) => {
                 self.since[id.index()] = Some(since.min(hold.since));
@@ -67,7 +67,7 @@ impl Agenda {
         }
     }
 
-    pub(crate) fn disable(&mut self, net: &Net, id: TransitionId) {
+    pub(crate) fn disable_transition(&mut self, net: &Net, id: TransitionId) {
         if let Some(since) = self.since[id.index()].take()
             && !self.hold.as_mut().is_some_and(|hold| hold.stopped.remove(&id))
             && !self.ready.remove(&firing_turn(net, id, since))
@@ -77,11 +77,11 @@ impl Agenda {
     }
 
     /// Stops the clocks of the ordinary class.
-    pub(crate) fn hold(&mut self, net: &Net, now: Duration) {
+    pub(crate) fn begin_hold(&mut self, net: &Net, now: Duration) {
         if self.hold.is_some() {
             return;
         }
-        let enabled = self.ready().chain(self.waiting());
+        let enabled = self.ready_transitions().chain(self.waiting_transitions());
         let stopped: BTreeSet<_> = enabled.filter(|id| is_ordinary(net, *id)).collect();
         self.ready.retain(|turn| !stopped.contains(&turn.2));
         self.waiting.retain(|entry| !stopped.contains(&entry.1));
@@ -89,7 +89,7 @@ impl Agenda {
     }
 
     /// Continues the stopped clocks from the values they have.
-    pub(crate) fn release(&mut self, net: &Net, now: Duration) {
+    pub(crate) fn end_hold(&mut self, net: &Net, now: Duration) {
         let Some(hold) = self.hold.take() else { return };
         let duration = now.saturating_sub(hold.since);
         for id in hold.stopped {
@@ -103,7 +103,7 @@ impl Agenda {
     }
 
     /// Returns the transitions whose clocks are stopped, in the order of the file.
-    pub(crate) fn stopped(&self) -> impl Iterator<Item = TransitionId> {
+    pub(crate) fn stopped_transitions(&self) -> impl Iterator<Item = TransitionId> {
         self.hold.iter().flat_map(|hold| hold.stopped.iter().copied())
     }
 
@@ -122,7 +122,7 @@ impl Agenda {
         }
     }
 
-    pub(crate) fn advance(&mut self, net: &Net, now: Duration) {
+    pub(crate) fn advance_to(&mut self, net: &Net, now: Duration) {
         while let Some(&(earliest, id)) = self.waiting.first()
             && earliest <= now
         {
@@ -133,18 +133,19 @@ impl Agenda {
     }
 
     pub(crate) fn is_ready(&self, net: &Net, id: TransitionId) -> bool {
-        self.since(id).is_some_and(|since| self.ready.contains(&firing_turn(net, id, since)))
+        self.enabled_since(id)
+            .is_some_and(|since| self.ready.contains(&firing_turn(net, id, since)))
     }
 
-    pub(crate) fn first(&self) -> Option<TransitionId> {
+    pub(crate) fn first_ready(&self) -> Option<TransitionId> {
         self.ready.first().map(|turn| turn.2)
     }
 
-    pub(crate) fn ready(&self) -> impl Iterator<Item = TransitionId> {
+    pub(crate) fn ready_transitions(&self) -> impl Iterator<Item = TransitionId> {
         self.ready.iter().map(|turn| turn.2)
     }
 
-    pub(crate) fn waiting(&self) -> impl Iterator<Item = TransitionId> {
+    pub(crate) fn waiting_transitions(&self) -> impl Iterator<Item = TransitionId> {
         self.waiting.iter().map(|entry| entry.1)
     }
 
@@ -159,7 +160,7 @@ pub(crate) fn deadline(net: &Net, id: TransitionId, since: Duration) -> Duration
 }
 
 fn is_ordinary(net: &Net, id: TransitionId) -> bool {
-    net.transition(id).class == Class::Ordinary
+    net.transition(id).class == FiringClass::Ordinary
 }
 
 fn earliest_moment(net: &Net, id: TransitionId, since: Duration) -> Duration {

@@ -1,6 +1,8 @@
 //! Describing a net piece by piece, and the checks that make the description a net.
 
-use crate::net::{Class, Interval, Net, NetError, PlaceId, Test, Transition, TransitionId};
+use crate::net::{
+    FiringClass, FiringInterval, Net, NetError, NetTransition, PlaceId, Test, TransitionId,
+};
 use std::collections::HashMap;
 
 /// Describes a net piece by piece; [`NetBuilder::build`] checks it whole.
@@ -8,7 +10,7 @@ use std::collections::HashMap;
 pub struct NetBuilder {
     places: Vec<String>,
     initial: Vec<u32>,
-    transitions: Vec<Transition>,
+    transitions: Vec<NetTransition>,
 }
 
 impl NetBuilder {
@@ -21,16 +23,16 @@ impl NetBuilder {
 
     /// Adds an ordinary, immediate transition without arcs; the returned builder adds the rest.
     pub fn transition(&mut self, name: impl Into<String>) -> TransitionBuilder<'_> {
-        self.transitions.push(Transition {
+        self.transitions.push(NetTransition {
             name: name.into(),
             inputs: Vec::new(),
             outputs: Vec::new(),
             reads: Vec::new(),
             inhibitors: Vec::new(),
             resets: Vec::new(),
-            class: Class::Ordinary,
+            class: FiringClass::Ordinary,
             priority: 0,
-            interval: Interval::IMMEDIATE,
+            interval: FiringInterval::IMMEDIATE,
             gated: false,
         });
         let id = TransitionId(self.transitions.len() as u32 - 1);
@@ -76,7 +78,7 @@ impl NetBuilder {
 /// Completes one transition of a [`NetBuilder`].
 #[derive(Debug)]
 pub struct TransitionBuilder<'a> {
-    transition: &'a mut Transition,
+    transition: &'a mut NetTransition,
     id: TransitionId,
 }
 
@@ -112,7 +114,7 @@ impl TransitionBuilder<'_> {
     }
 
     /// Sets the class.
-    pub fn class(self, class: Class) -> Self {
+    pub fn class(self, class: FiringClass) -> Self {
         self.transition.class = class;
         self
     }
@@ -124,12 +126,12 @@ impl TransitionBuilder<'_> {
     }
 
     /// Sets when it may and must fire.
-    pub fn interval(self, interval: Interval) -> Self {
+    pub fn interval(self, interval: FiringInterval) -> Self {
         self.transition.interval = interval;
         self
     }
 
-    /// Gives it a gate, which [`crate::State::set_gate`] opens and closes.
+    /// Gives it a gate, which [`crate::NetState::set_gate`] opens and closes.
     pub fn gated(self) -> Self {
         self.transition.gated = true;
         self
@@ -151,7 +153,7 @@ fn check_unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetEr
     Ok(())
 }
 
-fn check_transition(transition: &Transition, places: u32) -> Result<(), NetError> {
+fn check_transition(transition: &NetTransition, places: u32) -> Result<(), NetError> {
     let name = || transition.name.clone();
     let weighted =
         [&transition.inputs, &transition.outputs, &transition.reads, &transition.inhibitors];
@@ -189,8 +191,8 @@ fn merge_arcs(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
 }
 
 /// Returns class and priority of each transition as one number, so that comparing two is cheap.
-fn compute_ranks(transitions: &[Transition]) -> Vec<u32> {
-    let standing = |t: &Transition| (t.class, std::cmp::Reverse(t.priority));
+fn compute_ranks(transitions: &[NetTransition]) -> Vec<u32> {
+    let standing = |t: &NetTransition| (t.class, std::cmp::Reverse(t.priority));
     let mut order: Vec<_> = transitions.iter().map(standing).collect();
     order.sort_unstable();
     order.dedup();

@@ -58,12 +58,12 @@ pub struct FileError {
     /// The column in characters, from 1.
     pub column: usize,
     /// The fault.
-    pub fault: Fault,
+    pub fault: NetFault,
 }
 
 /// The kinds of faults of a text that should contain a net.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Fault {
+pub enum NetFault {
     /// The text is too long.
     #[error("the file has more than {MAX_BYTES} bytes, the most that is read")]
     TooLong,
@@ -123,7 +123,7 @@ pub enum Fault {
 }
 
 /// Returns the error for byte `offset` of `text`.
-pub(crate) fn fault_at(text: &str, offset: usize, fault: Fault) -> FileError {
+pub(crate) fn fault_at(text: &str, offset: usize, fault: NetFault) -> FileError {
     let before = text.get(..offset.min(text.len())).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     FileError {
@@ -137,16 +137,16 @@ pub(crate) fn fault_at(text: &str, offset: usize, fault: Fault) -> FileError {
 ///
 /// # Errors
 /// If it is too long or not of its encoding.
-pub fn decode(bytes: &[u8]) -> Result<String, FileError> {
+pub fn decode_text(bytes: &[u8]) -> Result<String, FileError> {
     if bytes.len() > MAX_BYTES {
-        return Err(FileError { line: 1, column: 1, fault: Fault::TooLong });
+        return Err(FileError { line: 1, column: 1, fault: NetFault::TooLong });
     }
     match std::str::from_utf8(bytes) {
         Ok(text) => Ok(text.trim_start_matches('\u{feff}').to_owned()),
         Err(_) if is_latin1(bytes) => Ok(bytes.iter().map(|byte| char::from(*byte)).collect()),
         Err(error) => {
             let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
-            Err(fault_at(&good, good.len(), Fault::Encoding))
+            Err(fault_at(&good, good.len(), NetFault::Encoding))
         }
     }
 }
@@ -163,14 +163,15 @@ mod tests {
 
     #[test]
     fn a_fault_has_line_and_column() {
-        let error = fault_at("ä\nöx", "ä\nö".len(), Fault::ZeroWeight);
+        let error = fault_at("ä\nöx", "ä\nö".len(), NetFault::ZeroWeight);
         assert_eq!((error.line, error.column), (2, 2));
     }
 
     #[test]
     fn latin1_is_decoded_where_it_is_declared() {
-        let text = decode(b"<?xml version=\"1.0\" encoding=\"iso-8859-1\"?><a>\xe4</a>").unwrap();
+        let text =
+            decode_text(b"<?xml version=\"1.0\" encoding=\"iso-8859-1\"?><a>\xe4</a>").unwrap();
         assert!(text.contains('ä'));
-        assert_eq!(decode(b"ab\n\xff").unwrap_err().line, 2);
+        assert_eq!(decode_text(b"ab\n\xff").unwrap_err().line, 2);
     }
 }

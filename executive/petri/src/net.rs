@@ -1,6 +1,6 @@
 //! What a net is: places, transitions, the arcs between them, and when a transition may fire.
 //!
-//! A built net is immutable; [`crate::State`] has what changes.
+//! A built net is immutable; [`crate::NetState`] has what changes.
 
 use crate::builder::NetBuilder;
 use std::time::Duration;
@@ -29,7 +29,7 @@ impl TransitionId {
 
 /// The class of a transition, which decides conflicts before its priority does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Class {
+pub enum FiringClass {
     /// Fires before every ordinary one.
     Safety,
     /// Every other transition.
@@ -39,14 +39,14 @@ pub enum Class {
 
 /// How long after becoming enabled a transition may and must fire (Merlin): `[earliest, latest]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interval {
+pub struct FiringInterval {
     /// The earliest moment.
     pub earliest: Duration,
     /// The latest moment; `None` for no limit.
     pub latest: Option<Duration>,
 }
 
-impl Interval {
+impl FiringInterval {
     /// `[0, 0]`: as soon as it is enabled.
     pub const IMMEDIATE: Self = Self { earliest: Duration::ZERO, latest: Some(Duration::ZERO) };
 
@@ -61,7 +61,7 @@ impl Interval {
 
 /// One transition: its arcs and its firing conditions.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Transition {
+pub struct NetTransition {
     /// Its name, unique among the transitions of the net.
     pub name: String,
     /// Tokens it takes, and so requires; each place at most once.
@@ -75,11 +75,11 @@ pub struct Transition {
     /// Places it empties, after taking its inputs and before putting its outputs.
     pub resets: Vec<PlaceId>,
     /// Decides conflicts first: safety before ordinary.
-    pub class: Class,
+    pub class: FiringClass,
     /// Decides conflicts within a class: the greater one fires first.
     pub priority: i32,
     /// When it may and must fire, counted from the moment it became enabled.
-    pub interval: Interval,
+    pub interval: FiringInterval,
     /// Whether it is enabled only while the caller keeps its gate open (an event, a guard, an operator).
     pub gated: bool,
 }
@@ -143,7 +143,7 @@ impl Test {
 pub struct Net {
     pub(crate) places: Vec<String>,
     pub(crate) initial: Vec<u32>,
-    pub(crate) transitions: Vec<Transition>,
+    pub(crate) transitions: Vec<NetTransition>,
     /// Per place, the transitions to check when its tokens change, each with its condition.
     pub(crate) watchers: Vec<Vec<(TransitionId, Test)>>,
     /// Per transition, its rank by class and priority; the smaller rank fires first.
@@ -162,12 +162,12 @@ impl Net {
     }
 
     /// Returns the transitions, in order.
-    pub fn transitions(&self) -> &[Transition] {
+    pub fn transitions(&self) -> &[NetTransition] {
         &self.transitions
     }
 
     /// Returns one transition.
-    pub fn transition(&self, id: TransitionId) -> &Transition {
+    pub fn transition(&self, id: TransitionId) -> &NetTransition {
         &self.transitions[id.index()]
     }
 

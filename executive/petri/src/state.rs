@@ -27,7 +27,7 @@ pub enum FireError {
 
 /// A net at one moment: marking, gates and running clocks.
 #[derive(Clone, Debug)]
-pub struct State {
+pub struct NetState {
     net: Arc<Net>,
     now: Duration,
     marking: Vec<u32>,
@@ -37,7 +37,7 @@ pub struct State {
     agenda: Agenda,
 }
 
-impl State {
+impl NetState {
     /// Returns the initial marking at time `now`, all gates closed.
     pub fn new(net: Arc<Net>, now: Duration) -> Self {
         let marking = net.initial().to_vec();
@@ -58,13 +58,13 @@ impl State {
         }
         let mut agenda = Agenda::new(unmet.len());
         for id in net.transition_ids().filter(|id| unmet[id.index()] == 0) {
-            agenda.enable(&net, id, now);
+            agenda.enable_transition(&net, id, now);
         }
         Self { open: vec![false; unmet.len()], net, now, marking, unmet, agenda }
     }
 
     /// Returns the state of another net at the same moment, with the given marking and all gates
-    /// closed; a hold continues. All clocks start at this moment: [`State::resume_clock`] corrects
+    /// closed; a hold continues. All clocks start at this moment: [`NetState::resume_clock`] corrects
     /// those of transitions that were enabled before.
     ///
     /// # Panics
@@ -73,8 +73,8 @@ impl State {
     pub fn in_another(&self, net: Arc<Net>, marking: Vec<u32>) -> Self {
         let mut state = Self::with_marking(net, marking, self.now);
         if let Some(since) = self.held_since() {
-            state.agenda.hold(&state.net, since);
-            for id in state.agenda.stopped().collect::<Vec<_>>() {
+            state.agenda.begin_hold(&state.net, since);
+            for id in state.agenda.stopped_transitions().collect::<Vec<_>>() {
                 state.agenda.set_since(&state.net, id, since, self.now);
             }
         }
@@ -84,7 +84,7 @@ impl State {
     /// Sets the start of an enabled transition's clock to `since`, or to now if that is later. Has no
     /// effect if the transition is not enabled.
     pub fn resume_clock(&mut self, id: TransitionId, since: Duration) {
-        if self.agenda.since(id).is_some() {
+        if self.agenda.enabled_since(id).is_some() {
             let net = Arc::clone(&self.net);
             self.agenda.set_since(&net, id, since.min(self.now), self.now);
         }
@@ -107,39 +107,42 @@ impl State {
 
     /// Returns when a transition became enabled; `None` if it is not enabled.
     pub fn enabled_since(&self, id: TransitionId) -> Option<Duration> {
-        self.agenda.since(id)
+        self.agenda.enabled_since(id)
     }
 
     /// Returns the latest moment for an enabled transition to fire; `None` if it is not enabled or has
     /// no such moment.
     pub fn deadline(&self, id: TransitionId) -> Option<Duration> {
-        let since = self.agenda.since(id)?;
+        let since = self.agenda.enabled_since(id)?;
         Some(deadline(&self.net, id, since)).filter(|at| *at != Duration::MAX)
     }
 
     /// Returns when an enabled transition may fire; `None` if it is not enabled. For a held one it is
     /// the moment without the hold.
     pub fn earliest(&self, id: TransitionId) -> Option<Duration> {
-        let since = self.agenda.since(id)?;
+        let since = self.agenda.enabled_since(id)?;
         Some(since.saturating_add(self.net.transition(id).interval.earliest))
     }
 
     /// Returns the enabled transitions: those that may fire now, in conflict order, then the waiting
     /// ones, then the held ones.
     pub fn enabled(&self) -> impl Iterator<Item = TransitionId> {
-        self.agenda.ready().chain(self.agenda.waiting()).chain(self.agenda.stopped())
+        self.agenda
+            .ready_transitions()
+            .chain(self.agenda.waiting_transitions())
+            .chain(self.agenda.stopped_transitions())
     }
 
     /// Begins a hold: stops the clocks of the ordinary class. Held transitions are still enabled and
     /// disabled, but never ready. Has no effect during a hold.
     pub fn hold(&mut self) {
-        self.agenda.hold(&self.net, self.now);
+        self.agenda.begin_hold(&self.net, self.now);
     }
 
     /// Ends a hold: each clock continues from its value at the beginning of the hold, or from 0 if its
     /// transition became enabled during it. Costs time for every enabled transition.
     pub fn release(&mut self) {
-        self.agenda.release(&self.net, self.now);
+        self.agenda.end_hold(&self.net, self.now);
     }
 
     /// Returns whether a hold has stopped the clock of an enabled transition.
@@ -155,18 +158,18 @@ impl State {
     /// Returns the transitions that may fire now, in conflict order: safety class, priority, earliest
     /// deadline, order in the file.
     pub fn ready(&self) -> impl Iterator<Item = TransitionId> {
-        self.agenda.ready()
+        self.agenda.ready_transitions()
     }
 
     /// Returns the first transition in conflict order that may fire now.
     pub fn first_ready(&self) -> Option<TransitionId> {
-        self.agenda.first()
+        self.agenda.first_ready()
     }
 
     /// Returns the next moment at which a transition may fire: now, or when the first waiting clock
     /// reaches its earliest time.
     pub fn next_firing(&self) -> Option<Duration> {
-        self.agenda.first().map(|_| self.now).or_else(|| self.agenda.next_earliest())
+        self.agenda.first_ready().map(|_| self.now).or_else(|| self.agenda.next_earliest())
     }
 
     /// Returns the present time.
@@ -178,7 +181,7 @@ impl State {
     pub fn advance(&mut self, now: Duration) {
         if now > self.now {
             self.now = now;
-            self.agenda.advance(&self.net, now);
+            self.agenda.advance_to(&self.net, now);
         }
     }
 
@@ -189,7 +192,7 @@ impl State {
             return;
         }
         self.open[index] = open;
-        self.settle(id, open);
+        self.update_enabling(id, open);
     }
 
     /// Returns whether the gate of a gated transition is open.
@@ -222,12 +225,12 @@ impl State {
     }
 
     /// Does the first half of a firing: takes the input tokens and empties the reset places. The
-    /// caller puts the outputs later, with [`State::add`]. Returns how late it is after its deadline.
+    /// caller puts the outputs later, with [`NetState::add`]. Returns how late it is after its deadline.
     ///
     /// # Errors
     /// If it may not fire now; the state is unchanged then.
     pub fn take(&mut self, id: TransitionId) -> Result<Duration, FireError> {
-        let since = self.agenda.since(id).ok_or(FireError::NotEnabled)?;
+        let since = self.agenda.enabled_since(id).ok_or(FireError::NotEnabled)?;
         if !self.agenda.is_ready(&self.net, id) {
             return Err(FireError::TooEarly);
         }
@@ -240,8 +243,8 @@ impl State {
             self.set_tokens(place, 0);
         }
         // The clock of the fired transition restarts even if enough tokens are left to keep it enabled.
-        if self.agenda.since(id).is_some() {
-            self.agenda.enable(&net, id, self.now);
+        if self.agenda.enabled_since(id).is_some() {
+            self.agenda.enable_transition(&net, id, self.now);
         }
         Ok(late)
     }
@@ -282,25 +285,25 @@ impl State {
         for &(id, test) in &net.watchers[place.index()] {
             let passed = |test: Test, tokens| test.passes(tokens);
             match (passed(test, before), passed(test, tokens)) {
-                (false, true) => self.settle(id, true),
-                (true, false) => self.settle(id, false),
+                (false, true) => self.update_enabling(id, true),
+                (true, false) => self.update_enabling(id, false),
                 _ => {}
             }
         }
     }
 
     /// Notes that one condition of `id` has changed, and enables or disables the transition.
-    fn settle(&mut self, id: TransitionId, met: bool) {
+    fn update_enabling(&mut self, id: TransitionId, met: bool) {
         let unmet = &mut self.unmet[id.index()];
         if met {
             *unmet -= 1;
             if *unmet == 0 {
-                self.agenda.enable(&self.net, id, self.now);
+                self.agenda.enable_transition(&self.net, id, self.now);
             }
         } else {
             *unmet += 1;
             if *unmet == 1 {
-                self.agenda.disable(&self.net, id);
+                self.agenda.disable_transition(&self.net, id);
             }
         }
     }
@@ -309,18 +312,19 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Class, Interval};
+    use crate::{FiringClass, FiringInterval};
 
     #[test]
     fn a_held_clock_continues_after_the_hold_and_safety_is_not_held() {
         const SECOND: Duration = Duration::from_secs(1);
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 1), net.place("b", 0));
-        let five = Interval::exactly(5 * SECOND);
+        let five = FiringInterval::exactly(5 * SECOND);
         let late = net.transition("late").input(a, 1).interval(five).id();
         let new = net.transition("new").input(b, 1).interval(five).id();
-        let safe = net.transition("safe").input(b, 1).interval(five).class(Class::Safety).id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let safe =
+            net.transition("safe").input(b, 1).interval(five).class(FiringClass::Safety).id();
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         state.advance(2 * SECOND);
         state.hold();
         state.advance(10 * SECOND);
@@ -352,12 +356,12 @@ mod tests {
             let mut net = Net::builder();
             let (a, b) = (net.place("a", 1), net.place("b", 0));
             let late = net.transition("late").input(a, 1).output(b, 1);
-            let late = late.interval(Interval::exactly(after)).id();
-            let free = net.transition("free").interval(Interval::exactly(SECOND)).id();
+            let late = late.interval(FiringInterval::exactly(after)).id();
+            let free = net.transition("free").interval(FiringInterval::exactly(SECOND)).id();
             (Arc::new(net.build().unwrap()), late, free)
         };
         let (old, late, _) = net(5 * SECOND);
-        let mut state = State::new(old, Duration::ZERO);
+        let mut state = NetState::new(old, Duration::ZERO);
         state.advance(2 * SECOND);
         let (new, _, free) = net(9 * SECOND);
         let mut next = state.in_another(Arc::clone(&new), vec![1, 0]);

@@ -2,7 +2,7 @@
 //! endless loops.
 
 use crate::net::TransitionId;
-use crate::state::State;
+use crate::state::NetState;
 
 /// A step with more firings than the bound.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,12 +16,12 @@ pub struct EndlessStep {
 
 /// Counts the firings of one step against a bound.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct NetStep {
     bound: usize,
     fired: Vec<TransitionId>,
 }
 
-impl Step {
+impl NetStep {
     /// Begins a step of at most `bound` firings.
     pub fn new(bound: usize) -> Self {
         Self { bound, fired: Vec::new() }
@@ -45,14 +45,14 @@ impl Step {
     }
 }
 
-impl State {
+impl NetState {
     /// Fires the first ready transition until none is ready, without letting time pass. A transition
     /// whose outputs would overflow a place ends the step.
     ///
     /// # Errors
     /// If more than `bound` transitions fire; the state is the one after the last of them.
     pub fn step(&mut self, bound: usize) -> Result<Vec<TransitionId>, EndlessStep> {
-        let mut step = Step::new(bound);
+        let mut step = NetStep::new(bound);
         while let Some(id) = self.first_ready() {
             if self.fire(id).is_err() {
                 break;
@@ -84,7 +84,7 @@ fn repeating_cycle(fired: &[TransitionId]) -> Vec<TransitionId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Class, FireError, Interval, Net};
+    use crate::{FireError, FiringClass, FiringInterval, Net};
     use std::sync::Arc;
     use std::time::Duration;
 
@@ -97,7 +97,7 @@ mod tests {
         let enter = net.transition("enter").input(a, 1).output(b, 1).id();
         let go = net.transition("go").input(b, 1).output(c, 1).id();
         let back = net.transition("back").input(c, 1).output(b, 1).id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         let endless = state.step(100).unwrap_err();
         assert_eq!(endless.cycle, [go, back]);
         assert!(!endless.cycle.contains(&enter));
@@ -107,7 +107,7 @@ mod tests {
     fn conflicts_go_to_safety_then_priority_then_deadline_then_the_file() {
         let mut net = Net::builder();
         let pot = net.place("pot", 5);
-        let within = |seconds| Interval {
+        let within = |seconds| FiringInterval {
             earliest: Duration::ZERO,
             latest: Some(Duration::from_secs(seconds)),
         };
@@ -115,8 +115,9 @@ mod tests {
         let fourth = net.transition("fourth").input(pot, 1).interval(within(3)).id();
         let third = net.transition("third").input(pot, 1).interval(within(2)).id();
         let second = net.transition("second").input(pot, 1).priority(1).id();
-        let safety = net.transition("safety").input(pot, 1).class(Class::Safety).priority(-9).id();
-        let state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let safety =
+            net.transition("safety").input(pot, 1).class(FiringClass::Safety).priority(-9).id();
+        let state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         assert_eq!(state.ready().collect::<Vec<_>>(), [safety, second, third, fourth, last]);
     }
 
@@ -128,9 +129,9 @@ mod tests {
             .transition("late")
             .input(a, 1)
             .output(b, 1)
-            .interval(Interval::exactly(SECOND))
+            .interval(FiringInterval::exactly(SECOND))
             .id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         state.advance(7 * SECOND);
         state.add(a, 1).unwrap();
         assert_eq!(state.next_firing(), Some(8 * SECOND));
@@ -144,9 +145,10 @@ mod tests {
     fn firing_restarts_the_transitions_own_clock_and_no_other() {
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 2), net.place("b", 1));
-        let one = net.transition("one").input(a, 1).interval(Interval::exactly(SECOND)).id();
-        let two = net.transition("two").input(b, 1).interval(Interval::exactly(3 * SECOND)).id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let one = net.transition("one").input(a, 1).interval(FiringInterval::exactly(SECOND)).id();
+        let two =
+            net.transition("two").input(b, 1).interval(FiringInterval::exactly(3 * SECOND)).id();
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         state.advance(SECOND);
         assert_eq!(state.step(10).unwrap(), [one], "once, although there were two tokens");
         assert_eq!(state.enabled_since(one), Some(SECOND));
@@ -158,7 +160,7 @@ mod tests {
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 1), net.place("b", u32::MAX));
         let put = net.transition("put").input(a, 1).output(b, 1).id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         assert_eq!(state.fire(put), Err(FireError::Overflow(b)));
         assert_eq!(state.marking(), [1, u32::MAX]);
         assert_eq!(state.first_ready(), Some(put));

@@ -3,7 +3,7 @@
 mod data;
 
 use armor_petri::file::{NetFile, pnml, tina};
-use armor_petri::{Class, Interval, Net, PlaceId, Transition};
+use armor_petri::{FiringClass, FiringInterval, Net, NetTransition, PlaceId};
 use proptest::prelude::*;
 use std::time::Duration;
 
@@ -64,7 +64,7 @@ fn every_keyword_of_the_net_format_is_read() {
     assert_eq!(t("t1").outputs, [(place("p1"), 1), (place("p5"), 2000), (place("p6"), 1)]);
     assert_eq!(t("t2").interval.earliest, Duration::from_millis(500));
     assert_eq!(t("t2").interval.latest, None);
-    assert_eq!(t("t3").interval, Interval::UNTIMED);
+    assert_eq!(t("t3").interval, FiringInterval::UNTIMED);
     assert_eq!((t("t3").inputs[0].1, t("t3").reads[0].1), (2, 4));
     assert_eq!((t("t1").priority, t("t2").priority, t("t3").priority), (1, 1, 0));
     assert_eq!(net.initial()[place("p6").index()], 1_000_000);
@@ -204,9 +204,9 @@ prop_compose! {
             let latest = slack.map(|slack| earliest + Duration::from_secs(slack));
             let mut t = net
                 .transition(*name)
-                .class(if *safety { Class::Safety } else { Class::Ordinary })
+                .class(if *safety { FiringClass::Safety } else { FiringClass::Ordinary })
                 .priority(*priority)
-                .interval(Interval { earliest, latest });
+                .interval(FiringInterval { earliest, latest });
             for &(kind, place, weight) in arcs {
                 let place = places[place % places.len()];
                 t = match kind {
@@ -238,7 +238,7 @@ proptest! {
         let file = NetFile::new("", net);
         let Ok(text) = tina::write(&file) else { return Ok(()) };
         let again = tina::read(&text).unwrap();
-        let standing = |t: &Transition| (t.class == Class::Safety, t.priority);
+        let standing = |t: &NetTransition| (t.class == FiringClass::Safety, t.priority);
         let order = |net: &Net| -> Vec<_> {
             let all = net.transitions();
             all.iter().flat_map(|a| all.iter().map(move |b| standing(a).cmp(&standing(b)))).collect()

@@ -77,7 +77,7 @@ impl From<RunState> for Condition {
 
 /// A process of the system.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Process {
+pub struct ObservedProcess {
     /// Its entry in the registry.
     pub entry: ComponentEntry,
     /// What it is doing.
@@ -110,7 +110,7 @@ pub(super) enum ControlLink {
     Never,
 }
 
-impl Process {
+impl ObservedProcess {
     /// Sets the condition; returns whether it has changed.
     pub(super) fn set_condition(&mut self, condition: Condition, now: Duration) -> bool {
         let is_new = self.condition != condition;

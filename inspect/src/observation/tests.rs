@@ -33,26 +33,26 @@ fn status(name: &str, state: RunState, uptime_s: f64) -> Status {
 /// A picture whose time the test sets.
 #[derive(Default)]
 struct Scene {
-    picture: Picture,
+    picture: SystemPicture,
     now: Duration,
 }
 
 impl Scene {
-    fn handle(&mut self, event: Event) -> Vec<Action> {
-        self.picture.handle(event, self.now).1
+    fn handle(&mut self, event: SystemEvent) -> Vec<ObserverAction> {
+        self.picture.handle_event(event, self.now).1
     }
 
-    fn pass_time(&mut self, time: Duration) -> Vec<Action> {
+    fn pass_time(&mut self, time: Duration) -> Vec<ObserverAction> {
         self.now += time;
-        self.handle(Event::Tick)
+        self.handle(SystemEvent::Tick)
     }
 
     fn answer(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
-        self.picture.handle(Event::Said(name.into(), instance, answer), self.now).0
+        self.picture.handle_event(SystemEvent::Said(name.into(), instance, answer), self.now).0
     }
 
-    fn register(&mut self, name: &str, instance: u64) -> Vec<Action> {
-        self.handle(Event::Registry(Change::Appeared(entry(name, instance))))
+    fn register(&mut self, name: &str, instance: u64) -> Vec<ObserverAction> {
+        self.handle(SystemEvent::Registry(Change::Appeared(entry(name, instance))))
     }
 
     fn condition(&self, name: &str) -> Condition {
@@ -62,8 +62,8 @@ impl Scene {
     /// A process that is connected and in this state.
     fn with_process(name: &str, state: RunState) -> Self {
         let mut scene = Self::default();
-        assert_eq!(scene.register(name, 1), [Action::Connect(entry(name, 1))]);
-        scene.handle(Event::Connected(name.into(), 1));
+        assert_eq!(scene.register(name, 1), [ObserverAction::Connect(entry(name, 1))]);
+        scene.handle(SystemEvent::Connected(name.into(), 1));
         scene.answer(name, 1, Answer::State { state, activation: 1, controllable: true });
         scene
     }
@@ -81,12 +81,12 @@ fn a_process_has_the_condition_that_it_reports() {
 #[test]
 fn a_silent_process_is_suspected_and_retried_until_it_answers() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    scene.handle(Event::Closed("laser".into(), 1, "it fell silent".into()));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it fell silent".into()));
     assert_eq!(scene.condition("laser"), Condition::Suspected);
     assert_eq!(scene.picture.processes["laser"].problem, "it fell silent");
-    assert_eq!(scene.pass_time(RETRY), [Action::Connect(entry("laser", 1))]);
+    assert_eq!(scene.pass_time(RETRY), [ObserverAction::Connect(entry("laser", 1))]);
     assert_eq!(scene.pass_time(RETRY * 3), [], "one attempt at a time");
-    scene.handle(Event::Connected("laser".into(), 1));
+    scene.handle(SystemEvent::Connected("laser".into(), 1));
     let state = Answer::State { state: RunState::Frozen, activation: 1, controllable: true };
     scene.answer("laser", 1, state);
     assert_eq!(scene.condition("laser"), Condition::Frozen);
@@ -96,9 +96,9 @@ fn a_silent_process_is_suspected_and_retried_until_it_answers() {
 #[test]
 fn an_ended_process_counts_as_restarting_for_a_while_and_then_as_dead() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    let gone = scene.handle(Event::Registry(Change::Gone(entry("laser", 1))));
-    assert_eq!(gone, [Action::Drop("laser".into(), 1)]);
-    scene.handle(Event::Closed("laser".into(), 1, "it closed the connection".into()));
+    let gone = scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    assert_eq!(gone, [ObserverAction::Drop("laser".into(), 1)]);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     assert_eq!(scene.condition("laser"), Condition::Restarting);
     scene.pass_time(DEAD_AFTER - Duration::from_millis(1));
     assert_eq!(scene.condition("laser"), Condition::Restarting);
@@ -115,9 +115,12 @@ fn an_ended_process_counts_as_restarting_for_a_while_and_then_as_dead() {
 fn events_of_an_earlier_start_change_nothing() {
     let mut scene = Scene::with_process("laser", RunState::Active);
     let actions = scene.register("laser", 2);
-    assert_eq!(actions, [Action::Drop("laser".into(), 1), Action::Connect(entry("laser", 2))]);
-    scene.handle(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.handle(Event::Closed("laser".into(), 1, "it closed the connection".into()));
+    assert_eq!(
+        actions,
+        [ObserverAction::Drop("laser".into(), 1), ObserverAction::Connect(entry("laser", 2))]
+    );
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     let state = Answer::State { state: RunState::Failed, activation: 1, controllable: true };
     assert!(!scene.answer("laser", 1, state));
     assert_eq!(scene.condition("laser"), Condition::Unknown);
@@ -132,7 +135,7 @@ fn every_process_with_a_control_port_is_asked_once_a_second() {
         Condition::Active,
         "it is registered, and reports no state"
     );
-    let ask = [Action::Ask("laser".into(), 1)];
+    let ask = [ObserverAction::Ask("laser".into(), 1)];
     assert_eq!(scene.pass_time(Duration::ZERO), ask);
     assert_eq!(scene.pass_time(ASK_EVERY / 2), []);
     assert_eq!(scene.picture.next_tick(), ASK_EVERY);
@@ -155,19 +158,19 @@ fn beats_change_nothing_except_for_a_long_call() {
 fn a_connection_that_ended_before_it_was_reported_is_retried() {
     let mut scene = Scene::default();
     scene.register("laser", 1);
-    scene.handle(Event::Closed("laser".into(), 1, "it closed the connection".into()));
-    let dropped = scene.handle(Event::Connected("laser".into(), 1));
-    assert_eq!(dropped, [Action::Drop("laser".into(), 1)]);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
+    let dropped = scene.handle(SystemEvent::Connected("laser".into(), 1));
+    assert_eq!(dropped, [ObserverAction::Drop("laser".into(), 1)]);
     assert_eq!(scene.condition("laser"), Condition::Suspected);
-    assert!(scene.pass_time(RETRY).contains(&Action::Connect(entry("laser", 1))));
+    assert!(scene.pass_time(RETRY).contains(&ObserverAction::Connect(entry("laser", 1))));
 }
 
 #[test]
 fn processes_that_a_restarted_registry_reports_again_are_not_new() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    scene.handle(Event::Registry(Change::RegistryLost));
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
     assert!(!scene.picture.is_found && !scene.picture.has_ended(), "links live on");
-    scene.handle(Event::Registry(Change::RegistryFound));
+    scene.handle(SystemEvent::Registry(Change::RegistryFound));
     assert_eq!(scene.register("laser", 1), []);
     assert_eq!((scene.condition("laser"), scene.picture.is_found), (Condition::Active, true));
 }
@@ -176,17 +179,17 @@ fn processes_that_a_restarted_registry_reports_again_are_not_new() {
 fn a_system_has_ended_when_no_process_answers_and_the_registry_is_gone() {
     let mut scene = Scene::with_process("laser", RunState::Active);
     scene.register(CONFIGD, 3);
-    scene.handle(Event::Registry(Change::RegistryLost));
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
     assert!(!scene.picture.has_ended());
-    scene.handle(Event::Closed("laser".into(), 1, "it closed the connection".into()));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     assert!(scene.picture.has_ended());
-    assert_eq!(scene.pass_time(RETRY), [Action::Connect(entry("laser", 1))]);
+    assert_eq!(scene.pass_time(RETRY), [ObserverAction::Connect(entry("laser", 1))]);
     assert_eq!(scene.condition(CONFIGD), Condition::Dead);
-    scene.handle(Event::Closed("laser".into(), 1, "connection refused".into()));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "connection refused".into()));
     while scene.condition("laser") == Condition::Suspected {
         for action in scene.pass_time(RETRY) {
-            assert_eq!(action, Action::Connect(entry("laser", 1)));
-            scene.handle(Event::Closed("laser".into(), 1, "connection refused".into()));
+            assert_eq!(action, ObserverAction::Connect(entry("laser", 1)));
+            scene.handle(SystemEvent::Closed("laser".into(), 1, "connection refused".into()));
         }
         assert!(scene.now < DEAD_AFTER * 2);
     }
@@ -210,10 +213,10 @@ fn links_of_an_ended_process_are_not_shown() {
         problem: String::new(),
     });
     scene.answer("laser", 1, Answer::Status { request: 1, status: reported });
-    scene.picture.link();
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.handle(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links, []);
 }
 
@@ -236,16 +239,16 @@ fn an_ended_system_keeps_the_links_that_it_had() {
         links: vec![link],
     };
     scene.register("laser", 1);
-    scene.handle(Event::Connected("laser".into(), 1));
+    scene.handle(SystemEvent::Connected("laser".into(), 1));
     let status = Status { outputs: vec![output], ..status("laser", RunState::Active, 1.0) };
     scene.answer("laser", 1, Answer::Status { request: 1, status });
-    scene.picture.link();
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.handle(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 0, "it may come back and link again");
-    scene.handle(Event::Registry(Change::RegistryLost));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
+    scene.picture.rebuild_links();
     assert!(scene.picture.has_ended());
     assert_eq!(scene.picture.links[0].sent, 7);
 }

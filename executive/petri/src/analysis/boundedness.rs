@@ -1,13 +1,13 @@
 //! Unbounded places, shown by a pumping sequence: firings that can repeat for ever and add tokens each
 //! time (Karp and Miller, 1969).
 
-use super::rules::Rules;
+use super::rules::FiringRules;
 use super::space::Space;
 use crate::net::{Net, PlaceId, TransitionId};
 
 /// After `prefix`, `cycle` can repeat for ever, and adds tokens to `growing` each time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pumping {
+pub struct PumpingSequence {
     /// Firings from the initial marking.
     pub prefix: Vec<TransitionId>,
     /// Firings that can repeat.
@@ -16,14 +16,14 @@ pub struct Pumping {
     pub growing: Vec<PlaceId>,
 }
 
-impl Pumping {
+impl PumpingSequence {
     /// Returns these firings as a pumping sequence, if they are one.
     ///
     /// More tokens keep every transition enabled except through inhibitor arcs, and the same firings
     /// add as much again except through reset arcs. So no place that has grown may inhibit a
     /// transition of the cycle, and at least one of them must not be reset in it.
     pub fn new(
-        rules: &Rules,
+        rules: &FiringRules,
         initial: &[u32],
         prefix: Vec<TransitionId>,
         cycle: Vec<TransitionId>,
@@ -35,7 +35,7 @@ impl Pumping {
     }
 
     /// Leaves out firings as long as the rest is still a pumping sequence.
-    fn shorten(mut self, rules: &Rules, initial: &[u32]) -> Self {
+    fn shorten(mut self, rules: &FiringRules, initial: &[u32]) -> Self {
         for cyclic in [true, false] {
             let mut piece = if cyclic { self.cycle.len() } else { self.prefix.len() };
             while piece > 0 {
@@ -60,7 +60,7 @@ impl Pumping {
 /// Returns the places that grow without bound when `cycle`, which leads from `before` to `after`, is
 /// repeated; `None` if there are none.
 fn grown_places(
-    rules: &Rules,
+    rules: &FiringRules,
     before: &[u32],
     after: &[u32],
     cycle: &[TransitionId],
@@ -90,12 +90,12 @@ const COMPARISONS: u64 = 40_000_000;
 
 /// Looks for a pumping sequence on a few pseudo-random walks, the same in every run. `None` does not
 /// mean that the net is bounded.
-pub fn pumping_on_walks(net: &Net) -> Option<Pumping> {
-    let rules = Rules::new(net);
+pub fn pumping_on_walks(net: &Net) -> Option<PumpingSequence> {
+    let rules = FiringRules::new(net);
     let mut comparisons = COMPARISONS;
     (0..WALKS).find_map(|walk| {
         let (prefix, cycle) = walk_until_covering(net, &rules, walk, &mut comparisons)?;
-        let pumping = Pumping::new(&rules, net.initial(), prefix, cycle)?;
+        let pumping = PumpingSequence::new(&rules, net.initial(), prefix, cycle)?;
         Some(pumping.shorten(&rules, net.initial()))
     })
 }
@@ -103,7 +103,7 @@ pub fn pumping_on_walks(net: &Net) -> Option<Pumping> {
 /// Returns prefix and cycle of the first growth on a walk.
 fn walk_until_covering(
     net: &Net,
-    rules: &Rules,
+    rules: &FiringRules,
     walk: u64,
     comparisons: &mut u64,
 ) -> Option<(Vec<TransitionId>, Vec<TransitionId>)> {
@@ -150,7 +150,7 @@ const PATH_COMPARISONS: usize = 200_000_000;
 /// Looks for growth between any two states on the path to `state`. Called whenever a place has
 /// doubled, it eventually finds the growth of an unbounded net without inhibitor and reset arcs: every
 /// infinite path has two markings of which the later covers the earlier.
-pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
+pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<PumpingSequence> {
     let mut states = space.states_on_the_way(state)?;
     let places = space.most_in_place.len().max(1);
     let compared = (PATH_COMPARISONS / places).isqrt().clamp(10, PATH_STATES);
@@ -168,7 +168,7 @@ pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
                 prefix.extend(fired(&states[..=start]));
                 let cycle = fired(&states[start..=end]);
                 let initial = space.marking(0);
-                if let Some(pumping) = Pumping::new(&space.rules, &initial, prefix, cycle) {
+                if let Some(pumping) = PumpingSequence::new(&space.rules, &initial, prefix, cycle) {
                     return Some(pumping.shorten(&space.rules, &initial));
                 }
             }

@@ -2,7 +2,7 @@
 
 /// The limits of an analysis.
 #[derive(Clone, Copy)]
-pub struct Budget<'a> {
+pub struct AnalysisBudget<'a> {
     /// Most states that are stored.
     pub states: u64,
     /// Most bytes for states, their index and the firings that lead to them.
@@ -11,7 +11,7 @@ pub struct Budget<'a> {
     pub stop: &'a dyn Fn() -> bool,
 }
 
-impl std::fmt::Debug for Budget<'_> {
+impl std::fmt::Debug for AnalysisBudget<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Budget")
             .field("states", &self.states)
@@ -20,10 +20,10 @@ impl std::fmt::Debug for Budget<'_> {
     }
 }
 
-impl Budget<'_> {
+impl AnalysisBudget<'_> {
     /// No limits.
-    pub const UNLIMITED: Budget<'static> =
-        Budget { states: u64::MAX, memory_bytes: u64::MAX, stop: &|| false };
+    pub const UNLIMITED: AnalysisBudget<'static> =
+        AnalysisBudget { states: u64::MAX, memory_bytes: u64::MAX, stop: &|| false };
 }
 
 /// Which budget ran out.

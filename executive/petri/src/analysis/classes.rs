@@ -5,9 +5,9 @@
 //! Priorities and safety classes are ignored, and gates may open at any time, so whatever the graph
 //! excludes never happens in a run.
 
-use super::budget::{Budget, Exhausted};
+use super::budget::{AnalysisBudget, Exhausted};
 use super::domain::{Domain, Times};
-use super::rules::Rules;
+use super::rules::FiringRules;
 use crate::net::{Net, TransitionId};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 /// State classes in breadth-first order; 0 is the initial one.
 #[derive(Debug)]
-pub struct Classes {
+pub struct StateClasses {
     classes: Vec<Rc<StateClass>>,
     parents: Vec<(u32, TransitionId)>,
     /// Per class, its firings.
@@ -29,7 +29,7 @@ struct StateClass {
     domain: Domain,
 }
 
-impl Classes {
+impl StateClasses {
     /// Returns the number of classes.
     pub fn classes(&self) -> u64 {
         self.classes.len() as u64
@@ -84,9 +84,12 @@ impl Classes {
 }
 
 /// Returns the classes of `net`, and which budget ran out, if one did.
-pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
+pub fn find_state_classes(
+    net: &Net,
+    budget: &AnalysisBudget<'_>,
+) -> (StateClasses, Option<Exhausted>) {
     let mut found =
-        Classes { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
+        StateClasses { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
     let exhausted = match TimedRules::new(net) {
         Ok(firing) => explore_classes(&mut found, &firing, net, budget).err(),
         Err(exhausted) => Some(exhausted),
@@ -112,14 +115,16 @@ pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhaust
     Ok(true)
 }
 
+/// A class costs far more than a state, so the check is frequent.
+const CLASSES_BETWEEN_STOP_CHECKS: u32 = 256;
 /// Bytes of a class besides its numbers: pointers, the table entry, its parent.
 const BYTES_OVERHEAD: u64 = 160;
 
 fn explore_classes(
-    found: &mut Classes,
+    found: &mut StateClasses,
     firing: &TimedRules,
     net: &Net,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<(), Exhausted> {
     let mut numbers: HashMap<Rc<StateClass>, u32> = HashMap::new();
     let marking: Box<[u32]> = net.initial().into();
@@ -131,7 +136,7 @@ fn explore_classes(
     let mut bytes = 0;
     while let Some(class) = found.classes.get(found.successors.len()).cloned() {
         let number = found.successors.len() as u32;
-        if number.is_multiple_of(256) && (budget.stop)() {
+        if number.is_multiple_of(CLASSES_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         let mut successors = Vec::new();
@@ -165,7 +170,7 @@ fn explore_classes(
 
 /// The timed firing rule between classes.
 pub(super) struct TimedRules {
-    pub rules: Rules,
+    pub rules: FiringRules,
     pub times: Times,
     taking: Vec<Taking>,
 }
@@ -187,7 +192,7 @@ impl TimedRules {
             let inputs = t.inputs.iter().map(|(place, weight)| (place.0, *weight)).collect();
             Taking { inputs, resets: t.resets.iter().map(|place| place.0).collect() }
         });
-        Ok(Self { rules: Rules::new(net), times: Times::of(net)?, taking: taking.collect() })
+        Ok(Self { rules: FiringRules::new(net), times: Times::of(net)?, taking: taking.collect() })
     }
 
     /// Returns the transitions that a marking enables, in order.
@@ -220,7 +225,7 @@ impl TimedRules {
             // stayed enabled, also between the taking and the putting of tokens.
             let persists = |other: u32| {
                 let old = enabled.binary_search(&other).ok()?;
-                let goes_on = other != transition && self.rules.rule(other).enabled(&between);
+                let goes_on = other != transition && self.rules.rule(other).is_enabled(&between);
                 goes_on.then_some(old + 1)
             };
             let then: Vec<_> = self

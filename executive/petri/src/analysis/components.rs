@@ -6,7 +6,7 @@
 //! thousand states, and its `kosaraju_scc` needs every edge in memory, in both directions (32 bytes
 //! an edge). This search computes successors when it needs them and stores 24 bytes per state.
 
-use super::budget::{Budget, Exhausted};
+use super::budget::{AnalysisBudget, Exhausted};
 use super::space::Space;
 
 /// The strongly connected components of a complete space.
@@ -60,9 +60,9 @@ const DONE: u32 = u32::MAX;
 ///
 /// # Errors
 /// If memory or time ran out.
-pub fn components(
+pub fn find_components(
     space: &Space,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
     wanted: impl FnMut(&[u32]) -> bool,
 ) -> Result<Components, Exhausted> {
     if space.bytes() + space.states() * BYTES_PER_STATE > budget.memory_bytes {
@@ -107,7 +107,7 @@ struct ComponentSearch<'a, F> {
 }
 
 impl<F: FnMut(&[u32]) -> bool> ComponentSearch<'_, F> {
-    fn search_all(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    fn search_all(&mut self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
         self.enter_state(0);
         let mut steps = 0u64;
         while !self.frames.is_empty() {
@@ -143,10 +143,10 @@ impl<F: FnMut(&[u32]) -> bool> ComponentSearch<'_, F> {
         let space = self.space;
         let frame = self.frames.last_mut().expect("the search path is not empty");
         space.read_marking(frame.state, &mut self.marking);
-        let rules = space.rules.all();
+        let rules = space.rules.all_rules();
         while let Some(rule) = rules.get(frame.next_transition as usize) {
             frame.next_transition += 1;
-            if rule.enabled(&self.marking) {
+            if rule.is_enabled(&self.marking) {
                 self.after.copy_from_slice(&self.marking);
                 rule.fire(&mut self.after).expect("it was fired when the state was explored");
                 space.layout.pack(&self.after, &mut self.words);
@@ -194,8 +194,8 @@ impl<F: FnMut(&[u32]) -> bool> ComponentSearch<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::explore;
-    use crate::analysis::invariants::Bounds;
+    use crate::analysis::explore_states;
+    use crate::analysis::invariants::PlaceBounds;
     use crate::net::Net;
 
     /// Returns the space of one token that moves along these edges.
@@ -207,12 +207,19 @@ mod tests {
             net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
         }
         let net = net.build().unwrap();
-        explore(&net, &Bounds::of_net(&net, &|| false), true, &Budget::UNLIMITED).space
+        explore_states(
+            &net,
+            &PlaceBounds::of_net(&net, &|| false),
+            true,
+            &AnalysisBudget::UNLIMITED,
+        )
+        .space
     }
 
     fn check(places: usize, edges: &[(usize, usize)], expected: (u64, &[u64], bool)) {
         let space = space_of_walker(places, edges);
-        let found = components(&space, &Budget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
+        let found =
+            find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
         let mut sizes: Vec<_> = found.bottoms.iter().map(|bottom| bottom.states).collect();
         sizes.sort_unstable();
         assert_eq!((found.components, &sizes[..], found.lost().is_none()), expected, "{edges:?}");
@@ -231,7 +238,7 @@ mod tests {
     #[test]
     fn the_firings_to_a_lost_state_are_the_fewest() {
         let space = space_of_walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
-        let found = components(&space, &Budget::UNLIMITED, |m| m[3] > 0).unwrap();
+        let found = find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[3] > 0).unwrap();
         let lost = found.lost().unwrap();
         assert_eq!(space.marking(lost), [0, 0, 1, 0]);
         assert_eq!(space.way_to(lost).unwrap().len(), 2);
@@ -243,8 +250,10 @@ mod tests {
         let (a, b) = (net.place("a", 300_000), net.place("b", 0));
         net.transition("t").input(a, 1).output(b, 1);
         let net = net.build().unwrap();
-        let space = explore(&net, &Bounds::unknown(&net), false, &Budget::UNLIMITED).space;
-        let found = components(&space, &Budget::UNLIMITED, |m| m[0] == 0).unwrap();
+        let space =
+            explore_states(&net, &PlaceBounds::unknown(&net), false, &AnalysisBudget::UNLIMITED)
+                .space;
+        let found = find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[0] == 0).unwrap();
         assert_eq!((found.components, found.lost()), (300_001, None));
     }
 }

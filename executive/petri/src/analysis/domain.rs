@@ -34,7 +34,7 @@ impl Times {
             let units = i64::try_from(time.as_nanos() / unit_ns).ok().filter(|n| *n <= LONGEST);
             units.ok_or(Exhausted::Scale)
         };
-        let interval = |t: &crate::net::Transition| {
+        let interval = |t: &crate::net::NetTransition| {
             let latest = t.interval.latest.filter(|_| !t.gated);
             Ok((units(t.interval.earliest)?, latest.map_or(Ok(NEVER), units)?))
         };

@@ -4,10 +4,10 @@
 //! the least elapsed time matters, and domains are searched in its order. For the longest time no
 //! circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
 
-use super::budget::{Budget, Exhausted};
-use super::classes::{Classes, TimedRules};
+use super::budget::{AnalysisBudget, Exhausted};
+use super::classes::{StateClasses, TimedRules};
 use super::domain::{Domain, NEVER};
-use super::runs::{Escape, escape};
+use super::runs::{Escape, find_escape};
 use crate::net::{Net, TransitionId};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -15,7 +15,7 @@ use std::time::Duration;
 
 /// A firing sequence and how long it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Timed {
+pub struct TimedSequence {
     /// From the beginning to the last firing.
     pub time: Duration,
     /// The firings.
@@ -26,7 +26,7 @@ pub struct Timed {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Latest {
     /// Never later than this.
-    At(Timed),
+    At(TimedSequence),
     /// After these firings a transition may take unlimited time.
     WithoutEnd(Vec<TransitionId>),
     /// It can be avoided: after the first sequence, the second can repeat for ever.
@@ -39,12 +39,12 @@ pub enum Latest {
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn shortest(
+pub fn shortest_time(
     net: &Net,
-    classes: &Classes,
+    classes: &StateClasses,
     wanted: impl Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
-) -> Result<Option<Timed>, Exhausted> {
+    budget: &AnalysisBudget<'_>,
+) -> Result<Option<TimedSequence>, Exhausted> {
     if !(0..classes.classes() as u32).any(|class| wanted(classes.marking(class))) {
         return Ok(None);
     }
@@ -60,7 +60,7 @@ pub fn shortest(
         let (marking, domain) = search.nodes[node].clone();
         if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
-            return Ok(Some(Timed { time, sequence: search.way_to(node) }));
+            return Ok(Some(TimedSequence { time, sequence: search.way_to(node) }));
         }
         for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_latest();
@@ -76,13 +76,13 @@ pub fn shortest(
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn longest(
+pub fn longest_time(
     net: &Net,
-    classes: &Classes,
+    classes: &StateClasses,
     wanted: impl Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Latest, Exhausted> {
-    match escape(classes, [0], &wanted, budget)? {
+    match find_escape(classes, [0], &wanted, budget)? {
         Some(Escape::Circle(way, circle)) => return Ok(Latest::Circle(way, circle)),
         Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
         None => {}
@@ -111,8 +111,13 @@ pub fn longest(
         }
     }
     let time = search.firing.times.duration(latest.0);
-    Ok(Latest::At(Timed { time, sequence: search.way_to(latest.1) }))
+    Ok(Latest::At(TimedSequence { time, sequence: search.way_to(latest.1) }))
 }
+
+/// Stop is checked after this many domains.
+const DOMAINS_BETWEEN_STOP_CHECKS: u64 = 256;
+/// Bytes of a node besides its numbers: pointers and table entries.
+const BYTES_OVERHEAD: u64 = 200;
 
 /// A search over markings with domains that include the beginning, none of which contains another.
 struct DurationSearch {
@@ -122,7 +127,7 @@ struct DurationSearch {
     /// Per marking and domain without the beginning, the bounds of the beginning seen so far.
     known: HashMap<(Box<[u32]>, Domain), Vec<Beginning>>,
     bytes: u64,
-    asked: u64,
+    checks: u64,
 }
 
 /// The bounds of the beginning in a domain: its row and its column.
@@ -149,7 +154,7 @@ impl DurationSearch {
             from: Vec::new(),
             known: HashMap::new(),
             bytes: 0,
-            asked: 0,
+            checks: 0,
         })
     }
 
@@ -176,15 +181,15 @@ impl DurationSearch {
         }
         known.push(beginning);
         let node = self.nodes.len();
-        self.bytes += 3 * domain.bytes() + 8 * marking.len() as u64 + 200;
+        self.bytes += 3 * domain.bytes() + 8 * marking.len() as u64 + BYTES_OVERHEAD;
         entered(Elapsed(domain.elapsed_at_least()), node);
         self.nodes.push((marking, domain));
         self.from.push(from);
     }
 
-    fn check_budget(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
-        self.asked += 1;
-        if self.asked.is_multiple_of(256) && (budget.stop)() {
+    fn check_budget(&mut self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
+        self.checks += 1;
+        if self.checks.is_multiple_of(DOMAINS_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         if self.bytes > budget.memory_bytes {

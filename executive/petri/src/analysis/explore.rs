@@ -1,11 +1,11 @@
 //! The reachability graph in breadth-first order, with exact counts: states, edges (a state and a
 //! transition it enables), most tokens, deadlocks. The order makes firing sequences shortest.
 
-use super::boundedness::{Pumping, pumping_on_the_way};
-use super::budget::{Budget, Exhausted};
-use super::invariants::Bounds;
+use super::boundedness::{PumpingSequence, pumping_on_the_way};
+use super::budget::{AnalysisBudget, Exhausted};
+use super::invariants::PlaceBounds;
 use super::layout::{MarkingLayout, Room};
-use super::rules::Rules;
+use super::rules::FiringRules;
 use super::space::Space;
 use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
@@ -15,32 +15,37 @@ const PLACES_BETWEEN_STOP_CHECKS: usize = 1 << 18;
 
 /// How an exploration ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum ExplorationEnd {
     /// All states were found.
     Complete,
     /// Some place can grow without bound.
-    Unbounded(Pumping),
+    Unbounded(PumpingSequence),
     /// A budget ran out first.
     Undecided(Exhausted),
 }
 
 /// What an exploration found.
 #[derive(Debug)]
-pub struct Exploration {
+pub struct StateExploration {
     /// The states found.
     pub space: Space,
     /// Whether they are complete.
-    pub ending: Ending,
+    pub ending: ExplorationEnd,
 }
 
 /// Explores the states of `net` from its initial marking. `bounds` make states small, and may leave
 /// places unbounded; then the search also looks for unbounded growth.
 ///
 /// `with_ways` records how each state was reached, in 4 bytes, for [`Space::way_to`].
-pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>) -> Exploration {
+pub fn explore_states(
+    net: &Net,
+    bounds: &PlaceBounds,
+    with_ways: bool,
+    budget: &AnalysisBudget<'_>,
+) -> StateExploration {
     let mut search = StateSearch::new(net, bounds, with_ways || !bounds.is_bounded());
     let ending = search.explore_all(bounds.is_bounded(), budget);
-    Exploration { space: search.space, ending }
+    StateExploration { space: search.space, ending }
 }
 
 /// One transition's firing on packed states.
@@ -64,8 +69,8 @@ struct StateSearch {
 }
 
 impl StateSearch {
-    fn new(net: &Net, bounds: &Bounds, with_ways: bool) -> Self {
-        let rules = Rules::new(net);
+    fn new(net: &Net, bounds: &PlaceBounds, with_ways: bool) -> Self {
+        let rules = FiringRules::new(net);
         let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
         let initial = net.initial().to_vec();
         let mut state = vec![0; layout.words()];
@@ -98,30 +103,30 @@ impl StateSearch {
         }
     }
 
-    fn explore_all(&mut self, bounded: bool, budget: &Budget<'_>) -> Ending {
+    fn explore_all(&mut self, bounded: bool, budget: &AnalysisBudget<'_>) -> ExplorationEnd {
         if let Err(exhausted) = self.check_growth(budget) {
-            return Ending::Undecided(exhausted);
+            return ExplorationEnd::Undecided(exhausted);
         }
         let between = (PLACES_BETWEEN_STOP_CHECKS / self.marking.len().max(64)).max(1);
         while self.space.expanded < self.space.store.len() {
             if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
-                return Ending::Undecided(Exhausted::Time);
+                return ExplorationEnd::Undecided(Exhausted::Time);
             }
             match self.expand_next_state(bounded, budget) {
                 Ok(None) => self.space.expanded += 1,
-                Ok(Some(pumping)) => return Ending::Unbounded(pumping),
-                Err(exhausted) => return Ending::Undecided(exhausted),
+                Ok(Some(pumping)) => return ExplorationEnd::Unbounded(pumping),
+                Err(exhausted) => return ExplorationEnd::Undecided(exhausted),
             }
         }
-        Ending::Complete
+        ExplorationEnd::Complete
     }
 
     /// Fires every enabled transition of the next state.
     fn expand_next_state(
         &mut self,
         bounded: bool,
-        budget: &Budget<'_>,
-    ) -> Result<Option<Pumping>, Exhausted> {
+        budget: &AnalysisBudget<'_>,
+    ) -> Result<Option<PumpingSequence>, Exhausted> {
         let number = self.space.expanded as u32;
         self.state.copy_from_slice(self.space.store.state(number));
         self.space.layout.unpack(&self.state, &mut self.marking);
@@ -233,7 +238,7 @@ impl StateSearch {
     }
 
     /// Checks that one more state fits the budget.
-    fn check_growth(&self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    fn check_growth(&self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
         let ways = self.space.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 8);
         if self.space.store.bytes_with_one_more() + ways > budget.memory_bytes {
             return Err(Exhausted::Memory);
@@ -245,7 +250,12 @@ impl StateSearch {
     }
 
     /// Widens the field of a place to hold `tokens`, in all states.
-    fn make_room(&mut self, place: u32, tokens: u32, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    fn make_room(
+        &mut self,
+        place: u32,
+        tokens: u32,
+        budget: &AnalysisBudget<'_>,
+    ) -> Result<(), Exhausted> {
         let space = &mut self.space;
         let old = space.layout.clone();
         let mut rooms: Vec<_> = (0..self.marking.len() as u32).map(|p| old.room(p)).collect();
@@ -267,9 +277,9 @@ impl StateSearch {
 }
 
 /// Returns the room of each place: its bound if it has one, else what the initial marking needs.
-pub(super) fn rooms_of(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
+pub(super) fn rooms_of(net: &Net, rules: &FiringRules, bounds: &PlaceBounds) -> Vec<Room> {
     let mut changes = vec![false; net.places().len()];
-    for rule in rules.all() {
+    for rule in rules.all_rules() {
         rule.change.iter().for_each(|(place, _)| changes[*place as usize] = true);
         rule.reset_to.iter().for_each(|(place, _)| changes[*place as usize] = true);
     }
@@ -281,7 +291,7 @@ pub(super) fn rooms_of(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     (0..net.places().len()).map(room).collect()
 }
 
-fn pack_rules(rules: &Rules, layout: &MarkingLayout) -> Vec<Packed> {
+fn pack_rules(rules: &FiringRules, layout: &MarkingLayout) -> Vec<Packed> {
     let packed = |rule: &super::rules::Rule| Packed {
         difference: layout.difference(&rule.change),
         growing: rule
@@ -291,7 +301,7 @@ fn pack_rules(rules: &Rules, layout: &MarkingLayout) -> Vec<Packed> {
             .map(|&(place, by)| (place, by as u32, layout.capacity(place)))
             .collect(),
     };
-    rules.all().iter().map(packed).collect()
+    rules.all_rules().iter().map(packed).collect()
 }
 
 impl Space {

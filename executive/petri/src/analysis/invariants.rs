@@ -3,7 +3,7 @@
 //! of places, and pairs of places that are never marked together, without enumerating states.
 
 use super::elimination::{EliminationLimits, Solutions, solve_by_elimination};
-use super::rules::Rules;
+use super::rules::FiringRules;
 use crate::net::{Net, PlaceId, TransitionId};
 
 /// Weights of places or transitions, each positive.
@@ -31,9 +31,9 @@ const STEPS_FOR_BOUNDS: u64 = 5_000_000;
 
 /// Returns the sums of tokens that no firing changes: `y·C = 0`. Places with a reset arc are in none.
 pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId> {
-    let rules = Rules::new(net);
+    let rules = FiringRules::new(net);
     let mut matrix = place_rows(net, &rules);
-    for (place, _) in rules.all().iter().flat_map(|rule| &rule.reset_to) {
+    for (place, _) in rules.all_rules().iter().flat_map(|rule| &rule.reset_to) {
         matrix[*place as usize] = None;
     }
     minimal_semiflows(matrix, net.transitions().len(), PlaceId, stop)
@@ -42,9 +42,9 @@ pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId>
 /// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs are
 /// in none. The firings need not be possible.
 pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<TransitionId> {
-    let rules = Rules::new(net);
+    let rules = FiringRules::new(net);
     let row = |rule: &super::rules::Rule| rule.reset_to.is_empty().then(|| rule.change.clone());
-    let matrix = rules.all().iter().map(row).collect();
+    let matrix = rules.all_rules().iter().map(row).collect();
     minimal_semiflows(matrix, net.places().len(), TransitionId, stop)
 }
 
@@ -69,9 +69,9 @@ fn minimal_semiflows<Id>(
     Semiflows { semiflows: solutions.into_iter().map(weigh).collect(), complete }
 }
 
-fn place_rows(net: &Net, rules: &Rules) -> Vec<Option<Vec<(u32, i64)>>> {
+fn place_rows(net: &Net, rules: &FiringRules) -> Vec<Option<Vec<(u32, i64)>>> {
     let mut matrix = vec![Some(Vec::new()); net.places().len()];
-    for (transition, rule) in rules.all().iter().enumerate() {
+    for (transition, rule) in rules.all_rules().iter().enumerate() {
         for &(place, change) in &rule.change {
             if let Some(row) = &mut matrix[place as usize] {
                 row.push((transition as u32, change));
@@ -83,11 +83,11 @@ fn place_rows(net: &Net, rules: &Rules) -> Vec<Option<Vec<(u32, i64)>>> {
 
 /// Upper bounds on the tokens of each place.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bounds {
+pub struct PlaceBounds {
     most: Vec<Option<u64>>,
 }
 
-impl Bounds {
+impl PlaceBounds {
     /// Returns no bound for any place.
     pub fn unknown(net: &Net) -> Self {
         Self { most: vec![None; net.places().len()] }
@@ -97,11 +97,11 @@ impl Bounds {
     /// same; then, if places are left without a bound, those that may decrease. A reset only lowers a
     /// sum.
     pub fn of_net(net: &Net, stop: &dyn Fn() -> bool) -> Self {
-        let rules = Rules::new(net);
+        let rules = FiringRules::new(net);
         let mut bounds = Self::unknown(net);
         // A place that no transition fills never holds more than initially.
         let mut filled = vec![false; net.places().len()];
-        for rule in rules.all() {
+        for rule in rules.all_rules() {
             let growing = rule.change.iter().filter(|(_, change)| *change > 0).map(|c| c.0);
             let refilled = rule.reset_to.iter().filter(|(_, tokens)| *tokens > 0).map(|r| r.0);
             growing.chain(refilled).for_each(|place| filled[place as usize] = true);
@@ -167,7 +167,7 @@ fn sub_rows(net: &Net) -> Vec<Vec<(u32, i64)>> {
 }
 
 /// Returns a sum that proves that two places are never marked together, if there is one.
-pub fn excludes<'a>(
+pub fn excluding_sum<'a>(
     semiflows: &'a Semiflows<PlaceId>,
     net: &Net,
     one: PlaceId,

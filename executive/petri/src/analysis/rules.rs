@@ -18,7 +18,7 @@ pub struct Rule {
 
 /// The rules of all transitions of a net.
 #[derive(Clone, Debug)]
-pub struct Rules {
+pub struct FiringRules {
     rules: Vec<Rule>,
     /// Per place, transitions that require it marked; each transition is listed at one place.
     waiting_at: Vec<Vec<u32>>,
@@ -26,7 +26,7 @@ pub struct Rules {
     needing_nothing: Vec<u32>,
 }
 
-impl Rules {
+impl FiringRules {
     /// Precomputes the rules of `net`.
     pub fn new(net: &Net) -> Self {
         let rules: Vec<_> = net.transition_ids().map(|id| rule_of(net, id)).collect();
@@ -53,7 +53,7 @@ impl Rules {
         &self.rules[transition as usize]
     }
 
-    pub(crate) fn all(&self) -> &[Rule] {
+    pub(crate) fn all_rules(&self) -> &[Rule] {
         &self.rules
     }
 
@@ -62,14 +62,14 @@ impl Rules {
         for (tokens, waiting) in marking.iter().zip(&self.waiting_at) {
             if *tokens > 0 {
                 for &transition in waiting {
-                    if self.rules[transition as usize].enabled(marking) {
+                    if self.rules[transition as usize].is_enabled(marking) {
                         found(transition);
                     }
                 }
             }
         }
         for &transition in &self.needing_nothing {
-            if self.rules[transition as usize].enabled(marking) {
+            if self.rules[transition as usize].is_enabled(marking) {
                 found(transition);
             }
         }
@@ -77,7 +77,7 @@ impl Rules {
 
     /// Returns whether `marking` enables a transition.
     pub fn enabled(&self, marking: &[u32], transition: TransitionId) -> bool {
-        self.rules[transition.index()].enabled(marking)
+        self.rules[transition.index()].is_enabled(marking)
     }
 
     /// Fires a transition that `marking` enables. Returns `None` if a place would overflow; the marking
@@ -101,7 +101,7 @@ impl Rules {
 
 impl Rule {
     #[inline]
-    pub(crate) fn enabled(&self, marking: &[u32]) -> bool {
+    pub(crate) fn is_enabled(&self, marking: &[u32]) -> bool {
         self.at_least.iter().all(|&(place, weight)| marking[place as usize] >= weight)
             && self.below.iter().all(|&(place, weight)| marking[place as usize] < weight)
     }

@@ -1,11 +1,11 @@
 //! Questions about all runs, answered on a graph of markings: whether a marking can become
 //! unreachable, and whether a run can avoid it for ever.
 //!
-//! [`escape`] has its own depth-first search, because petgraph's `depth_first_search` recurses and
+//! [`find_escape`] has its own depth-first search, because petgraph's `depth_first_search` recurses and
 //! would overflow the stack on long runs.
 
-use super::budget::{Budget, Exhausted};
-use super::classes::Classes;
+use super::budget::{AnalysisBudget, Exhausted};
+use super::classes::StateClasses;
 use super::space::Space;
 use crate::net::TransitionId;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -13,7 +13,7 @@ use petgraph::visit::{Dfs, VisitMap, Visitable};
 use std::borrow::Cow;
 
 /// A complete graph of markings. Node 0 is the initial one; nodes are numbered by distance from it.
-pub trait Graph {
+pub trait MarkingGraph {
     /// Returns the number of nodes.
     fn nodes(&self) -> u32;
     /// Returns the tokens per place.
@@ -29,7 +29,7 @@ pub trait Graph {
     }
 }
 
-impl Graph for Classes {
+impl MarkingGraph for StateClasses {
     fn nodes(&self) -> u32 {
         self.classes() as u32
     }
@@ -48,7 +48,7 @@ impl Graph for Classes {
 }
 
 /// Firing sequences are empty if the exploration did not record them.
-impl Graph for Space {
+impl MarkingGraph for Space {
     fn nodes(&self) -> u32 {
         self.states() as u32
     }
@@ -79,7 +79,7 @@ const STEPS_BETWEEN_STOP_CHECKS: u32 = 1 << 12;
 
 /// Checks regularly whether to stop.
 struct Patience<'a> {
-    budget: &'a Budget<'a>,
+    budget: &'a AnalysisBudget<'a>,
     steps: u32,
 }
 
@@ -99,10 +99,10 @@ const BYTES_PER_FIRING: u64 = 16;
 ///
 /// # Errors
 /// If memory or time ran out.
-pub fn lost(
-    graph: &dyn Graph,
+pub fn nearest_lost(
+    graph: &dyn MarkingGraph,
     wanted: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<u32>, Exhausted> {
     let mut patience = Patience { budget, steps: 0 };
     let nodes = graph.nodes();
@@ -141,11 +141,11 @@ const DONE: u8 = 2;
 ///
 /// # Errors
 /// If time ran out.
-pub fn escape(
-    graph: &dyn Graph,
+pub fn find_escape(
+    graph: &dyn MarkingGraph,
     starts: impl IntoIterator<Item = u32>,
     wanted: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Escape>, Exhausted> {
     let mut search = EscapeSearch {
         graph,
@@ -170,7 +170,7 @@ pub fn escape(
 }
 
 struct EscapeSearch<'a> {
-    graph: &'a dyn Graph,
+    graph: &'a dyn MarkingGraph,
     wanted: &'a dyn Fn(&[u32]) -> bool,
     patience: Patience<'a>,
     marks: Vec<u8>,
@@ -230,8 +230,8 @@ fn fired_transitions(way: &[Visit<'_>]) -> Vec<TransitionId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::explore;
-    use crate::analysis::invariants::Bounds;
+    use crate::analysis::explore_states;
+    use crate::analysis::invariants::PlaceBounds;
     use crate::net::Net;
 
     /// Returns the space of one token that moves along these edges.
@@ -243,7 +243,13 @@ mod tests {
             net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
         }
         let net = net.build().unwrap();
-        explore(&net, &Bounds::of_net(&net, &|| false), true, &Budget::UNLIMITED).space
+        explore_states(
+            &net,
+            &PlaceBounds::of_net(&net, &|| false),
+            true,
+            &AnalysisBudget::UNLIMITED,
+        )
+        .space
     }
 
     fn ids(numbers: &[u32]) -> Vec<TransitionId> {
@@ -255,7 +261,7 @@ mod tests {
         let check = |edges: &[(usize, usize)], expected: Option<Escape>| {
             let space = space_of_walker(4, edges);
             let starts = space.nearest(&|m| m[1] > 0);
-            let found = escape(&space, starts, &|m| m[3] > 0, &Budget::UNLIMITED);
+            let found = find_escape(&space, starts, &|m| m[3] > 0, &AnalysisBudget::UNLIMITED);
             assert_eq!(found.unwrap(), expected, "{edges:?}");
         };
         check(&[(0, 1), (1, 3), (3, 1)], None);
@@ -269,7 +275,7 @@ mod tests {
     fn the_nearest_node_that_cannot_reach_a_wanted_one_is_found() {
         let check = |edges: &[(usize, usize)], expected: Option<&[TransitionId]>| {
             let space = space_of_walker(4, edges);
-            let found = lost(&space, &|m| m[3] > 0, &Budget::UNLIMITED).unwrap();
+            let found = nearest_lost(&space, &|m| m[3] > 0, &AnalysisBudget::UNLIMITED).unwrap();
             assert_eq!(found.map(|node| space.way(node)).as_deref(), expected, "{edges:?}");
         };
         check(&[(0, 1), (1, 0), (1, 3)], None);

@@ -1,14 +1,14 @@
 //! The states that an exploration found, in breadth-first order, and queries on them.
 
 use super::layout::MarkingLayout;
-use super::rules::Rules;
+use super::rules::FiringRules;
 use super::store::StateStore;
 use crate::net::{PlaceId, TransitionId};
 
 /// States, numbered by distance from the initial one, which is 0.
 #[derive(Debug)]
 pub struct Space {
-    pub(crate) rules: Rules,
+    pub(crate) rules: FiringRules,
     pub(crate) layout: MarkingLayout,
     pub(crate) store: StateStore,
     pub(crate) parents: Option<Vec<u32>>,

@@ -2,11 +2,11 @@
 //! 1988). Transitions outside of the set neither enable nor disable those in it, and commute with
 //! them, so every deadlock is still reached by another order of the same firings.
 
-use super::budget::{Budget, Exhausted};
+use super::budget::{AnalysisBudget, Exhausted};
 use super::explore::rooms_of;
-use super::invariants::Bounds;
+use super::invariants::PlaceBounds;
 use super::layout::MarkingLayout;
-use super::rules::Rules;
+use super::rules::FiringRules;
 use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
 
@@ -26,29 +26,29 @@ pub struct Deadlocks {
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn deadlocks(
+pub fn find_deadlocks(
     net: &Net,
-    bounds: &Bounds,
-    budget: &Budget<'_>,
+    bounds: &PlaceBounds,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
-    deadlocks_that(net, bounds, &|_| true, budget)
+    find_wanted_deadlocks(net, bounds, &|_| true, budget)
 }
 
-/// As [`deadlocks`], but counts only deadlocks with a wanted marking.
+/// As [`find_deadlocks`], but counts only deadlocks with a wanted marking.
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn deadlocks_that(
+pub fn find_wanted_deadlocks(
     net: &Net,
-    bounds: &Bounds,
+    bounds: &PlaceBounds,
     wanted: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
     let plain = net.transitions().iter().all(|t| t.inhibitors.is_empty() && t.resets.is_empty());
     if !plain || !bounds.is_bounded() {
         return Ok(None);
     }
-    let rules = Rules::new(net);
+    let rules = FiringRules::new(net);
     let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
     let mut stubborn = Stubborn::new(net, &rules);
     let mut store = StateStore::new(layout.words());
@@ -60,7 +60,7 @@ pub fn deadlocks_that(
     let (mut deadlocks, mut first) = (0, None);
     let mut next = 0;
     while next < store.len() {
-        if next.is_multiple_of(1 << 10) && (budget.stop)() {
+        if next.is_multiple_of(STATES_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         layout.unpack(store.state(next as u32), &mut marking);
@@ -102,6 +102,8 @@ pub fn deadlocks_that(
     Ok(Some(Deadlocks { deadlocks, first, states: store.len() as u64 }))
 }
 
+/// Stop is checked after this many states.
+const STATES_BETWEEN_STOP_CHECKS: usize = 1 << 10;
 /// How many enabled transitions are tried as the start of a set; the smallest set is used.
 const SEEDS: usize = 6;
 
@@ -116,7 +118,7 @@ struct Stubborn {
 }
 
 impl Stubborn {
-    fn new(net: &Net, rules: &Rules) -> Self {
+    fn new(net: &Net, rules: &FiringRules) -> Self {
         let mut taking = vec![Vec::new(); net.places().len()];
         let mut testing = vec![Vec::new(); net.places().len()];
         let mut filling = vec![Vec::new(); net.places().len()];
@@ -141,7 +143,7 @@ impl Stubborn {
     }
 
     /// Returns the enabled transitions of a small stubborn set; empty if no transition is enabled.
-    fn enabled_subset(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
+    fn enabled_subset(&mut self, rules: &FiringRules, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
@@ -161,7 +163,7 @@ impl Stubborn {
     /// are fewer than `than`.
     fn close_set(
         &mut self,
-        rules: &Rules,
+        rules: &FiringRules,
         marking: &[u32],
         beginning: u32,
         than: usize,

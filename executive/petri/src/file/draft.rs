@@ -1,11 +1,11 @@
 //! A net while its file is read, in which arcs may precede their places and transitions.
 
 use super::{FileError, NetFile, Note, fault_at};
-use crate::net::{Class, Interval, Net, PlaceId};
+use crate::net::{FiringClass, FiringInterval, Net, PlaceId};
 
 /// The kind of an arc between a place and a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ArcKind {
+pub(super) enum NetArcKind {
     Input,
     Output,
     Read,
@@ -24,11 +24,11 @@ pub(super) struct DraftPlace {
 pub(super) struct DraftTransition {
     pub name: String,
     pub note: Note,
-    pub interval: Interval,
-    pub class: Class,
+    pub interval: FiringInterval,
+    pub class: FiringClass,
     pub priority: i32,
     pub gated: bool,
-    pub arcs: Vec<(ArcKind, u32, u32)>,
+    pub arcs: Vec<(NetArcKind, u32, u32)>,
     /// Offset of its declaration in the text.
     pub at: usize,
 }
@@ -38,8 +38,8 @@ impl DraftTransition {
         Self {
             name,
             note: Note::default(),
-            interval: Interval::UNTIMED,
-            class: Class::Ordinary,
+            interval: FiringInterval::UNTIMED,
+            class: FiringClass::Ordinary,
             priority: 0,
             gated: false,
             arcs: Vec::new(),
@@ -75,11 +75,11 @@ impl NetDraft {
             for (kind, place, weight) in draft.arcs {
                 let place = PlaceId(place);
                 t = match kind {
-                    ArcKind::Input => t.input(place, weight),
-                    ArcKind::Output => t.output(place, weight),
-                    ArcKind::Read => t.read(place, weight),
-                    ArcKind::Inhibitor => t.inhibitor(place, weight),
-                    ArcKind::Reset => t.reset(place),
+                    NetArcKind::Input => t.input(place, weight),
+                    NetArcKind::Output => t.output(place, weight),
+                    NetArcKind::Read => t.read(place, weight),
+                    NetArcKind::Inhibitor => t.inhibitor(place, weight),
+                    NetArcKind::Reset => t.reset(place),
                 };
             }
             if draft.gated {

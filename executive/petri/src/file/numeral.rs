@@ -1,33 +1,33 @@
 //! The numbers in files: whole numbers of tokens, and times with up to nine decimals.
 
-use super::Fault;
+use super::NetFault;
 use std::time::Duration;
 
 /// Parses a whole number of tokens.
-pub(super) fn parse_tokens(text: &str) -> Result<u32, Fault> {
+pub(super) fn parse_tokens(text: &str) -> Result<u32, NetFault> {
     parse_scaled_tokens(text, 1)
 }
 
 /// Parses a whole number of tokens and multiplies it by `factor`.
-pub(super) fn parse_scaled_tokens(text: &str, factor: u64) -> Result<u32, Fault> {
+pub(super) fn parse_scaled_tokens(text: &str, factor: u64) -> Result<u32, NetFault> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
-        return Err(Fault::Number(shorten(text)));
+        return Err(NetFault::Number(shorten(text)));
     }
     let number = text.parse::<u32>().ok().map(u64::from).and_then(|n| n.checked_mul(factor));
-    number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| Fault::TooMany(shorten(text)))
+    number.and_then(|n| u32::try_from(n).ok()).ok_or_else(|| NetFault::TooMany(shorten(text)))
 }
 
 /// Parses the weight of an arc.
-pub(super) fn parse_weight(text: &str) -> Result<u32, Fault> {
+pub(super) fn parse_weight(text: &str) -> Result<u32, NetFault> {
     match parse_tokens(text)? {
-        0 => Err(Fault::ZeroWeight),
+        0 => Err(NetFault::ZeroWeight),
         weight => Ok(weight),
     }
 }
 
 /// Parses a time in seconds, exact to the nanosecond.
-pub(super) fn parse_seconds(text: &str) -> Result<Duration, Fault> {
-    let wrong = || Fault::Time(shorten(text));
+pub(super) fn parse_seconds(text: &str) -> Result<Duration, NetFault> {
+    let wrong = || NetFault::Time(shorten(text));
     let (whole, part) = text.split_once('.').unwrap_or((text, ""));
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let part = part.trim_end_matches('0');
@@ -72,9 +72,9 @@ mod tests {
     #[test]
     fn more_tokens_than_a_place_can_hold_are_refused() {
         assert_eq!(parse_tokens("4294967295"), Ok(u32::MAX));
-        assert_eq!(parse_tokens("4294967296"), Err(Fault::TooMany("4294967296".into())));
-        assert_eq!(parse_scaled_tokens("5", 1_000_000_000), Err(Fault::TooMany("5".into())));
-        assert_eq!(parse_weight("0"), Err(Fault::ZeroWeight));
-        assert_eq!(parse_tokens("-1"), Err(Fault::Number("-1".into())));
+        assert_eq!(parse_tokens("4294967296"), Err(NetFault::TooMany("4294967296".into())));
+        assert_eq!(parse_scaled_tokens("5", 1_000_000_000), Err(NetFault::TooMany("5".into())));
+        assert_eq!(parse_weight("0"), Err(NetFault::ZeroWeight));
+        assert_eq!(parse_tokens("-1"), Err(NetFault::Number("-1".into())));
     }
 }

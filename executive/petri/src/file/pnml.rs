@@ -2,11 +2,11 @@
 //! TINA, GreatSPN and PIPE (`<type value="inhibitor"/>`, `test`, `reset`), TINA's `<delay>`, and
 //! Armor's own data in `<toolspecific tool="armor">`. Of drawings only positions are read.
 
-use super::draft::{ArcKind, DraftPlace, DraftTransition, NetDraft};
+use super::draft::{DraftPlace, DraftTransition, NetArcKind, NetDraft};
 use super::numeral::{parse_seconds, parse_tokens, parse_weight, shorten};
 use super::xml::{XmlElement, parse};
-use super::{Fault, FileError, NetFile, Note, fault_at};
-use crate::net::{Class, Interval};
+use super::{FileError, NetFault, NetFile, Note, fault_at};
+use crate::net::{FiringClass, FiringInterval};
 use std::collections::HashMap;
 
 pub use super::pnml_writing::write;
@@ -30,14 +30,17 @@ pub fn read(text: &str) -> Result<NetFile, FileError> {
     let fail = |at, fault| fault_at(text, at, fault);
     if root.name != "pnml" {
         let found = format!("<{}>", shorten(&root.name));
-        return Err(fail(root.at, Fault::Wanted { wanted: "<pnml>", found }));
+        return Err(fail(root.at, NetFault::Wanted { wanted: "<pnml>", found }));
     }
     let mut nets = root.children.iter().filter(|child| child.name == "net");
     let Some(net) = nets.next() else {
-        return Err(fail(root.at, Fault::Wanted { wanted: "a <net>", found: "none".into() }));
+        return Err(fail(root.at, NetFault::Wanted { wanted: "a <net>", found: "none".into() }));
     };
     if let Some(second) = nets.next() {
-        return Err(fail(second.at, Fault::Limit("a file with several nets; give each its own")));
+        return Err(fail(
+            second.at,
+            NetFault::Limit("a file with several nets; give each its own"),
+        ));
     }
     refuse_other_kinds(net).map_err(|fault| fail(net.at, fault))?;
     let mut reading = PnmlReader::default();
@@ -52,17 +55,17 @@ pub fn read(text: &str) -> Result<NetFile, FileError> {
     reading.draft.build(text)
 }
 
-fn refuse_other_kinds(net: &XmlElement) -> Result<(), Fault> {
+fn refuse_other_kinds(net: &XmlElement) -> Result<(), NetFault> {
     let kind = net.attribute("type").unwrap_or_default();
     let lower = kind.to_ascii_lowercase();
     let coloured = ["symmetric", "highlevel", "hlpn", "pt-hlpng", "timedarc"];
     match coloured.iter().any(|word| lower.contains(word)) {
-        true => Err(Fault::Unsupported(format!("a net of type `{}`", shorten(kind)))),
+        true => Err(NetFault::Unsupported(format!("a net of type `{}`", shorten(kind)))),
         false => Ok(()),
     }
 }
 
-type PnmlResult<T> = Result<T, (usize, Fault)>;
+type PnmlResult<T> = Result<T, (usize, NetFault)>;
 
 /// What an id stands for.
 #[derive(Clone, Debug)]
@@ -103,7 +106,7 @@ impl<'a> PnmlReader<'a> {
         let id = required_attribute(element, "id", "an id attribute")?;
         match self.nodes.insert(id, node) {
             None => Ok(id),
-            Some(_) => Err((element.at, Fault::Duplicate(shorten(id)))),
+            Some(_) => Err((element.at, NetFault::Duplicate(shorten(id)))),
         }
     }
 
@@ -111,7 +114,7 @@ impl<'a> PnmlReader<'a> {
         let here = |fault| (element.at, fault);
         let id = self.insert_node(element, PnmlNode::Place(self.draft.places.len() as u32))?;
         if element.child("hlinitialMarking").is_some() {
-            return Err(here(Fault::Unsupported("a place of coloured tokens".into())));
+            return Err(here(NetFault::Unsupported("a place of coloured tokens".into())));
         }
         let written = element.child("initialMarking").map(|child| (child.label(), child.at));
         let (marking, at) = written
@@ -122,10 +125,10 @@ impl<'a> PnmlReader<'a> {
         let capacity =
             element.child("capacity").map_or("0", |child| strip_colour(child.label(), "0"));
         if capacity.parse() != Ok(0u32) {
-            return Err(here(Fault::Unsupported(format!("a place of capacity {capacity}"))));
+            return Err(here(NetFault::Unsupported(format!("a place of capacity {capacity}"))));
         }
         if element.attribute("invariant").is_some_and(|most| most.trim() != "< inf") {
-            return Err(here(Fault::Unsupported("a place whose tokens have an age".into())));
+            return Err(here(NetFault::Unsupported("a place whose tokens have an age".into())));
         }
         let name = armor_name(element).unwrap_or(id).to_owned();
         let note = read_note(element, &name);
@@ -169,13 +172,13 @@ impl<'a> PnmlReader<'a> {
             let kind = arc_kind(arc).map_err(fault)?;
             let (transition, place, kind) = match (ends, kind) {
                 ((PnmlNode::Place(p), PnmlNode::Transition(t)), kind) => (t, p, kind),
-                ((PnmlNode::Transition(t), PnmlNode::Place(p)), ArcKind::Input) => {
-                    (t, p, ArcKind::Output)
+                ((PnmlNode::Transition(t), PnmlNode::Place(p)), NetArcKind::Input) => {
+                    (t, p, NetArcKind::Output)
                 }
-                _ => return Err(fault(Fault::ArcEnds)),
+                _ => return Err(fault(NetFault::ArcEnds)),
             };
             if arc.child("hlinscription").is_some() {
-                return Err(fault(Fault::Unsupported("an arc of coloured tokens".into())));
+                return Err(fault(NetFault::Unsupported("an arc of coloured tokens".into())));
             }
             let inscription = arc.child("inscription");
             let text = inscription.map(|child| strip_colour(child.label(), "1"));
@@ -188,35 +191,39 @@ impl<'a> PnmlReader<'a> {
         for (transition, id, at) in std::mem::take(&mut self.resets) {
             match self.resolve_reference(id).map_err(|fault| (at, fault))? {
                 PnmlNode::Place(p) => {
-                    self.draft.transitions[transition].arcs.push((ArcKind::Reset, p, 1))
+                    self.draft.transitions[transition].arcs.push((NetArcKind::Reset, p, 1))
                 }
-                _ => return Err((at, Fault::ArcEnds)),
+                _ => return Err((at, NetFault::ArcEnds)),
             }
         }
         Ok(())
     }
 
     /// Returns the place or transition with this id, following references.
-    fn resolve_reference(&self, id: &str) -> Result<PnmlNode, Fault> {
+    fn resolve_reference(&self, id: &str) -> Result<PnmlNode, NetFault> {
         let mut current = id;
         for _ in 0..=self.nodes.len() {
             match self.nodes.get(current) {
-                None => return Err(Fault::Unknown(shorten(current))),
+                None => return Err(NetFault::Unknown(shorten(current))),
                 Some(PnmlNode::Reference(next)) => current = next,
                 Some(node) => return Ok(node.clone()),
             }
         }
-        Err(Fault::Circle(shorten(id)))
+        Err(NetFault::Circle(shorten(id)))
     }
 }
 
-fn required<'a>(element: &'a XmlElement, name: &str, wanted: &'static str) -> PnmlResult<&'a str> {
+fn required_attribute<'a>(
+    element: &'a XmlElement,
+    name: &str,
+    wanted: &'static str,
+) -> PnmlResult<&'a str> {
     let found = || format!("<{}> without it", shorten(&element.name));
-    element.attribute(name).ok_or_else(|| (element.at, Fault::Wanted { wanted, found: found() }))
+    element.attribute(name).ok_or_else(|| (element.at, NetFault::Wanted { wanted, found: found() }))
 }
 
 /// Returns the number in a label, which PIPE writes as `Default,3`; `missing` if there is none.
-fn uncoloured<'a>(label: &'a str, missing: &'a str) -> &'a str {
+fn strip_colour<'a>(label: &'a str, missing: &'a str) -> &'a str {
     let number = label.strip_prefix("Default,").unwrap_or(label).trim();
     if number.is_empty() { missing } else { number }
 }
@@ -240,24 +247,27 @@ fn read_note(element: &XmlElement, name: &str) -> Note {
     Note { label: label.unwrap_or_default().to_owned(), position, words }
 }
 
-fn arc_kind(arc: &XmlElement) -> Result<ArcKind, Fault> {
+fn arc_kind(arc: &XmlElement) -> Result<NetArcKind, NetFault> {
     let child = arc.child("type").map(|kind| kind.attribute("value").unwrap_or(kind.label()));
     let child = child.or_else(|| arc.child("arctype").map(XmlElement::label));
     let name = child.or_else(|| arc.attribute("type")).unwrap_or("normal");
     match name.to_ascii_lowercase().as_str() {
-        "" | "normal" | "ordinary" | "arc" => Ok(ArcKind::Input),
-        "inhibitor" | "inhibitorarc" | "tapninhibitor" => Ok(ArcKind::Inhibitor),
-        "timed" if arc.attribute("inscription") == Some(ANY_AGE) => Ok(ArcKind::Input),
-        "test" | "read" => Ok(ArcKind::Read),
-        "reset" => Ok(ArcKind::Reset),
-        _ => Err(Fault::Unsupported(format!("an arc of type `{}`", shorten(name)))),
+        "" | "normal" | "ordinary" | "arc" => Ok(NetArcKind::Input),
+        "inhibitor" | "inhibitorarc" | "tapninhibitor" => Ok(NetArcKind::Inhibitor),
+        "timed" if arc.attribute("inscription") == Some(ANY_AGE) => Ok(NetArcKind::Input),
+        "test" | "read" => Ok(NetArcKind::Read),
+        "reset" => Ok(NetArcKind::Reset),
+        _ => Err(NetFault::Unsupported(format!("an arc of type `{}`", shorten(name)))),
     }
 }
 
-fn read_interval(element: &XmlElement) -> Result<Interval, Fault> {
+fn read_interval(element: &XmlElement) -> Result<FiringInterval, NetFault> {
     let closure = element.attribute("closure").unwrap_or("closed");
     let [lower, upper] = element.children.as_slice() else {
-        return Err(Fault::Wanted { wanted: "an interval of two bounds", found: "another".into() });
+        return Err(NetFault::Wanted {
+            wanted: "an interval of two bounds",
+            found: "another".into(),
+        });
     };
     let earliest = parse_seconds(lower.text.trim())?;
     let latest = match upper.name.as_str() {
@@ -271,19 +281,19 @@ fn read_interval(element: &XmlElement) -> Result<Interval, Fault> {
         _ => (true, true),
     };
     if opens || (closes && latest.is_some()) {
-        return Err(Fault::OpenInterval);
+        return Err(NetFault::OpenInterval);
     }
     match latest {
-        Some(latest) if latest < earliest => Err(Fault::EmptyInterval),
-        _ => Ok(Interval { earliest, latest }),
+        Some(latest) if latest < earliest => Err(NetFault::EmptyInterval),
+        _ => Ok(FiringInterval { earliest, latest }),
     }
 }
 
-fn read_terms(draft: &mut DraftTransition, terms: &XmlElement) -> Result<(), Fault> {
-    let unknown = |value: &str| Fault::Unknown(shorten(value));
+fn read_terms(draft: &mut DraftTransition, terms: &XmlElement) -> Result<(), NetFault> {
+    let unknown = |value: &str| NetFault::Unknown(shorten(value));
     match terms.attribute("class") {
         None | Some("ordinary") => {}
-        Some("safety") => draft.class = Class::Safety,
+        Some("safety") => draft.class = FiringClass::Safety,
         Some(other) => return Err(unknown(other)),
     }
     if let Some(priority) = terms.attribute("priority") {
@@ -293,7 +303,7 @@ fn read_terms(draft: &mut DraftTransition, terms: &XmlElement) -> Result<(), Fau
     if let Some(latest) = terms.attribute("latest") {
         let latest = parse_seconds(latest)?;
         if latest < draft.interval.earliest {
-            return Err(Fault::EmptyInterval);
+            return Err(NetFault::EmptyInterval);
         }
         draft.interval.latest = Some(latest);
     }

@@ -4,7 +4,7 @@
 use super::numeral::write_seconds;
 use super::pnml::TOOL;
 use super::{NetFile, Note};
-use crate::net::{Class, Interval, PlaceId, Transition};
+use crate::net::{FiringClass, FiringInterval, NetTransition, PlaceId};
 use quick_xml::escape::escape;
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -45,7 +45,7 @@ pub fn write(file: &NetFile) -> String {
         out += &note_elements(&file.transitions[index], &t.name);
         // Other tools have no gates: for them the transition may fire at any time after its earliest.
         let latest = t.interval.latest.filter(|_| !t.gated);
-        out += &delay_element(Interval { latest, ..t.interval });
+        out += &delay_element(FiringInterval { latest, ..t.interval });
         out += &tool_element(
             &(terms_element(t, id, &places) + &word_elements(&file.transitions[index])),
         );
@@ -67,8 +67,8 @@ fn note_elements(note: &Note, name: &str) -> String {
     out
 }
 
-fn delay_element(interval: Interval) -> String {
-    if interval == Interval::UNTIMED {
+fn delay_element(interval: FiringInterval) -> String {
+    if interval == FiringInterval::UNTIMED {
         return String::new();
     }
     let (closure, upper) = match interval.latest {
@@ -91,12 +91,12 @@ fn tool_element(inner: &str) -> String {
     }
 }
 
-fn terms_element(t: &Transition, id: &str, places: &[String]) -> String {
+fn terms_element(t: &NetTransition, id: &str, places: &[String]) -> String {
     let mut attributes = String::new();
     if id != t.name {
         let _ = write!(attributes, " name=\"{}\"", escape(&t.name));
     }
-    if t.class == Class::Safety {
+    if t.class == FiringClass::Safety {
         attributes += " class=\"safety\"";
     }
     if t.priority != 0 {
@@ -122,7 +122,7 @@ fn word_elements(note: &Note) -> String {
     note.words.iter().map(word).collect()
 }
 
-fn write_arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut Ids) {
+fn write_arcs(out: &mut String, t: &NetTransition, id: &str, places: &[String], ids: &mut Ids) {
     let mut arc = |source: &str, target: &str, kind: &str, weight: u32| {
         let arc_id = ids.next_arc();
         let _ = write!(out, "      <arc id=\"{arc_id}\" source=\"{source}\" target=\"{target}\"");

@@ -1,11 +1,11 @@
 //! Reads TINA's `.net`: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, which add up to the net.
 //! The grammar is on the page "formats" of TINA's manual (LAAS-CNRS). One unit of time is a second.
 
-use super::draft::{ArcKind, DraftPlace, DraftTransition, NetDraft};
+use super::draft::{DraftPlace, DraftTransition, NetArcKind, NetDraft};
 use super::numeral::{parse_scaled_tokens, parse_seconds};
 use super::tina_tokens::{TinaToken, TinaWord, split_into_tokens};
-use super::{Fault, FileError, NetFile, Note, fault_at};
-use crate::net::Interval;
+use super::{FileError, NetFault, NetFile, Note, fault_at};
+use crate::net::FiringInterval;
 use petgraph::Incoming;
 use petgraph::algo::toposort;
 use petgraph::graph::DiGraph;
@@ -25,7 +25,7 @@ pub fn read(text: &str) -> Result<NetFile, FileError> {
     reading.draft.build(text)
 }
 
-type TinaResult<T> = Result<T, (usize, Fault)>;
+type TinaResult<T> = Result<T, (usize, NetFault)>;
 
 /// Most pairs of transitions that `pr` declarations may order.
 const MAX_PRECEDENCE: usize = 4_000_000;
@@ -65,7 +65,7 @@ impl TinaReader {
                 }
                 _ => {
                     let wanted = "one of net, tr, pl, lb, pr, nt";
-                    return Err((token.at, Fault::Wanted { wanted, found: token.word.shown() }));
+                    return Err((token.at, NetFault::Wanted { wanted, found: token.word.shown() }));
                 }
             }
         }
@@ -94,11 +94,11 @@ impl TinaReader {
         }
         self.next += 1;
         for (name, kind, weight, at) in self.read_arcs()? {
-            if kind != ArcKind::Input {
-                return Err((at, Fault::Unsupported("a test on the output side".into())));
+            if kind != NetArcKind::Input {
+                return Err((at, NetFault::Unsupported("a test on the output side".into())));
             }
             let place = self.place_called(name);
-            self.draft.transitions[index].arcs.push((ArcKind::Output, place, weight));
+            self.draft.transitions[index].arcs.push((NetArcKind::Output, place, weight));
         }
         Ok(())
     }
@@ -115,11 +115,11 @@ impl TinaReader {
             self.expect_sign(')', "a closing parenthesis")?;
         }
         for (name, kind, weight, at) in self.read_arcs()? {
-            if kind != ArcKind::Input {
-                return Err((at, Fault::Unsupported("a test on the output side".into())));
+            if kind != NetArcKind::Input {
+                return Err((at, NetFault::Unsupported("a test on the output side".into())));
             }
             let index = self.transition_called(name, at);
-            self.draft.transitions[index].arcs.push((ArcKind::Output, place, weight));
+            self.draft.transitions[index].arcs.push((NetArcKind::Output, place, weight));
         }
         if self.tokens.get(self.next).is_some_and(|token| token.word == TinaWord::Arrow) {
             self.next += 1;
@@ -139,7 +139,7 @@ impl TinaReader {
         } else if let Some(index) = self.transitions.get(&name) {
             self.draft.transitions[*index].note.label = label;
         } else {
-            return Err((at, Fault::Unknown(name)));
+            return Err((at, NetFault::Unknown(name)));
         }
         Ok(())
     }
@@ -154,7 +154,10 @@ impl TinaReader {
         let right = self.read_transitions()?;
         let (first, second) = if greater { (left, right) } else { (right, left) };
         if first.len().saturating_mul(second.len()) > MAX_PRECEDENCE - self.precedence.len() {
-            return Err((at, Fault::Limit("more than 4,000,000 pairs of transitions are ordered")));
+            return Err((
+                at,
+                NetFault::Limit("more than 4,000,000 pairs of transitions are ordered"),
+            ));
         }
         for before in &first {
             self.precedence.extend(second.iter().map(|after| (*before, *after, at)));
@@ -184,7 +187,7 @@ impl TinaReader {
             let member = cycle.node_id().index();
             let pair = self.precedence.iter().find(|(first, _, _)| *first == member);
             let at = pair.map_or(0, |(_, _, at)| *at);
-            (at, Fault::Circle(self.draft.transitions[member].name.clone()))
+            (at, NetFault::Circle(self.draft.transitions[member].name.clone()))
         })?;
         for second in order.into_iter().rev() {
             let priority = self.draft.transitions[second.index()].priority + 1;
@@ -197,7 +200,7 @@ impl TinaReader {
     }
 
     /// Parses arcs, names with a kind and a weight, up to an arrow or the next declaration.
-    fn read_arcs(&mut self) -> TinaResult<Vec<(String, ArcKind, u32, usize)>> {
+    fn read_arcs(&mut self) -> TinaResult<Vec<(String, NetArcKind, u32, usize)>> {
         let mut arcs = Vec::new();
         while self.at_name() {
             let (name, at) = self.read_name("a name")?;
@@ -206,29 +209,29 @@ impl TinaReader {
                 _ => ' ',
             };
             let kind = match sign {
-                '*' => ArcKind::Input,
-                '?' => ArcKind::Read,
-                'i' => ArcKind::Inhibitor,
-                '!' | 'j' => return Err((at, Fault::Unsupported("a stopwatch arc".into()))),
+                '*' => NetArcKind::Input,
+                '?' => NetArcKind::Read,
+                'i' => NetArcKind::Inhibitor,
+                '!' | 'j' => return Err((at, NetFault::Unsupported("a stopwatch arc".into()))),
                 _ => {
-                    arcs.push((name, ArcKind::Input, 1, at));
+                    arcs.push((name, NetArcKind::Input, 1, at));
                     continue;
                 }
             };
             self.next += 1;
             match self.read_number()? {
-                0 => return Err((at, Fault::ZeroWeight)),
+                0 => return Err((at, NetFault::ZeroWeight)),
                 weight => arcs.push((name, kind, weight, at)),
             }
         }
         Ok(arcs)
     }
 
-    fn read_interval(&mut self) -> TinaResult<Interval> {
+    fn read_interval(&mut self) -> TinaResult<FiringInterval> {
         let at = self.offset_here();
         let opens = self.peek_sign("]");
         self.next += 1;
-        let earliest = self.read_time()?.ok_or((at, Fault::Time("w".into())))?;
+        let earliest = self.read_time()?.ok_or((at, NetFault::Time("w".into())))?;
         self.expect_sign(',', "a comma")?;
         let latest = self.read_time()?;
         let closes = self.peek_sign("[");
@@ -238,11 +241,11 @@ impl TinaReader {
             self.next += 1;
         }
         if opens || (closes && latest.is_some()) {
-            return Err((at, Fault::OpenInterval));
+            return Err((at, NetFault::OpenInterval));
         }
         match latest {
-            Some(latest) if latest < earliest => Err((at, Fault::EmptyInterval)),
-            _ => Ok(Interval { earliest, latest }),
+            Some(latest) if latest < earliest => Err((at, NetFault::EmptyInterval)),
+            _ => Ok(FiringInterval { earliest, latest }),
         }
     }
 
@@ -334,9 +337,9 @@ impl TinaReader {
         self.tokens.get(self.next).map_or(self.end, |token| token.at)
     }
 
-    fn expected(&self, wanted: &'static str) -> (usize, Fault) {
+    fn expected(&self, wanted: &'static str) -> (usize, NetFault) {
         let found = self.tokens.get(self.next).map(|token| token.word.shown());
         let found = found.unwrap_or_else(|| "the end of the file".into());
-        (self.offset_here(), Fault::Wanted { wanted, found })
+        (self.offset_here(), NetFault::Wanted { wanted, found })
     }
 }

@@ -1,7 +1,7 @@
 //! The words of a `.net` text.
 
 use super::numeral::shorten;
-use super::{Fault, FileError, fault_at};
+use super::{FileError, NetFault, fault_at};
 
 /// A word and where it begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub(super) fn split_into_tokens(text: &str) -> Result<Vec<TinaToken>, FileError>
 }
 
 /// The word that `rest` begins with, and how long it is.
-fn read_word(rest: &str, first: char) -> Result<(TinaWord, usize), Fault> {
+fn read_word(rest: &str, first: char) -> Result<(TinaWord, usize), NetFault> {
     Ok(match first {
         '{' => {
             let (name, length) = read_braced_name(rest)?;
@@ -74,7 +74,7 @@ fn read_word(rest: &str, first: char) -> Result<(TinaWord, usize), Fault> {
             let length = plain_length(rest);
             if length == 0 {
                 let found = format!("`{first}`; names with other characters stand in {{braces}}");
-                return Err(Fault::Wanted { wanted: "a name", found });
+                return Err(NetFault::Wanted { wanted: "a name", found });
             }
             (TinaWord::Plain(rest[..length].to_owned()), length)
         }
@@ -98,7 +98,7 @@ fn plain_length(text: &str) -> usize {
 
 /// The name in the braces that `text` begins with, and how long all of it is. Notes have several
 /// lines.
-fn read_braced_name(text: &str) -> Result<(String, usize), Fault> {
+fn read_braced_name(text: &str) -> Result<(String, usize), NetFault> {
     let mut name = String::new();
     let mut characters = text.char_indices().skip(1);
     while let Some((at, c)) = characters.next() {
@@ -108,5 +108,5 @@ fn read_braced_name(text: &str) -> Result<(String, usize), Fault> {
             c => name.push(c),
         }
     }
-    Err(Fault::Wanted { wanted: "}", found: "the end of the file".into() })
+    Err(NetFault::Wanted { wanted: "}", found: "the end of the file".into() })
 }

@@ -2,7 +2,7 @@
 
 use super::numeral::write_seconds;
 use super::{NetFile, Note};
-use crate::net::{Class, Interval, PlaceId, Transition};
+use crate::net::{FiringClass, FiringInterval, NetTransition, PlaceId};
 use std::fmt::Write;
 
 /// Why a net cannot be written as `.net`: the format lacks a feature of it.
@@ -39,9 +39,9 @@ pub fn write(file: &NetFile) -> Result<String, Inexpressible> {
     Ok(out + &priority_lines(file))
 }
 
-fn transition_line(file: &NetFile, t: &Transition, note: &Note) -> String {
+fn transition_line(file: &NetFile, t: &NetTransition, note: &Note) -> String {
     let mut out = format!("tr {}{}", quote_name(&t.name), label_suffix(note));
-    if t.interval != Interval::UNTIMED {
+    if t.interval != FiringInterval::UNTIMED {
         let _ = write!(out, " [{},", write_seconds(t.interval.earliest));
         match t.interval.latest {
             Some(latest) => {
@@ -74,11 +74,11 @@ fn transition_line(file: &NetFile, t: &Transition, note: &Note) -> String {
 
 /// Returns `pr` declarations: each level of class and priority before the next lower one.
 fn priority_lines(file: &NetFile) -> String {
-    let standing = |t: &&Transition| (t.class == Class::Safety, t.priority);
+    let standing = |t: &&NetTransition| (t.class == FiringClass::Safety, t.priority);
     let mut transitions: Vec<_> = file.net.transitions().iter().collect();
     transitions.sort_by_key(|t| std::cmp::Reverse(standing(t)));
     let levels: Vec<_> = transitions.chunk_by(|a, b| standing(a) == standing(b)).collect();
-    let names = |level: &[&Transition]| {
+    let names = |level: &[&NetTransition]| {
         level.iter().map(|t| quote_name(&t.name)).collect::<Vec<_>>().join(" ")
     };
     let mut out = String::new();

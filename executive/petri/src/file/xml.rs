@@ -2,7 +2,7 @@
 //! that are not needed (drawings, other tools' data), and enforces limits that quick-xml lacks.
 
 use super::numeral::shorten;
-use super::{Fault, FileError, fault_at};
+use super::{FileError, NetFault, fault_at};
 use quick_xml::XmlVersion;
 use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::{BytesRef, BytesStart, Event};
@@ -59,19 +59,21 @@ pub(super) fn parse(
         let fail = |fault| fault_at(text, at, fault);
         let event = reader.read_event().map_err(|error| {
             let at = byte_offset(reader.error_position());
-            fault_at(text, at, Fault::Xml(error.to_string()))
+            fault_at(text, at, NetFault::Xml(error.to_string()))
         })?;
         match event {
             Event::Eof => break,
             Event::DocType(_) => {
-                return Err(fail(Fault::Limit(
+                return Err(fail(NetFault::Limit(
                     "a document type declaration is not read; remove it",
                 )));
             }
             Event::Start(_) if left_out > 0 => {
                 left_out += 1;
                 if left_out > MAX_DEPTH {
-                    return Err(fail(Fault::Limit("elements are nested more than 64 deep here")));
+                    return Err(fail(NetFault::Limit(
+                        "elements are nested more than 64 deep here",
+                    )));
                 }
             }
             Event::End(_) if left_out > 0 => left_out -= 1,
@@ -79,10 +81,12 @@ pub(super) fn parse(
                 let element = read_element(&start, at).map_err(fail)?;
                 elements += 1;
                 if open.len() >= MAX_DEPTH {
-                    return Err(fail(Fault::Limit("elements are nested more than 64 deep here")));
+                    return Err(fail(NetFault::Limit(
+                        "elements are nested more than 64 deep here",
+                    )));
                 }
                 if elements > MAX_ELEMENTS {
-                    return Err(fail(Fault::Limit("the file has more than 4,000,000 elements")));
+                    return Err(fail(NetFault::Limit("the file has more than 4,000,000 elements")));
                 }
                 if unread(&element) {
                     left_out = 1;
@@ -93,7 +97,7 @@ pub(super) fn parse(
             Event::Empty(start) if left_out == 0 => {
                 elements += 1;
                 if elements > MAX_ELEMENTS {
-                    return Err(fail(Fault::Limit("the file has more than 4,000,000 elements")));
+                    return Err(fail(NetFault::Limit("the file has more than 4,000,000 elements")));
                 }
                 let element = read_element(&start, at).map_err(fail)?;
                 if !unread(&element) {
@@ -103,7 +107,7 @@ pub(super) fn parse(
             Event::End(_) => {
                 let element = open
                     .pop()
-                    .ok_or_else(|| fail(Fault::Xml("an end tag closes nothing".into())))?;
+                    .ok_or_else(|| fail(NetFault::Xml("an end tag closes nothing".into())))?;
                 close_element(element, &mut open, &mut root).map_err(fail)?;
             }
             Event::Text(piece) if left_out == 0 => {
@@ -116,7 +120,7 @@ pub(super) fn parse(
             _ => {}
         }
     }
-    let end = |what: &str| fault_at(text, text.len(), Fault::Xml(what.into()));
+    let end = |what: &str| fault_at(text, text.len(), NetFault::Xml(what.into()));
     if !open.is_empty() || left_out > 0 {
         return Err(end("the file ends within an element"));
     }
@@ -127,10 +131,10 @@ fn close_element(
     element: XmlElement,
     open: &mut [XmlElement],
     root: &mut Option<XmlElement>,
-) -> Result<(), Fault> {
+) -> Result<(), NetFault> {
     match open.last_mut() {
         Some(parent) => parent.children.push(element),
-        None if root.is_some() => return Err(Fault::Xml("a second root element".into())),
+        None if root.is_some() => return Err(NetFault::Xml("a second root element".into())),
         None => *root = Some(element),
     }
     Ok(())
@@ -142,26 +146,26 @@ fn push_text(open: &mut [XmlElement], text: &str) {
     }
 }
 
-fn read_element(start: &BytesStart<'_>, at: usize) -> Result<XmlElement, Fault> {
+fn read_element(start: &BytesStart<'_>, at: usize) -> Result<XmlElement, NetFault> {
     let local = |name: &str| name.rsplit(':').next().unwrap_or(name).to_owned();
     let mut attributes = Vec::new();
     for attribute in start.attributes() {
-        let attribute = attribute.map_err(|error| Fault::Xml(error.to_string()))?;
+        let attribute = attribute.map_err(|error| NetFault::Xml(error.to_string()))?;
         if attributes.len() == MAX_ATTRIBUTES {
-            return Err(Fault::Limit("an element has more than 64 attributes here"));
+            return Err(NetFault::Limit("an element has more than 64 attributes here"));
         }
         let value = attribute
             .normalized_value(XmlVersion::Implicit1_0)
-            .map_err(|error| Fault::Xml(error.to_string()))?;
+            .map_err(|error| NetFault::Xml(error.to_string()))?;
         attributes.push((local(attribute.key.as_ref()), value.into_owned()));
     }
     let name = local(start.name().as_ref());
     Ok(XmlElement { name, attributes, at, ..XmlElement::default() })
 }
 
-fn resolve_entity(reference: &BytesRef<'_>) -> Result<String, Fault> {
+fn resolve_entity(reference: &BytesRef<'_>) -> Result<String, NetFault> {
     let unknown =
-        || Fault::Xml(format!("unknown entity &{};", shorten(&reference.xml10_content())));
+        || NetFault::Xml(format!("unknown entity &{};", shorten(&reference.xml10_content())));
     if reference.is_char_ref() {
         let character = reference.resolve_char_ref().map_err(|_| unknown())?;
         return character.map(String::from).ok_or_else(unknown);
@@ -196,9 +200,9 @@ mod tests {
         let fails = |text: &str| parse(text, |_| false).unwrap_err().fault;
         for text in ["", "<a>", "<a></b>", "<a/><b/>", "<a>&x;</a>", "<a x=1/>", "<a x='1' x='2'/>"]
         {
-            assert!(matches!(fails(text), Fault::Xml(_)), "{text}");
+            assert!(matches!(fails(text), NetFault::Xml(_)), "{text}");
         }
-        assert!(matches!(fails("<!DOCTYPE a><a/>"), Fault::Limit(_)));
-        assert!(matches!(fails(&"<a>".repeat(65)), Fault::Limit(_)));
+        assert!(matches!(fails("<!DOCTYPE a><a/>"), NetFault::Limit(_)));
+        assert!(matches!(fails(&"<a>".repeat(65)), NetFault::Limit(_)));
     }
 }

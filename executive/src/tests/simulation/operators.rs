@@ -6,7 +6,7 @@ use crate::event::{Action, Event};
 use crate::incoming_order::IncomingOrder;
 use crate::order::{Giver, Order, TokenMove};
 use crate::record::{Entry, Record};
-use armor_petri::{Class, PlaceId};
+use armor_petri::{FiringClass, PlaceId};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -171,7 +171,7 @@ impl Play {
                 };
                 let id = self.plan.transition_named(name).unwrap();
                 let class = self.plan.net().transition(id).class;
-                assert_eq!(class, Class::Safety, "{name} fires in a pause");
+                assert_eq!(class, FiringClass::Safety, "{name} fires in a pause");
             }
             _ => {}
         }
