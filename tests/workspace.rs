@@ -65,7 +65,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
-/// What stands above everything and is imported by nobody.
+/// Crates at the top, which no other crate imports.
 const TOP: &[&str] = &["armor", "armor-bench", "armor-house"];
 
 fn root() -> PathBuf {
