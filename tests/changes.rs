@@ -35,7 +35,7 @@ fn run(folder: &str) -> System {
     system
 }
 
-/// Another mission over the same system, saved as editors do: written beside, and renamed.
+/// Another mission over the same system, saved as editors do: as a second file that is then renamed.
 fn save(system: &System, mission: &str) {
     let file = system.folder.path().join("probes.xml");
     let text = std::fs::read_to_string(&file).expect("the file");
@@ -60,15 +60,15 @@ fn records(system: &System) -> Vec<JournalRecord> {
 }
 
 #[test]
-fn an_edit_that_is_proven_is_played_and_survives_the_executive() {
+fn a_proven_edit_is_played_and_survives_a_restart_of_the_executive() {
     let mut system = run("edited");
     save(&system, &mission("<transition name='soon' from='explore' to='return' timeout='1s'/>"));
     shows(&system, "version 2 of the file has been played for");
     shows(&system, "marked      return");
-    // What is on the disk now is no file, and nobody needs it.
+    // The file on the disk is now invalid, and nothing needs it.
     save(&system, "<mission nonsense></mission>");
     system.replace("executive");
-    system.run.logged("goes on where it left off: return", 1);
+    system.run.wait_for_log("goes on where it left off: return", 1);
     let shown = shows(&system, "marked      return");
     assert!(shown.contains("version 2 of the file has been played for"), "{shown}");
     save(&system, &mission("<transition name='now' from='return' to='home' timeout='0s'/>"));
@@ -82,13 +82,13 @@ fn an_edit_that_is_proven_is_played_and_survives_the_executive() {
     let told = system.shown(&["mission", "journal", "--journal", journal.to_str().expect("UTF-8")]);
     assert!(told.contains("version 2 of the file is played; transition soon added"), "{told}");
     let mut replay = system.folder.armor(&["mission", "replay"]);
-    let (code, told, err) = crate::fixture::ended(replay.arg(&journal));
+    let (code, told, err) = crate::fixture::run_to_end(replay.arg(&journal));
     assert_eq!(code, 0, "{err}");
     assert!(told.contains("= return") && told.trim_end().ends_with("ended at its goal"), "{told}");
 }
 
 #[test]
-fn an_edit_that_is_not_proven_is_refused_and_the_old_net_goes_on() {
+fn an_unproven_edit_is_refused_and_the_old_net_stays() {
     let system = run("refused");
     save(
         &system,

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 
 const LATE: &str = r#"<armor version="1">
   <system>
@@ -27,14 +27,14 @@ fn folder(name: &str, check: &str) -> Folder {
 }
 
 #[test]
-fn a_check_that_holds_is_silent_and_how_long_the_mission_takes_is_told() {
+fn a_satisfied_check_is_silent_and_the_mission_duration_is_reported() {
     let folder = folder("check-holds", "duration(full or stopped) &lt;= 5min");
-    let (code, out, err) = ended(&mut folder.armor(&["check", "late.xml", "--strict"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["check", "late.xml", "--strict"]));
     let wanted = "late.xml: full comes after 10 s at the earliest, and the mission is over after \
                   5 min at the latest\n";
     assert_eq!(code, 0, "{out}{err}");
     assert!(out.ends_with(wanted), "{out}{err}");
-    let (_, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+    let (_, out, _) = run_to_end(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
     let notes = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
     let takes = notes.into_iter().find(|note| note["code"] == "N0247").expect("a note");
     assert_eq!(takes["takes"]["longest_s"], 300.0, "{takes}");
@@ -42,21 +42,27 @@ fn a_check_that_holds_is_silent_and_how_long_the_mission_takes_is_told() {
 }
 
 #[test]
-fn a_check_that_does_not_hold_shows_firings_and_these_can_be_played() {
+fn a_violated_check_shows_firings_that_can_be_replayed() {
     let folder = folder("check-fails", "always reachable(full)");
-    let (code, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+    let (code, out, _) = run_to_end(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
     assert_eq!(code, 1, "{out}");
     let found = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
     let found = found.into_iter().find(|finding| finding["code"] == "E0252").expect("an error");
     assert_eq!((&found["line"], &found["text"]), (&11.into(), &"always reachable(full)".into()));
     let way: Vec<_> = found["way"].as_array().expect("a way").iter().collect();
     let fire: Vec<_> = way.iter().map(|name| name.as_str().expect("a name")).collect();
-    let (code, out, err) =
-        ended(&mut folder.armor(&["mission", "replay", "late.xml", "--fire", &fire.join(" ")]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&[
+        "mission",
+        "replay",
+        "late.xml",
+        "--fire",
+        &fire.join(" "),
+    ]));
     assert_eq!(code, 0, "{err}");
     assert_eq!(out, "at the start         = filling\nlate                 = stopped\n");
-    let replay =
-        |fire: &str| ended(&mut folder.armor(&["mission", "replay", "late.xml", "--fire", fire]));
+    let replay = |fire: &str| {
+        run_to_end(&mut folder.armor(&["mission", "replay", "late.xml", "--fire", fire]))
+    };
     let (code, out, err) = replay("late, enough");
     assert!(out.ends_with("= stopped\n") && code == 1, "{out}");
     assert!(
@@ -69,14 +75,14 @@ fn a_check_that_does_not_hold_shows_firings_and_these_can_be_played() {
 }
 
 #[test]
-fn what_cannot_be_read_is_refused_where_it_stands() {
+fn an_unreadable_check_is_refused_with_its_position() {
     for (check, code, column) in [
         ("always reachable(ful)", "E0203", 29),
         ("fires(lade)", "E0251", 18),
         ("full", "E0250", 12),
     ] {
         let folder = folder("check-refused", check);
-        let (_, out, _) = ended(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
+        let (_, out, _) = run_to_end(&mut folder.armor(&["check", "late.xml", "--format", "json"]));
         let found = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
         let found = found.into_iter().find(|finding| finding["code"] == code);
         let found = found.unwrap_or_else(|| panic!("{check}: {out}"));

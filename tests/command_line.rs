@@ -1,13 +1,13 @@
 //! The command line by itself: codes, streams, and words of advice.
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 
 #[test]
-fn it_says_its_version_and_refuses_what_it_does_not_know() {
+fn it_prints_its_version_and_refuses_unknown_arguments() {
     let folder = Folder::new("version");
-    let (code, out, _) = ended(&mut folder.armor(&["--version"]));
+    let (code, out, _) = run_to_end(&mut folder.armor(&["--version"]));
     assert_eq!((code, out), (0, format!("armor {}\n", env!("CARGO_PKG_VERSION"))));
-    let (code, out, err) = ended(&mut folder.armor(&["fly"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["fly"]));
     assert_eq!((code, out.as_str()), (2, ""), "{err}");
 }
 
@@ -20,13 +20,14 @@ fn a_broken_file_is_refused_with_every_finding_and_its_place() {
          <link from=\"a.x\" to=\"b.y\"/>\n  </system>\n</armor>\n",
     );
     for command in ["check", "run"] {
-        let (code, out, err) = ended(&mut folder.armor(&[command, "broken.xml"]));
+        let (code, out, err) = run_to_end(&mut folder.armor(&[command, "broken.xml"]));
         assert_eq!((code, out.as_str()), (1, ""), "{command}: {err}");
         assert!(err.contains("broken.xml:3:") && err.contains("no-such"), "{command}: {err}");
         assert!(err.contains("broken.xml:4:"), "{command}: {err}");
     }
     assert!(!folder.path().join("out").exists(), "a refused run leaves nothing");
-    let (code, out, _) = ended(&mut folder.armor(&["check", "broken.xml", "--format", "json"]));
+    let (code, out, _) =
+        run_to_end(&mut folder.armor(&["check", "broken.xml", "--format", "json"]));
     assert_eq!(code, 1);
     for line in out.lines() {
         let finding: serde_json::Value = serde_json::from_str(line).expect("JSON Lines");
@@ -37,7 +38,7 @@ fn a_broken_file_is_refused_with_every_finding_and_its_place() {
 #[test]
 fn a_missing_file_is_a_finding_too() {
     let folder = Folder::new("missing");
-    let (code, _, err) = ended(&mut folder.armor(&["check", "nothing.xml"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", "nothing.xml"]));
     assert_eq!(code, 1);
     assert!(err.contains("nothing.xml"), "{err}");
 }
@@ -55,7 +56,8 @@ fn several_files_are_checked_and_warnings_fail_if_strict() {
     );
     folder.write("loose.xml", &loose);
     folder.write("wrong.xml", &FINE.replace("kind=\"arm\"", "kind=\"amr\""));
-    let check = |arguments: &[&str]| ended(&mut folder.armor(&[&["check"], arguments].concat()));
+    let check =
+        |arguments: &[&str]| run_to_end(&mut folder.armor(&[&["check"], arguments].concat()));
     let (code, out, err) = check(&["fine.xml", "loose.xml"]);
     assert_eq!((code, out.as_str()), (0, "fine.xml is fine\n"), "{err}");
     assert!(err.ends_with("\n1 warning\narmor explain W0213 says more\n"), "{err}");
@@ -82,12 +84,13 @@ fn a_file_that_a_parameter_needs_must_be_there() {
     let folder = Folder::new("needs");
     let system = r#"<component name="player" kind="carmen-player"><parameter name="file" value="run.log"/></component>"#;
     folder.write("a.xml", &format!("<armor version=\"1\"><system>{system}</system></armor>"));
-    let (code, _, err) = ended(&mut folder.armor(&["check", "a.xml"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", "a.xml"]));
     assert!(code == 0 && err.contains("warning[W0118]: player.file names run.log"), "{err}");
-    let (_, _, err) = ended(&mut folder.armor(&["check", "a.xml", "--set", "player.file=other"]));
+    let (_, _, err) =
+        run_to_end(&mut folder.armor(&["check", "a.xml", "--set", "player.file=other"]));
     assert!(err.contains("W0118") && err.contains("player.file=other"), "{err}");
     folder.write("run.log", "");
-    let (_, _, err) = ended(&mut folder.armor(&["check", "a.xml"]));
+    let (_, _, err) = run_to_end(&mut folder.armor(&["check", "a.xml"]));
     assert!(!err.contains("W0118"), "{err}");
 }
 
@@ -100,7 +103,7 @@ fn shown(code: &str) -> String {
 }
 
 #[test]
-fn component_directories_are_found_wanting_as_their_pages_show() {
+fn faults_of_component_directories_are_reported_as_their_pages_show() {
     let manifest = |version: u32, kind: &str| {
         let rest = r#""summary":"x","inputs":[],"outputs":[],"parameters":[]"#;
         format!("#!/bin/sh\necho '{{\"armor_manifest\":{version},\"kind\":\"{kind}\",{rest}}}'\n")
@@ -136,7 +139,7 @@ fn component_directories_are_found_wanting_as_their_pages_show() {
         if code == "E0125" {
             arguments.extend(["--components", "parts"]);
         }
-        let (_, _, err) = ended(&mut folder.armor(&arguments));
+        let (_, _, err) = run_to_end(&mut folder.armor(&arguments));
         let here = folder.path().canonicalize().expect("it is there");
         let said = err.replace(&format!("{}/", here.display()), "");
         assert!(
@@ -151,7 +154,7 @@ fn component_directories_are_found_wanting_as_their_pages_show() {
 fn every_finding_is_explained() {
     let folder = Folder::new("explain");
     let explain =
-        |arguments: &[&str]| ended(&mut folder.armor(&[&["explain"], arguments].concat()));
+        |arguments: &[&str]| run_to_end(&mut folder.armor(&[&["explain"], arguments].concat()));
     let (code, out, _) = explain(&["e0104"]);
     assert!(code == 0 && out.starts_with("# E0104: an input is fed twice\n"), "{out}");
     let (code, out, _) = explain(&[]);
@@ -167,25 +170,25 @@ fn every_finding_is_explained() {
 #[test]
 fn every_kind_is_described() {
     let folder = Folder::new("describe");
-    let (code, out, err) = ended(&mut folder.armor(&["describe", "--format", "json"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["describe", "--format", "json"]));
     assert_eq!(code, 0, "{err}");
     for line in out.lines() {
         let manifest: serde_json::Value = serde_json::from_str(line).expect("JSON Lines");
         let kind = manifest["kind"].as_str().expect("a kind");
-        let (code, out, err) = ended(&mut folder.armor(&["describe", kind]));
+        let (code, out, err) = run_to_end(&mut folder.armor(&["describe", kind]));
         assert_eq!(code, 0, "{err}");
         assert!(out.starts_with(kind), "{out}");
     }
-    let (code, _, err) = ended(&mut folder.armor(&["describe", "no-such"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["describe", "no-such"]));
     assert_eq!(code, 1);
     assert!(err.contains("no-such"), "{err}");
 }
 
 #[test]
-fn tools_without_a_system_say_how_to_start_one() {
+fn tools_without_a_system_print_how_to_start_one() {
     let folder = Folder::new("no-system");
     for tool in [&["ps"][..], &["graph"], &["echo", "a.b"], &["hz", "a.b"], &["mission", "show"]] {
-        let (code, out, err) = ended(&mut folder.armor(tool));
+        let (code, out, err) = run_to_end(&mut folder.armor(tool));
         assert_eq!((code, out.as_str()), (1, ""), "{tool:?}: {err}");
         assert!(err.contains("armor run"), "{tool:?}: {err}");
     }
@@ -195,7 +198,7 @@ fn tools_without_a_system_say_how_to_start_one() {
 fn shells_get_completions() {
     let folder = Folder::new("completions");
     for shell in ["bash", "zsh", "fish"] {
-        let (code, out, _) = ended(&mut folder.armor(&["completions", shell]));
+        let (code, out, _) = run_to_end(&mut folder.armor(&["completions", shell]));
         assert_eq!(code, 0);
         assert!(out.contains("describe"), "{shell}");
     }

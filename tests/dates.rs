@@ -1,5 +1,5 @@
-//! Appointments at absolute dates, played by real processes: the executive killed while they wait,
-//! and refused where nobody keeps the clock.
+//! Appointments at absolute dates, with real processes: the executive is killed while they wait, and
+//! they are refused on a host without a synchronized clock.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use armor_executive::{Cause, JournalEntry, JournalRecord};
 use armor_plan::DatePhase;
 use armor_robotfile::Date;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, run_to_end, wait_for};
 use crate::resilience::system::Draft;
 
 /// Long enough for the mission to begin, and for an executive to be killed, on a busy machine.
@@ -19,7 +19,7 @@ fn records(journal: &Path) -> Vec<JournalRecord> {
     Journal::open(journal).expect("a journal").1.records
 }
 
-/// What the clock said when the date of `transition` stood so first, and when.
+/// When the date of `transition` first had the phase `wanted`, in mission time and by the clock.
 fn dated(
     records: &[JournalRecord],
     transition: &str,
@@ -55,8 +55,9 @@ fn draft(meet: &str) -> Draft {
     Draft::default().probe("radio", "rate='20Hz'", "").mission(&mission(meet))
 }
 
+// Slow (25 s): it waits for an absolute date, which no setting can bring nearer.
 #[test]
-fn an_appointment_is_kept_however_often_the_executive_is_killed() {
+fn an_appointment_is_kept_despite_kills_of_the_executive() {
     let date = armor_executive::utc().later(SOON);
     let draft = draft(&format!("not-before='{date}'"));
     let mut system = draft.run_with(Folder::new("rendezvous"), &["--trust-clock"]);
@@ -74,6 +75,7 @@ fn an_appointment_is_kept_however_often_the_executive_is_killed() {
     assert_eq!(system.trace("radio").count("stopping"), 1, "never disturbed before");
 }
 
+// Slow (25 s): it waits for an absolute date, which no setting can bring nearer.
 #[test]
 fn a_date_that_passes_fails_its_mission() {
     let date = armor_executive::utc().later(SOON);
@@ -87,18 +89,18 @@ fn a_date_that_passes_fails_its_mission() {
 }
 
 #[test]
-fn dates_are_refused_where_nobody_keeps_the_clock_and_the_past_is_a_warning() {
+fn dates_need_a_synchronized_clock_and_past_ones_are_a_warning() {
     let folder = Folder::new("no-clock");
     let text = format!(
         "<armor version='1'><system/>{}</armor>",
         mission("not-after='2024-06-01T12:00:00Z'").replace(" components='radio'", "")
     );
     folder.write("robot.xml", &text);
-    let (code, _, err) = ended(&mut folder.armor(&["check", "robot.xml"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", "robot.xml"]));
     assert_eq!(code, 0, "{err}");
     let words = "warning[W0223]: 2024-06-01T12:00:00Z has passed: meet never fires";
     assert!(err.contains(words), "{err}");
-    // Nothing that knows of the clock is found there.
+    // No program that reports on the clock is found in this `PATH`.
     let nobody = folder.path().join("empty");
     std::fs::create_dir_all(&nobody).expect("writable");
     let mut run = folder.armor(&["run", "robot.xml", "--out", "out"]);
@@ -106,13 +108,14 @@ fn dates_are_refused_where_nobody_keeps_the_clock_and_the_past_is_a_warning() {
         println!("skipped: somebody keeps the clock of this machine");
         return;
     }
-    let (code, _, err) = ended(run.env("PATH", &nobody));
+    let (code, _, err) = run_to_end(run.env("PATH", &nobody));
     assert_eq!(code, 1, "{err}");
     assert!(err.contains("is not known to be right (there is no timedatectl; "), "{err}");
     assert!(err.contains("--trust-clock"), "{err}");
 }
 
-/// `missions/appointment.xml` with a date that is still to come.
+/// `missions/appointment.xml` with a date in the future.
+// Slow (45 s): the date comes after the first leg, which is driven in real time.
 #[test]
 fn the_appointment_is_waited_for_between_two_legs() {
     let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
@@ -124,7 +127,7 @@ fn the_appointment_is_waited_for_between_two_legs() {
     assert!(text.contains(&date.to_string()), "the example has another date");
     folder.write("appointment.xml", &text.replace("worlds/rooms.svg", &rooms));
     let arguments = ["run", "appointment.xml", "--headless", "--out", "out", "--trust-clock"];
-    let (code, log, err) = ended(&mut folder.armor(&arguments));
+    let (code, log, err) = run_to_end(&mut folder.armor(&arguments));
     assert_eq!(code, 0, "{log}{err}");
     let records = records(&folder.path().join("out/executive.journal"));
     let (open, utc) = dated(&records, "appointed", DatePhase::Open).expect("it has come");

@@ -1,27 +1,25 @@
-//! Choices that can be made again: the same seed makes the same ones.
-
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{RngExt, SeedableRng};
+//! Random choices that a printed seed repeats.
 
 const SEED: &str = "ARMOR_SEED";
 
-/// The seed that `ARMOR_SEED` says, else `usual`; printed, so that a failure can be had again.
-pub fn seed(usual: u64) -> u64 {
-    let seed = std::env::var(SEED).ok().and_then(|seed| seed.parse().ok()).unwrap_or(usual);
-    println!("seed {seed}; {SEED}={seed} makes the same choices again");
+/// Returns the seed in the environment variable `ARMOR_SEED`, or `default`; prints it, so that a
+/// failing run can be repeated.
+pub fn seed(default: u64) -> u64 {
+    let seed = std::env::var(SEED).ok().and_then(|seed| seed.parse().ok()).unwrap_or(default);
+    println!("seed {seed}; set {SEED}={seed} to repeat the same choices");
     seed
 }
 
 /// A generator of choices.
-pub struct Dice(Xoshiro256PlusPlus);
+pub struct Dice(fastrand::Rng);
 
 impl Dice {
     pub fn of(seed: u64) -> Self {
-        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
+        Self(fastrand::Rng::with_seed(seed))
     }
 
-    /// From 0 to `sides` - 1; 0 for none.
+    /// Returns a number from 0 to `sides` - 1; 0 if there are no sides.
     pub fn throw(&mut self, sides: usize) -> usize {
-        self.0.random_range(0..sides.max(1))
+        self.0.usize(..sides.max(1))
     }
 }

@@ -1,6 +1,6 @@
-//! `armor eval` from outside: what it says of good files, and of bad ones.
+//! `armor eval` from outside: its reports on valid files and on invalid ones.
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 
 const TITLES: &str = "scan,timestamp_s,x_m,y_m,theta_rad\n";
 
@@ -19,10 +19,10 @@ const RELATIONS: &str = "i,j,kind,dx_m,dy_m,dtheta_rad\n\
     0,1,next,0.006248,0.249896,0.05\n0,2,revisit,0.024979,0.999167,0.1\n";
 
 fn eval(folder: &Folder, arguments: &[&str]) -> (i32, String, String) {
-    ended(&mut folder.armor(&[&["eval"], arguments].concat()))
+    run_to_end(&mut folder.armor(&[&["eval"], arguments].concat()))
 }
 
-/// What is said of a good run.
+/// The report on a good run.
 fn good(folder: &Folder) {
     folder.write("found.csv", &way(0.0, 100.0));
     folder.write("moved.csv", &way(3.0, 100.0));
@@ -100,7 +100,7 @@ fn map(folder: &Folder, name: &str, corner_m: f64, wall_column: usize) {
 }
 
 #[test]
-fn maps_are_compared_as_they_lie_or_laid_over_each_other() {
+fn maps_are_compared_in_place_or_aligned() {
     let folder = Folder::new("eval-map");
     map(&folder, "one", 0.0, 12);
     map(&folder, "shifted", 0.5, 12);
@@ -122,7 +122,7 @@ fn maps_are_compared_as_they_lie_or_laid_over_each_other() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place() {
+fn faults_are_named_with_their_position() {
     let folder = Folder::new("eval-wrong");
     good(&folder);
     folder.write("broken.csv", &format!("{TITLES}0,1.0,2.0,3.0,0.1\n1,1.1,two,3.0,0.1\n"));

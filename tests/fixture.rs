@@ -1,4 +1,4 @@
-//! What every whole-system test needs: a folder of its own, and `armor` started in it.
+//! What every whole-system test needs: a folder of its own, with `armor` started in it.
 
 pub mod program;
 
@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 use armor_socket::{listen::PORTS, random_id};
 use rustix::process::{Pid, Signal, kill_process};
 
-pub use program::{Talker, ended};
+pub use program::{Dialogue, run_to_end};
 
-/// A folder for one test, removed when the test is over. Its runs are not seen by others.
+/// A folder for one test, removed at its end. Other tests cannot see its runs.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// An empty folder for the test called `name`.
+    /// Creates an empty folder for the test called `name`.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("armor-system-{}-{name}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
@@ -24,7 +24,7 @@ impl Folder {
         Self(path)
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.0
     }
@@ -36,7 +36,8 @@ impl Folder {
         path
     }
 
-    /// `armor` with `arguments`, in this folder and with nothing of the surroundings.
+    /// Returns the command `armor` with `arguments`, in this folder and without Armor's environment
+    /// variables.
     pub fn armor(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_armor"));
         command.args(arguments).current_dir(&self.0).stdin(Stdio::null());
@@ -62,15 +63,15 @@ impl Drop for Folder {
     }
 }
 
-/// How long anything may take before a test gives up: generous, for a busy machine.
+/// Time after which a test gives up waiting: generous, for a busy machine.
 pub const DEADLINE: Duration = Duration::from_secs(60);
 
-/// Looks until `found` has something.
+/// Repeats `found` until it returns something.
 pub fn wait_for<T>(what: &str, found: impl FnMut() -> Option<T>) -> T {
     wait_within(DEADLINE, what, found)
 }
 
-/// Looks until `found` has something, with a deadline of its own.
+/// As [`wait_for`], with another deadline.
 pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
@@ -82,8 +83,8 @@ pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() ->
     }
 }
 
-/// A port on which nobody listens. It lies below those that the kernel gives to connecting sockets,
-/// and is another one each time: others may run the same tests on this host.
+/// Returns a free port, below those that the kernel assigns to connecting sockets. It is random,
+/// because several test runs may share this host.
 pub fn free_port() -> u16 {
     wait_for("a free port", || {
         let offset = random_id() % u64::from(PORTS.end - PORTS.start);
@@ -99,7 +100,7 @@ pub struct Run {
 }
 
 impl Folder {
-    /// Makes `components/NAME`, a kind without ports that runs `script` in `sh`.
+    /// Writes `components/NAME`, a kind without ports that runs `script` in `sh`.
     pub fn script(&self, kind: &str, script: &str) {
         let manifest = format!(
             r#"{{"armor_manifest":1,"kind":"{kind}","summary":"a script","inputs":[],"outputs":[],"parameters":[]}}"#
@@ -114,8 +115,8 @@ impl Folder {
     pub fn executable(&self, name: &str, text: &str) {
         let path = self.0.join(name);
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
-        // Written by another process: a file that this one has open for writing cannot be executed,
-        // and a test on another thread may start a process at any moment.
+        // Written by another process. A file that is open for writing cannot be executed, and a process
+        // that another thread starts meanwhile would inherit this one's open file.
         let written = Command::new("/bin/sh")
             .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
             .arg(&path)
@@ -150,23 +151,23 @@ impl Folder {
 }
 
 impl Run {
-    /// The launcher's process id.
+    /// Returns the launcher's process id.
     pub fn pid(&self) -> i32 {
         i32::try_from(self.child.id()).expect("a process id")
     }
 
-    /// The folder that it writes into.
+    /// Returns the folder that it writes into.
     pub fn out(&self) -> &Path {
         &self.out
     }
 
-    /// Everything that was logged so far.
+    /// Returns the log so far.
     pub fn log(&self) -> String {
         std::fs::read_to_string(self.out.join("logs/all.log")).unwrap_or_default()
     }
 
-    /// Waits until the log has `text`, `times` times.
-    pub fn logged(&self, text: &str, times: usize) {
+    /// Waits until the log contains `text` at least `times` times.
+    pub fn wait_for_log(&self, text: &str, times: usize) {
         wait_for(&format!("{text:?} {times} times in {}", self.out.display()), || {
             (self.log().matches(text).count() >= times).then_some(())
         });
@@ -174,28 +175,28 @@ impl Run {
 
     /// Sends a signal to the launcher.
     pub fn signal(&self, signal: Signal) {
-        send(self.pid(), signal);
+        send_signal(self.pid(), signal);
     }
 
-    /// Waits for the end: its code.
+    /// Waits for the end and returns the exit code.
     pub fn code(&mut self) -> Option<i32> {
         wait_for("the end of the run", || self.child.try_wait().expect("it is ours")).code()
     }
 
-    /// The processes that the launcher has started and that live.
+    /// Returns the running processes that the launcher has started.
     pub fn children(&self) -> Vec<i32> {
         let processes = std::fs::read_dir("/proc").expect("/proc");
         let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
         pids.filter(|pid| parent(*pid) == Some(self.pid())).collect()
     }
 
-    /// Its child that runs `armor DAEMON`.
+    /// Returns its child that runs `armor DAEMON`.
     pub fn daemon(&self, daemon: &str) -> Option<i32> {
         let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
         self.children().into_iter().find(is_it)
     }
 
-    /// Where its registry listens, once there is one.
+    /// Waits for its registry and returns the address.
     pub fn registry(&self) -> SocketAddr {
         wait_for("the registry", || {
             command_of(self.daemon("registry")?).into_iter().nth(3)?.parse().ok()
@@ -210,25 +211,25 @@ impl Drop for Run {
     }
 }
 
-/// The words that a process was started with; none if it has ended.
+/// Returns the command line of a process; empty if it has ended.
 fn command_of(pid: i32) -> Vec<String> {
     let text = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
     text.split('\0').map(String::from).collect()
 }
 
 /// Sends a signal.
-pub fn send(pid: i32, signal: Signal) {
+pub fn send_signal(pid: i32, signal: Signal) {
     let pid = Pid::from_raw(pid).expect("a process id");
-    // It may have ended by itself; the test then sees that.
+    // Fails if it has already ended, which the test will notice.
     let _ = kill_process(pid, signal);
 }
 
-/// Whether a process lives; a zombie does not.
-pub fn lives(pid: i32) -> bool {
+/// Returns whether a process runs; a zombie does not.
+pub fn is_alive(pid: i32) -> bool {
     stat(pid).is_some_and(|fields| fields[0] != "Z")
 }
 
-/// The fields after the name: state, parent, …
+/// Returns the fields of `/proc/PID/stat` after the name: state, parent, …
 fn stat(pid: i32) -> Option<Vec<String>> {
     let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     Some(text.rsplit_once(')')?.1.split_whitespace().map(String::from).collect())

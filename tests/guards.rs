@@ -8,7 +8,7 @@ use armor_executive::journal::Journal;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, ended, send, wait_for};
+use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::Draft;
 
 /// How long the guard has to hold.
@@ -58,7 +58,7 @@ fn story(records: &[JournalRecord]) -> (Vec<(Duration, bool)>, Option<Duration>)
 }
 
 #[test]
-fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
+fn a_low_battery_sends_the_robot_home_despite_kills_of_the_executive() {
     let weak = format!(
         "when=\"battery &lt; 30% and simulator.battery.power_supply_status == 'Discharging'\" \
          timeout='{}s'",
@@ -76,7 +76,7 @@ fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
     system.replace("executive");
     // A machine that is slow enough sees the battery low already.
     show(&["is false", "is true"]);
-    system.run.logged("the guard of weak holds", 1);
+    system.run.wait_for_log("the guard of weak holds", 1);
     system.replace("executive");
     show(&["is true"]);
     let code = system.run.code();
@@ -92,7 +92,7 @@ fn a_low_battery_sends_the_robot_home_however_often_the_executive_is_killed() {
 }
 
 #[test]
-fn a_provider_that_stays_away_is_known_to_be_missing() {
+fn a_provider_that_stays_away_is_reported_as_missing() {
     // Long enough for the first value on a busy machine.
     let mut system = draft("when='not known(battery)' after='5s'").run(Folder::new("blind"));
     wait_for("a value", || {
@@ -102,7 +102,7 @@ fn a_provider_that_stays_away_is_known_to_be_missing() {
     wait_for("the end of the mission", || {
         let entries = system.entries();
         if let Some(simulator) = entries.iter().find(|entry| entry.name == "simulator") {
-            send(simulator.pid.cast_signed(), Signal::KILL);
+            send_signal(simulator.pid.cast_signed(), Signal::KILL);
         }
         system.run.log().contains("weak: explore -> home").then_some(())
     });
@@ -111,7 +111,7 @@ fn a_provider_that_stays_away_is_known_to_be_missing() {
 }
 
 #[test]
-fn a_guard_that_is_no_guard_is_refused_with_its_place() {
+fn an_invalid_guard_is_refused_with_its_position() {
     let folder = Folder::new("no-guard");
     let text = format!(
         "<armor version='1'><system>{}</system>{}</armor>",
@@ -119,7 +119,7 @@ fn a_guard_that_is_no_guard_is_refused_with_its_place() {
         mission("when='battery &lt; 10s'").replace(" components='explorer'", "")
     );
     folder.write("robot.xml", &text);
-    let (code, _, err) = ended(&mut folder.armor(&["check", "robot.xml"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", "robot.xml"]));
     assert_eq!(code, 1);
     assert!(err.contains("error[E0234]: `battery` has no unit, and `10s` is a time"), "{err}");
 }

@@ -3,7 +3,7 @@
 
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, ended, lives, send, wait_for};
+use crate::fixture::{Folder, is_alive, run_to_end, send_signal, wait_for};
 
 /// Leaves its process id and that of a child of its own, which ignores what a script can ignore.
 const FAMILY: &str = "trap '' TERM HUP INT; sleep 600 & echo $$ $! > \"$ARMOR_OUT/family\"; wait";
@@ -23,14 +23,14 @@ fn a_killed_launcher_leaves_nothing_behind() {
     assert!(all.len() >= 5, "registry, configd, undertaker, the script and its child: {all:?}");
     run.signal(Signal::KILL);
     assert_eq!(run.code(), None, "it ends by the signal");
-    wait_for("the end of all", || all.iter().all(|pid| !lives(*pid)).then_some(()));
-    let (code, _, err) = ended(&mut folder.armor(&["ps"]));
+    wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["ps"]));
     assert_eq!(code, 1);
     assert!(err.contains("no system is running"), "its run file is stale: {err}");
 }
 
 #[test]
-fn an_interrupt_stops_in_order_and_the_second_one_at_once() {
+fn an_interrupt_stops_in_order_and_a_second_one_kills() {
     let folder = Folder::new("interrupt");
     folder.script(
         "polite",
@@ -39,23 +39,23 @@ fn an_interrupt_stops_in_order_and_the_second_one_at_once() {
     folder.script("stubborn", "trap '' TERM; echo here; while :; do sleep 0.05; done");
     let polite = folder.system("polite", &["a polite", "b polite"]);
     let mut run = folder.run("polite", &[&polite]);
-    run.logged("here", 2);
+    run.wait_for_log("here", 2);
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130), "{}", run.log());
     assert_eq!(run.log().matches("goodbye").count(), 2, "{}", run.log());
 
     let mut run = folder.run("stubborn", &[&folder.system("stubborn", &["a stubborn"])]);
-    run.logged("here", 1);
+    run.wait_for_log("here", 1);
     let all = run.children();
     run.signal(Signal::INT);
-    run.logged("stopping", 1);
+    run.wait_for_log("stopping", 1);
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130), "{}", run.log());
-    wait_for("the end of all", || all.iter().all(|pid| !lives(*pid)).then_some(()));
+    wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));
 }
 
 #[test]
-fn who_keeps_dying_is_given_up_and_the_rest_goes_on() {
+fn a_component_that_keeps_dying_is_given_up_and_the_others_continue() {
     let folder = Folder::new("dying");
     folder.script("dying", "echo born; exit 7");
     folder.script("done", "echo born; exit 0");
@@ -72,7 +72,7 @@ fn who_keeps_dying_is_given_up_and_the_rest_goes_on() {
 }
 
 #[test]
-fn a_flood_of_lines_holds_up_nobody_and_is_counted() {
+fn a_flood_of_log_lines_delays_no_process_and_is_counted() {
     let folder = Folder::new("flood");
     folder.script("flood", "exec yes 'a line of many'");
     folder.script(
@@ -81,8 +81,8 @@ fn a_flood_of_lines_holds_up_nobody_and_is_counted() {
     );
     let start = std::time::Instant::now();
     let mut run = folder.run("out", &[&folder.system("flood", &["a flood", "b calm"])]);
-    run.logged("calm 20", 1);
-    run.logged("lines were left out", 2);
+    run.wait_for_log("calm 20", 1);
+    run.wait_for_log("lines were left out", 2);
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130));
     let log = run.log();
@@ -103,7 +103,7 @@ fn programs_get_json_lines_and_the_end_with_its_code() {
     let folder = Folder::new("json");
     folder.script("odd", "printf 'WARN quote \" and \\\\ and \\377\\n' >&2; exit 0");
     let file = folder.system("odd", &["a odd"]);
-    let (code, out, err) = ended(&mut folder.armor(&["run", &file, "--format", "json"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["run", &file, "--format", "json"]));
     assert_eq!(code, 0, "{err}");
     let lines: Vec<serde_json::Value> =
         out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines")).collect();
@@ -117,15 +117,15 @@ fn programs_get_json_lines_and_the_end_with_its_code() {
 }
 
 #[test]
-fn two_runs_of_one_system_work_beside_each_other() {
+fn two_runs_of_one_system_work_in_parallel() {
     let folder = Folder::new("twice");
     folder.script("sleeper", "echo here; exec sleep 600");
     let file = folder.system("twice", &["a sleeper"]);
     let runs = ["one", "two"].map(|out| folder.run(out, &[&file]));
     for run in &runs {
-        run.logged("here", 1);
+        run.wait_for_log("here", 1);
     }
-    let (code, _, err) = ended(&mut folder.armor(&["ps"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["ps"]));
     assert_eq!(code, 1);
     let addresses: Vec<&str> = err
         .split_whitespace()
@@ -133,7 +133,7 @@ fn two_runs_of_one_system_work_beside_each_other() {
         .collect();
     assert_eq!(addresses.len(), 2, "{err}");
     for address in addresses {
-        let (code, out, err) = ended(&mut folder.armor(&["ps", "--registry", address]));
+        let (code, out, err) = run_to_end(&mut folder.armor(&["ps", "--registry", address]));
         assert_eq!(code, 0, "{err}");
         assert!(out.contains("configd"), "{out}");
     }
@@ -144,7 +144,7 @@ fn killed_daemons_come_back_where_they_were() {
     let folder = Folder::new("daemons");
     folder.script("sleeper", "echo here; exec sleep 600");
     let mut run = folder.run("out", &[&folder.system("daemons", &["a sleeper"])]);
-    run.logged("here", 1);
+    run.wait_for_log("here", 1);
     let pid_of = |daemon: &str| {
         run.children().into_iter().find(|pid| {
             let command =
@@ -154,10 +154,10 @@ fn killed_daemons_come_back_where_they_were() {
     };
     for daemon in ["registry", "configd"] {
         let before = wait_for(daemon, || pid_of(daemon));
-        send(before, Signal::KILL);
+        send_signal(before, Signal::KILL);
         wait_for("another one", || pid_of(daemon).filter(|pid| *pid != before));
         wait_for("the system is whole again", || {
-            let (code, out, _) = ended(&mut folder.armor(&["ps"]));
+            let (code, out, _) = run_to_end(&mut folder.armor(&["ps"]));
             (code == 0 && out.contains("configd")).then_some(())
         });
     }

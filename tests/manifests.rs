@@ -8,7 +8,7 @@ use std::process::Command;
 use armor_wire::manifest::Manifest;
 use serde_json::{Value, json};
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 use schema::Schema;
 
 fn schema() -> Schema {
@@ -111,9 +111,9 @@ fn the_schema_and_the_program_accept_the_same() {
 }
 
 #[test]
-fn every_stock_kind_keeps_to_the_schema() {
+fn every_stock_kind_conforms_to_the_schema() {
     let (folder, schema) = (Folder::new("schema"), schema());
-    let (code, out, err) = ended(&mut folder.armor(&["describe", "--format", "json"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["describe", "--format", "json"]));
     assert_eq!(code, 0, "{err}");
     assert!(out.lines().count() >= 7, "{out}");
     for line in out.lines() {
@@ -121,7 +121,7 @@ fn every_stock_kind_keeps_to_the_schema() {
         let kind = described["kind"].as_str().expect("a kind").to_owned();
         let origin = described.as_object_mut().and_then(|members| members.remove("origin"));
         let origin = origin.and_then(|origin| Some(origin.as_str()?.to_owned()));
-        // Our programs with a window are described where they lie beside `armor`.
+        // Programs with a window are described if they are in the folder of `armor`.
         let mut asked = match origin.expect("an origin").as_str() {
             "stock" => folder.armor(&["component", &kind, "--describe"]),
             program => {
@@ -130,7 +130,7 @@ fn every_stock_kind_keeps_to_the_schema() {
                 asked
             }
         };
-        let (code, out, err) = ended(&mut asked);
+        let (code, out, err) = run_to_end(&mut asked);
         assert_eq!(code, 0, "{err}");
         let own: Value = serde_json::from_str(&out).expect("JSON");
         assert_eq!(schema.check(&own), Ok(()), "{kind}");
@@ -139,7 +139,7 @@ fn every_stock_kind_keeps_to_the_schema() {
     }
 }
 
-/// As [`every_stock_kind_keeps_to_the_schema`], for an executable.
+/// As [`every_stock_kind_conforms_to_the_schema`], for an executable.
 pub fn keeps_to_the_schema(executable: &std::path::Path) {
     let printed = Command::new(executable).arg("--describe").output().expect("it starts").stdout;
     let manifest: Value = serde_json::from_slice(&printed).expect("JSON");
@@ -147,7 +147,7 @@ pub fn keeps_to_the_schema(executable: &std::path::Path) {
 }
 
 #[test]
-fn the_example_of_the_documentation_is_one() {
+fn the_documented_example_conforms_to_the_schema() {
     let page = include_str!("../docs/manifest.md");
     let block = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next());
     let example: Value = serde_json::from_str(block.expect("an example")).expect("JSON");
@@ -164,15 +164,15 @@ fn a_file_is_refused_for_a_kind_claimed_twice_and_for_no_other_executable() {
     }
     folder.executable("components/README", "No program.");
     let uses = folder.system("uses", &["a arm", "b driver"]);
-    let (code, _, err) = ended(&mut folder.armor(&["check", &uses]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", &uses]));
     assert!(code == 1 && err.contains("E0124") && err.contains("uses.xml:3:"), "{err}");
-    let (code, out, _) = ended(&mut folder.armor(&["check", &uses, "--format", "json"]));
+    let (code, out, _) = run_to_end(&mut folder.armor(&["check", &uses, "--format", "json"]));
     let codes: Vec<Value> =
         out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines")).collect();
     assert!(code == 1 && codes.iter().any(|finding| finding["code"] == "W0128"), "{out}");
     let alone = folder.system("alone", &["b homing"]);
-    let (_, _, err) = ended(&mut folder.armor(&["check", &alone]));
+    let (_, _, err) = run_to_end(&mut folder.armor(&["check", &alone]));
     assert!(!err.contains("E0124") && err.contains("W0130") && err.contains("W0128"), "{err}");
-    let (code, out, err) = ended(&mut folder.armor(&["describe"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["describe"]));
     assert!(code == 0 && out.contains("simulator") && err.contains("README"), "{out}{err}");
 }

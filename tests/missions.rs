@@ -8,7 +8,7 @@ use armor_evaluation::map_score::{MapScore, score_map};
 use armor_grid::{Geometry, Grid, Occupancy, Point2};
 use armor_simulator::world::World;
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
@@ -40,13 +40,15 @@ fn map(folder: &Path) -> Grid<Occupancy> {
     Grid::from_values(geometry, cells.collect()).expect("as many cells as it says")
 }
 
+// Slow (one to two minutes): the robot drives through the whole office in real time.
 #[test]
 fn the_office_is_explored_mapped_and_left_for_home() {
     let folder = Folder::new("office");
     let file = root().join("missions/office.xml");
     let start = Instant::now();
     let file = file.display().to_string();
-    let (code, _, log) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "office"]));
+    let (code, _, log) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "office"]));
     let seconds = start.elapsed().as_secs_f64();
     assert_eq!(code, 0, "not home after {seconds:.0} s:\n{log}");
 
@@ -70,11 +72,13 @@ fn the_office_is_explored_mapped_and_left_for_home() {
     assert!(picture.len() > 5_000, "a picture of {} bytes", picture.len());
 }
 
+// Slow (about a minute): a large hall, even at four times real time.
 #[test]
-fn a_hall_with_people_is_explored_and_mapped_at_four_times_the_speed_of_life() {
+fn a_hall_with_people_is_explored_and_mapped_at_four_times_real_time() {
     let folder = Folder::new("explore-and-map");
     let file = root().join("missions/explore-and-map.xml").display().to_string();
-    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "hall"]));
+    let (code, log, _) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "hall"]));
     assert_eq!(code, 0, "{log}");
     for step in ["explored: explore -> return", "arrived: return -> home"] {
         assert!(log.contains(step), "{step} in\n{log}");
@@ -94,12 +98,13 @@ fn a_hall_with_people_is_explored_and_mapped_at_four_times_the_speed_of_life() {
 /// The waypoints of missions/patrol.xml, in metres on the map.
 const ROUTE: [(f64, f64); 5] = [(3.6, 1.5), (3.4, -1.6), (0.0, -2.0), (0.0, 2.0), (0.0, 0.0)];
 
+// Slow (about a minute): a mapping tour and one lap in real time.
 #[test]
-fn the_rounds_are_walked() {
+fn the_patrol_completes_its_rounds() {
     let folder = Folder::new("patrol");
     let file = root().join("missions/patrol.xml").display().to_string();
     let arguments = ["run", &file, "--headless", "--out", "patrol", "--set", "patrol.laps=1"];
-    let (code, _, log) = ended(&mut folder.armor(&arguments));
+    let (code, _, log) = run_to_end(&mut folder.armor(&arguments));
     assert_eq!(code, 0, "{log}");
     let trajectory = std::fs::read_to_string(folder.path().join("patrol/trajectory.csv"));
     let way: Vec<Vec<f64>> = trajectory
@@ -115,11 +120,13 @@ fn the_rounds_are_walked() {
     }
 }
 
+// Slow (about a minute): three rounds through two rooms in real time.
 #[test]
 fn three_rounds_are_counted_and_each_place_has_its_route() {
     let folder = Folder::new("rounds");
     let file = root().join("missions/rounds.xml").display().to_string();
-    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "rounds"]));
+    let (code, log, _) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "rounds"]));
     assert_eq!(code, 0, "{log}");
     for (step, times) in [("first-seen: first-room", 3), ("second-seen: ", 2), ("round is 3", 1)] {
         assert_eq!(log.matches(step).count(), times, "{step} in\n{log}");
@@ -139,12 +146,13 @@ fn three_rounds_are_counted_and_each_place_has_its_route() {
         assert!(visits.count() >= 3, "{room:?} is not visited three times");
     }
     let journal = folder.path().join("rounds/executive.journal").display().to_string();
-    let (code, told, log) = ended(&mut folder.armor(&["mission", "replay", &journal]));
+    let (code, told, log) = run_to_end(&mut folder.armor(&["mission", "replay", &journal]));
     assert_eq!(code, 0, "{log}");
     assert!(told.contains("with route=3.4,-1.6, stay=2s"), "{told}");
     assert!(told.trim_end().ends_with("= over; round is 3; ended at its goal"), "{told}");
 }
 
+// Slow (about a minute): the battery drains and the robot returns to its dock in real time.
 #[test]
 fn a_weak_battery_ends_the_survey_at_the_dock() {
     let folder = Folder::new("survey");
@@ -153,20 +161,20 @@ fn a_weak_battery_ends_the_survey_at_the_dock() {
     for set in ["simulator.battery_level=0.36", "simulator.battery_endurance=200s"] {
         arguments.extend(["--set", set]);
     }
-    let (code, log, _) = ended(&mut folder.armor(&arguments));
+    let (code, log, _) = run_to_end(&mut folder.armor(&arguments));
     assert_eq!(code, 0, "{log}");
     for step in ["weak: explore -> return", "there: return -> at-dock", "dock.leave: dock.docked"] {
         assert!(log.contains(step), "{step} in\n{log}");
     }
 }
 
-/// Maps a log twice at once, so that each is in the other's way; gives both trajectories.
+/// Maps a log twice in parallel, so that both runs compete; returns both trajectories.
 fn mapped_twice(folder: &Folder, log: &Path) -> [Vec<u8>; 2] {
     let file = root().join("missions/map-from-log.xml").display().to_string();
     let set = format!("player.file={}", log.display());
     let run = |out: &str| {
         let arguments = ["run", &file, "--set", &set, "--headless", "--out", out];
-        let (code, _, text) = ended(&mut folder.armor(&arguments));
+        let (code, _, text) = run_to_end(&mut folder.armor(&arguments));
         assert_eq!(code, 0, "{text}");
         std::fs::read(folder.path().join(out).join("trajectory.csv")).expect("trajectory.csv")
     };
@@ -176,6 +184,7 @@ fn mapped_twice(folder: &Folder, log: &Path) -> [Vec<u8>; 2] {
     })
 }
 
+// Slow (about half a minute): two mappers compete for the processor on purpose.
 #[test]
 fn a_log_gives_the_same_trajectory_to_the_byte_each_time() {
     let Some(data) = std::env::var_os("ARMOR_DATA").map(PathBuf::from) else {
@@ -194,6 +203,7 @@ fn a_log_gives_the_same_trajectory_to_the_byte_each_time() {
 const LOGS: [(&str, usize); 5] =
     [("intel", 910), ("aces", 440), ("freiburg-079", 4791), ("edmonton", 340), ("acapulco", 861)];
 
+// Slow (minutes): more than 7,000 scans, mapped one by one without loss.
 #[test]
 fn every_scan_of_every_log_is_mapped() {
     let Some(data) = std::env::var_os("ARMOR_DATA").map(PathBuf::from) else {
@@ -207,7 +217,7 @@ fn every_scan_of_every_log_is_mapped() {
         let log = data.join("laser").join(format!("{name}.log.gz"));
         let set = format!("player.file={}", log.display());
         let arguments = ["run", &file, "--set", &set, "--headless", "--out", name];
-        let (code, _, text) = ended(&mut folder.armor(&arguments));
+        let (code, _, text) = run_to_end(&mut folder.armor(&arguments));
         assert_eq!(code, 0, "{name}:\n{text}");
         let out = folder.path().join(name);
         let csv = std::fs::read_to_string(out.join("trajectory.csv")).expect("trajectory.csv");

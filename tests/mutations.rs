@@ -1,6 +1,6 @@
 //! A file that is saved while its system runs: seeded changes of the example mission, saved in fifty
-//! styles. Whatever is in the file, the last good version is in force, every fault is published, and
-//! nobody is restarted.
+//! styles. Whatever the file contains, the last good version stays in force, every fault is published,
+//! and no process is restarted.
 
 mod change;
 mod observer;
@@ -17,12 +17,13 @@ use change::{Changed, Fate, Sign, change};
 use observer::Observer;
 use save::{Place, STYLES};
 
-/// Saves under `CI` and `ARMOR_FULL`, and else.
+/// Saves under `CI` and `ARMOR_FULL`.
 const MANY: usize = 1000;
+/// Saves otherwise: each style twice.
 const SOME: usize = 104;
-/// Far beyond the half second that is wanted, for a busy machine.
+/// Far beyond the intended half second, for a busy machine.
 const DEADLINE: Duration = Duration::from_secs(60);
-/// How often all parameters are compared, not their version alone.
+/// After every this many saves all parameters are compared, not only the version.
 const COMPARE_EVERY: usize = 5;
 
 fn examples() -> PathBuf {
@@ -50,14 +51,16 @@ fn patrol_in_two() -> [(&'static str, String); 2] {
     [("mission.xml", format!("{head}{mission}")), ("robot.xml", system)]
 }
 
+// Slow under `CI` and `ARMOR_FULL` (about a minute): 500 saves, each followed until its report.
 #[test]
-fn one_file_is_changed_in_a_thousand_ways() {
+fn one_file_survives_a_thousand_different_changes() {
     let files = [("office.xml", patrol())];
     Trial::start("mutations", &files).run(0..share(2));
 }
 
+// Slow under `CI` and `ARMOR_FULL` (about a minute): 500 saves, each followed until its report.
 #[test]
-fn a_mission_and_its_system_file_are_changed_in_a_thousand_ways() {
+fn a_mission_and_its_system_file_survive_a_thousand_different_changes() {
     let files = patrol_in_two();
     Trial::start("mutations-two", &files).run(share(2)..share(1));
 }
@@ -126,7 +129,7 @@ impl Trial {
             self.reported(&changed, Instant::now(), style, &what);
             self.in_force(&changed.fate, n, &what);
         }
-        assert_eq!(before, self.processes(), "somebody was restarted\n{}", self.run.log());
+        assert_eq!(before, self.processes(), "a process was restarted\n{}", self.run.log());
         self.print(count);
     }
 

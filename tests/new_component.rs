@@ -6,7 +6,7 @@ use std::process::Command;
 
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, ended, send, wait_for};
+use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -26,9 +26,9 @@ fn build(project: &Path) -> std::path::PathBuf {
 }
 
 #[test]
-fn a_component_of_ones_own_is_used_and_looked_after() {
+fn a_users_own_component_runs_and_is_supervised() {
     let folder = Folder::new("new");
-    let (code, _, err) = ended(&mut folder.armor(&["new", "odd-counter"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["new", "odd-counter"]));
     assert_eq!(code, 0, "{err}");
     let executable = build(&folder.path().join("odd-counter"));
     crate::manifests::keeps_to_the_schema(&executable);
@@ -36,13 +36,13 @@ fn a_component_of_ones_own_is_used_and_looked_after() {
     folder.script("bystander", "echo here; exec sleep 600");
     let components = folder.path().join("components");
     std::fs::copy(executable, components.join("odd-counter")).expect("copied");
-    let (code, out, err) = ended(&mut folder.armor(&["describe", "odd-counter"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["describe", "odd-counter"]));
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("step") && out.contains("1 to 1000"), "{out}");
 
     let file = folder.system("counting", &["a odd-counter rate=\"20Hz\"", "b bystander"]);
     let mut run = folder.run("out", &[&file, "--set", "a.step=3"]);
-    run.logged("here", 1);
+    run.wait_for_log("here", 1);
     counts(&folder);
     stopped(&folder);
     counts(&folder);
@@ -53,7 +53,7 @@ fn a_component_of_ones_own_is_used_and_looked_after() {
     mission(&folder);
 }
 
-/// A mission over it goes on where it was when its executive is killed, and ends with code 0.
+/// Its mission resumes where it was after a kill of the executive, and ends with code 0.
 fn mission(folder: &Folder) {
     let places = r#"
   <mission name="tour" goal="home" safe="hold">
@@ -71,15 +71,15 @@ fn mission(folder: &Folder) {
     folder.write(&file, &text.replace("</armor>", places));
     let mut run = folder.run("tour", &[&file]);
     let shown = wait_for("the first place", || {
-        let (_, out, _) = ended(&mut folder.armor(&["mission", "show"]));
+        let (_, out, _) = run_to_end(&mut folder.armor(&["mission", "show"]));
         out.contains("a active").then_some(out)
     });
     assert!(shown.contains("marked      one"), "{shown}");
     let executive = pid(folder, "executive").expect("it is registered");
-    send(executive, Signal::KILL);
-    run.logged("goes on where it left off", 1);
+    send_signal(executive, Signal::KILL);
+    run.wait_for_log("goes on where it left off", 1);
     let fire = &mut folder.armor(&["mission", "fire", "next", "--within", "60s"]);
-    let (code, _, err) = ended(fire);
+    let (code, _, err) = run_to_end(fire);
     assert_eq!(code, 0, "{err}\n{}", run.log());
     assert_eq!(run.code(), Some(0), "{}", run.log());
     let log = run.log();
@@ -91,7 +91,7 @@ fn mission(folder: &Folder) {
 fn counts(folder: &Folder) {
     // It may not provide them yet.
     let out = wait_for("three counts", || {
-        let (code, out, _) = ended(&mut folder.armor(&["echo", "a.count", "--count", "3"]));
+        let (code, out, _) = run_to_end(&mut folder.armor(&["echo", "a.count", "--count", "3"]));
         (code == 0).then_some(out)
     });
     let values: Vec<serde_json::Value> =
@@ -106,13 +106,13 @@ fn counts(folder: &Folder) {
 /// A component that hangs is found, killed and started again.
 fn stopped(folder: &Folder) {
     let before = wait_for("the component is listed", || pid(folder, "a"));
-    send(before, Signal::STOP);
+    send_signal(before, Signal::STOP);
     wait_for("another start of it", || pid(folder, "a").filter(|after| *after != before));
 }
 
 /// The process id of a registered process.
 fn pid(folder: &Folder, name: &str) -> Option<i32> {
-    let (_, out, _) = ended(&mut folder.armor(&["ps", "--format", "json"]));
+    let (_, out, _) = run_to_end(&mut folder.armor(&["ps", "--format", "json"]));
     let mut rows = out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines"));
     let row = rows.find(|row: &serde_json::Value| row["name"] == name)?;
     i32::try_from(row["pid"].as_i64()?).ok()

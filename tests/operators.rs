@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::fixture::{Folder, Talker, ended, wait_for};
+use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// `north` and `south` never run together; the operator decides, or comes to be missed.
@@ -36,7 +36,7 @@ fn order(system: &System, author: &str, arguments: &[&str]) -> (i32, String, Str
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission"]);
     command.args(arguments).args(["--as", author, "--registry", &registry, "--within", "60s"]);
-    ended(&mut command)
+    run_to_end(&mut command)
 }
 
 fn accepted(system: &System, author: &str, arguments: &[&str]) {
@@ -63,18 +63,18 @@ fn is_marked(marking: &Value, place: &str) -> bool {
 }
 
 /// Someone who holds the command.
-fn holder(system: &System, author: &str) -> Talker {
+fn holder(system: &System, author: &str) -> Dialogue {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission", "operate", "--within", "60s"]);
-    let holder = Talker::start(command.args(["--as", author, "--registry", &registry]));
-    assert_eq!(holder.says(), "the command is yours");
+    let holder = Dialogue::start(command.args(["--as", author, "--registry", &registry]));
+    assert_eq!(holder.read_line(), "the command is yours");
     holder
 }
 
-/// Gives an order as who holds the command, and checks what is said to it.
-fn orders(holder: &mut Talker, order: &str, answer: &str) {
-    holder.hears(order);
-    assert_eq!(holder.says(), answer);
+/// Gives an order as the holder of the command, and checks the answer.
+fn orders(holder: &mut Dialogue, order: &str, answer: &str) {
+    holder.write_line(order);
+    assert_eq!(holder.read_line(), answer);
 }
 
 #[test]
@@ -114,9 +114,9 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     shows(&system, "the place above", |marking| is_marked(marking, "up"));
 
     // A command given back is no lost link; a process killed is one.
-    ruth.hang_up();
-    assert_eq!(ruth.says(), "the command is given back");
-    ruth.end();
+    ruth.close_input();
+    assert_eq!(ruth.read_line(), "the command is given back");
+    ruth.wait_for_end();
     accepted(&system, "sam", &["fire", "descend"]);
     shows(&system, "the question", |marking| marking["confirmations"][0]["put_off"] == false);
     let tim = holder(&system, "tim");
@@ -132,12 +132,12 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     played_again(&system);
 }
 
-/// The journal tells it all, and played again it ends where the mission did.
+/// The journal contains everything, and its replay ends where the mission did.
 fn played_again(system: &System) {
     let journal = system.run.out().join("executive.journal");
     let journal = journal.to_str().expect("a path in UTF-8");
     let arguments = ["mission", "replay", journal, "probes.xml", "--format", "json"];
-    let (code, out, err) = ended(&mut system.folder.armor(&arguments));
+    let (code, out, err) = run_to_end(&mut system.folder.armor(&arguments));
     assert_eq!(code, 0, "{err}");
     let steps: Vec<Value> =
         out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
@@ -175,6 +175,6 @@ fn played_again(system: &System) {
     let whole = std::fs::read_to_string(system.folder.path().join("probes.xml")).expect("the file");
     std::fs::write(&other, whole.replace(WATCH, &text)).expect("writable");
     let (code, _, err) =
-        ended(&mut system.folder.armor(&["mission", "replay", journal, "other.xml"]));
+        run_to_end(&mut system.folder.armor(&["mission", "replay", journal, "other.xml"]));
     assert!(code == 1 && err.contains("is not a journal of other.xml as it is now"), "{err}");
 }

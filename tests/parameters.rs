@@ -1,4 +1,4 @@
-//! Parameters of a running system: seen, set, compared, delivered; and what becomes of them when the
+//! Parameters of a running system: listed, set, compared, delivered; and what happens to them when the
 //! file breaks and configd dies.
 
 use std::net::SocketAddr;
@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use armor_registry::{Background, Options};
 use serde_json::Value;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System, probe};
 use crate::resilience::trace::Trace;
 
@@ -15,7 +15,7 @@ use crate::resilience::trace::Trace;
 fn param(system: &System, arguments: &[&str]) -> (i32, String, String) {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["param"]);
-    ended(command.args(arguments).args(["--registry", &registry]))
+    run_to_end(command.args(arguments).args(["--registry", &registry]))
 }
 
 /// As [`param`], for what must work.
@@ -33,13 +33,13 @@ fn save(system: &System, text: &str) {
     system.folder.write("probes.xml", text);
 }
 
-/// How the configuration stands.
+/// The published state of the configuration.
 fn state(system: &System) -> Value {
     let told = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
     wait_for("the state of the configuration", told)["value"].take()
 }
 
-/// Waits until the configuration stands as wanted: it is published a moment after it is in force.
+/// Waits until the configuration has the wanted state, which is published a moment after it applies.
 fn stands(system: &System, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     wait_for(what, || Some(state(system)).filter(&is_so))
 }
@@ -57,7 +57,7 @@ fn lamp(name: &str) -> System {
 }
 
 #[test]
-fn a_live_value_reaches_the_component_also_after_configd_was_another() {
+fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
     let system = lamp("param-live");
     let out = told(&system, &["set", "lamp.mark", "two"]);
     assert_eq!(out, "version 2: parameter lamp.mark: one → two; it reaches lamp at once\n");
@@ -86,9 +86,13 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
     let good = file(&system);
     let broken = good.replace("burst' value='1'", "burst' value='-1'");
     save(&system, &broken);
-    system.run.logged("the file is not valid; version 2, the last good one, stays in force", 1);
+    system
+        .run
+        .wait_for_log("the file is not valid; version 2, the last good one, stays in force", 1);
     system.replace("configd");
-    system.run.logged("the file is not valid; version 2, the last good one, stays in force", 2);
+    system
+        .run
+        .wait_for_log("the file is not valid; version 2, the last good one, stays in force", 2);
     let state_now = stands(&system, "a refused state", |state| state["refused"] == true);
     assert_eq!(state_now["version"], 2);
     let finding = &state_now["findings"][0];
@@ -103,12 +107,12 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
     assert_eq!(file(&system), broken, "nothing was written");
 
     save(&system, &good);
-    system.run.logged("the file is again that of version 2", 1);
+    system.run.wait_for_log("the file is again that of version 2", 1);
     stands(&system, "a state that is not refused", |state| state["refused"] == false);
 }
 
 #[test]
-fn what_check_would_refuse_is_not_set_and_a_given_value_neither() {
+fn values_that_check_refuses_or_that_set_overrides_are_not_written() {
     let draft = Draft::default().probe("lamp", "rate='20Hz'", "mark=one burst=1");
     let system = draft.run_with(Folder::new("param-refused"), &["--set", "lamp.limit=7"]);
     marked(&system, "one");
@@ -140,10 +144,10 @@ fn what_check_would_refuse_is_not_set_and_a_given_value_neither() {
 }
 
 #[test]
-fn a_parameter_that_its_kind_does_not_have_is_refused_in_words() {
+fn a_parameter_that_the_kind_lacks_is_refused_with_the_reason() {
     let draft = Draft::default().probe("lamp", "rate='20Hz'", "ask=brust");
     let system = draft.run(Folder::new("param-unknown"));
-    system.run.logged("that has no parameter called `brust`; it has: trace, alone", 1);
+    system.run.wait_for_log("that has no parameter called `brust`; it has: trace, alone", 1);
     system.traced("lamp", "that it runs on", |trace| (trace.count("started") > 0).then_some(()));
 }
 
@@ -158,7 +162,7 @@ impl Drop for Started {
 }
 
 #[test]
-fn a_component_may_be_there_before_configd() {
+fn a_component_may_start_before_configd() {
     let folder = Folder::new("param-before");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
     let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
@@ -176,14 +180,14 @@ fn a_component_may_be_there_before_configd() {
     let mut lamp = std::process::Command::new(probe());
     let _lamp = start(lamp.args(["--name", "lamp", "--registry", &at]).current_dir(folder.path()));
     wait_for("the lamp in the registry", || {
-        let (_, out, _) = ended(&mut folder.armor(&["ps", "--registry", &at]));
+        let (_, out, _) = run_to_end(&mut folder.armor(&["ps", "--registry", &at]));
         out.contains("lamp").then_some(())
     });
     let marks = |mark: &str| Trace::read(&folder.path().join("lamp.trace")).count(mark);
     assert_eq!(marks("started"), 0, "nobody has told it what it is");
     let configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
     wait_for("its parameters", || (marks("mark one") == 1).then_some(()));
-    // While configd is away a live value changes; the next configd tells it.
+    // A live value changes while configd is down; the next configd delivers it.
     drop(configd);
     folder.write("lamp.xml", &file.replace("'one'", "'two'"));
     let _configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
@@ -192,7 +196,7 @@ fn a_component_may_be_there_before_configd() {
 }
 
 #[test]
-fn a_file_alone_is_listed_set_and_compared_too() {
+fn a_file_without_a_run_is_listed_set_and_compared_too() {
     let folder = Folder::new("param-file");
     folder.write("world.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"/>");
     let text = "<armor version=\"1\">\n  <system>\n    <!-- ours -->\n    \
@@ -200,7 +204,7 @@ fn a_file_alone_is_listed_set_and_compared_too() {
                 <parameter name=\"world\" value=\"world.svg\"/>\n    </component>\n  </system>\n</armor>\n";
     folder.write("old.xml", text);
     folder.write("new.xml", text);
-    let param = |arguments: &[&str]| ended(folder.armor(&["param"]).args(arguments));
+    let param = |arguments: &[&str]| run_to_end(folder.armor(&["param"]).args(arguments));
     let (code, out, err) = param(&["set", "--file", "new.xml", "sim.seed", "7"]);
     assert_eq!((code, out.as_str()), (0, "parameter sim.seed added: 7\n"), "{err}");
     let seed = "      <parameter name=\"seed\" value=\"7\"/>\n";
@@ -224,7 +228,7 @@ fn a_file_alone_is_listed_set_and_compared_too() {
 }
 
 #[test]
-fn a_kind_that_came_after_the_start_counts() {
+fn a_kind_added_after_the_start_is_known() {
     let system = lamp("param-kinds");
     let describe = |parameters: &str| {
         let manifest = r#""armor_manifest":1,"kind":"arm","summary":"x","inputs":[],"outputs":[]"#;

@@ -8,12 +8,12 @@ use serde_json::Value;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, run_to_end, wait_for};
 
 const WORLD: &str =
     r#"<svg><rect x="-6" y="-6" width="12" height="12"/><circle id="start"/></svg>"#;
 
-/// A camera behind a link, one that reads a file, and one that nobody has told what to do.
+/// A camera behind a link, one that reads a file, and one without a source.
 fn system() -> String {
     let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images/office-map.png");
     format!(
@@ -47,7 +47,8 @@ struct Picture {
 
 /// The next picture of an output.
 fn picture(folder: &Folder, output: &str) -> Option<Picture> {
-    let (code, out, _) = ended(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
+    let (code, out, _) =
+        run_to_end(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
     let data: Value = (code == 0).then(|| serde_json::from_str(&out).ok()).flatten()?;
     let image = &data["value"];
     assert_eq!(image["format"], "jpeg");
@@ -77,7 +78,7 @@ fn pictures_of_a_link_and_of_a_file_are_jpegs() {
     assert!(map.width == 200 && map.height != 150, "{}x{}", map.width, map.height);
     assert!(dark < Some(&60) && bright > Some(&230), "{dark:?} to {bright:?}");
 
-    let (code, out, err) = ended(&mut folder.armor(&["hz", "camera.image", "-n", "1"]));
+    let (code, out, err) = run_to_end(&mut folder.armor(&["hz", "camera.image", "-n", "1"]));
     assert_eq!(code, 0, "{out}{err}");
-    run.logged("pictures come from one place", 1);
+    run.wait_for_log("pictures come from one place", 1);
 }

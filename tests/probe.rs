@@ -1,7 +1,7 @@
-//! The component that the whole-system tests are made of: counts, takes what it is sent, does what a
-//! test wants to see survived, and writes down every call with its time.
+//! The component of the whole-system tests: counts, receives, fails as a test asks it to, and records
+//! every call with its time.
 //!
-//! Each line of its trace is one write at the end of the file, so that it is whole or not there
+//! Each line of its trace is one write at the end of the file, so that it is complete or missing,
 //! however the process ends: `NANOSECONDS PID WORDS…`, on the clock that all processes share.
 
 use std::fmt::Display;
@@ -166,7 +166,7 @@ impl Probe {
         })
     }
 
-    /// Says so if another one with the same file is active.
+    /// Records a clash if another probe with the same file is active.
     fn be_alone(&mut self) -> Result<(), Fault> {
         if let Some(path) = &self.alone {
             let file = OpenOptions::new().create(true).append(true).open(path)?;

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use serde_json::Value;
 
-use crate::fixture::{Folder, ended, free_port, wait_for};
+use crate::fixture::{Folder, free_port, run_to_end, wait_for};
 
 const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
     <circle id="start" cx="-1" cy="0.5"/>
@@ -85,7 +85,7 @@ fn pass(mut from: &TcpStream, mut to: &TcpStream) {
 fn lines(folder: &Folder, tool: &[&str], proxy: &Proxy) -> Vec<Value> {
     let mut command = folder.armor(tool);
     command.args(["--format", "json"]).env("ARMOR_VIA", proxy.address.to_string());
-    let (code, out, _) = ended(&mut command);
+    let (code, out, _) = run_to_end(&mut command);
     if code != 0 {
         return Vec::new();
     }
@@ -93,7 +93,7 @@ fn lines(folder: &Folder, tool: &[&str], proxy: &Proxy) -> Vec<Value> {
 }
 
 #[test]
-fn a_component_takes_part_from_another_host_through_one_proxy_and_one_port() {
+fn a_component_on_another_host_takes_part_through_one_proxy_and_one_port() {
     let folder = Folder::new("remote");
     folder.write("room.svg", WORLD);
     let file = folder.write("robots.xml", SYSTEM);
@@ -131,30 +131,30 @@ fn a_component_takes_part_from_another_host_through_one_proxy_and_one_port() {
 }
 
 #[test]
-fn a_proxy_that_is_not_there_is_named() {
+fn a_missing_proxy_is_named() {
     let folder = Folder::new("no-proxy");
     let port = free_port();
     let mut command = folder.armor(&["ps", "--registry", "127.0.0.1:7411"]);
-    let (code, _, log) = ended(command.env("ARMOR_VIA", format!("127.0.0.1:{port}")));
+    let (code, _, log) = run_to_end(command.env("ARMOR_VIA", format!("127.0.0.1:{port}")));
     assert_ne!(code, 0);
     assert!(log.contains("the proxy (ARMOR_VIA)"), "{log}");
 }
 
 #[test]
-fn a_run_is_of_this_host() {
+fn a_run_through_a_proxy_is_refused() {
     let folder = Folder::new("not-far");
     let file = folder.system("robots", &[]);
     let mut command = folder.armor(&["run", &file, "--headless"]);
-    let (code, _, log) = ended(command.env("ARMOR_VIA", "127.0.0.1:1080"));
+    let (code, _, log) = run_to_end(command.env("ARMOR_VIA", "127.0.0.1:1080"));
     assert!(code == 1 && log.contains("unset it to run one here"), "{code} {log}");
 }
 
 #[test]
-fn who_is_left_out_must_be_in_the_file() {
+fn a_component_to_leave_out_must_be_in_the_file() {
     let folder = Folder::new("without");
     folder.write("room.svg", WORLD);
     folder.write("robots.xml", SYSTEM);
-    let (code, _, log) = ended(&mut folder.armor(&["run", "robots.xml", "--without", "fat"]));
+    let (code, _, log) = run_to_end(&mut folder.armor(&["run", "robots.xml", "--without", "fat"]));
     assert_eq!(code, 1, "{log}");
     assert!(
         log.contains("--without fat: no component is called that; there are near, far"),

@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::Value;
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, run_to_end, wait_for};
 
 /// A room in which two robots look at each other from 2 m.
 const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
@@ -30,7 +30,8 @@ const SYSTEM: &str = r#"<armor version="1">
 
 /// The newest message of an output.
 fn newest(folder: &Folder, output: &str) -> Option<Value> {
-    let (code, out, _) = ended(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
+    let (code, out, _) =
+        run_to_end(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
     (code == 0).then(|| serde_json::from_str::<Value>(&out).ok()).flatten()
 }
 
@@ -44,7 +45,7 @@ fn two_robots_see_each_other_in_one_time() {
         let ahead_m = wait_for(&format!("a scan of {robot}\n{}", run.log()), || {
             let scan = newest(&folder, &format!("{robot}.scan"))?;
             let ahead_m = scan["value"]["ranges"][135].as_f64()?;
-            // Before the other one has said where it is, the wall is seen, 4 m away.
+            // Before the other robot has published its pose, the scan shows the wall, 4 m away.
             (ahead_m < 3.0).then_some(ahead_m)
         });
         // 2 m less the radius of the other and where the own laser sits.

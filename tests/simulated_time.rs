@@ -1,5 +1,5 @@
-//! Time that follows data, played by real processes: it stands, passes faster than life, and its
-//! source and the executive are killed meanwhile. And the office, at five times the speed of life.
+//! Mission time that follows data, with real processes: it stops, runs faster than real time, and its
+//! source and the executive are killed meanwhile. And the office, at five times real time.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use armor_executive::journal::Journal;
 use armor_executive::{Cause, ComponentReport, JournalEntry, JournalRecord};
 
-use crate::fixture::{Folder, ended, wait_for};
+use crate::fixture::{Folder, run_to_end, wait_for};
 use crate::resilience::system::Draft;
 
-/// A world in which time stands until somebody sets its speed.
+/// A world in which time stands still until the test sets its speed.
 fn simulator() -> String {
     let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/worlds/empty.svg");
     format!(
@@ -44,7 +44,7 @@ fn took(entry: &JournalEntry, name: &str) -> bool {
 }
 
 #[test]
-fn a_mission_stands_and_goes_on_with_simulated_time_whoever_is_killed() {
+fn a_mission_follows_simulated_time_whichever_process_is_killed() {
     let draft =
         Draft::default().component(&simulator()).probe("explorer", "rate='20Hz'", "done=40");
     let mut system = draft.mission(MISSION).run(Folder::new("simulated-time"));
@@ -83,12 +83,13 @@ fn a_mission_stands_and_goes_on_with_simulated_time_whoever_is_killed() {
 }
 
 #[test]
-fn the_office_is_explored_at_five_times_the_speed_of_life() {
+fn the_office_is_explored_at_five_times_real_time() {
     let folder = Folder::new("office-fast");
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/office-fast.xml");
     let file = file.display().to_string();
     let start = Instant::now();
-    let (code, log, _) = ended(&mut folder.armor(&["run", &file, "--headless", "--out", "fast"]));
+    let (code, log, _) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "fast"]));
     let host = start.elapsed();
     assert_eq!(code, 0, "{log}");
     let journal = folder.path().join("fast/executive.journal");

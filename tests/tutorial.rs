@@ -28,13 +28,15 @@ fn folder(name: &str) -> Folder {
     folder
 }
 
+// Slow (one to two minutes): the office mission runs in real time, as for a reader.
 #[test]
 fn the_first_run_is_as_the_tutorial_shows_it() {
     read(0);
 }
 
+// Slow (minutes): it builds a component with `cargo`, as the page asks its reader to do.
 #[test]
-fn the_tutorial_leads_from_nothing_to_a_mission_of_ones_own() {
+fn the_tutorial_leads_from_nothing_to_the_users_own_mission() {
     read(1);
 }
 

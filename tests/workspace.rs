@@ -65,7 +65,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 /// What every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
-/// What stands above everything and is imported by nobody.
+/// Crates at the top, which no other crate imports.
 const TOP: &[&str] = &["armor", "armor-bench", "armor-house"];
 
 fn root() -> PathBuf {
@@ -206,7 +206,7 @@ fn every_dependency_has_a_licence_we_may_use() {
 }
 
 #[test]
-fn every_folder_says_what_it_is() {
+fn every_folder_describes_itself() {
     let metadata = metadata();
     let missing: Vec<_> = packages(&metadata)
         .filter(|package| package["source"].is_null())

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::{Budget, Ending, explore};
-use armor_petri::{Net, PlaceId, State};
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::{AnalysisBudget, ExplorationEnd, explore_states};
+use armor_petri::{Net, NetState, PlaceId};
 
 /// Measures and prints both tables; each figure is the best of so many.
 ///
@@ -37,13 +37,13 @@ fn count(tokens: u32, states: u64, edges: u64, rounds: usize) -> Result<()> {
     let mut bytes = 0;
     for _ in 0..rounds {
         let start = Instant::now();
-        let bounds = Bounds::of_net(&net, &|| false);
-        let found = explore(&net, &bounds, false, &Budget::UNLIMITED);
+        let bounds = PlaceBounds::of_net(&net, &|| false);
+        let found = explore_states(&net, &bounds, false, &AnalysisBudget::UNLIMITED);
         best = best.min(start.elapsed());
         bytes = found.space.bytes();
         let counts = (found.space.states(), found.space.edges());
         ensure!(
-            found.ending == Ending::Complete && counts == (states, edges),
+            found.ending == ExplorationEnd::Complete && counts == (states, edges),
             "counted {counts:?}"
         );
     }
@@ -70,7 +70,7 @@ fn fire(places: u32, tokens: u32, rounds: usize) -> Result<()> {
     let net = Arc::new(net.build()?);
     let mut best = Duration::MAX;
     for _ in 0..rounds {
-        let mut state = State::new(Arc::clone(&net), Duration::ZERO);
+        let mut state = NetState::new(Arc::clone(&net), Duration::ZERO);
         let start = Instant::now();
         for _ in 0..FIRINGS {
             let Some(transition) = state.first_ready() else { break };

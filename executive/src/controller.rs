@@ -28,7 +28,7 @@ use crate::record::{JournalEntry, JournalRecord};
 use crate::roster::ProcessPresence;
 use crate::terms::{Cause, MissionOutcome};
 use crate::time::{ClockReadings, Deadlines};
-use armor_petri::Step;
+use armor_petri::NetStep;
 use armor_plan::{ComponentId, OnResume, Plan};
 use commands::Commands;
 use context::Context;
@@ -322,7 +322,7 @@ impl Controller {
     fn settle_decisions(&mut self) {
         let cx = &mut self.context;
         cx.advance_net();
-        let mut step = Step::new(cx.plan().limits().step_bound);
+        let mut step = NetStep::new(cx.plan().limits().step_bound);
         loop {
             let before = cx.action_count();
             self.commands.push_orders(cx);

@@ -17,7 +17,7 @@ mod transfer;
 use crate::order::Judged;
 use crate::record::{JournalEntry, JournalRecord};
 use crate::terms::{Cause, GuardTurned, MissionOutcome, Tokens, ValueSet};
-use armor_petri::{Class, PlaceId, State, TransitionId};
+use armor_petri::{FiringClass, NetState, PlaceId, TransitionId};
 use armor_plan::{ComponentId, DatePhase, GivenValue, Plan, PlannedCounter};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -42,7 +42,7 @@ const HISTORY: usize = 20;
 #[derive(Clone, Debug)]
 pub struct Ledger {
     plan: Arc<Plan>,
-    state: State,
+    state: NetState,
     firings: BTreeMap<u64, Firing>,
     activations: Vec<Activation>,
     /// Reports that stand until a transition consumes them.
@@ -72,7 +72,7 @@ impl Ledger {
     /// Before the first record: nothing is marked.
     pub fn new(plan: Arc<Plan>) -> Self {
         let nothing = vec![0; plan.places().len()];
-        let state = State::with_marking(Arc::clone(plan.net()), nothing, Duration::ZERO);
+        let state = NetState::with_marking(Arc::clone(plan.net()), nothing, Duration::ZERO);
         Self {
             state,
             firings: BTreeMap::new(),
@@ -200,7 +200,7 @@ impl Ledger {
     }
 
     /// Returns the net's state: its clocks, and which transitions are enabled.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &NetState {
         &self.state
     }
 
@@ -331,7 +331,7 @@ impl Ledger {
             Cause::Transition(name) => self
                 .plan
                 .transition_named(name)
-                .is_some_and(|id| self.plan.net().transition(id).class == Class::Safety),
+                .is_some_and(|id| self.plan.net().transition(id).class == FiringClass::Safety),
             Cause::Retreat => true,
             Cause::Start | Cause::Failure { .. } => false,
         };

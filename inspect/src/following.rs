@@ -1,4 +1,4 @@
-//! The data of one output for as long as the system runs: when its provider is gone, the next one.
+//! The data of one output for as long as the system runs. When a provider ends, it links to the next.
 
 use std::time::Duration;
 
@@ -6,58 +6,58 @@ use armor_sdk::tap::{Tap, TapData, TapError};
 use armor_wire::schema::Schema;
 use thiserror::Error;
 
-use crate::observed::{Observed, TAP_KEEP};
+use crate::observed::{ObservedSystem, TAP_KEEP};
 
-/// How long the registry is given to say whether it is still there.
+/// Time within which the registry must answer before the system counts as ended.
 const ASK_EVERY: Duration = Duration::from_secs(1);
 
 /// Why there is no more data.
 #[derive(Debug, Error)]
 pub enum FollowError {
-    /// Nobody has provided it, or its provider cannot be reached.
+    /// No component provides it, or its provider cannot be reached.
     #[error(transparent)]
     Tap(#[from] TapError),
-    /// Its provider has gone, and the system with it.
+    /// Its provider and the whole system have ended.
     #[error("the system that provided {0} has ended")]
     Ended(String),
 }
 
 /// A tap that links again.
-pub struct Following {
-    observed: Observed,
+pub struct FollowingTap {
+    observed: ObservedSystem,
     data: String,
     tap: Tap,
-    told: Box<dyn Fn(&str)>,
+    report_end: Box<dyn Fn(&str)>,
 }
 
-impl Following {
-    /// Links to `data`, which somebody must provide by now; `told` is told why a link has ended,
-    /// before its provider is waited for.
+impl FollowingTap {
+    /// Links to `data`, which must be provided already. `report_end` is called with the reason
+    /// whenever a link ends, before waiting for the next provider.
     ///
     /// # Errors
-    /// If nobody does, or the provider cannot be reached.
+    /// If no component provides it, or the provider cannot be reached.
     pub fn begin(
-        observed: Observed,
+        observed: ObservedSystem,
         data: &str,
-        told: impl Fn(&str) + 'static,
+        report_end: impl Fn(&str) + 'static,
     ) -> Result<Self, TapError> {
         let tap = observed.tap(data)?;
-        Ok(Self { observed, data: data.into(), tap, told: Box::new(told) })
+        Ok(Self { observed, data: data.into(), tap, report_end: Box::new(report_end) })
     }
 
-    /// Layout of the data, by whoever provides it now.
+    /// Returns the layout of the data, as the present provider declares it.
     pub fn schema(&self) -> &Schema {
         self.tap.schema()
     }
 
-    /// The next data; `None` if none comes within `timeout`.
+    /// Returns the next data; `None` if none comes within `timeout`.
     ///
     /// # Errors
     /// If the system has ended.
     pub fn next(&mut self, timeout: Duration) -> Result<Option<TapData>, FollowError> {
         match self.tap.next(timeout) {
             Err(TapError::Ended(reason)) => {
-                (self.told)(&reason);
+                (self.report_end)(&reason);
                 self.tap = self.link_again()?;
                 Ok(None)
             }
@@ -70,7 +70,7 @@ impl Following {
             let data = &self.data;
             match Tap::open(self.observed.directory(), data, TAP_KEEP, ASK_EVERY) {
                 Ok(tap) => return Ok(tap),
-                // Nobody provides it yet, or the registry is gone with the system.
+                // No provider yet, or the registry ended with the system.
                 Err(_) if self.observed.list().is_ok() => std::thread::sleep(ASK_EVERY / 10),
                 Err(_) => return Err(FollowError::Ended(data.clone())),
             }

@@ -1,30 +1,31 @@
-//! `armor run FILE` as a process of this one: started, listened to, stopped in order, and gone when
-//! this one is, however that ends.
+//! `armor run FILE` as a child process: starts it, reads its output, stops it in order. It ends when
+//! this process ends, whatever the reason.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use thiserror::Error;
 
-use crate::Wake;
-use crate::log::{Line, Log};
-use crate::systems::{self, Record};
+use crate::log::{LogLine, RunLog};
+use crate::systems::{self, RunRecord};
+use crate::wake::WakeCallback;
 
-/// How long a run is given to stop in order before it is killed when this process ends.
+/// Time that a run has to stop in order before it is killed.
 pub const STOP_WITHIN: Duration = Duration::from_secs(10);
-/// How often to look whether the run has made itself known.
+/// Time between two checks whether the run has written its record.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// What is to be run.
+/// What to run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+pub struct LaunchPlan {
     /// The `armor` program.
     pub program: PathBuf,
     /// The system or mission file.
@@ -42,7 +43,7 @@ pub struct Plan {
 pub enum LaunchError {
     /// No `armor` program is known.
     #[error(
-        "the program `armor` was not found: it is looked for as $ARMOR, beside this program and in \
+        "the program `armor` was not found: it is looked for as $ARMOR, next to this program and in \
          $PATH; build it with `cargo build --release`, or set ARMOR"
     )]
     NoProgram,
@@ -56,61 +57,62 @@ pub enum LaunchError {
     },
 }
 
-/// How far a run has come.
+/// The stage of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stage {
+pub enum RunStage {
     /// It checks the file and starts.
     Starting,
-    /// It runs, and can be found.
-    Running(Record),
+    /// It runs and has written its record.
+    Running(RunRecord),
     /// It was asked to stop.
     Stopping,
-    /// It has ended, with this in words, and whether that is well.
+    /// It has ended.
     Ended {
-        /// How.
+        /// How it ended, as text.
         how: String,
         /// Whether it ended well.
         is_fine: bool,
     },
 }
 
-/// A run of this process. Dropped, it is stopped in order, and killed if it takes too long.
-pub struct Run {
-    shared: Arc<Shared>,
+/// A run started by this process. When dropped, it is stopped in order, and killed if that takes too
+/// long.
+pub struct ChildRun {
+    shared: Arc<SharedRun>,
     over: Receiver<()>,
 }
 
-struct Shared {
-    state: Mutex<State>,
-    wake: Wake,
+struct SharedRun {
+    state: Mutex<RunProgress>,
+    wake: WakeCallback,
 }
 
-struct State {
-    stage: Stage,
-    /// By its handle no signal can reach another process that has got its number.
+struct RunProgress {
+    stage: RunStage,
+    /// A handle instead of a process id: no signal can reach another process that got the same id.
     process: Option<OwnedFd>,
     asked: u32,
     end: Option<String>,
 }
 
-impl Run {
-    /// Starts it; what it says goes to `log`, and `wake` is called when something has changed.
+impl ChildRun {
+    /// Starts a run; its output goes to `log`, and `wake` is called when something has changed.
     ///
     /// # Errors
     /// If it cannot be started.
-    pub fn start(plan: &Plan, log: Log, wake: Wake) -> Result<Self, LaunchError> {
-        let state = State { stage: Stage::Starting, process: None, asked: 0, end: None };
-        let shared = Arc::new(Shared { state: Mutex::new(state), wake });
+    pub fn start(plan: &LaunchPlan, log: RunLog, wake: WakeCallback) -> Result<Self, LaunchError> {
+        let state = RunProgress { stage: RunStage::Starting, process: None, asked: 0, end: None };
+        let shared = Arc::new(SharedRun { state: Mutex::new(state), wake });
         let (started, has_started) = mpsc::channel();
         let (ended, over) = mpsc::channel();
-        let keeper = Keeper { shared: Arc::clone(&shared), log };
+        let keeper = RunThread { shared: Arc::clone(&shared), log };
         let failed = |error| LaunchError::Start { program: plan.program.clone(), error };
         let of_keeper = plan.clone();
-        // The kernel kills the run when the thread that started it ends: that one stays to the end.
+        // The kernel kills the run when the thread that started it ends, so that thread stays.
         thread::Builder::new()
             .name("run".into())
             .spawn(move || {
-                keeper.keep(&of_keeper, &started);
+                keeper.keep_run(&of_keeper, &started);
                 drop(ended);
             })
             .map_err(failed)?;
@@ -119,81 +121,77 @@ impl Run {
         Ok(Self { shared, over })
     }
 
-    /// How far it has come.
-    pub fn stage(&self) -> Stage {
-        self.shared.lock().stage.clone()
+    /// Returns its stage.
+    pub fn stage(&self) -> RunStage {
+        self.shared.state.lock().stage.clone()
     }
 
-    /// Asks it to stop in order; asked again, it kills what has not stopped yet.
+    /// Asks it to stop in order; a second request makes it kill the processes that still run.
     pub fn stop(&self) {
-        let mut state = self.shared.lock();
+        let mut state = self.shared.state.lock();
         if let Some(process) = &state.process {
-            // Gone already: its end is on the way here.
+            // Fails if it has ended already, which `end` is about to report.
             let _ = pidfd_send_signal(process, Signal::INT);
             state.asked += 1;
-            state.stage = Stage::Stopping;
+            state.stage = RunStage::Stopping;
         }
     }
 
-    /// How often it was asked to stop.
+    /// Returns how many times it was asked to stop.
     pub fn times_asked(&self) -> u32 {
-        self.shared.lock().asked
+        self.shared.state.lock().asked
     }
 
-    /// Kills it, and with it everything that it has started.
+    /// Kills it and every process that it has started.
     pub fn kill(&self) {
-        if let Some(process) = &self.shared.lock().process {
+        if let Some(process) = &self.shared.state.lock().process {
             let _ = pidfd_send_signal(process, Signal::KILL);
         }
     }
 
-    /// Whether it has ended.
+    /// Returns whether it has ended.
     pub fn has_ended(&self) -> bool {
-        matches!(self.shared.lock().stage, Stage::Ended { .. })
+        matches!(self.shared.state.lock().stage, RunStage::Ended { .. })
     }
 
-    /// Waits for its end.
-    fn wait(&self, within: Duration) -> bool {
+    /// Waits for its end; returns whether it ended in time.
+    fn wait_for_end(&self, within: Duration) -> bool {
         self.over.recv_timeout(within) == Err(mpsc::RecvTimeoutError::Disconnected)
     }
 }
 
-impl Drop for Run {
+impl Drop for ChildRun {
     fn drop(&mut self) {
         if self.has_ended() {
             return;
         }
         self.stop();
-        if !self.wait(STOP_WITHIN) {
+        if !self.wait_for_end(STOP_WITHIN) {
             self.kill();
-            self.wait(STOP_WITHIN);
+            self.wait_for_end(STOP_WITHIN);
         }
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn change(&self, change: impl FnOnce(&mut State)) {
-        change(&mut self.lock());
+impl SharedRun {
+    fn change_progress(&self, change: impl FnOnce(&mut RunProgress)) {
+        change(&mut self.state.lock());
         (self.wake)();
     }
 }
 
 /// The thread that starts the run and stays with it.
-struct Keeper {
-    shared: Arc<Shared>,
-    log: Log,
+struct RunThread {
+    shared: Arc<SharedRun>,
+    log: RunLog,
 }
 
-impl Keeper {
-    fn keep(self, plan: &Plan, started: &mpsc::Sender<io::Result<()>>) {
-        let mut child = match command(plan).spawn() {
+impl RunThread {
+    fn keep_run(self, plan: &LaunchPlan, started: &mpsc::Sender<io::Result<()>>) {
+        let mut child = match guarded_command(plan).spawn() {
             Ok(child) => child,
             Err(error) => {
-                // Who asked waits for this answer.
+                // `start` waits for this message.
                 let _ = started.send(Err(error));
                 return;
             }
@@ -203,9 +201,9 @@ impl Keeper {
             .ok_or(rustix::io::Errno::SRCH)
             .and_then(|pid| pidfd_open(pid, PidfdFlags::empty()));
         match handle {
-            Ok(handle) => self.shared.lock().process = Some(handle),
+            Ok(handle) => self.shared.state.lock().process = Some(handle),
             Err(error) => {
-                // What cannot be stopped is not run.
+                // A process that could not be stopped later must not run.
                 let _ = child.kill();
                 let _ = child.wait();
                 let _ = started.send(Err(error.into()));
@@ -213,21 +211,21 @@ impl Keeper {
             }
         }
         let _ = started.send(Ok(()));
-        let said = child.stdout.take();
-        let complained = child.stderr.take();
+        let stdout = child.stdout.take();
+        let stderr = child.stderr.take();
         let status = thread::scope(|scope| {
-            scope.spawn(|| self.listen(said, Line::of_json));
-            scope.spawn(|| self.listen(complained, |text| Line::said("armor", "", text)));
+            scope.spawn(|| self.read_output(stdout, LogLine::of_json));
+            scope.spawn(|| self.read_output(stderr, |text| LogLine::own_line("armor", "", text)));
             scope.spawn(|| self.await_record(pid));
             let status = child.wait();
-            self.shared.lock().process = None;
+            self.shared.state.lock().process = None;
             status
         });
-        // After its last words.
-        self.end(status);
+        // After the last line of its output.
+        self.report_end(status);
     }
 
-    fn listen(&self, source: Option<impl Read>, read: impl Fn(&str) -> Line) {
+    fn read_output(&self, source: Option<impl Read>, read: impl Fn(&str) -> LogLine) {
         let Some(source) = source else { return };
         for line in BufReader::new(source).split(b'\n') {
             let Ok(line) = line else { return };
@@ -236,20 +234,20 @@ impl Keeper {
             if line.name == "launcher"
                 && let Some(how) = line.text.strip_prefix("ended: ")
             {
-                self.shared.lock().end = Some(how.into());
+                self.shared.state.lock().end = Some(how.into());
             }
             self.log.push(line);
             (self.shared.wake)();
         }
     }
 
-    /// Waits until the run has made itself known, or has ended.
+    /// Waits until the run has written its record, or has ended.
     fn await_record(&self, pid: u32) {
-        while self.shared.lock().process.is_some() {
+        while self.shared.state.lock().process.is_some() {
             if let Some(record) = record_of(pid) {
-                self.shared.change(|state| {
-                    if state.stage == Stage::Starting {
-                        state.stage = Stage::Running(record);
+                self.shared.change_progress(|state| {
+                    if state.stage == RunStage::Starting {
+                        state.stage = RunStage::Running(record);
                     }
                 });
                 return;
@@ -258,31 +256,33 @@ impl Keeper {
         }
     }
 
-    fn end(&self, status: io::Result<std::process::ExitStatus>) {
+    fn report_end(&self, status: io::Result<std::process::ExitStatus>) {
         let (how, is_fine) = match status {
             Ok(status) => match status.code() {
-                Some(0) => ("it has ended".to_owned(), true),
+                Some(0) => ("it ended".to_owned(), true),
                 Some(130) => ("stopped".to_owned(), true),
-                Some(code) => (format!("it has ended with code {code}; the log says why"), false),
+                Some(code) => {
+                    (format!("it ended with exit code {code}; the log states the reason"), false)
+                }
                 None => (format!("it was killed ({status})"), false),
             },
-            Err(error) => (format!("its end is not known: {error}"), false),
+            Err(error) => (format!("how it ended is unknown: {error}"), false),
         };
-        self.shared.change(|state| {
-            // Its own words, where it had the time for any.
+        self.shared.change_progress(|state| {
+            // The run's own report, unless it was asked to stop.
             let how = state.end.take().filter(|_| state.asked == 0).unwrap_or(how);
-            state.stage = Stage::Ended { how, is_fine };
+            state.stage = RunStage::Ended { how, is_fine };
         });
     }
 }
 
-fn record_of(pid: u32) -> Option<Record> {
-    let records = systems::running(&systems::directory().ok()?).ok()?;
+fn record_of(pid: u32) -> Option<RunRecord> {
+    let records = systems::list_running(&systems::record_directory().ok()?).ok()?;
     records.into_iter().find(|record| record.pid == pid)
 }
 
-/// The run under the guard that ends with this process.
-fn command(plan: &Plan) -> Command {
+/// Returns the command of the run, under the guard that ends it with this process.
+fn guarded_command(plan: &LaunchPlan) -> Command {
     let mut command = Command::new(&plan.program);
     command.args(["guard", &std::process::id().to_string(), "--"]).arg(&plan.program);
     command.args(["run", "--format", "json"]).args(&plan.arguments);

@@ -1,9 +1,9 @@
-//! Looking at a running system from outside, once (`armor ps`) or for as long as a window shows it.
+//! Observes a running system from outside, once (`armor ps`) or continuously for a window.
 //!
-//! [`Observed`] is one look; [`Watch`] goes on looking and keeps a [`Picture`]; [`Values`],
-//! [`MissionWatch`] show what flows and where the mission stands; [`OrderDesk`] and
-//! [`ParameterDesk`] are for those who may change something. [`launch`] runs a file. Start with
-//! `picture.rs`.
+//! [`ObservedSystem`] reads the system once; [`SystemWatch`] keeps observing and maintains a [`SystemPicture`];
+//! [`WatchedValues`] shows data on outputs and [`MissionWatch`] the state of the mission; [`OrderSender`] and
+//! [`ParameterClient`] send an operator's orders and an engineer's changes. [`launch`] runs a file.
+//! Start with `observation.rs`.
 
 mod following;
 pub mod launch;
@@ -17,21 +17,20 @@ mod parameters;
 mod series;
 pub mod systems;
 mod values;
+mod wake;
 mod watch;
 pub mod words;
 
-use std::sync::Arc;
-
-pub use following::{FollowError, Following};
-pub use links::{Edge, Looks, links, looks};
-pub use mission::{History, MissionLook, MissionWatch};
-pub use observation::{Action, Condition, DEAD_AFTER, Event, LONG_CALL_S, Picture, Process};
-pub use observed::{CONFIGD, CONFIGURATION, Observed, Sighting, TAP_KEEP};
-pub use orders::{Given, OrderDesk, this_user};
-pub use parameters::{ParameterDesk, Told};
+pub use following::{FollowError, FollowingTap};
+pub use links::{Looks, ObservedLink, combine_links, pair_reports};
+pub use mission::{FiringHistory, MissionLook, MissionWatch};
+pub use observation::{
+    Condition, DEAD_AFTER, LONG_CALL_S, ObservedProcess, ObserverAction, SystemEvent, SystemPicture,
+};
+pub use observed::{CONFIGD, CONFIGURATION, ObservedSystem, Sighting, TAP_KEEP};
+pub use orders::{OrderSender, SentOrder, this_user};
+pub use parameters::{ParameterClient, SetReport};
 pub use series::{MAX_POINTS, Series};
-pub use values::{ValueLook, Values};
-pub use watch::Watch;
-
-/// Called, from any thread, when there is something new to see.
-pub type Wake = Arc<dyn Fn() + Send + Sync>;
+pub use values::{ValueLook, WatchedValues};
+pub use wake::WakeCallback;
+pub use watch::SystemWatch;

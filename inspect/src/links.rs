@@ -1,4 +1,4 @@
-//! Every link of a running system, put together from what both of its ends say.
+//! All links of a running system, each combined from the status reports of both ends.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// One output feeding one input, or a tool.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Edge {
+pub struct ObservedLink {
     /// The data.
     pub from: String,
     /// The input, `component.input`, or the name of the tool.
@@ -15,7 +15,7 @@ pub struct Edge {
     /// Name of the type.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// What a slow consumer gets.
+    /// The queueing policy for a slow consumer.
     pub keep: String,
     /// Whether it is up.
     pub connected: bool,
@@ -23,75 +23,76 @@ pub struct Edge {
     pub paused: bool,
     /// Data given to the network.
     pub sent: u64,
-    /// By the provider or in the consumer's process, because the consumer was slow.
+    /// Data dropped by the provider or in the consumer's process, because the consumer was slow.
     pub dropped: u64,
-    /// On the way, seen as gaps.
+    /// Data lost in between, seen as gaps in the sequence.
     pub lost: u64,
-    /// At the provider.
+    /// Data queued at the provider.
     pub queued: u64,
-    /// In the consumer's process, until the component is free.
+    /// Data waiting in the consumer's process until the component is free.
     pub waiting: u64,
-    /// Handed to the component.
+    /// Data delivered to the component.
     pub received: u64,
-    /// How often it sends, if that can be told.
+    /// Data sent per second, if it is known.
     pub rate_hz: Option<f64>,
     /// Why it is down; empty if it is up.
     pub problem: String,
 }
 
-/// One component at two looks, for the rates; the earlier one is of the same process start.
+/// Two status reports of one component, from which rates are taken; both are of the same process
+/// start.
 #[derive(Clone, Copy, Debug)]
 pub struct Looks<'a> {
-    /// What it said before.
+    /// The earlier report.
     pub before: Option<&'a Status>,
-    /// What it says now.
+    /// The newest report.
     pub now: &'a Status,
 }
 
-/// The two looks at each of `now`, by name.
-pub fn looks<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
+/// Pairs each report of `now` with the earlier one of the same name.
+pub fn pair_reports<'a>(before: &'a [Status], now: &'a [Status]) -> Vec<Looks<'a>> {
     let earlier: HashMap<_, _> = before.iter().map(|status| (&status.name, status)).collect();
     now.iter().map(|now| Looks { before: earlier.get(&now.name).copied(), now }).collect()
 }
 
 /// The provider's end of a link.
 #[derive(Clone, Copy)]
-struct End<'a> {
+struct ProviderEnd<'a> {
     type_name: &'a str,
     link: &'a LinkStatus,
     rate_hz: Option<f64>,
 }
 
-/// All links, by data and by where they lead.
-pub fn links(components: &[Looks<'_>]) -> Vec<Edge> {
+/// Returns all links, sorted by data and by consumer.
+pub fn combine_links(components: &[Looks<'_>]) -> Vec<ObservedLink> {
     let mut ends = HashMap::new();
     for component in components {
-        let before = component.before.map(sent).unwrap_or_default();
+        let before = component.before.map(sent_by_link).unwrap_or_default();
         let passed_s = component.before.map(|before| component.now.uptime_s - before.uptime_s);
         for (data, type_name, link) in links_of(component.now) {
             let key = (data, link.to.as_str());
-            let rate_hz = rate(passed_s, before.get(&key).copied(), link.sent);
-            ends.insert(key, End { type_name, link, rate_hz });
+            let rate_hz = rate_between(passed_s, before.get(&key).copied(), link.sent);
+            ends.insert(key, ProviderEnd { type_name, link, rate_hz });
         }
     }
     let mut edges = Vec::new();
     for consumer in components.iter().map(|component| component.now) {
         for input in consumer.inputs.iter().filter(|input| !input.data.is_empty()) {
             let end = ends.get(&(input.data.as_str(), consumer.name.as_str()));
-            edges.push(edge(consumer, input, end));
+            edges.push(component_link(consumer, input, end));
         }
     }
-    // Links into tools, which are no components and have no inputs.
+    // Links to tools, which are not components and report no inputs.
     let names: HashSet<_> =
         components.iter().map(|component| component.now.name.as_str()).collect();
     let tools = ends.iter().filter(|((_, to), _)| !names.contains(to));
-    edges.extend(tools.map(|((data, to), end)| tool(data, to, end)));
+    edges.extend(tools.map(|((data, to), end)| tool_link(data, to, end)));
     edges.sort_by(|a, b| (&a.from, &a.to).cmp(&(&b.from, &b.to)));
     edges
 }
 
-fn tool(data: &str, to: &str, end: &End<'_>) -> Edge {
-    Edge {
+fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
+    ObservedLink {
         from: data.into(),
         to: to.into(),
         type_name: end.type_name.into(),
@@ -109,9 +110,13 @@ fn tool(data: &str, to: &str, end: &End<'_>) -> Edge {
     }
 }
 
-fn edge(consumer: &Status, input: &InputStatus, end: Option<&End<'_>>) -> Edge {
+fn component_link(
+    consumer: &Status,
+    input: &InputStatus,
+    end: Option<&ProviderEnd<'_>>,
+) -> ObservedLink {
     let link = end.map(|end| end.link);
-    Edge {
+    ObservedLink {
         from: input.data.clone(),
         to: format!("{}.{}", consumer.name, input.id),
         type_name: end.map(|end| end.type_name).unwrap_or_default().into(),
@@ -135,12 +140,12 @@ fn links_of(status: &Status) -> impl Iterator<Item = (&str, &str, &LinkStatus)> 
     })
 }
 
-fn sent(status: &Status) -> HashMap<(&str, &str), u64> {
+fn sent_by_link(status: &Status) -> HashMap<(&str, &str), u64> {
     links_of(status).map(|(data, _, link)| ((data, link.to.as_str()), link.sent)).collect()
 }
 
-/// How often the link sent between the two looks; nothing if it or its provider is new.
-fn rate(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<f64> {
+/// Returns data per second between two reports; `None` if the link or its provider is new.
+fn rate_between(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<f64> {
     let passed_s = passed_s.filter(|passed_s| *passed_s > 0.0)?;
     Some(now.checked_sub(before?)? as f64 / passed_s)
 }
@@ -197,7 +202,7 @@ mod tests {
     fn a_link_shows_both_its_ends_and_a_tool_is_a_link_too() {
         let before = [status("laser", 10.0, 100), status("slam", 10.0, 100)];
         let now = [status("laser", 12.0, 140), status("slam", 12.0, 140)];
-        let edges = links(&looks(&before, &now));
+        let edges = combine_links(&pair_reports(&before, &now));
         let [tool, slam] = &edges[..] else { panic!("{edges:?}") };
         assert_eq!((tool.from.as_str(), tool.to.as_str()), ("laser.scan", "echo-7"));
         assert_eq!((slam.to.as_str(), slam.rate_hz), ("slam.scan", Some(20.0)));
@@ -210,7 +215,7 @@ mod tests {
     #[test]
     fn a_link_of_a_restarted_provider_has_no_rate_yet() {
         let (before, now) = ([status("laser", 10.0, 140)], [status("laser", 1.0, 20)]);
-        let edges = links(&looks(&before, &now));
+        let edges = combine_links(&pair_reports(&before, &now));
         assert_eq!(edges[0].rate_hz, None);
     }
 
@@ -218,9 +223,12 @@ mod tests {
     fn a_consumer_without_its_provider_is_still_shown() {
         let mut slam = status("slam", 1.0, 0);
         slam.inputs[0].connected = false;
-        slam.inputs[0].problem = "nobody provides laser.scan".into();
-        let edges = links(&looks(&[], &[slam]));
+        slam.inputs[0].problem = "no component provides laser.scan".into();
+        let edges = combine_links(&pair_reports(&[], &[slam]));
         let [edge] = &edges[..] else { panic!("{edges:?}") };
-        assert_eq!((edge.connected, edge.problem.as_str()), (false, "nobody provides laser.scan"));
+        assert_eq!(
+            (edge.connected, edge.problem.as_str()),
+            (false, "no component provides laser.scan")
+        );
     }
 }

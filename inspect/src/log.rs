@@ -1,5 +1,5 @@
-//! What the processes of a run say: lines as `armor run` prints them for programs and writes them
-//! into files, taken apart again and kept up to a bound.
+//! The log of a run: lines as `armor run` prints them in JSON and writes them into files, parsed and
+//! kept up to a bound.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -7,46 +7,45 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use serde_json::Value;
 
-use crate::Wake;
-use crate::watch::spawn;
+use crate::wake::{WakeCallback, spawn_detached};
 
-/// Bytes of text that are kept; older lines are forgotten, the files of the run have them all.
+/// Bytes of text that are kept. Older lines are forgotten; the files of the run have all of them.
 const MAX_LEN: usize = 16 << 20;
-/// Longest line of a file that is taken whole.
+/// Longest part of a line of a file that is kept.
 const MAX_LINE_LEN: usize = 64 << 10;
-/// How much of a file that is there already is read.
+/// How much of an existing file is read.
 const TAIL_LEN: u64 = 256 << 10;
-/// How often a file is looked at.
+/// Time between two looks at a file.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
-    /// Seconds since the start of the run, if it says.
+pub struct LogLine {
+    /// Seconds since the start of the run, if the line has them.
     pub time_s: Option<f64>,
-    /// Who speaks or is spoken of.
+    /// The process that the line is from or about.
     pub name: String,
-    /// `ERROR`, `WARN`, `INFO`, `DEBUG`, `TRACE`, or empty if the line does not say.
+    /// `ERROR`, `WARN`, `INFO`, `DEBUG`, `TRACE`, or empty if the line has none.
     pub level: String,
-    /// What is said.
+    /// The message.
     pub text: String,
 }
 
-impl Line {
-    /// A line of this program's own.
-    pub fn said(name: &str, level: &str, text: impl Into<String>) -> Self {
+impl LogLine {
+    /// Returns a line from this program itself.
+    pub fn own_line(name: &str, level: &str, text: impl Into<String>) -> Self {
         Self { time_s: None, name: name.into(), level: level.into(), text: text.into() }
     }
 
-    /// A line as `armor run --format json` prints it: of a log, a finding, or anything else.
+    /// Parses a line as `armor run --format json` prints it: of a log, a finding, or anything else.
     pub fn of_json(text: &str) -> Self {
         let Ok(Value::Object(line)) = serde_json::from_str(text) else {
-            return Self::said("armor", "", text);
+            return Self::own_line("armor", "", text);
         };
         let word = |key: &str| line.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
         match word("event").as_str() {
@@ -56,7 +55,7 @@ impl Line {
                 level: word("level"),
                 text: word("message"),
             },
-            "end" => Self::said("launcher", "INFO", format!("ended: {}", word("how"))),
+            "end" => Self::own_line("launcher", "INFO", format!("ended: {}", word("how"))),
             _ if line.contains_key("code") => {
                 let level = match word("severity").as_str() {
                     "error" => "ERROR",
@@ -68,18 +67,18 @@ impl Line {
                     (file, Some(row)) => format!(" ({file}:{row})"),
                 };
                 let text = format!("{}: {}{place}", word("code"), word("message"));
-                Self::said("check", level, text)
+                Self::own_line("check", level, text)
             }
-            _ => Self::said("armor", "", text),
+            _ => Self::own_line("armor", "", text),
         }
     }
 
-    /// A line as it stands in `logs/all.log`: time, name, level in five columns, text.
+    /// Parses a line of `logs/all.log`: time, name, level in five columns, text.
     pub fn of_file(text: &str) -> Self {
         let parts = || -> Option<Self> {
             let (time, rest) = text.trim_start().split_once(' ')?;
             let (name, rest) = rest.split_once(' ')?;
-            let (level, said) = (rest.get(..5)?, rest.get(5..)?);
+            let (level, text) = (rest.get(..5)?, rest.get(5..)?);
             let is_level = ["", "ERROR", "WARN", "INFO", "DEBUG", "TRACE"].contains(&level.trim());
             if !is_level {
                 return None;
@@ -88,10 +87,10 @@ impl Line {
                 time_s: Some(time.parse().ok()?),
                 name: name.into(),
                 level: level.trim().into(),
-                text: said.strip_prefix(' ').unwrap_or(said).into(),
+                text: text.strip_prefix(' ').unwrap_or(text).into(),
             })
         };
-        parts().unwrap_or_else(|| Self::said("armor", "", text))
+        parts().unwrap_or_else(|| Self::own_line("armor", "", text))
     }
 
     fn len(&self) -> usize {
@@ -101,21 +100,21 @@ impl Line {
 
 /// Lines, the oldest first. Clones are the same log.
 #[derive(Clone, Default)]
-pub struct Log {
+pub struct RunLog {
     lines: Arc<Mutex<Lines>>,
 }
 
 #[derive(Default)]
 struct Lines {
-    lines: VecDeque<Arc<Line>>,
+    lines: VecDeque<Arc<LogLine>>,
     len: usize,
     forgotten: u64,
 }
 
-impl Log {
+impl RunLog {
     /// Adds a line.
-    pub fn push(&self, line: Line) {
-        let mut lines = self.lock();
+    pub fn push(&self, line: LogLine) {
+        let mut lines = self.lines.lock();
         lines.len += line.len();
         lines.lines.push_back(Arc::new(line));
         while lines.len > MAX_LEN
@@ -126,23 +125,19 @@ impl Log {
         }
     }
 
-    /// How many lines there have been, those forgotten too: it changes with every new line.
+    /// Returns how many lines were added, including forgotten ones.
     pub fn count(&self) -> u64 {
-        let lines = self.lock();
+        let lines = self.lines.lock();
         lines.forgotten + lines.lines.len() as u64
     }
 
-    /// The lines from number `from` on, and the number of the first of them: lines count from 0,
-    /// and those that are forgotten keep their numbers.
-    pub fn since(&self, from: u64) -> (u64, Vec<Arc<Line>>) {
-        let lines = self.lock();
+    /// Returns the lines from number `from` on, and the number of the first of them. Lines count
+    /// from 0, and forgotten ones keep their numbers.
+    pub fn since(&self, from: u64) -> (u64, Vec<Arc<LogLine>>) {
+        let lines = self.lines.lock();
         let first = from.max(lines.forgotten);
         let skip = usize::try_from(first - lines.forgotten).unwrap_or(usize::MAX);
         (first, lines.lines.iter().skip(skip).cloned().collect())
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Lines> {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -152,18 +147,18 @@ pub struct Tail {
 }
 
 impl Tail {
-    /// Begins to add the lines of `path`, from a little before its end; `wake` is called when there
-    /// are new ones.
+    /// Begins to add the lines of `path`, starting up to 256 KiB before its end; `wake` is called
+    /// when there are new ones.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(path: &Path, log: Log, wake: Wake) -> std::io::Result<Self> {
+    pub fn begin(path: &Path, log: RunLog, wake: WakeCallback) -> std::io::Result<Self> {
         let is_closing = Arc::new(AtomicBool::new(false));
         let closing = Arc::clone(&is_closing);
-        let mut file = Followed::new(path);
-        spawn("look-log", move || {
+        let mut file = FollowedFile::new(path);
+        spawn_detached("look-log", move || {
             while !closing.load(Ordering::Relaxed) {
-                if file.read(&log) {
+                if file.read_new_lines(&log) {
                     wake();
                 }
                 std::thread::sleep(LOOK_EVERY);
@@ -180,7 +175,7 @@ impl Drop for Tail {
 }
 
 /// A file that grows.
-struct Followed {
+struct FollowedFile {
     path: PathBuf,
     at: u64,
     is_begun: bool,
@@ -188,17 +183,17 @@ struct Followed {
     begun: Vec<u8>,
 }
 
-impl Followed {
+impl FollowedFile {
     fn new(path: &Path) -> Self {
         Self { path: path.into(), at: 0, is_begun: false, begun: Vec::new() }
     }
 
-    /// Takes what is new; whether there was something.
-    fn read(&mut self, log: &Log) -> bool {
+    /// Adds the new lines; returns whether there were any.
+    fn read_new_lines(&mut self, log: &RunLog) -> bool {
         let Ok(mut file) = File::open(&self.path) else { return false };
         let len = file.metadata().map_or(0, |about| about.len());
         if len < self.at {
-            // Another run has begun it anew.
+            // Another run has overwritten the file.
             (self.at, self.is_begun) = (0, false);
             self.begun.clear();
         }
@@ -208,7 +203,7 @@ impl Followed {
         }
         let mut bytes = Vec::new();
         let from = file.seek(SeekFrom::Start(self.at)).and_then(|_| {
-            // What is written meanwhile is read the next time.
+            // Bytes written in the meantime are read next time.
             file.take(len - self.at).read_to_end(&mut bytes)
         });
         let Ok(read) = from else { return false };
@@ -222,7 +217,7 @@ impl Followed {
             let room = MAX_LINE_LEN.saturating_sub(self.begun.len());
             self.begun.extend_from_slice(&line[..line.len().min(room)]);
             if lines.peek().is_some() {
-                log.push(Line::of_file(&String::from_utf8_lossy(&self.begun)));
+                log.push(LogLine::of_file(&String::from_utf8_lossy(&self.begun)));
                 self.begun.clear();
                 is_new = true;
             }
@@ -235,13 +230,13 @@ impl Followed {
 mod tests {
     use super::*;
 
-    fn line(time_s: Option<f64>, name: &str, level: &str, text: &str) -> Line {
-        Line { time_s, name: name.into(), level: level.into(), text: text.into() }
+    fn line(time_s: Option<f64>, name: &str, level: &str, text: &str) -> LogLine {
+        LogLine { time_s, name: name.into(), level: level.into(), text: text.into() }
     }
 
     #[test]
     fn lines_are_read_as_armor_prints_them() {
-        let check = |text: &str, expected: Line| assert_eq!(Line::of_json(text), expected);
+        let check = |text: &str, expected: LogLine| assert_eq!(LogLine::of_json(text), expected);
         check(
             r#"{"event":"log","time_s":1.5,"name":"laser","stream":"stderr","level":"WARN","message":"slow"}"#,
             line(Some(1.5), "laser", "WARN", "slow"),
@@ -263,7 +258,7 @@ mod tests {
 
     #[test]
     fn lines_are_read_as_armor_writes_them() {
-        let check = |text: &str, expected: Line| assert_eq!(Line::of_file(text), expected);
+        let check = |text: &str, expected: LogLine| assert_eq!(LogLine::of_file(text), expected);
         check("  12.346 laser  INFO up port=7", line(Some(12.346), "laser", "INFO", "up port=7"));
         check("   0.100 laser ERROR no", line(Some(0.1), "laser", "ERROR", "no"));
         check("   0.100 laser       indented", line(Some(0.1), "laser", "", "indented"));
@@ -273,7 +268,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_lines_keep_their_numbers() {
-        let log = Log::default();
+        let log = RunLog::default();
         let text = "x".repeat(MAX_LEN / 4);
         for number in 0..6 {
             log.push(line(Some(f64::from(number)), "laser", "", &text));

@@ -1,10 +1,10 @@
-//! Where the mission of a running system stands, and what has fired, from what the executive
-//! publishes at every change.
+//! The state of a running mission and its firings, from the marking that the executive publishes at
+//! every change.
 
 use std::collections::VecDeque;
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -15,43 +15,43 @@ use armor_wire::WireType;
 use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::keep::Keep;
+use parking_lot::Mutex;
 
-use crate::Wake;
-use crate::watch::spawn;
+use crate::wake::{WakeCallback, spawn_detached};
 
-/// What the executive publishes, latched, at every change.
+/// The executive's output, latched and published at every change.
 const MARKING: &str = "executive.marking";
-/// Only the newest matters: it says all.
+/// Only the newest marking matters: it contains the whole state.
 const KEEP: Keep = Keep::Latest;
-/// How long a provider is waited for at a time.
+/// How long one attempt waits for a provider.
 const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
-/// How long to wait for data before looking whether somebody still looks.
+/// How long to wait for data before checking whether the watch was dropped.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 /// Most firings remembered; older ones are in the journal.
 const MAX_FIRED: usize = 10_000;
 
 /// All firings seen, the oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct History {
+pub struct FiringHistory {
     /// The firings.
     pub fired: VecDeque<Fired>,
-    /// How many more there were, before these or between two looks.
+    /// How many other firings there were, before these or between two markings.
     pub unseen: u64,
     count: u64,
 }
 
-impl History {
-    /// Takes in what is new in a marking.
-    pub fn take(&mut self, marking: &Marking) {
+impl FiringHistory {
+    /// Adds the firings that are new in a marking.
+    pub fn add_marking(&mut self, marking: &Marking) {
         if marking.fired < self.count {
-            // Another mission.
+            // The count fell: this is another mission.
             *self = Self::default();
         }
         let new = marking.fired - self.count;
         self.count = marking.fired;
-        let told = usize::try_from(new).unwrap_or(usize::MAX).min(marking.history.len());
-        self.unseen += new - told as u64;
-        self.fired.extend(marking.history[marking.history.len() - told..].iter().cloned());
+        let listed = usize::try_from(new).unwrap_or(usize::MAX).min(marking.history.len());
+        self.unseen += new - listed as u64;
+        self.fired.extend(marking.history[marking.history.len() - listed..].iter().cloned());
         while self.fired.len() > MAX_FIRED {
             self.fired.pop_front();
             self.unseen += 1;
@@ -59,55 +59,55 @@ impl History {
     }
 }
 
-/// The mission as it stands.
+/// The present state of the mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionLook {
-    /// What the executive said last; nothing while there is none.
+    /// The executive's last marking; `None` before the first.
     pub marking: Option<Arc<Marking>>,
-    /// What has fired.
-    pub history: Arc<History>,
-    /// Why there is nothing to see; empty if there is.
+    /// The firings.
+    pub history: Arc<FiringHistory>,
+    /// Why no marking arrives; empty if one does.
     pub problem: String,
-    /// What the data that mission time follows said last.
+    /// The last value of the clock that mission time follows, in seconds.
     clock_s: Option<f64>,
 }
 
 impl MissionLook {
-    /// As this marking has it.
+    /// Returns the state that this marking describes.
     pub fn of(marking: Marking) -> Self {
         let mut look = Self::default();
-        Arc::make_mut(&mut look.history).take(&marking);
+        Arc::make_mut(&mut look.history).add_marking(&marking);
         look.marking = Some(Arc::new(marking));
         look
     }
 
-    /// Mission time now, in seconds; `timestamp` is system time by the registry's clock. What the
-    /// executive said, and the time that has passed since.
+    /// Returns the present mission time, in seconds; `timestamp` is system time by the registry's
+    /// clock. It is the time in the marking plus the time that has passed since its stamp.
     pub fn now_at_s(&self, timestamp: f64) -> f64 {
         let Some(marking) = &self.marking else { return 0.0 };
         let now_s = if marking.clock.is_empty() { Some(timestamp) } else { self.clock_s };
-        // The executive has not heard the time itself yet: none of it has passed.
+        // A stamp of 0: the executive has not received the clock yet, so no time has passed.
         let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
         let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
         marking.now_at_s + if is_over(&marking.stage) { 0.0 } else { age_s }
     }
 }
 
-/// Whether the mission has ended, so that its time stands still.
+/// Whether the mission has ended, which stops its time.
 fn is_over(stage: &str) -> bool {
     matches!(stage, "goal" | "safe" | "failed")
 }
 
-/// The mission of a system, watched until this is dropped: one link to the executive, and one to
-/// the data that mission time follows, if it follows any.
+/// Watches the mission of a system until it is dropped: one link to the executive, and one to the
+/// clock that mission time follows, if there is one.
 pub struct MissionWatch {
-    shared: Arc<Shared>,
+    shared: Arc<SharedMission>,
 }
 
-struct Shared {
+struct SharedMission {
     look: Mutex<MissionLook>,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
 impl MissionWatch {
@@ -115,28 +115,32 @@ impl MissionWatch {
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(directory: &Directory, wake: Wake) -> io::Result<Self> {
-        let shared =
-            Arc::new(Shared { look: Mutex::default(), is_closing: AtomicBool::new(false), wake });
-        let follower = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
-        spawn("look-mission", move || follower.run())?;
-        let clock = Follower { shared: Arc::clone(&shared), directory: directory.clone() };
-        spawn("look-clock", move || clock.run_clock())?;
+    pub fn begin(directory: &Directory, wake: WakeCallback) -> io::Result<Self> {
+        let shared = Arc::new(SharedMission {
+            look: Mutex::default(),
+            is_closing: AtomicBool::new(false),
+            wake,
+        });
+        let follower =
+            MissionFollower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn_detached("look-mission", move || follower.follow_marking())?;
+        let clock = MissionFollower { shared: Arc::clone(&shared), directory: directory.clone() };
+        spawn_detached("look-clock", move || clock.follow_clock())?;
         Ok(Self { shared })
     }
 
-    /// A mission that stays as it is, with no system behind it: for tests of what shows it.
+    /// Returns a watch that always shows `look`, without a system: for tests of displays.
     pub fn still(look: MissionLook) -> Self {
-        let (look, wake): (_, Wake) = (Mutex::new(look), Arc::new(|| {}));
-        Self { shared: Arc::new(Shared { look, is_closing: AtomicBool::new(true), wake }) }
+        let (look, wake): (_, WakeCallback) = (Mutex::new(look), Arc::new(|| {}));
+        Self { shared: Arc::new(SharedMission { look, is_closing: AtomicBool::new(true), wake }) }
     }
 
-    /// The mission as it stands now.
+    /// Returns the present state of the mission.
     pub fn look(&self) -> MissionLook {
-        self.shared.lock().clone()
+        self.shared.look.lock().clone()
     }
 
-    /// Looks no longer: the mission stays as it was seen last.
+    /// Stops watching; the mission stays as it was last seen.
     pub fn rest(&self) {
         self.shared.is_closing.store(true, Ordering::Relaxed);
     }
@@ -148,18 +152,14 @@ impl Drop for MissionWatch {
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, MissionLook> {
-        self.look.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
+impl SharedMission {
     fn is_closing(&self) -> bool {
         self.is_closing.load(Ordering::Relaxed)
     }
 
-    /// Whether that changed anything.
-    fn say(&self, problem: String) {
-        let mut look = self.lock();
+    /// Reports a problem, and wakes the window if it is a new one.
+    fn report_problem(&self, problem: String) {
+        let mut look = self.look.lock();
         if look.problem != problem {
             look.problem = problem;
             drop(look);
@@ -168,29 +168,31 @@ impl Shared {
     }
 }
 
-struct Follower {
-    shared: Arc<Shared>,
+struct MissionFollower {
+    shared: Arc<SharedMission>,
     directory: Directory,
 }
 
-impl Follower {
-    fn run(self) {
+impl MissionFollower {
+    fn follow_marking(self) {
         while !self.shared.is_closing() {
             let problem = match Tap::open(&self.directory, MARKING, KEEP, PROVIDER_WITHIN) {
-                Ok(tap) if tap.schema().hash() == Marking::schema().hash() => self.follow(tap),
+                Ok(tap) if tap.schema().hash() == Marking::schema().hash() => {
+                    self.read_markings(tap)
+                }
                 Ok(_) => {
                     thread::sleep(PROVIDER_WITHIN);
-                    "the executive of this system is of another version than this program".into()
+                    "the executive of this system has another version than this program".into()
                 }
                 Err(error) => error.to_string(),
             };
-            self.shared.say(problem);
+            self.shared.report_problem(problem);
             thread::sleep(LOOK_EVERY);
         }
     }
 
-    /// Reads until the link ends, and says why.
-    fn follow(&self, mut tap: Tap) -> String {
+    /// Reads until the link ends, and returns why.
+    fn read_markings(&self, mut tap: Tap) -> String {
         while !self.shared.is_closing() {
             let payload = match tap.next(LOOK_EVERY) {
                 Ok(Some(data)) => data.payload,
@@ -198,16 +200,16 @@ impl Follower {
                 Err(error) => return error.to_string(),
             };
             match codec::decode::<Marking>(&payload) {
-                Ok(marking) => self.take(marking),
+                Ok(marking) => self.show_marking(marking),
                 Err(error) => return format!("the marking cannot be read: {error}"),
             }
         }
         String::new()
     }
 
-    fn take(&self, marking: Marking) {
-        let mut look = self.shared.lock();
-        Arc::make_mut(&mut look.history).take(&marking);
+    fn show_marking(&self, marking: Marking) {
+        let mut look = self.shared.look.lock();
+        Arc::make_mut(&mut look.history).add_marking(&marking);
         if look.marking.as_ref().is_none_or(|before| before.clock != marking.clock) {
             look.clock_s = None;
         }
@@ -217,31 +219,31 @@ impl Follower {
         (self.shared.wake)();
     }
 
-    fn run_clock(self) {
+    fn follow_clock(self) {
         while !self.shared.is_closing() {
-            let clock = self.clock();
+            let clock = self.clock_name();
             if !clock.is_empty()
                 && let Ok(tap) = Tap::open(&self.directory, &clock, KEEP, PROVIDER_WITHIN)
                 && tap.schema().hash() == Clock::schema().hash()
             {
-                self.follow_clock(&clock, tap);
+                self.read_clock(&clock, tap);
             }
             thread::sleep(LOOK_EVERY);
         }
     }
 
-    /// The data that mission time follows; empty if it is the host's.
-    fn clock(&self) -> String {
-        let look = self.shared.lock();
+    /// Returns the data that mission time follows; empty if it follows the host's clock.
+    fn clock_name(&self) -> String {
+        let look = self.shared.look.lock();
         look.marking.as_ref().map(|marking| marking.clock.clone()).unwrap_or_default()
     }
 
-    fn follow_clock(&self, clock: &str, mut tap: Tap) {
-        while !self.shared.is_closing() && self.clock() == clock {
+    fn read_clock(&self, clock: &str, mut tap: Tap) {
+        while !self.shared.is_closing() && self.clock_name() == clock {
             match tap.next(LOOK_EVERY) {
                 Ok(Some(data)) => {
-                    let said = codec::decode(&data.payload).map(|said: Clock| said.clock);
-                    self.shared.lock().clock_s = said.ok();
+                    let clock = codec::decode(&data.payload).map(|time: Clock| time.clock);
+                    self.shared.look.lock().clock_s = clock.ok();
                 }
                 Ok(None) => {}
                 Err(_) => return,

@@ -1,5 +1,5 @@
-//! Who is there and what each is doing, as far as it can be told from outside. Pure: it is told what
-//! happened and when, and says whom to connect to and whom to ask.
+//! The processes of a running system and what each is doing, as seen from outside. Pure: it receives
+//! what happened and when, and returns which processes to connect to and which to ask.
 
 mod process;
 #[cfg(test)]
@@ -12,51 +12,51 @@ use armor_sdk::control::Answer;
 use armor_sdk::directory::Change;
 use armor_wire::registry::ComponentEntry;
 
-use crate::links::{Edge, Looks, links};
+use crate::links::{Looks, ObservedLink, combine_links};
 use crate::observed::{CONFIGD, CONFIGURATION};
 
-pub use process::{Condition, Process};
+pub use process::{Condition, ObservedProcess};
 
-use process::Connection;
+use process::ControlLink;
 
-/// How often each process is asked for its status: rates are taken over this time.
+/// Interval between status requests to a process; rates are taken over it.
 pub const ASK_EVERY: Duration = Duration::from_secs(1);
-/// How long a process may be gone before it counts as dead: a launcher waits ten seconds at most
-/// before it starts one again.
+/// How long a process may be gone before it counts as dead: the launcher waits at most ten seconds
+/// before it restarts one.
 pub const DEAD_AFTER: Duration = Duration::from_secs(12);
-/// How long to wait before connecting again to a process that is registered and does not answer.
+/// Delay before the next attempt to connect to a process that is registered but does not answer.
 const RETRY: Duration = Duration::from_secs(1);
-/// A call of user code that has taken this long is worth showing while it runs.
+/// A running call of user code is shown once it has taken this long, in seconds.
 pub const LONG_CALL_S: f64 = 0.5;
 
-/// A running system, as it looks now.
+/// The present state of a running system.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub struct SystemPicture {
     /// Whether its registry can be reached.
     pub is_found: bool,
     /// Whether it was ever reached.
     pub was_found: bool,
-    /// Its processes, by name, also those that have gone.
-    pub processes: BTreeMap<String, Process>,
-    /// Its links and what they have lost, as of the last [`Picture::link`].
-    pub links: Vec<Edge>,
-    /// The time of this look, after the beginning of the watch.
+    /// Its processes, by name, including those that have ended.
+    pub processes: BTreeMap<String, ObservedProcess>,
+    /// Its links and what they have lost, as of the last [`SystemPicture::rebuild_links`].
+    pub links: Vec<ObservedLink>,
+    /// The time of this picture, since the beginning of the watch.
     pub now: Duration,
     asked: Option<Duration>,
-    /// Whether the links fit what is known of their ends, and whether the system had ended then.
+    /// `None` if the links are out of date; else whether the system had ended when they were built.
     linked: Option<bool>,
 }
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// The registry says who comes and goes.
+pub enum SystemEvent {
+    /// The registry reports that a process has appeared or ended.
     Registry(Change),
     /// The control connection to a process start is up.
     Connected(String, u64),
-    /// A process start says something.
+    /// A process start has sent an answer.
     Said(String, u64, Answer),
-    /// The control connection to a process start could not be made, or has ended, and why.
+    /// The control connection to a process start failed or ended, and why.
     Closed(String, u64, String),
     /// Time passes.
     Tick,
@@ -64,50 +64,60 @@ pub enum Event {
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Connect to the process; a [`Event::Connected`] or [`Event::Closed`] follows.
+pub enum ObserverAction {
+    /// Connect to the process; an [`SystemEvent::Connected`] or [`SystemEvent::Closed`] follows.
     Connect(ComponentEntry),
     /// Ask the process start for its status.
     Ask(String, u64),
-    /// Let the connection to the process start go.
+    /// Close the connection to the process start.
     Drop(String, u64),
 }
 
-impl Picture {
-    /// Takes in what happened `now`; whether that changed what there is to see, and what to do.
-    pub fn handle(&mut self, event: Event, now: Duration) -> (bool, Vec<Action>) {
+impl SystemPicture {
+    /// Handles an event at time `now`; returns whether the picture changed, and what to do.
+    pub fn handle_event(
+        &mut self,
+        event: SystemEvent,
+        now: Duration,
+    ) -> (bool, Vec<ObserverAction>) {
         self.now = now;
         let mut actions = Vec::new();
         let changed = match event {
-            Event::Registry(change) => self.registry(change, &mut actions),
-            Event::Connected(name, instance) => self.connected(name, instance, &mut actions),
-            Event::Said(name, instance, answer) => self.said(&name, instance, answer),
-            Event::Closed(name, instance, reason) => self.closed(&name, instance, reason),
-            Event::Tick => self.tick(&mut actions),
+            SystemEvent::Registry(change) => self.handle_registry(change, &mut actions),
+            SystemEvent::Connected(name, instance) => {
+                self.handle_connected(name, instance, &mut actions)
+            }
+            SystemEvent::Said(name, instance, answer) => {
+                self.handle_answer(&name, instance, answer)
+            }
+            SystemEvent::Closed(name, instance, reason) => {
+                self.handle_closed(&name, instance, reason)
+            }
+            SystemEvent::Tick => self.handle_tick(&mut actions),
         };
         (changed, actions)
     }
 
-    /// Whether everything that was there has gone, and the registry with it.
+    /// Returns whether all processes have ended, and the registry too.
     pub fn has_ended(&self) -> bool {
-        let is_unheard = |process: &Process| {
-            // Of configd only the registry could tell.
-            process.connection == Connection::Never || process.condition == Condition::Suspected
+        let is_unheard = |process: &ObservedProcess| {
+            // Only the registry reports on configd: it has no control connection.
+            process.connection == ControlLink::Never || process.condition == Condition::Suspected
         };
         self.was_found && !self.is_found && self.processes.values().all(is_unheard)
     }
 
-    /// Whether a process of this name is one that is there under another name already: configd, as
-    /// it publishes what becomes of the file.
+    /// Returns whether this is the second name of a process: configd is also registered under the
+    /// name by which it publishes the state of the file.
     pub fn is_second_name(&self, name: &str) -> bool {
         let of = |name: &str| self.processes.get(name).map(|it| (&it.entry.host, it.entry.pid));
         name == CONFIGURATION && of(CONFIGD).is_some_and(|it| of(name) == Some(it))
     }
 
-    /// When the next [`Event::Tick`] has something to do.
+    /// Returns when the next [`SystemEvent::Tick`] has something to do.
     pub fn next_tick(&self) -> Duration {
         let retries = self.processes.values().filter_map(|process| match process.connection {
-            Connection::Down { retry } => Some(retry),
+            ControlLink::Down { retry } => Some(retry),
             _ => None,
         });
         let deaths = self.processes.values().filter_map(|process| {
@@ -117,9 +127,9 @@ impl Picture {
         retries.chain(deaths).fold(ask, Duration::min)
     }
 
-    /// Puts the links together again from what is known of their ends, if that has changed. Those of
-    /// a system that has ended are what all its processes said last.
-    pub fn link(&mut self) {
+    /// Rebuilds the links from the status of their ends, if any status has changed. The links of an
+    /// ended system are those of the last status of all its processes.
+    pub fn rebuild_links(&mut self) {
         let has_ended = self.has_ended();
         if self.linked.replace(has_ended) == Some(has_ended) {
             return;
@@ -131,48 +141,50 @@ impl Picture {
                 Some(Looks { before: process.before.as_ref(), now: process.status.as_ref()? })
             })
             .collect();
-        self.links = links(&looks);
+        self.links = combine_links(&looks);
     }
 
-    /// The process of that name and start.
-    fn of(&mut self, name: &str, instance: u64) -> Option<&mut Process> {
+    /// Returns the process of that name and start.
+    fn process_start(&mut self, name: &str, instance: u64) -> Option<&mut ObservedProcess> {
         self.processes.get_mut(name).filter(|process| process.entry.instance == instance)
     }
 
-    fn registry(&mut self, change: Change, actions: &mut Vec<Action>) -> bool {
+    fn handle_registry(&mut self, change: Change, actions: &mut Vec<ObserverAction>) -> bool {
         match change {
-            Change::RegistryFound => self.found(),
+            Change::RegistryFound => self.mark_registry_found(),
             Change::RegistryLost => std::mem::replace(&mut self.is_found, false),
             Change::Appeared(entry) => {
-                // Told after a restart of the registry too, of those that were there.
-                let found = self.found();
-                let known = self.of(&entry.name, entry.instance);
+                // A restarted registry reports processes again that were already known.
+                let found = self.mark_registry_found();
+                let known = self.process_start(&entry.name, entry.instance);
                 let is_there = known.is_some_and(|process| !process.condition.is_gone());
-                found | (!is_there && self.appeared(entry, actions))
+                found | (!is_there && self.add_process(entry, actions))
             }
             Change::Gone(entry) => {
                 let now = self.now;
-                let Some(process) = self.of(&entry.name, entry.instance) else { return false };
-                process.go(now);
-                actions.push(Action::Drop(entry.name, entry.instance));
+                let Some(process) = self.process_start(&entry.name, entry.instance) else {
+                    return false;
+                };
+                process.mark_gone(now);
+                actions.push(ObserverAction::Drop(entry.name, entry.instance));
                 self.linked = None;
                 true
             }
         }
     }
 
-    fn found(&mut self) -> bool {
+    fn mark_registry_found(&mut self) -> bool {
         self.was_found = true;
         !std::mem::replace(&mut self.is_found, true)
     }
 
-    fn appeared(&mut self, entry: ComponentEntry, actions: &mut Vec<Action>) -> bool {
+    fn add_process(&mut self, entry: ComponentEntry, actions: &mut Vec<ObserverAction>) -> bool {
         let serves_control = entry.kind != CONFIGD;
         let before = self.processes.get(&entry.name);
         if let Some(before) = before {
-            actions.push(Action::Drop(entry.name.clone(), before.entry.instance));
+            actions.push(ObserverAction::Drop(entry.name.clone(), before.entry.instance));
         }
-        let process = Process {
+        let process = ObservedProcess {
             condition: if serves_control { Condition::Unknown } else { Condition::Active },
             since: self.now,
             call_s: None,
@@ -180,37 +192,42 @@ impl Picture {
             problem: String::new(),
             starts: before.map_or(1, |before| before.starts + 1),
             before: None,
-            connection: if serves_control { Connection::Pending } else { Connection::Never },
+            connection: if serves_control { ControlLink::Pending } else { ControlLink::Never },
             entry: entry.clone(),
         };
         self.processes.insert(entry.name.clone(), process);
         if serves_control {
-            actions.push(Action::Connect(entry));
+            actions.push(ObserverAction::Connect(entry));
         }
         self.linked = None;
         true
     }
 
-    fn connected(&mut self, name: String, instance: u64, actions: &mut Vec<Action>) -> bool {
-        let pending = |process: &&mut Process| process.connection == Connection::Pending;
-        let Some(process) = self.of(&name, instance).filter(pending) else {
-            // It has ended again, or the process has, before this was told.
-            actions.push(Action::Drop(name, instance));
+    fn handle_connected(
+        &mut self,
+        name: String,
+        instance: u64,
+        actions: &mut Vec<ObserverAction>,
+    ) -> bool {
+        let pending = |process: &&mut ObservedProcess| process.connection == ControlLink::Pending;
+        let Some(process) = self.process_start(&name, instance).filter(pending) else {
+            // The connection or the process ended before this event arrived.
+            actions.push(ObserverAction::Drop(name, instance));
             return false;
         };
-        process.connection = Connection::Up;
+        process.connection = ControlLink::Up;
         process.problem.clear();
-        actions.push(Action::Ask(name, instance));
+        actions.push(ObserverAction::Ask(name, instance));
         true
     }
 
-    fn said(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
+    fn handle_answer(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
         let now = self.now;
-        let Some(process) = self.of(name, instance) else { return false };
+        let Some(process) = self.process_start(name, instance) else { return false };
         match answer {
-            Answer::State { state, .. } => process.is(state.into(), now),
+            Answer::State { state, .. } => process.set_condition(state.into(), now),
             Answer::Status { status, .. } => {
-                process.is(status.state.into(), now);
+                process.set_condition(status.state.into(), now);
                 process.before = process.status.replace(status);
                 self.linked = None;
                 true
@@ -223,20 +240,20 @@ impl Picture {
         }
     }
 
-    fn closed(&mut self, name: &str, instance: u64, reason: String) -> bool {
+    fn handle_closed(&mut self, name: &str, instance: u64, reason: String) -> bool {
         let now = self.now;
-        let Some(process) = self.of(name, instance) else { return false };
+        let Some(process) = self.process_start(name, instance) else { return false };
         if process.condition.is_gone() {
             return false;
         }
-        process.connection = Connection::Down { retry: now + RETRY };
+        process.connection = ControlLink::Down { retry: now + RETRY };
         process.call_s = None;
         process.problem = reason;
-        process.is(Condition::Suspected, now);
+        process.set_condition(Condition::Suspected, now);
         true
     }
 
-    fn tick(&mut self, actions: &mut Vec<Action>) -> bool {
+    fn handle_tick(&mut self, actions: &mut Vec<ObserverAction>) -> bool {
         let (now, is_found) = (self.now, self.is_found);
         let asks = self.asked.is_none_or(|asked| asked + ASK_EVERY <= now);
         if asks {
@@ -245,24 +262,24 @@ impl Picture {
         let (mut changed, has_ended) = (false, self.has_ended());
         for (name, process) in &mut self.processes {
             if process.condition == Condition::Restarting && process.since + DEAD_AFTER <= now {
-                changed |= process.is(Condition::Dead, now);
+                changed |= process.set_condition(Condition::Dead, now);
             }
             match process.connection {
-                Connection::Down { retry } if retry <= now => {
-                    // Nobody says any more that it has gone: the silence must do.
+                ControlLink::Down { retry } if retry <= now => {
+                    // Without a registry no event reports its end: judge by the silence.
                     if !is_found && process.since + DEAD_AFTER <= now {
-                        process.connection = Connection::Never;
-                        changed |= process.is(Condition::Dead, now);
+                        process.connection = ControlLink::Never;
+                        changed |= process.set_condition(Condition::Dead, now);
                     } else {
-                        process.connection = Connection::Pending;
-                        actions.push(Action::Connect(process.entry.clone()));
+                        process.connection = ControlLink::Pending;
+                        actions.push(ObserverAction::Connect(process.entry.clone()));
                     }
                 }
-                Connection::Never if has_ended && !process.condition.is_gone() => {
-                    changed |= process.is(Condition::Dead, now);
+                ControlLink::Never if has_ended && !process.condition.is_gone() => {
+                    changed |= process.set_condition(Condition::Dead, now);
                 }
-                Connection::Up if asks => {
-                    actions.push(Action::Ask(name.clone(), process.entry.instance));
+                ControlLink::Up if asks => {
+                    actions.push(ObserverAction::Ask(name.clone(), process.entry.instance));
                 }
                 _ => {}
             }

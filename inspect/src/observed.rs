@@ -1,4 +1,4 @@
-//! A running system, looked at once: who is there, and what each says of itself.
+//! One observation of a running system: its components and the status that each reports.
 
 use std::thread;
 use std::time::Duration;
@@ -9,52 +9,52 @@ use armor_sdk::tap::{Tap, TapError};
 use armor_wire::keep::Keep;
 use armor_wire::registry::ComponentEntry;
 
-/// How long the registry has to answer.
+/// Time within which the registry must answer.
 const REGISTRY_WITHIN: Duration = Duration::from_secs(3);
-/// How long a component has to answer.
+/// Time within which a component must answer.
 const STATUS_WITHIN: Duration = Duration::from_secs(1);
-/// Components asked at once.
+/// Components asked in parallel; each takes a thread.
 const AT_ONCE: usize = 32;
-/// Data waiting for a tool that is slow to print; more is dropped and counted.
+/// Queue for a tool that prints slowly; further data are dropped and counted.
 pub const TAP_KEEP: Keep = Keep::Last { count: 1000 };
 
 /// The kind of the one registered process that has no control port.
 pub const CONFIGD: &str = "configd";
-/// Under which name that process publishes what becomes of the file.
+/// The name under which that process publishes the state of the file.
 pub const CONFIGURATION: &str = "configuration";
 
-/// A component and what it says of itself, or why it says nothing.
+/// A registered component and its status.
 pub struct Sighting {
-    /// What the registry knows of it.
+    /// Its entry in the registry.
     pub entry: ComponentEntry,
-    /// What it says.
+    /// The status it reports, or why there is none.
     pub status: Result<Status, String>,
 }
 
 /// A running system.
-pub struct Observed {
+pub struct ObservedSystem {
     directory: Directory,
     name: String,
 }
 
-impl Observed {
-    /// The system whose registry listens at `registry`; `tool` says who looks.
+impl ObservedSystem {
+    /// Returns the system whose registry listens at `registry`; `tool` names the observer.
     pub fn at(registry: &str, tool: &str) -> Self {
         let name = format!("{tool}-{}", std::process::id());
         Self { directory: Directory::observer(registry, &name), name }
     }
 
-    /// Its registry.
+    /// Returns its registry.
     pub fn directory(&self) -> &Directory {
         &self.directory
     }
 
-    /// System time, in seconds.
+    /// Returns system time, in seconds.
     pub fn timestamp(&self) -> f64 {
         self.directory.clock().timestamp()
     }
 
-    /// Everything that is registered.
+    /// Returns everything that is registered.
     ///
     /// # Errors
     /// If the registry does not answer.
@@ -62,19 +62,20 @@ impl Observed {
         self.directory.list(REGISTRY_WITHIN)
     }
 
-    /// What every component says of itself, asked in parallel.
+    /// Asks every component for its status, in parallel.
     ///
     /// # Errors
     /// If the registry does not answer.
-    pub fn statuses(&self) -> Result<Vec<Sighting>, DirectoryError> {
+    pub fn ask_statuses(&self) -> Result<Vec<Sighting>, DirectoryError> {
         let entries = self.list()?.components;
         let mut sightings = Vec::new();
         for some in entries.chunks(AT_ONCE) {
             thread::scope(|scope| {
                 let asked: Vec<_> =
-                    some.iter().map(|entry| scope.spawn(|| self.status(entry))).collect();
+                    some.iter().map(|entry| scope.spawn(|| self.ask_status(entry))).collect();
                 for (entry, answer) in some.iter().zip(asked) {
-                    let status = answer.join().unwrap_or_else(|_| Err("asking panicked".into()));
+                    let status =
+                        answer.join().unwrap_or_else(|_| Err("the request panicked".into()));
                     sightings.push(Sighting { entry: entry.clone(), status });
                 }
             });
@@ -82,15 +83,15 @@ impl Observed {
         Ok(sightings)
     }
 
-    /// The data of one output.
+    /// Links to the data of one output.
     ///
     /// # Errors
-    /// If nobody provides it, or its provider cannot be reached.
+    /// If no component provides it, or its provider cannot be reached.
     pub fn tap(&self, data: &str) -> Result<Tap, TapError> {
         Tap::open(&self.directory, data, TAP_KEEP, REGISTRY_WITHIN)
     }
 
-    fn status(&self, entry: &ComponentEntry) -> Result<Status, String> {
+    fn ask_status(&self, entry: &ComponentEntry) -> Result<Status, String> {
         if entry.kind == CONFIGD {
             return Err("it serves configuration, not control".into());
         }

@@ -1,50 +1,51 @@
-//! An operator's orders, given one after the other on a thread of their own, and what became of
-//! each. Nothing is ordered, and the executive is not connected to, before the first one.
+//! An operator's orders, sent one after the other on a thread of their own, and the executive's
+//! answers. The executive is not connected to before the first order.
 
 use std::collections::VecDeque;
 use std::io;
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
 use armor_sdk::operator::Operator;
+use parking_lot::Mutex;
 
-use crate::Wake;
-use crate::watch::spawn;
+use crate::wake::{WakeCallback, spawn_detached};
 
 /// How long an order may wait for its answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(5);
-/// How often to look whether the link of who holds the command still is.
+/// Time between two checks of the command holder's link.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
-/// How long the command is asked for at a time, while there is no executive.
+/// How long one attempt waits to get the command back while the executive restarts.
 const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
-/// Answers remembered.
+/// Orders remembered with their answers.
 const MAX_GIVEN: usize = 100;
 
-/// An order that was given, and what became of it.
+/// An order and its answer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
-    /// The order, as people write it.
+pub struct SentOrder {
+    /// The order as text.
     pub order: String,
-    /// Who gave it.
+    /// Name of the operator who gave it.
     pub author: String,
-    /// Whether it is carried out; not known while it waits for its answer.
+    /// Whether it was accepted; `None` while it waits for its answer.
     pub accepted: Option<bool>,
-    /// What follows from it, or why it is refused or not answered.
+    /// Its consequence, or why it was refused or not answered.
     pub text: String,
-    /// What would be carried out if the command were taken over with it.
+    /// The order to repeat with `take`, if it was refused only because another operator has the
+    /// command.
     pub if_taken: Option<Order>,
 }
 
-/// Where orders are given. The command is given back when this is dropped.
-pub struct OrderDesk {
-    wanted: Sender<Wanted>,
-    shared: Arc<Shared>,
+/// Sends orders. Releases the command when dropped.
+pub struct OrderSender {
+    wanted: Sender<QueuedOrder>,
+    shared: Arc<SharedOrders>,
 }
 
-struct Wanted {
+struct QueuedOrder {
     number: u64,
     author: String,
     take: bool,
@@ -52,44 +53,44 @@ struct Wanted {
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedOrders {
+    state: Mutex<OrderState>,
 }
 
 #[derive(Default)]
-struct State {
-    given: VecDeque<(u64, Given)>,
+struct OrderState {
+    given: VecDeque<(u64, SentOrder)>,
     count: u64,
     holds: bool,
 }
 
-impl OrderDesk {
-    /// Opens it; `from` is the program, as the executive names it, and `wake` is called at every
-    /// answer.
+impl OrderSender {
+    /// Starts the thread that sends orders; `from` is the program, as the executive names it, and
+    /// `wake` is called at every answer.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
+    pub fn open(directory: &Directory, from: &str, wake: WakeCallback) -> io::Result<Self> {
         let (wanted, orders) = mpsc::channel();
-        let shared = Arc::<Shared>::default();
-        let clerk = Clerk {
+        let shared = Arc::<SharedOrders>::default();
+        let sender = OrderThread {
             directory: directory.clone(),
             from: format!("{from}, process {}", std::process::id()),
             shared: Arc::clone(&shared),
             wake,
             operator: None,
         };
-        spawn("look-orders", move || clerk.run(&orders))?;
+        spawn_detached("look-orders", move || sender.send_orders(&orders))?;
         Ok(Self { wanted, shared })
     }
 
-    /// Gives an order in the name of `author`; `take` takes the command over from whoever holds it.
+    /// Sends an order in the name of `author`; `take` takes the command over from its present holder.
     pub fn give(&self, author: &str, take: bool, order: Order) {
-        let mut state = self.shared.lock();
+        let mut state = self.shared.state.lock();
         state.count += 1;
         let number = state.count;
-        let given = Given {
-            order: in_words(&order),
+        let given = SentOrder {
+            order: order_text(&order),
             author: author.into(),
             accepted: None,
             text: String::new(),
@@ -100,85 +101,82 @@ impl OrderDesk {
             state.given.pop_front();
         }
         drop(state);
-        let wanted = Wanted { number, author: author.into(), take, order };
+        let wanted = QueuedOrder { number, author: author.into(), take, order };
         if self.wanted.send(wanted).is_err() {
-            self.shared.answer(number, false, "orders are no longer taken here", None);
+            self.shared.record_answer(number, false, "orders are no longer accepted here", None);
         }
     }
 
-    /// The orders given here, the newest last.
-    pub fn given(&self) -> Vec<Given> {
-        self.shared.lock().given.iter().map(|(_, given)| given.clone()).collect()
+    /// Returns the orders sent here, the newest last.
+    pub fn given(&self) -> Vec<SentOrder> {
+        self.shared.state.lock().given.iter().map(|(_, given)| given.clone()).collect()
     }
 
-    /// Whether the command is held from here.
+    /// Returns whether this program holds the command.
     pub fn holds(&self) -> bool {
-        self.shared.lock().holds
+        self.shared.state.lock().holds
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn answer(&self, number: u64, accepted: bool, text: &str, if_taken: Option<Order>) {
-        let mut state = self.lock();
+impl SharedOrders {
+    fn record_answer(&self, number: u64, accepted: bool, text: &str, if_taken: Option<Order>) {
+        let mut state = self.state.lock();
         if let Some((_, given)) = state.given.iter_mut().find(|(other, _)| *other == number) {
             (given.accepted, given.text, given.if_taken) = (Some(accepted), text.into(), if_taken);
         }
     }
 }
 
-/// The thread that gives the orders.
-struct Clerk {
+/// The thread that sends the orders.
+struct OrderThread {
     directory: Directory,
     from: String,
-    shared: Arc<Shared>,
-    wake: Wake,
+    shared: Arc<SharedOrders>,
+    wake: WakeCallback,
     operator: Option<(String, Operator)>,
 }
 
-impl Clerk {
-    fn run(mut self, orders: &Receiver<Wanted>) {
+impl OrderThread {
+    fn send_orders(mut self, orders: &Receiver<QueuedOrder>) {
         loop {
             match orders.recv_timeout(LOOK_EVERY) {
-                Ok(wanted) => self.give(wanted),
-                Err(RecvTimeoutError::Timeout) => self.hold_on(),
+                Ok(wanted) => self.send_order(wanted),
+                Err(RecvTimeoutError::Timeout) => self.keep_command(),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
-        if self.shared.lock().holds
+        if self.shared.state.lock().holds
             && let Some((_, operator)) = &mut self.operator
         {
-            // Else its end would count as a lost link.
+            // Without a release the closed connection would count as a lost link.
             let _ = operator.order(false, &Order::Release, COME_BACK_WITHIN);
         }
     }
 
-    fn give(&mut self, wanted: Wanted) {
-        let Wanted { number, author, take, order } = wanted;
-        let operator = self.operator(&author);
+    fn send_order(&mut self, wanted: QueuedOrder) {
+        let QueuedOrder { number, author, take, order } = wanted;
+        let operator = self.operator_of(&author);
         let answer = operator.order(take, &order, ANSWER_WITHIN);
         match answer {
             Ok(verdict) => {
                 let accepted = verdict.accepted;
                 if accepted && matches!(order, Order::Lease | Order::Release) {
-                    self.shared.lock().holds = order == Order::Lease;
+                    self.shared.state.lock().holds = order == Order::Lease;
                 }
                 let could = !accepted && !take && verdict.text.ends_with("take it over");
-                self.shared.answer(number, accepted, &verdict.text, could.then_some(order));
+                self.shared.record_answer(number, accepted, &verdict.text, could.then_some(order));
             }
-            Err(error) => self.shared.answer(number, false, &error.to_string(), None),
+            Err(error) => self.shared.record_answer(number, false, &error.to_string(), None),
         }
         (self.wake)();
     }
 
-    /// One for each author: the command belongs to who gave the order.
-    fn operator(&mut self, author: &str) -> &mut Operator {
+    /// Returns the connection of `author`. Each author has one of their own, because the command
+    /// belongs to the author of the order.
+    fn operator_of(&mut self, author: &str) -> &mut Operator {
         let is_other = self.operator.as_ref().is_none_or(|(before, _)| before != author);
         if is_other {
-            self.shared.lock().holds = false;
+            self.shared.state.lock().holds = false;
             self.operator = None;
         }
         let (directory, from) = (&self.directory, &self.from);
@@ -186,26 +184,26 @@ impl Clerk {
         &mut self.operator.get_or_insert_with(fresh).1
     }
 
-    /// The executive was restarted, or the link broke: the command goes on if one is back in time.
-    /// It may also have been taken over.
-    fn hold_on(&mut self) {
-        if !self.shared.lock().holds {
+    /// Keeps the command after a restart of the executive or a broken link, if the connection is
+    /// back in time. Notices if another operator has taken the command over.
+    fn keep_command(&mut self) {
+        if !self.shared.state.lock().holds {
             return;
         }
         let Some((_, operator)) = &mut self.operator else { return };
         if !operator.is_connected() && operator.lost().is_none() {
-            // Without an answer it is tried again; whether it is lost stands in `lost`.
+            // An unanswered attempt is repeated; `lost` reports when it is too late.
             let _ = operator.order(false, &Order::Rejoin, COME_BACK_WITHIN);
         }
         if operator.lost().is_some() {
-            self.shared.lock().holds = false;
+            self.shared.state.lock().holds = false;
             (self.wake)();
         }
     }
 }
 
-/// An order as people write it.
-fn in_words(order: &Order) -> String {
+/// Returns an order as text.
+fn order_text(order: &Order) -> String {
     match order {
         Order::Lease => "take the command".into(),
         Order::Rejoin => "go on with the command".into(),
@@ -223,7 +221,7 @@ fn in_words(order: &Order) -> String {
     }
 }
 
-/// `user@host`, as far as it is known: who gives orders unless another name is given.
+/// Returns `user@host`, as far as it is known: the default author of orders.
 pub fn this_user() -> String {
     let user = ["USER", "LOGNAME"].iter().find_map(|name| std::env::var(name).ok());
     let user = user.filter(|user| !user.is_empty());

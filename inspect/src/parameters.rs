@@ -1,9 +1,9 @@
 //! The parameters of a running system, listed and set through its configd, which writes the file.
-//! A connection is made for each question and let go after it.
+//! Each request opens a connection and closes it afterwards.
 
 use std::io;
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use armor_sdk::configuration::{
@@ -11,162 +11,162 @@ use armor_sdk::configuration::{
 };
 use armor_sdk::directory::Directory;
 use armor_wire::config::Finding;
+use parking_lot::Mutex;
 
-use crate::Wake;
-use crate::watch::spawn;
+use crate::wake::{WakeCallback, spawn_detached};
 
-/// How long the registry and configd have to answer.
+/// Time within which the registry and configd must answer.
 const FOUND_WITHIN: Duration = Duration::from_secs(3);
 
-/// What became of a wish to set a parameter.
+/// The result of a request to set a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct SetReport {
     /// `component.parameter`.
     pub parameter: String,
-    /// What it was to be; `None` if its default.
+    /// The requested value; `None` for the default.
     pub value: Option<String>,
-    /// Whether it is in the file, and in force.
+    /// Whether the value is in the file and in force.
     pub is_set: bool,
     /// What changed and when that takes effect, or why nothing was written.
     pub text: String,
-    /// What is wrong with the file as it would be, or as it is.
+    /// Findings about the file as it would be, or as it is.
     pub findings: Vec<Finding>,
 }
 
-/// Where parameters are asked for and set.
-pub struct ParameterDesk {
-    wishes: Sender<Wish>,
-    shared: Arc<Shared>,
+/// Lists and sets parameters.
+pub struct ParameterClient {
+    wishes: Sender<ParameterRequest>,
+    shared: Arc<SharedParameters>,
 }
 
-enum Wish {
+enum ParameterRequest {
     List,
     Set { component: String, parameter: String, value: Option<String> },
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedParameters {
+    state: Mutex<ParameterState>,
 }
 
 #[derive(Default)]
-struct State {
+struct ParameterState {
     listed: Option<Arc<Result<Parameters, String>>>,
-    told: Option<Told>,
+    told: Option<SetReport>,
     is_asking: bool,
-    /// Values were written into the file, and nobody has been told yet.
+    /// Values were written into the file since [`ParameterClient::has_written`] was last called.
     has_written: bool,
 }
 
-impl ParameterDesk {
-    /// Opens it; `from` says who asks, and `wake` is called at every answer.
+impl ParameterClient {
+    /// Starts the thread that asks configd; `from` names the client, and `wake` is called at every
+    /// answer.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn open(directory: &Directory, from: &str, wake: Wake) -> io::Result<Self> {
+    pub fn open(directory: &Directory, from: &str, wake: WakeCallback) -> io::Result<Self> {
         let (wishes, asked) = mpsc::channel();
-        let shared = Arc::<Shared>::default();
-        let clerk = Clerk {
+        let shared = Arc::<SharedParameters>::default();
+        let thread = ParameterThread {
             directory: directory.clone(),
             from: format!("{from}-{}", std::process::id()),
             shared: Arc::clone(&shared),
             wake,
         };
-        spawn("look-parameters", move || clerk.run(&asked))?;
+        spawn_detached("look-parameters", move || thread.serve_requests(&asked))?;
         Ok(Self { wishes, shared })
     }
 
-    /// Parameters that stay as they are, with no system behind them: for tests of what shows them.
-    /// Whatever is wished is heard by nobody.
-    pub fn still(listed: Parameters, told: Option<Told>) -> Self {
+    /// Returns a client that always shows these parameters and ignores requests: for tests of
+    /// displays.
+    pub fn still(listed: Parameters, told: Option<SetReport>) -> Self {
         let has_written = told.as_ref().is_some_and(|told| told.is_set);
         let listed = Some(Arc::new(Ok(listed)));
-        let state = State { listed, told, is_asking: false, has_written };
-        Self { wishes: mpsc::channel().0, shared: Arc::new(Shared { state: Mutex::new(state) }) }
-    }
-
-    /// Asks for all parameters; [`ParameterDesk::listed`] has them when they have come.
-    pub fn list(&self) {
-        let mut state = self.shared.lock();
-        if !std::mem::replace(&mut state.is_asking, true) {
-            drop(state);
-            let _ = self.wishes.send(Wish::List);
+        let state = ParameterState { listed, told, is_asking: false, has_written };
+        Self {
+            wishes: mpsc::channel().0,
+            shared: Arc::new(SharedParameters { state: Mutex::new(state) }),
         }
     }
 
-    /// Writes a value into the file; `None` takes it out, so that the default holds. Then lists
-    /// again.
+    /// Requests all parameters; [`ParameterClient::listed`] returns them once they have arrived.
+    pub fn list(&self) {
+        let mut state = self.shared.state.lock();
+        if !std::mem::replace(&mut state.is_asking, true) {
+            drop(state);
+            let _ = self.wishes.send(ParameterRequest::List);
+        }
+    }
+
+    /// Writes a value into the file; `None` removes it, so that the default applies. Then lists all
+    /// parameters again.
     pub fn set(&self, component: &str, parameter: &str, value: Option<&str>) {
         let (component, parameter) = (component.into(), parameter.into());
         let value = value.map(Into::into);
-        let _ = self.wishes.send(Wish::Set { component, parameter, value });
+        let _ = self.wishes.send(ParameterRequest::Set { component, parameter, value });
     }
 
-    /// The parameters as they were when they were listed last, or why they could not be.
+    /// Returns the parameters as last listed, or why they could not be listed.
     pub fn listed(&self) -> Option<Arc<Result<Parameters, String>>> {
-        self.shared.lock().listed.clone()
+        self.shared.state.lock().listed.clone()
     }
 
-    /// Whether a wish has changed the file since this was asked last.
+    /// Returns whether a request has changed the file since the last call.
     pub fn has_written(&self) -> bool {
-        std::mem::take(&mut self.shared.lock().has_written)
+        std::mem::take(&mut self.shared.state.lock().has_written)
     }
 
-    /// What became of the last wish to set one.
-    pub fn told(&self) -> Option<Told> {
-        self.shared.lock().told.clone()
-    }
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Returns the result of the last request to set a parameter.
+    pub fn last_result(&self) -> Option<SetReport> {
+        self.shared.state.lock().told.clone()
     }
 }
 
-struct Clerk {
+struct ParameterThread {
     directory: Directory,
     from: String,
-    shared: Arc<Shared>,
-    wake: Wake,
+    shared: Arc<SharedParameters>,
+    wake: WakeCallback,
 }
 
-impl Clerk {
-    fn run(self, asked: &Receiver<Wish>) {
+impl ParameterThread {
+    fn serve_requests(self, asked: &Receiver<ParameterRequest>) {
         while let Ok(wish) = asked.recv() {
-            if let Wish::Set { component, parameter, value } = &wish {
-                let told = self.set(component, parameter, value.as_deref());
-                self.shared.lock().told = Some(told);
+            if let ParameterRequest::Set { component, parameter, value } = &wish {
+                let told = self.set_parameter(component, parameter, value.as_deref());
+                self.shared.state.lock().told = Some(told);
             }
-            let listed = self.connect().and_then(|mut configd| configd.parameters(None));
+            let listed = self.connect_to_configd().and_then(|mut configd| configd.parameters(None));
             let listed = listed.map_err(|error| error.to_string());
-            let mut state = self.shared.lock();
+            let mut state = self.shared.state.lock();
             (state.listed, state.is_asking) = (Some(Arc::new(listed)), false);
             drop(state);
             (self.wake)();
         }
     }
 
-    fn connect(&self) -> Result<ConfigdConnection, ConfigdError> {
+    fn connect_to_configd(&self) -> Result<ConfigdConnection, ConfigdError> {
         ConfigdConnection::open(&self.directory, &self.from, FOUND_WITHIN)
     }
 
-    fn set(&self, component: &str, parameter: &str, value: Option<&str>) -> Told {
+    fn set_parameter(&self, component: &str, parameter: &str, value: Option<&str>) -> SetReport {
         let name = format!("{component}.{parameter}");
-        let told = |is_set, text| Told {
+        let told = |is_set, text| SetReport {
             parameter: name.clone(),
             value: value.map(Into::into),
             is_set,
             text,
             findings: vec![],
         };
-        let done = self.connect().and_then(|mut configd| configd.set(component, parameter, value));
+        let done = self
+            .connect_to_configd()
+            .and_then(|mut configd| configd.set(component, parameter, value));
         match done {
             Ok(SetOutcome::Set { changes, .. }) if changes.is_empty() => {
-                told(true, format!("{name} is so already; nothing was written"))
+                told(true, format!("{name} already has this value; nothing was written"))
             }
             Ok(SetOutcome::Set { version, changes }) => {
-                self.shared.lock().has_written = true;
+                self.shared.state.lock().has_written = true;
                 let words = changes.iter().map(|change| match change.effect.as_str() {
                     "" => change.text.clone(),
                     effect => format!("{}; it {effect}", change.text),
@@ -174,10 +174,10 @@ impl Clerk {
                 told(true, format!("version {version}: {}", words.collect::<Vec<_>>().join("; ")))
             }
             Ok(SetOutcome::Rejected { text, findings, .. }) => {
-                Told { findings, ..told(false, text) }
+                SetReport { findings, ..told(false, text) }
             }
             Err(error @ ConfigdError::Ended(_)) => {
-                told(false, format!("{error}; whether it was written is not known"))
+                told(false, format!("{error}; it is unknown whether the value was written"))
             }
             Err(error) => told(false, error.to_string()),
         }

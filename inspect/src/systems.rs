@@ -1,5 +1,5 @@
-//! One small file per running system of this user, so that tools find it without being told. The
-//! launcher holds a lock on its file: whose lock can be taken is dead, and its file is removed.
+//! One small file per running system of this user, by which tools find it. The launcher holds a lock
+//! on its file: if another process can take the lock, the launcher has ended and the file is removed.
 
 use std::fs::{self, DirBuilder, File};
 use std::io;
@@ -11,9 +11,9 @@ use armor_files::{Durability, PendingFile, SaveError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What is known of a running system.
+/// The record of a running system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct RunRecord {
     /// Name of the system.
     pub system: String,
     /// The launcher's process id.
@@ -28,20 +28,20 @@ pub struct Record {
     pub out: PathBuf,
 }
 
-impl Record {
-    /// Where a path of the run is: it is relative to the folder that the launcher was started in.
+impl RunRecord {
+    /// Resolves a path of the run, which is relative to the launcher's working directory.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         let folder = fs::read_link(format!("/proc/{}/cwd", self.pid));
         folder.map_or_else(|_| path.into(), |folder| folder.join(path))
     }
 
-    /// The same with whole paths: they hold when the launcher has ended, too.
+    /// Returns the record with absolute paths, which stay valid after the launcher has ended.
     pub fn resolved(mut self) -> Self {
         (self.file, self.out) = (self.resolve(&self.file), self.resolve(&self.out));
         self
     }
 
-    /// Whether it runs this file.
+    /// Returns whether it runs this file.
     pub fn runs(&self, file: &Path) -> bool {
         let whole = |path: &Path| path.canonicalize().ok();
         whole(&self.resolve(&self.file)).is_some_and(|path| Some(path) == whole(file))
@@ -54,28 +54,28 @@ pub enum SystemsError {
     /// Their folder cannot be made.
     #[error("the folder {} cannot be made: {error}", path.display())]
     Folder {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
-    /// Their folder belongs to somebody else.
+    /// Their folder belongs to another user.
     #[error("{} is not this user's folder; remove it or set XDG_RUNTIME_DIR", .0.display())]
     NotOurs(PathBuf),
     /// Their folder cannot be read.
     #[error("{} cannot be read: {error}", path.display())]
     Read {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
     /// One cannot be written.
     #[error("{} cannot be written: {error}", path.display())]
     Write {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
 }
@@ -87,12 +87,12 @@ pub struct RunFile {
     _lock: File,
 }
 
-/// The folder of the files: `$XDG_RUNTIME_DIR/armor`, or one in the temporary folder that is this
-/// user's alone.
+/// Returns the folder of the files: `$XDG_RUNTIME_DIR/armor`, or a private one in the temporary
+/// folder. Creates it if needed.
 ///
 /// # Errors
-/// If it cannot be made, or somebody else's is there.
-pub fn directory() -> Result<PathBuf, SystemsError> {
+/// If it cannot be created, or belongs to another user.
+pub fn record_directory() -> Result<PathBuf, SystemsError> {
     let user = rustix::process::getuid().as_raw();
     let path = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(directory) if !directory.is_empty() => Path::new(&directory).join("armor"),
@@ -108,16 +108,16 @@ pub fn directory() -> Result<PathBuf, SystemsError> {
 }
 
 impl RunFile {
-    /// Makes the system known.
+    /// Writes the file, by which tools find the system.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn write(directory: &Path, record: &Record) -> Result<Self, SystemsError> {
+    pub fn write(directory: &Path, record: &RunRecord) -> Result<Self, SystemsError> {
         let path = directory.join(format!("{}-{}.json", record.system, record.pid));
         let write = || -> io::Result<File> {
             let failed = |error: SaveError| error.reason;
             let mut pending = PendingFile::create(&path).map_err(failed)?;
-            // Locked before it has its name: no reader finds it without the lock.
+            // Locked before it gets its final name: no tool sees it unlocked.
             pending.file().try_lock()?;
             let text = serde_json::to_string_pretty(record)?;
             pending.write(text.as_bytes()).map_err(failed)?;
@@ -137,11 +137,11 @@ impl Drop for RunFile {
     }
 }
 
-/// The systems that run now, oldest first. Files of dead ones are removed.
+/// Returns the running systems, oldest first; removes the files of those that have ended.
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
+pub fn list_running(directory: &Path) -> Result<Vec<RunRecord>, SystemsError> {
     let mut records = Vec::new();
     let entries = fs::read_dir(directory)
         .map_err(|error| SystemsError::Read { path: directory.into(), error })?;
@@ -149,7 +149,7 @@ pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
         if path.extension().is_none_or(|extension| extension != "json") {
             continue;
         }
-        // Who disappears while we look has ended.
+        // A file that disappears meanwhile belongs to a system that has ended.
         let Ok(file) = File::open(&path) else { continue };
         if file.try_lock_shared().is_ok() {
             let _ = fs::remove_file(&path);
@@ -159,6 +159,6 @@ pub fn running(directory: &Path) -> Result<Vec<Record>, SystemsError> {
             records.push(record);
         }
     }
-    records.sort_by(|a: &Record, b: &Record| a.started_s.total_cmp(&b.started_s));
+    records.sort_by(|a: &RunRecord, b: &RunRecord| a.started_s.total_cmp(&b.started_s));
     Ok(records)
 }

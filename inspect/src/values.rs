@@ -1,11 +1,11 @@
-//! What flows on the outputs that somebody looks at right now, and on no other.
+//! The data on those outputs that are displayed at the moment, and on no others.
 //!
-//! A link for looking is `keep="latest"`: a window that is slow misses data, and neither delays the
-//! provider nor makes it keep more than one. It is let go a moment after nobody looks any more.
+//! A display's link is `keep="latest"`: a slow window misses data, and neither delays the provider
+//! nor makes it queue more than one message. The link ends shortly after the display does.
 
 use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,39 +13,39 @@ use armor_sdk::directory::Directory;
 use armor_sdk::tap::{Tap, TapData};
 use armor_wire::keep::Keep;
 use armor_wire::schema::{Glimpse, PayloadError, Pick, Schema, glance};
+use parking_lot::Mutex;
 
-use crate::Wake;
 use crate::series::Series;
-use crate::watch::spawn;
+use crate::wake::{WakeCallback, spawn_detached};
 
-/// What a link for looking keeps: never `all`, which could make a provider wait.
+/// The policy of a display's link: never `all`, which could make the provider wait.
 const KEEP: Keep = Keep::Latest;
-/// How long after the last look a link is let go.
+/// Time after the last look until a link ends.
 const LINGER: Duration = Duration::from_secs(3);
-/// How long to wait for data before looking whether somebody still looks.
+/// How long to wait for data before checking whether the output is still displayed.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
-/// How long a provider is waited for at a time.
+/// How long one attempt waits for a provider.
 const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
 /// Time over which a rate is taken.
 const RATE_OVER: Duration = Duration::from_secs(2);
 
-/// The data that are looked at.
-pub struct Values {
+/// The outputs that are displayed.
+pub struct WatchedValues {
     directory: Directory,
     channels: Arc<Channels>,
 }
 
 struct Channels {
     all: Mutex<HashMap<String, Channel>>,
-    /// Nothing is forgotten, whether somebody looks or not.
+    /// Values are kept whether or not they are displayed.
     is_kept: AtomicBool,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
-/// One output that is looked at.
+/// One output that is displayed.
 struct Channel {
-    /// When somebody looked at it last.
+    /// Time of the last look.
     looked: Instant,
     /// The values that are plotted, by path.
     series: HashMap<String, Series>,
@@ -58,7 +58,7 @@ struct Channel {
     problem: String,
 }
 
-/// An output as it looks now.
+/// The present state of an output.
 #[derive(Clone, Debug)]
 pub struct ValueLook {
     /// Name of its type; empty while its provider is not linked to.
@@ -67,16 +67,16 @@ pub struct ValueLook {
     pub schema: Option<Arc<Schema>>,
     /// The newest data.
     pub data: Option<Arc<TapData>>,
-    /// How often data arrive here.
+    /// Data arriving per second.
     pub rate_hz: f64,
-    /// How many were lost on the way here.
+    /// Data lost between the provider and this process.
     pub lost: u64,
-    /// Why there is nothing; empty if there is.
+    /// Why there are no data; empty if there are.
     pub problem: String,
 }
 
 impl ValueLook {
-    /// The first `lines` values of the newest data.
+    /// Returns the first `lines` values of the newest data.
     ///
     /// # Errors
     /// If the data do not fit their own schema.
@@ -88,9 +88,9 @@ impl ValueLook {
     }
 }
 
-impl Values {
-    /// Looks at nothing yet; `wake` is called when data have arrived.
-    pub fn new(directory: Directory, wake: Wake) -> Self {
+impl WatchedValues {
+    /// Watches no output yet; `wake` is called when data have arrived.
+    pub fn new(directory: Directory, wake: WakeCallback) -> Self {
         let channels = Channels {
             all: Mutex::default(),
             is_kept: AtomicBool::new(false),
@@ -100,83 +100,79 @@ impl Values {
         Self { directory, channels: Arc::new(channels) }
     }
 
-    /// How `data` looks now. Whoever goes on asking goes on being shown; a link is made with the
-    /// first look.
+    /// Returns the present state of `data`. The first look makes a link, and each look keeps it for
+    /// another [`LINGER`].
     pub fn look(&self, data: &str) -> ValueLook {
-        self.with(data, |channel| channel.look())
+        self.with_channel(data, |channel| channel.present_look())
     }
 
-    /// The value at `path` of `data` over time, from the first time this is asked.
+    /// Calls `show` with the value at `path` of `data` over time, recorded since the first such call.
     pub fn series<R>(&self, data: &str, path: &str, show: impl FnOnce(&Series) -> R) -> R {
-        self.with(data, |channel| show(channel.series.entry(path.to_owned()).or_default()))
+        self.with_channel(data, |channel| show(channel.series.entry(path.to_owned()).or_default()))
     }
 
-    /// The value at `path` is plotted no more.
+    /// Forgets the recorded value at `path`.
     pub fn forget(&self, data: &str, path: &str) {
-        if let Some(channel) = self.channels.lock().get_mut(data) {
+        if let Some(channel) = self.channels.all.lock().get_mut(data) {
             channel.series.remove(path);
         }
     }
 
-    /// The data that are linked to now.
+    /// Returns the data that are linked now, sorted.
     pub fn linked(&self) -> Vec<String> {
-        let mut linked: Vec<_> = self.channels.lock().keys().cloned().collect();
+        let mut linked: Vec<_> = self.channels.all.lock().keys().cloned().collect();
         linked.sort();
         linked
     }
 
-    /// Keeps what is looked at now, though nobody goes on asking: a system that is out of reach says
-    /// nothing new, and its last values are all there is. Or no longer.
+    /// Keeps the present values even if they are not looked at again: a system that is out of reach
+    /// sends nothing new, so its last values are the only ones. `false` ends that.
     pub fn keep(&self, is_kept: bool) {
-        let mut all = self.channels.lock();
+        let mut all = self.channels.all.lock();
         all.values_mut().for_each(|channel| channel.looked = Instant::now());
         self.channels.is_kept.store(is_kept, Ordering::Relaxed);
     }
 
-    /// Links to nothing any more: the values stay as they were seen last.
+    /// Ends all links; the values stay as they were last seen.
     pub fn rest(&self) {
         self.channels.is_closing.store(true, Ordering::Relaxed);
     }
 
-    fn with<R>(&self, data: &str, show: impl FnOnce(&mut Channel) -> R) -> R {
-        let mut all = self.channels.lock();
+    fn with_channel<R>(&self, data: &str, show: impl FnOnce(&mut Channel) -> R) -> R {
+        let mut all = self.channels.all.lock();
         if !all.contains_key(data) {
             let mut channel = Channel::new();
             if self.channels.is_closing.load(Ordering::Relaxed) {
-                channel.problem = "it was not looked at while the system ran".into();
+                channel.problem = "it was not watched while the system ran".into();
                 return show(&mut channel);
             }
-            let link = Link {
+            let link = ValueLink {
                 directory: self.directory.clone(),
                 channels: Arc::clone(&self.channels),
                 data: data.into(),
             };
-            if let Err(error) = spawn("look-value", move || link.run()) {
-                channel.problem = format!("no thread to look at it: {error}");
+            if let Err(error) = spawn_detached("look-value", move || link.follow_output()) {
+                channel.problem = format!("no thread could be started to watch it: {error}");
                 return show(&mut channel);
             }
             all.insert(data.into(), channel);
         }
-        let channel = all.get_mut(data).expect("it is there by now");
+        let channel = all.get_mut(data).expect("it was inserted above");
         channel.looked = Instant::now();
         show(channel)
     }
 }
 
-impl Drop for Values {
+impl Drop for WatchedValues {
     fn drop(&mut self) {
         self.rest();
     }
 }
 
 impl Channels {
-    fn lock(&self) -> MutexGuard<'_, HashMap<String, Channel>> {
-        self.all.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether its link is to end. What nobody looks at any more is forgotten then.
+    /// Returns whether the link to `data` must end. Forgets a channel that is no longer displayed.
     fn is_over(&self, data: &str) -> bool {
-        let mut all = self.lock();
+        let mut all = self.all.lock();
         if self.is_closing.load(Ordering::Relaxed) {
             return true;
         }
@@ -205,7 +201,7 @@ impl Channel {
         }
     }
 
-    fn look(&mut self) -> ValueLook {
+    fn present_look(&mut self) -> ValueLook {
         self.forget_arrivals();
         ValueLook {
             type_name: self.type_name.clone(),
@@ -223,7 +219,7 @@ impl Channel {
         }
     }
 
-    fn take(&mut self, schema: &Schema, data: TapData) {
+    fn add_data(&mut self, schema: &Schema, data: TapData) {
         for (path, series) in &mut self.series {
             let value = Pick::find(schema, path).map(|pick| pick.read(schema, &data.payload));
             if let Some(Ok(Some(value))) = value {
@@ -238,21 +234,21 @@ impl Channel {
 }
 
 /// The thread that follows one output.
-struct Link {
+struct ValueLink {
     directory: Directory,
     channels: Arc<Channels>,
     data: String,
 }
 
-impl Link {
-    fn run(self) {
+impl ValueLink {
+    fn follow_output(self) {
         while !self.channels.is_over(&self.data) {
             let problem = match Tap::open(&self.directory, &self.data, KEEP, PROVIDER_WITHIN) {
-                Ok(tap) => self.follow(tap),
+                Ok(tap) => self.read_data(tap),
                 Err(error) => Some(error.to_string()),
             };
             let Some(problem) = problem else { return };
-            self.tell(|channel| {
+            self.update_channel(|channel| {
                 let is_new = channel.problem != problem;
                 channel.problem = problem;
                 is_new
@@ -261,10 +257,10 @@ impl Link {
         }
     }
 
-    /// Reads until the link ends, and says why; nothing if nobody looks any more.
-    fn follow(&self, mut tap: Tap) -> Option<String> {
+    /// Reads until the link ends, and returns why; `None` if the output is no longer displayed.
+    fn read_data(&self, mut tap: Tap) -> Option<String> {
         let schema = Arc::new(tap.schema().clone());
-        self.tell(|channel| {
+        self.update_channel(|channel| {
             channel.schema = Some(Arc::clone(&schema));
             channel.type_name = tap.type_name().into();
             channel.problem.clear();
@@ -272,8 +268,8 @@ impl Link {
         });
         while !self.channels.is_over(&self.data) {
             match tap.next(LOOK_EVERY) {
-                Ok(Some(data)) => self.tell(|channel| {
-                    channel.take(&schema, data);
+                Ok(Some(data)) => self.update_channel(|channel| {
+                    channel.add_data(&schema, data);
                     true
                 }),
                 Ok(None) => {}
@@ -283,9 +279,9 @@ impl Link {
         None
     }
 
-    /// Changes what is seen; `news` says whether it has.
-    fn tell(&self, news: impl FnOnce(&mut Channel) -> bool) {
-        let is_new = self.channels.lock().get_mut(&self.data).is_some_and(news);
+    /// Changes the channel, and wakes the window if `news` returns true.
+    fn update_channel(&self, news: impl FnOnce(&mut Channel) -> bool) {
+        let is_new = self.channels.all.lock().get_mut(&self.data).is_some_and(news);
         if is_new {
             (self.channels.wake)();
         }
@@ -296,38 +292,38 @@ impl Link {
 mod tests {
     use super::*;
 
-    fn nobody_looks(values: &Values) {
-        let mut all = values.channels.lock();
+    fn end_all_looks(values: &WatchedValues) {
+        let mut all = values.channels.all.lock();
         let long_ago = Instant::now().checked_sub(2 * LINGER).expect("the host is up for longer");
         all.values_mut().for_each(|channel| channel.looked = long_ago);
     }
 
-    fn values() -> Values {
+    fn values() -> WatchedValues {
         let directory = Directory::observer("127.0.0.1:1", "test");
         directory.close();
-        let values = Values::new(directory, Arc::new(|| {}));
-        values.channels.lock().insert("eye.target".into(), Channel::new());
+        let values = WatchedValues::new(directory, Arc::new(|| {}));
+        values.channels.all.lock().insert("eye.target".into(), Channel::new());
         values
     }
 
     #[test]
-    fn what_nobody_looks_at_is_forgotten_unless_it_is_all_there_is() {
+    fn values_that_are_not_displayed_are_forgotten_unless_they_are_kept() {
         let values = values();
         values.keep(true);
-        nobody_looks(&values);
+        end_all_looks(&values);
         assert!(!values.channels.is_over("eye.target"));
         values.keep(false);
-        assert!(!values.channels.is_over("eye.target"), "somebody may look at it again");
-        nobody_looks(&values);
+        assert!(!values.channels.is_over("eye.target"), "it may be displayed again");
+        end_all_looks(&values);
         assert!(values.channels.is_over("eye.target"));
         assert_eq!(values.linked(), Vec::<String>::new());
     }
 
     #[test]
-    fn at_rest_nothing_is_linked_to_and_nothing_forgotten() {
+    fn at_rest_links_end_and_values_are_kept() {
         let values = values();
         values.rest();
-        nobody_looks(&values);
+        end_all_looks(&values);
         assert!(values.channels.is_over("eye.target"), "its link is to end");
         assert_eq!(values.linked(), ["eye.target"]);
         assert!(!values.look("eye.other").problem.is_empty());

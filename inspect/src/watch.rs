@@ -1,89 +1,89 @@
-//! The threads around a [`Picture`]: they bring it what happens and do what it says.
+//! The threads around a [`SystemPicture`]: they deliver events to it and carry out its actions.
 //!
-//! An observer disturbs nothing: it holds one control connection per process, in the role that may
-//! only look, and asks one small question a second on it. It links to no data.
+//! A watch does not disturb the system: it has one control connection per process, as an observer,
+//! and sends one small request per second on it. It links to no data.
 
 use std::collections::HashMap;
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use armor_sdk::control::{Command, ControlConnection, ControlEvent, Role};
 use armor_sdk::directory::Directory;
 use armor_wire::registry::ComponentEntry;
+use parking_lot::Mutex;
 
-use crate::Wake;
-use crate::observation::{Action, Event, Picture};
+use crate::observation::{ObserverAction, SystemEvent, SystemPicture};
+use crate::wake::{WakeCallback, spawn_detached};
 
-/// Processes connected to at once, so that some that hang do not hold up the others.
+/// Threads that connect in parallel, so that processes that hang do not delay the others.
 const CONNECTING_AT_ONCE: usize = 16;
-/// A new picture is shown at most this often: no eye sees more.
+/// Least time between two pictures: the eye sees no more than ten a second.
 const SHOW_EVERY: Duration = Duration::from_millis(100);
 
-/// Where nobody listens.
+/// An address without a registry.
 const NOWHERE: &str = "127.0.0.1:1";
 
-/// A running system that is watched until this is dropped.
-pub struct Watch {
-    shared: Arc<Shared>,
+/// Watches a running system until it is dropped.
+pub struct SystemWatch {
+    shared: Arc<SharedPicture>,
     directory: Directory,
 }
 
-struct Shared {
-    picture: Mutex<Arc<Picture>>,
+struct SharedPicture {
+    picture: Mutex<Arc<SystemPicture>>,
     is_closing: AtomicBool,
-    wake: Wake,
+    wake: WakeCallback,
 }
 
-/// What reaches the loop.
-enum Happening {
-    Told(Event),
+/// An input of the loop.
+enum WatchInput {
+    Event(SystemEvent),
     Connected(String, u64, ControlConnection),
 }
 
-struct Loop {
-    shared: Arc<Shared>,
-    picture: Picture,
+struct WatchLoop {
+    shared: Arc<SharedPicture>,
+    picture: SystemPicture,
     start: Instant,
     connections: HashMap<(String, u64), ControlConnection>,
     connect: Sender<ComponentEntry>,
     requests: u64,
-    /// There is something that was not shown yet.
+    /// The picture has changed since it was last shown.
     is_new: bool,
     shown: Option<Instant>,
 }
 
-impl Watch {
-    /// Begins to watch the system whose registry listens at `registry`; `tool` says who watches,
-    /// and `wake` is called when there is a new picture.
+impl SystemWatch {
+    /// Begins to watch the system whose registry listens at `registry`; `tool` names the
+    /// observer, and `wake` is called when there is a new picture.
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn begin(registry: &str, tool: &str, wake: Wake) -> io::Result<Self> {
+    pub fn begin(registry: &str, tool: &str, wake: WakeCallback) -> io::Result<Self> {
         let name = format!("{tool}-{}", std::process::id());
         let directory = Directory::observer(registry, &name);
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(SharedPicture {
             picture: Mutex::default(),
             is_closing: AtomicBool::new(false),
             wake,
         });
-        let (told, happenings) = mpsc::channel();
+        let (inputs, received) = mpsc::channel();
         let changes = directory.watch();
-        let registry = told.clone();
-        spawn("look-registry", move || {
+        let registry = inputs.clone();
+        spawn_detached("look-registry", move || {
             for change in changes {
-                if registry.send(Happening::Told(Event::Registry(change))).is_err() {
+                if registry.send(WatchInput::Event(SystemEvent::Registry(change))).is_err() {
                     return;
                 }
             }
         })?;
-        let connect = connectors(&name, &told)?;
-        let looping = Loop {
+        let connect = start_connectors(&name, &inputs)?;
+        let looping = WatchLoop {
             shared: Arc::clone(&shared),
-            picture: Picture::default(),
+            picture: SystemPicture::default(),
             start: Instant::now(),
             connections: HashMap::new(),
             connect,
@@ -91,60 +91,60 @@ impl Watch {
             is_new: false,
             shown: None,
         };
-        spawn("look", move || looping.run(&happenings))?;
+        spawn_detached("look", move || looping.handle_inputs(&received))?;
         Ok(Self { shared, directory })
     }
 
-    /// A picture that stays as it is, with no system behind it: for tests of what shows it.
-    pub fn still(picture: Picture) -> Self {
+    /// Returns a watch that always shows `picture`, without a system: for tests of displays.
+    pub fn still(picture: SystemPicture) -> Self {
         let directory = Directory::observer(NOWHERE, "still");
         directory.close();
         let picture = Mutex::new(Arc::new(picture));
-        let wake: Wake = Arc::new(|| {});
-        let shared = Arc::new(Shared { picture, is_closing: AtomicBool::new(true), wake });
+        let wake: WakeCallback = Arc::new(|| {});
+        let shared = Arc::new(SharedPicture { picture, is_closing: AtomicBool::new(true), wake });
         Self { shared, directory }
     }
 
-    /// The system as it looks now.
-    pub fn picture(&self) -> Arc<Picture> {
-        Arc::clone(&self.shared.picture.lock().unwrap_or_else(PoisonError::into_inner))
+    /// Returns the present picture.
+    pub fn picture(&self) -> Arc<SystemPicture> {
+        Arc::clone(&self.shared.picture.lock())
     }
 
-    /// Its registry.
+    /// Returns its registry.
     pub fn directory(&self) -> &Directory {
         &self.directory
     }
 
-    /// System time, in seconds.
+    /// Returns system time, in seconds.
     pub fn timestamp(&self) -> f64 {
         self.directory.clock().timestamp()
     }
 
-    /// Looks no longer: the picture stays as it is, also if another system comes to the same place.
+    /// Stops watching; the picture stays as it is, even if another system starts at the same address.
     pub fn rest(&self) {
         self.shared.is_closing.store(true, Ordering::Relaxed);
         self.directory.close();
     }
 }
 
-impl Drop for Watch {
+impl Drop for SystemWatch {
     fn drop(&mut self) {
         self.rest();
     }
 }
 
-/// Starts what makes connections; it ends with the sender that it is asked through.
-fn connectors(name: &str, told: &Sender<Happening>) -> io::Result<Sender<ComponentEntry>> {
+/// Starts the threads that connect; they end when the returned sender is dropped.
+fn start_connectors(name: &str, inputs: &Sender<WatchInput>) -> io::Result<Sender<ComponentEntry>> {
     let (connect, wanted) = mpsc::channel::<ComponentEntry>();
     let wanted = Arc::new(Mutex::new(wanted));
     for _ in 0..CONNECTING_AT_ONCE {
-        let (wanted, told, name) = (Arc::clone(&wanted), told.clone(), name.to_owned());
-        spawn("look-connect", move || {
+        let (wanted, inputs, name) = (Arc::clone(&wanted), inputs.clone(), name.to_owned());
+        spawn_detached("look-connect", move || {
             loop {
                 // A binding of its own, so that the lock is not held while connecting.
-                let next = wanted.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                let next = wanted.lock().recv();
                 let Ok(entry) = next else { return };
-                if told.send(dial(&entry, &name, &told)).is_err() {
+                if inputs.send(connect_to(&entry, &name, &inputs)).is_err() {
                     return;
                 }
             }
@@ -153,45 +153,47 @@ fn connectors(name: &str, told: &Sender<Happening>) -> io::Result<Sender<Compone
     Ok(connect)
 }
 
-fn dial(entry: &ComponentEntry, name: &str, told: &Sender<Happening>) -> Happening {
+fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -> WatchInput {
     let (whose, instance) = (entry.name.clone(), entry.instance);
     let sink = {
-        let (told, whose) = (told.clone(), whose.clone());
+        let (inputs, whose) = (inputs.clone(), whose.clone());
         move |event| {
             let event = match event {
-                ControlEvent::Answer(answer) => Event::Said(whose.clone(), instance, answer),
-                ControlEvent::Closed(reason) => Event::Closed(whose.clone(), instance, reason),
+                ControlEvent::Answer(answer) => SystemEvent::Said(whose.clone(), instance, answer),
+                ControlEvent::Closed(reason) => {
+                    SystemEvent::Closed(whose.clone(), instance, reason)
+                }
             };
-            // Nobody watches any more.
-            let _ = told.send(Happening::Told(event));
+            // Fails once the watch has ended.
+            let _ = inputs.send(WatchInput::Event(event));
         }
     };
     match ControlConnection::connect(entry, Role::Observer, name, sink) {
-        Ok(connection) => Happening::Connected(whose, instance, connection),
-        Err(error) => Happening::Told(Event::Closed(whose, instance, error.to_string())),
+        Ok(connection) => WatchInput::Connected(whose, instance, connection),
+        Err(error) => WatchInput::Event(SystemEvent::Closed(whose, instance, error.to_string())),
     }
 }
 
-impl Loop {
-    fn run(mut self, happenings: &Receiver<Happening>) {
+impl WatchLoop {
+    fn handle_inputs(mut self, received: &Receiver<WatchInput>) {
         while !self.shared.is_closing.load(Ordering::Relaxed) {
-            match happenings.recv_timeout(self.wait()) {
-                Ok(happening) => self.take(happening),
-                Err(RecvTimeoutError::Timeout) => self.tell(Event::Tick),
+            match received.recv_timeout(self.time_to_wait()) {
+                Ok(input) => self.handle_input(input),
+                Err(RecvTimeoutError::Timeout) => self.handle_event(SystemEvent::Tick),
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            // All that has come meanwhile belongs to one picture.
-            while let Ok(happening) = happenings.try_recv() {
-                self.take(happening);
+            // Handle everything that has arrived before showing one picture.
+            while let Ok(input) = received.try_recv() {
+                self.handle_input(input);
             }
             if self.picture.next_tick() <= self.start.elapsed() {
-                self.tell(Event::Tick);
+                self.handle_event(SystemEvent::Tick);
             }
-            self.show();
+            self.show_picture();
         }
     }
 
-    fn wait(&self) -> Duration {
+    fn time_to_wait(&self) -> Duration {
         let tick = self.picture.next_tick().saturating_sub(self.start.elapsed());
         match self.shown {
             Some(shown) if self.is_new => tick.min(SHOW_EVERY.saturating_sub(shown.elapsed())),
@@ -199,54 +201,49 @@ impl Loop {
         }
     }
 
-    fn take(&mut self, happening: Happening) {
-        match happening {
-            Happening::Told(event) => self.tell(event),
-            Happening::Connected(name, instance, connection) => {
+    fn handle_input(&mut self, input: WatchInput) {
+        match input {
+            WatchInput::Event(event) => self.handle_event(event),
+            WatchInput::Connected(name, instance, connection) => {
                 self.connections.insert((name.clone(), instance), connection);
-                self.tell(Event::Connected(name, instance));
+                self.handle_event(SystemEvent::Connected(name, instance));
             }
         }
     }
 
-    fn tell(&mut self, event: Event) {
-        if let Event::Closed(name, instance, _) = &event {
+    fn handle_event(&mut self, event: SystemEvent) {
+        if let SystemEvent::Closed(name, instance, _) = &event {
             self.connections.remove(&(name.clone(), *instance));
         }
-        let (changed, actions) = self.picture.handle(event, self.start.elapsed());
+        let (changed, actions) = self.picture.handle_event(event, self.start.elapsed());
         self.is_new |= changed;
         for action in actions {
             match action {
-                // Its threads live as long as this does.
-                Action::Connect(entry) => drop(self.connect.send(entry)),
-                Action::Ask(name, instance) => {
+                // The connecting threads live as long as this loop.
+                ObserverAction::Connect(entry) => drop(self.connect.send(entry)),
+                ObserverAction::Ask(name, instance) => {
                     self.requests += 1;
                     let ask = Command::Status { request: self.requests };
                     if let Some(connection) = self.connections.get(&(name, instance)) {
-                        // A failure ends the connection, which is told.
+                        // A failure closes the connection, which arrives as an event.
                         let _ = connection.send(&ask);
                     }
                 }
-                Action::Drop(name, instance) => {
+                ObserverAction::Drop(name, instance) => {
                     self.connections.remove(&(name, instance));
                 }
             }
         }
     }
 
-    fn show(&mut self) {
+    fn show_picture(&mut self) {
         if !self.is_new || self.shown.is_some_and(|shown| shown.elapsed() < SHOW_EVERY) {
             return;
         }
         (self.is_new, self.shown) = (false, Some(Instant::now()));
-        self.picture.link();
+        self.picture.rebuild_links();
         let picture = Arc::new(self.picture.clone());
-        *self.shared.picture.lock().unwrap_or_else(PoisonError::into_inner) = picture;
+        *self.shared.picture.lock() = picture;
         (self.shared.wake)();
     }
-}
-
-/// Starts a thread that nobody waits for.
-pub(crate) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> io::Result<()> {
-    thread::Builder::new().name(name.into()).stack_size(512 << 10).spawn(work).map(drop)
 }

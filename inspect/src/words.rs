@@ -1,9 +1,9 @@
-//! What people are told of a running mission, in a terminal and in a window alike.
+//! Texts about a running mission, shared by the command line and the designer.
 
 use armor_marking::{EnabledTransition, Marking};
 
-/// A duration as people say it; one that would be negative is none.
-pub fn lasting(seconds: f64) -> String {
+/// Returns a duration as text, such as `3.2 s` or `1 min 15 s`; a negative one counts as zero.
+pub fn format_duration(seconds: f64) -> String {
     match seconds.max(0.0) {
         s if s < 60.0 => format!("{s:.1} s"),
         s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
@@ -11,8 +11,8 @@ pub fn lasting(seconds: f64) -> String {
     }
 }
 
-/// A short time, in the unit that suits it.
-pub fn short(seconds: f64) -> String {
+/// Returns a short time as text, in microseconds, milliseconds or seconds.
+pub fn format_short_time(seconds: f64) -> String {
     match seconds.abs() {
         s if s < 1e-3 => format!("{:.0} us", seconds * 1e6),
         s if s < 1.0 => format!("{:.1} ms", seconds * 1e3),
@@ -20,24 +20,25 @@ pub fn short(seconds: f64) -> String {
     }
 }
 
-/// The time by which a clock counts; one that is held stands where the pause began.
-pub fn clock_s(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
+/// Returns a function from "is this clock held?" to the time it shows, in seconds of mission time:
+/// `now_s`, or the beginning of the pause for a held clock.
+pub fn transition_clock(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
     let stopped_s = marking.pause.as_ref().map_or(now_s, |pause| pause.since_at_s);
     move |held| if held { stopped_s } else { now_s }
 }
 
-/// When a transition may fire, and who has a say in it; `now_s` is what its clock shows.
-pub fn when(enabled: &EnabledTransition, now_s: f64) -> String {
+/// Returns when a transition may fire and who decides it; `now_s` is the time its clock shows.
+pub fn describe_enabled(enabled: &EnabledTransition, now_s: f64) -> String {
     let in_s = |at_s: f64| match at_s - now_s {
         left_s if left_s <= 0.0 => "now".to_owned(),
-        left_s => format!("in {}", lasting(left_s)),
+        left_s => format!("in {}", format_duration(left_s)),
     };
     let name = &enabled.transition;
     let who = match enabled.by.as_str() {
         "operator" => ", by the operator",
         "confirmation" => ", if the operator confirms it",
         "declined" => {
-            return format!("{name} was declined; it asks again when it is newly enabled");
+            return format!("{name} was declined; it asks again the next time it is enabled");
         }
         _ => "",
     };
@@ -46,7 +47,7 @@ pub fn when(enabled: &EnabledTransition, now_s: f64) -> String {
         Some(last) if last > first => format!(", at the latest {}", in_s(last)),
         _ => String::new(),
     };
-    let held = if enabled.held { ", once the mission goes on" } else { "" };
+    let held = if enabled.held { ", once the mission resumes" } else { "" };
     format!("{name} {}{until}{who}{held}", in_s(first))
 }
 
@@ -66,20 +67,20 @@ mod tests {
     }
 
     #[test]
-    fn durations_are_said_in_the_unit_that_suits_them() {
-        let said = [-1.0, 3.21, 75.0, 7384.0].map(lasting);
-        assert_eq!(said, ["0.0 s", "3.2 s", "1 min 15 s", "2 h 03 min"]);
+    fn durations_are_written_in_a_suitable_unit() {
+        let written = [-1.0, 3.21, 75.0, 7384.0].map(format_duration);
+        assert_eq!(written, ["0.0 s", "3.2 s", "1 min 15 s", "2 h 03 min"]);
     }
 
     #[test]
-    fn short_times_are_said_in_the_unit_that_suits_them() {
-        assert_eq!([2.5e-5, 0.0123, 1.5].map(short), ["25 us", "12.3 ms", "1.50 s"]);
+    fn short_times_are_written_in_a_suitable_unit() {
+        assert_eq!([2.5e-5, 0.0123, 1.5].map(format_short_time), ["25 us", "12.3 ms", "1.50 s"]);
     }
 
     #[test]
-    fn when_something_fires_is_said_by_its_own_clock() {
+    fn the_time_of_a_firing_is_given_by_the_transitions_own_clock() {
         let check = |enabled: EnabledTransition, now_s, expected: &str| {
-            assert_eq!(when(&enabled, now_s), expected);
+            assert_eq!(describe_enabled(&enabled, now_s), expected);
         };
         check(enabled("mission", 150.0, Some(150.0), false), 30.0, "late in 2 min 00 s");
         check(
@@ -88,9 +89,9 @@ mod tests {
             "late now, at the latest in 1 min 00 s",
         );
         check(enabled("operator", 0.0, None, false), 30.0, "late now, by the operator");
-        let held = "late in 20.0 s, if the operator confirms it, once the mission goes on";
+        let held = "late in 20.0 s, if the operator confirms it, once the mission resumes";
         check(enabled("confirmation", 50.0, None, true), 30.0, held);
-        let declined = "late was declined; it asks again when it is newly enabled";
+        let declined = "late was declined; it asks again the next time it is enabled";
         check(enabled("declined", 0.0, None, false), 30.0, declined);
     }
 }

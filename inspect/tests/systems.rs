@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use armor_inspect::systems::{Record, RunFile, running};
+use armor_inspect::systems::{RunFile, RunRecord, list_running};
 
 /// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
@@ -13,8 +13,8 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-fn record(system: &str, pid: u32) -> Record {
-    Record {
+fn record(system: &str, pid: u32) -> RunRecord {
+    RunRecord {
         system: system.into(),
         pid,
         registry: ([127, 0, 0, 1], 7411).into(),
@@ -29,7 +29,7 @@ fn a_system_is_found_while_its_launcher_lives() {
     let folder = folder("run-files");
     let first = RunFile::write(&folder, &record("rover", 1)).expect("written");
     let second = RunFile::write(&folder, &record("rover", 2)).expect("written");
-    let list = || running(&folder).expect("readable");
+    let list = || list_running(&folder).expect("readable");
     assert_eq!(list(), [record("rover", 1), record("rover", 2)]);
     drop(first);
     assert_eq!(list(), [record("rover", 2)]);
@@ -38,11 +38,11 @@ fn a_system_is_found_while_its_launcher_lives() {
 }
 
 #[test]
-fn files_of_the_dead_are_removed() {
+fn files_of_ended_systems_are_removed() {
     let folder = folder("stale-run-files");
     let path = folder.join("rover-9.json");
     let text = serde_json::to_string(&record("rover", 9)).expect("serialises");
     fs::write(&path, text).expect("writable");
-    assert_eq!(running(&folder).expect("readable"), []);
+    assert_eq!(list_running(&folder).expect("readable"), []);
     assert!(!path.exists());
 }

@@ -10,24 +10,24 @@ pub mod ps;
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use armor_inspect::{Following, Observed};
+use armor_inspect::{FollowingTap, ObservedSystem};
 
 use crate::arguments::Running;
 use crate::exit::Ending;
 use crate::system;
 
 /// The system that is meant.
-pub fn find(running: &Running, tool: &str) -> Result<Observed> {
-    Ok(Observed::at(&system::registry(running)?.to_string(), tool))
+pub fn find(running: &Running, tool: &str) -> Result<ObservedSystem> {
+    Ok(ObservedSystem::at(&system::registry(running)?.to_string(), tool))
 }
 
 /// The data of one output for as long as the system runs.
-pub fn follow(observed: Observed, data: &str) -> Result<Following> {
+pub fn follow(observed: ObservedSystem, data: &str) -> Result<FollowingTap> {
     let name = data.to_owned();
     let told = move |reason: &str| {
         eprintln!("{name}: the link has ended: {reason}; waiting for its provider");
     };
-    Following::begin(observed, data, told).with_context(|| format!("{data} cannot be read"))
+    FollowingTap::begin(observed, data, told).with_context(|| format!("{data} cannot be read"))
 }
 
 /// What prints; whoever stops reading has seen enough.

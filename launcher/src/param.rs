@@ -92,7 +92,7 @@ fn set(arguments: &Set, format: Format) -> Result<Ending> {
             let changes = changes.iter().map(json_of).collect::<Result<Vec<_>>>()?;
             say(json!({"set": true, "version": version, "changes": changes}))
         } else if changes.is_empty() {
-            say(format_args!("{component}.{parameter} is so already; nothing was written"))
+            say(format_args!("{component}.{parameter} already has this value; nothing was written"))
         } else {
             changes.iter().try_for_each(|change| match file {
                 Some(_) => say(&change.text),

@@ -12,10 +12,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_petri::analysis::boundedness::{Pumping, pumping_on_walks};
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::{Budget, Ending as Explored, Exhausted, Space, explore};
-use armor_petri::file::{NetFile, decode, pnml, tina};
+use armor_petri::analysis::boundedness::{PumpingSequence, pumping_on_walks};
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::{
+    AnalysisBudget, Exhausted, ExplorationEnd as Explored, Space, explore_states,
+};
+use armor_petri::file::{NetFile, decode_text, pnml, tina};
 use armor_petri::{Net, TransitionId};
 
 use crate::arguments::Format;
@@ -41,7 +43,7 @@ fn load(path: &Path) -> Result<NetFile> {
     let shown = path.display();
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {shown}"))?;
     let located = |error| anyhow!("{shown}:{error}");
-    let text = decode(&bytes).map_err(located)?;
+    let text = decode_text(&bytes).map_err(located)?;
     match is_tina(path) {
         true => tina::read(&text).map_err(located),
         false if mission::is_mission(&text) => mission::read(path),
@@ -55,9 +57,9 @@ fn is_tina(path: &Path) -> bool {
 
 /// What is known of a net's states.
 struct Facts {
-    bounds: Bounds,
+    bounds: PlaceBounds,
     /// How some place grows without end, if one does.
-    pumping: Option<Pumping>,
+    pumping: Option<PumpingSequence>,
     /// The states, unless growth was found before any were gathered.
     space: Option<Space>,
     undecided: Option<Exhausted>,
@@ -65,14 +67,14 @@ struct Facts {
 
 impl Facts {
     /// Bounds from invariants, growth on a few walks, and then all states.
-    fn gather(net: &Net, with_ways: bool, budget: &Budget<'_>) -> Self {
-        let bounds = Bounds::of_net(net, budget.stop);
+    fn gather(net: &Net, with_ways: bool, budget: &AnalysisBudget<'_>) -> Self {
+        let bounds = PlaceBounds::of_net(net, budget.stop);
         if !bounds.is_bounded()
             && let Some(pumping) = pumping_on_walks(net)
         {
             return Self { bounds, pumping: Some(pumping), space: None, undecided: None };
         }
-        let found = explore(net, &bounds, with_ways, budget);
+        let found = explore_states(net, &bounds, with_ways, budget);
         let (pumping, undecided) = match found.ending {
             Explored::Complete => (None, None),
             Explored::Unbounded(pumping) => (Some(pumping), None),
@@ -97,10 +99,14 @@ impl Facts {
 }
 
 /// Runs `work` with the budget of the command line.
-fn within<T>(budget: &arguments::Limits, work: impl FnOnce(&Budget<'_>) -> T) -> T {
+fn within<T>(budget: &arguments::Limits, work: impl FnOnce(&AnalysisBudget<'_>) -> T) -> T {
     let start = Instant::now();
     let stop = || start.elapsed() >= budget.time_limit;
-    work(&Budget { states: budget.max_states, memory_bytes: budget.max_memory, stop: &stop })
+    work(&AnalysisBudget {
+        states: budget.max_states,
+        memory_bytes: budget.max_memory,
+        stop: &stop,
+    })
 }
 
 /// The option whose budget ran out.

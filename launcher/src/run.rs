@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::arguments::{self, Format};
 use crate::check;
 use crate::exit::Ending;
-use armor_inspect::systems::{self, Record, RunFile};
+use armor_inspect::systems::{self, RunFile, RunRecord};
 use logs::Log;
 use plan::Plan;
 use port::Lease;
@@ -56,7 +56,7 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     let past = past::settle(configuration, arguments, out.path())?;
     let lease = Lease::take(arguments.registry)?;
     let plan = Plan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
-    let record = Record {
+    let record = RunRecord {
         system: name.clone(),
         pid: std::process::id(),
         registry: lease.address,
@@ -64,7 +64,7 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
         file: arguments.file.clone(),
         out: out.path().into(),
     };
-    let _run_file = RunFile::write(&systems::directory()?, &record)?;
+    let _run_file = RunFile::write(&systems::record_directory()?, &record)?;
 
     let (log, sinks) = Log::start(&out.path().join("logs"), &plan.names(), format)?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());

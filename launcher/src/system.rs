@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use anyhow::{Result, bail};
 
 use crate::arguments::Running;
-use armor_inspect::systems::{self, Record};
+use armor_inspect::systems::{self, RunRecord};
 
 /// Where the registry of the system that is meant listens: the one told, the one with that name, or
 /// the only one.
@@ -16,7 +16,7 @@ pub fn registry(running: &Running) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
-    let records = systems::running(&systems::directory()?)?;
+    let records = systems::list_running(&systems::record_directory()?)?;
     choose(records, running.system.as_deref())
 }
 
@@ -24,8 +24,8 @@ pub fn registry(running: &Running) -> Result<SocketAddr> {
 ///
 /// # Errors
 /// If there is none, or several.
-pub fn record(running: &Running) -> Result<Record> {
-    let mut records = systems::running(&systems::directory()?)?;
+pub fn record(running: &Running) -> Result<RunRecord> {
+    let mut records = systems::list_running(&systems::record_directory()?)?;
     if let Some(registry) = running.registry {
         records.retain(|record| record.registry == registry);
     }
@@ -34,7 +34,7 @@ pub fn record(running: &Running) -> Result<Record> {
     Ok(records.swap_remove(0))
 }
 
-fn choose(mut records: Vec<Record>, name: Option<&str>) -> Result<SocketAddr> {
+fn choose(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe).collect();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
@@ -67,8 +67,8 @@ fn choose(mut records: Vec<Record>, name: Option<&str>) -> Result<SocketAddr> {
     }
 }
 
-fn describe(record: &Record) -> String {
-    let Record { system, registry, pid, file, .. } = record;
+fn describe(record: &RunRecord) -> String {
+    let RunRecord { system, registry, pid, file, .. } = record;
     format!("  --system {system}  --registry {registry}  (process {pid}, {})", file.display())
 }
 
@@ -76,8 +76,8 @@ fn describe(record: &Record) -> String {
 mod tests {
     use super::*;
 
-    fn record(system: &str, port: u16) -> Record {
-        Record {
+    fn record(system: &str, port: u16) -> RunRecord {
+        RunRecord {
             system: system.into(),
             pid: 7,
             registry: ([127, 0, 0, 1], port).into(),

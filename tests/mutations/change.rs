@@ -1,11 +1,11 @@
-//! Changes of a file, each with what must come of it: most break it, each in a way that can be told
-//! from all others; the rest keep it valid.
+//! Changes of a file, each with its expected result. Most make the file invalid, each with a finding
+//! that differs from all others; the rest keep it valid.
 
 use std::fmt::Write;
 
 use crate::dice::Dice;
 
-/// What must come of a change.
+/// The expected result of a change.
 #[derive(Clone, Debug)]
 pub enum Fate {
     /// The file is valid: a new version.
@@ -14,7 +14,7 @@ pub enum Fate {
     Refused { code: &'static str, sign: Sign },
 }
 
-/// What tells a finding from those of other changes.
+/// What distinguishes a finding from those of other changes.
 #[derive(Clone, Debug)]
 pub enum Sign {
     Line(usize),
@@ -39,8 +39,8 @@ pub struct Draft<'a> {
 
 type Way = (&'static str, fn(&mut Draft<'_>) -> Option<Fate>);
 
-/// One change of `text`, chosen by the dice; the blank lines before the root element tell the lines
-/// of this change from those of the one before.
+/// Makes one random change of `text`. Blank lines before the root element shift the lines, so that
+/// findings of this change and of the previous one are in different lines.
 pub fn change(text: &str, n: usize, dice: &mut Dice) -> Changed {
     loop {
         // Three of four break it.

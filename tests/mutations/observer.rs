@@ -1,4 +1,4 @@
-//! What a running system says of its configuration: the state that configd publishes, and its answers.
+//! The configuration of a running system: the state that configd publishes, and its answers.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};

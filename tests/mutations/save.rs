@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime};
 
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 
-/// Where the file is, and room beside it.
+/// The path of the file, and a folder for other files.
 pub struct Place {
     /// The file.
     pub path: PathBuf,

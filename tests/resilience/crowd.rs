@@ -16,7 +16,7 @@ const STEPS: [usize; 5] = [1, 7, 13, 29, 41];
 const SIZE: usize = 200;
 /// How long the processor time is measured.
 const WINDOW: Duration = Duration::from_secs(3);
-/// Components asked at once.
+/// Components asked in parallel.
 const AT_ONCE: usize = 16;
 
 fn ring() -> System {
@@ -106,7 +106,7 @@ fn a_crowd_of_components_comes_up_on_one_machine() {
     std::thread::sleep(WINDOW);
     let cores = (used_s() - before_s) / since.elapsed().as_secs_f64();
     println!("{cores:.2} cores for all of it, every link at 1 Hz");
-    // Who does not answer at once is not shown, so it looks again.
+    // A component that does not answer in time is not shown, so the test asks again.
     let looked = wait_for("every link in the graph", || {
         let since = Instant::now();
         let edges = system.told(&["graph"]);

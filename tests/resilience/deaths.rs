@@ -1,11 +1,11 @@
-//! Each kind of process killed, one at a time: what goes on, what comes back, and how.
+//! Each kind of process is killed, one at a time: what continues, what returns, and how.
 
 use armor_wire::control::RunState;
 use rustix::process::Signal;
 
 use super::system::{Draft, System};
 use super::trace::check_nothing_lost;
-use crate::fixture::{Folder, lives, send, wait_for};
+use crate::fixture::{Folder, is_alive, send_signal, wait_for};
 
 /// How many data the probe `name` has got at its input `a`.
 fn received(system: &System, name: &str) -> usize {
@@ -19,7 +19,7 @@ fn receives(system: &System, name: &str, more: usize) {
 }
 
 #[test]
-fn data_flows_on_without_the_registry_and_without_configd() {
+fn data_keeps_flowing_without_registry_and_configd() {
     let limit = 20_000;
     let draft = Draft::default()
         .probe("source", "rate='500Hz'", &format!("burst=10 limit={limit}"))
@@ -56,7 +56,7 @@ fn data_flows_on_without_the_registry_and_without_configd() {
         let [first, last] = [&got[0], &got[got.len() - 1]];
         assert_eq!(got.len() as u64, last.count - first.count + 1, "{name}: each one once");
     }
-    assert!(lives(configd), "it stays");
+    assert!(is_alive(configd), "it stays");
     assert_eq!(system.trace("sink").count("started"), 1, "it never noticed");
     assert_eq!(system.status("sink").inputs[0].connections, 1);
 }
@@ -69,19 +69,19 @@ fn a_component_that_starts_without_configd_waits_for_it() {
         .link("source", "sink.a", "all");
     let system = draft.run(Folder::new("waits-for-configd"));
     receives(&system, "sink", 10);
-    // Stopped, it is still there for the launcher for a while, and answers nobody.
+    // A stopped process still counts as running for the launcher, but answers no request.
     let configd = system.pid("configd");
-    send(configd, Signal::STOP);
+    send_signal(configd, Signal::STOP);
     let sink = system.kill("sink");
     wait_for("another sink", || {
         system.entries().into_iter().find(|e| e.name == "sink" && e.pid.cast_signed() != sink)
     });
-    send(configd, Signal::KILL);
+    send_signal(configd, Signal::KILL);
     receives(&system, "sink", 10);
 }
 
 #[test]
-fn a_component_killed_leaves_the_others_alone_and_comes_back_with_its_links() {
+fn a_killed_component_disturbs_no_other_and_returns_with_its_links() {
     let draft = Draft::default()
         .probe("source", "rate='200Hz'", "")
         .probe("relay", "rate='200Hz'", "")
@@ -114,7 +114,7 @@ fn a_component_killed_leaves_the_others_alone_and_comes_back_with_its_links() {
             });
         }
         receives(&system, "witness", 20);
-        assert!(!lives(before));
+        assert!(!is_alive(before));
     }
     for name in ["relay", "sink", "witness"] {
         check_nothing_lost(name, &system.trace(name).got("a"));
@@ -173,7 +173,7 @@ fn the_executive_resumes_where_it_was_and_a_killed_component_gets_its_state_back
         let (state, starts) =
             if name == "two" { (RunState::Active, 2) } else { (RunState::Frozen, 1) };
         wait_for("its state", || system.answer(name).filter(|status| status.state == state));
-        // It says that it is active before its first call is over.
+        // It reports that it is active before its first call ends.
         system.traced(name, "its starts", |trace| (trace.count("started") >= starts).then_some(()));
         assert_eq!(system.trace(name).count("started"), starts, "`{name}`");
         assert_eq!(system.trace(name).count("clash"), 0);
@@ -183,7 +183,7 @@ fn the_executive_resumes_where_it_was_and_a_killed_component_gets_its_state_back
 }
 
 #[test]
-fn what_does_not_stop_is_killed_before_its_successor_starts() {
+fn a_component_that_does_not_stop_is_killed_before_its_successor_starts() {
     let draft = Draft::default()
         .probe("one", "rate='50Hz'", "hang=3 alone=alone")
         .probe("two", "rate='50Hz'", "alone=alone")
@@ -205,7 +205,7 @@ fn what_does_not_stop_is_killed_before_its_successor_starts() {
         .traced("one", "its hanging", |trace| trace.all("hangs").first().map(|note| note.pid));
     let two = system
         .traced("two", "its start", |trace| trace.all("started").first().map(|note| note.at_ns));
-    assert!(!lives(hung), "killed first");
+    assert!(!is_alive(hung), "killed first");
     let one = system.trace("one");
     assert_eq!(one.count("stopping"), 0, "it never came to rest by itself");
     assert!(one.0.iter().all(|note| note.at_ns < two), "{one:?}");

@@ -7,7 +7,7 @@ use armor_registry::{Background, Options};
 
 use super::system::{Draft, System, probe};
 use super::trace::check_nothing_lost;
-use crate::fixture::{Folder, ended, lives, wait_for};
+use crate::fixture::{Folder, is_alive, run_to_end, wait_for};
 
 const WORKING: &str = "
 <mission name='work' goal='over' safe='hold'>
@@ -54,11 +54,11 @@ fn a_component_that_has_failed_fails_a_run_without_a_mission() {
 }
 
 #[test]
-fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
+fn a_component_that_dies_too_often_is_given_up_and_reported_to_the_executive() {
     let mut system = working("dies-too-often", "");
     for death in 1..=5 {
         let pid = system.kill("worker");
-        wait_for("its end", || (!lives(pid)).then_some(()));
+        wait_for("its end", || (!is_alive(pid)).then_some(()));
         if death < 5 {
             // Each time it comes back, and into its place.
             system.traced("worker", "another start", |trace| {
@@ -66,7 +66,7 @@ fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
             });
         }
     }
-    system.run.logged("it is given up", 1);
+    system.run.wait_for_log("it is given up", 1);
     let got = system.trace("sink").got("a").len();
     system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 50).then_some(()));
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
@@ -77,13 +77,13 @@ fn who_dies_too_often_is_given_up_and_the_executive_is_told() {
 }
 
 #[test]
-fn without_configd_a_component_says_so_and_ends() {
+fn without_configd_a_component_reports_it_and_ends() {
     let folder = Folder::new("no-configd");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
     let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
     let mut lonely = Command::new(probe());
     let lonely = lonely.args(["--name", "lonely", "--registry", &registry.address().to_string()]);
-    let (code, _, err) = ended(lonely.current_dir(folder.path()));
+    let (code, _, err) = run_to_end(lonely.current_dir(folder.path()));
     assert_eq!(code, 1, "{err}");
     let says = ["configd has not answered within", "trace", "nobody is called `configd`"];
     assert!(says.iter().all(|text| err.contains(text)), "{err}");

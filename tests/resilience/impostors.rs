@@ -52,7 +52,7 @@ fn request(data: &str, instance: u64, schema: &str) -> Purpose {
 }
 
 #[test]
-fn who_asks_for_another_process_start_or_another_type_gets_no_data() {
+fn a_request_for_another_process_start_or_type_gets_no_data() {
     let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("asking"));
     let found =
         wait_for("the source", || system.directory.lookup("source.numbers", ANSWER_WITHIN).ok());
@@ -87,7 +87,7 @@ enum Answer {
     AsMeant = 3000,
 }
 
-/// A port that anybody's software may have taken.
+/// A port that other software may have taken.
 struct Ghost {
     answer: Arc<Mutex<Answer>>,
     subscribers: Arc<AtomicUsize>,
@@ -181,7 +181,7 @@ fn register(registry: SocketAddr, address: SocketAddr, schema: &str) {
 }
 
 #[test]
-fn who_answers_as_another_process_start_or_with_another_type_gives_no_data() {
+fn an_answer_of_another_process_start_or_type_gives_no_data() {
     let system = Draft::default().probe("source", "", "").run(Folder::new("answering"));
     let found =
         wait_for("the source", || system.directory.lookup("source.numbers", ANSWER_WITHIN).ok());

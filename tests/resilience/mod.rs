@@ -1,14 +1,14 @@
-//! What holds when things fail (the table of the design): processes killed, stopped, crowded, and
-//! lied to, in systems of [probes](../probe.rs) that write down what happens to them.
+//! Behaviour under failures (the table in ARCHITECTURE.md): processes that are killed, stopped or
+//! crowded, and false or hostile peers, in systems of [probes](../probe.rs) that record every call.
 
 mod crowd;
 mod deaths;
-mod ends;
 mod failures;
+mod hangs;
+mod hostile_bytes;
 mod impostors;
+mod random_kills;
 mod relinking;
-mod rounds;
-mod silence;
-mod strangers;
+mod shutdown;
 pub mod system;
 pub mod trace;

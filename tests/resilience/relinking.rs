@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::system::Draft;
 use super::trace::Trace;
-use crate::fixture::{Folder, Talker, ended, send, wait_for};
+use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 
 const SINKS: [&str; 8] = ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"];
 /// One more within a minute, and they are given up.
@@ -28,19 +28,19 @@ fn last_start_ns(trace: &Trace) -> Option<u64> {
 }
 
 #[test]
-fn who_looks_at_data_sees_those_of_the_next_process_too() {
+fn an_observer_of_an_output_follows_the_next_process() {
     let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("echo"));
     let registry = system.registry.to_string();
     let mut echo = system.folder.armor(&["echo", "source.numbers", "--format", "json"]);
-    let echo = Talker::start(echo.args(["--registry", &registry]));
+    let echo = Dialogue::start(echo.args(["--registry", &registry]));
     let next = || {
-        let line: Value = serde_json::from_str(&echo.says()).expect("JSON");
+        let line: Value = serde_json::from_str(&echo.read_line()).expect("JSON");
         line["value"]["bulk"].clone()
     };
     let before = next();
-    // The next process is told from this one by what it sends.
+    // The data distinguish the next process from this one.
     let mut set = system.folder.armor(&["param", "set", "source.bulk", "3"]);
-    let (code, _, err) = ended(set.args(["--registry", &registry]));
+    let (code, _, err) = run_to_end(set.args(["--registry", &registry]));
     assert_eq!(code, 0, "{err}");
     system.replace("source");
     wait_for("data of the next process", || (next() != before).then_some(()));
@@ -59,7 +59,7 @@ fn links_come_back_with_the_process_at_either_end() {
     let (mut subscribers_s, mut publishers_s) = (Vec::new(), Vec::new());
     for _ in 0..DEATHS {
         let dead = SINKS.map(|sink| system.pid(sink));
-        dead.iter().for_each(|pid| send(*pid, Signal::KILL));
+        dead.iter().for_each(|pid| send_signal(*pid, Signal::KILL));
         for (sink, dead) in SINKS.into_iter().zip(dead) {
             subscribers_s.push(system.traced(sink, "data of its successor", |trace| {
                 let got = trace.got("a").into_iter().rev().take_while(|got| got.pid != dead).last();

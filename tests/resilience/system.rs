@@ -1,4 +1,4 @@
-//! A running system of probes, looked at from outside.
+//! A running system of probes, observed from outside.
 
 use std::fmt::Write;
 use std::net::SocketAddr;
@@ -13,9 +13,9 @@ use armor_wire::registry::ComponentEntry;
 use rustix::process::Signal;
 
 use super::trace::Trace;
-use crate::fixture::{Folder, Run, ended, lives, send, wait_for};
+use crate::fixture::{Folder, Run, is_alive, run_to_end, send_signal, wait_for};
 
-/// How long a single question may take; who asks asks again.
+/// Time for a single request; callers ask again.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 
 /// The file of a system, as it is put together.
@@ -128,17 +128,17 @@ impl System {
     /// How a process is registered, once it is and lives.
     pub fn entry(&self, name: &str) -> ComponentEntry {
         wait_for(&format!("`{name}` in the registry"), || {
-            let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(lives);
+            let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(is_alive);
             self.entries().into_iter().find(|entry| entry.name == name && pid_lives(entry.pid))
         })
     }
 
-    /// What a component says of itself.
+    /// Returns the status of a component.
     pub fn status(&self, name: &str) -> Status {
         wait_for(&format!("an answer of `{name}`"), || self.answer(name))
     }
 
-    /// What a component says of itself, if it answers now.
+    /// Returns the status of a component, if it answers now.
     pub fn answer(&self, name: &str) -> Option<Status> {
         let entry = self.entries().into_iter().find(|entry| entry.name == name)?;
         let connection = ControlConnection::connect(&entry, Role::Observer, "test", |_| {}).ok()?;
@@ -156,7 +156,7 @@ impl System {
     /// Kills a process without warning; returns its id.
     pub fn kill(&self, name: &str) -> i32 {
         let pid = self.pid(name);
-        send(pid, Signal::KILL);
+        send_signal(pid, Signal::KILL);
         pid
     }
 
@@ -170,9 +170,10 @@ impl System {
     pub fn told(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);
-        let (code, out, err) = ended(command.args(["--registry", &registry, "--format", "json"]));
+        let (code, out, err) =
+            run_to_end(command.args(["--registry", &registry, "--format", "json"]));
         if code != 0 {
-            // It is being restarted; whoever asks asks again.
+            // It is being restarted; the caller asks again.
             eprintln!("armor {arguments:?}: {err}");
         }
         out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
@@ -182,10 +183,10 @@ impl System {
     pub fn shown(&self, arguments: &[&str]) -> String {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);
-        ended(command.args(["--registry", &registry])).1
+        run_to_end(command.args(["--registry", &registry])).1
     }
 
-    /// A component started by hand, beside the launcher.
+    /// A component started by hand, without the launcher.
     pub fn by_hand(&self, arguments: &[&str]) -> ByHand {
         let mut command = Command::new(probe());
         command.args(["--registry", &self.registry.to_string()]).args(arguments);

@@ -1,4 +1,4 @@
-//! A page of the tutorial as steps, and the loose comparison of what is shown with what is said.
+//! A page of the tutorial as steps, and the loose comparison of the shown with the real output.
 
 use std::path::Path;
 
@@ -10,15 +10,15 @@ use crate::fixture::free_port;
 pub enum Step {
     /// Writes a file.
     Write { path: String, text: String },
-    /// Runs commands to their end; `fails`: the last one says no.
+    /// Runs commands to their end; `fails`: the last one exits with an error.
     Run { commands: String, fails: bool },
     /// Starts a command in a terminal of its own.
     Start { command: String },
     /// Presses Ctrl-C in the terminal opened last.
     Interrupt,
-    /// Compares what was said with the page.
+    /// Compares the output with the page.
     Expect { text: String },
-    /// Compares what was said so far in the terminal opened last.
+    /// Compares the output so far of the terminal opened last.
     ExpectOther { text: String },
 }
 
@@ -71,7 +71,7 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
     steps
 }
 
-/// Whether `output` is what the page shows: a number stands for any number, a time for any time in
+/// Whether `output` is what the page shows: a number matches any number, a time any time in
 /// any unit, `…` for anything, and one space is as good as many.
 pub fn matches(shown: &str, output: &str) -> bool {
     let output = loosened(output);
@@ -133,7 +133,7 @@ fn number_len(text: &str) -> usize {
 }
 
 #[test]
-fn what_is_said_is_compared_loosely_but_compared() {
+fn numbers_and_spaces_may_differ_and_words_may_not() {
     let check = |shown: &str, output: &str, expected: bool| {
         assert_eq!(matches(shown, output), expected, "{shown:?} {output:?}");
     };
@@ -150,7 +150,7 @@ fn what_is_said_is_compared_loosely_but_compared() {
 }
 
 #[test]
-fn a_page_is_taken_apart() {
+fn a_page_is_split_into_its_steps() {
     let text = "# T\n```sh\na\nb\n```\n```text\nc\n```\n```rust file=x/y.rs\nd\n```\n\
                 ```sh background\ne\n```\nPress Ctrl-C. <!-- Ctrl-C -->\n```console\nf\n```\n";
     let steps: Vec<_> = steps(text).into_iter().collect();

@@ -1,4 +1,4 @@
-//! A reader's terminal: it stays in the folder it has gone to, and opens others beside it.
+//! A reader's terminal: it stays in its present folder, and opens further terminals there.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -90,7 +90,7 @@ impl<'a> Terminal<'a> {
         (status, program.output())
     }
 
-    /// Starts a command that goes on, in a terminal of its own.
+    /// Starts a long-running command in a terminal of its own.
     pub fn start(&self, command: &str) -> Program {
         // In bash's place: the signal and the code are the command's.
         self.spawn(&format!("exec {command}"))
@@ -121,7 +121,7 @@ impl Program {
     /// Whether it has ended by itself.
     pub fn has_ended(&self) -> bool {
         let pid = i32::try_from(self.child.id()).expect("a process id");
-        !crate::fixture::lives(pid)
+        !crate::fixture::is_alive(pid)
     }
 
     /// Ctrl-C, unless it has ended already: all it printed.

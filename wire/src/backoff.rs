@@ -9,25 +9,19 @@ pub struct Backoff {
     first: Duration,
     most: Duration,
     next: Duration,
-    random: u64,
+    random: fastrand::Rng,
 }
 
 impl Backoff {
     /// Delays from `first` to `most`; `seed` makes them this process's own.
     pub fn new(first: Duration, most: Duration, seed: u64) -> Self {
         let first = first.min(most);
-        Self { first, most, next: first, random: seed | 1 }
+        Self { first, most, next: first, random: fastrand::Rng::with_seed(seed) }
     }
 
     /// The next delay.
     pub fn delay(&mut self) -> Duration {
-        // xorshift64*: statistically plain, and plenty for jitter.
-        self.random ^= self.random >> 12;
-        self.random ^= self.random << 25;
-        self.random ^= self.random >> 27;
-        let unit =
-            (self.random.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 53) as f64;
-        let delay = self.next.mul_f64(0.5 + 0.5 * unit);
+        let delay = self.next.mul_f64(0.5 + 0.5 * self.random.f64());
         self.next = self.next.saturating_mul(2).min(self.most);
         delay
     }

@@ -22,10 +22,10 @@ impl BoxWalls {
 
     /// Puts six boxes of 10 to 40 cm anywhere but near the places to keep free.
     pub(crate) fn clutter(&mut self, seed: u64, keep_free: &[Point2]) {
-        let mut random = BoxRandom::new(seed);
+        let mut random = fastrand::Rng::with_seed(seed);
         for _ in 0..6 {
-            let (x, y) = (0.5 + 7.0 * random.unit(), 0.5 + 4.0 * random.unit());
-            let size = 0.1 + 0.3 * random.unit();
+            let (x, y) = (0.5 + 7.0 * random.f64(), 0.5 + 4.0 * random.f64());
+            let size = 0.1 + 0.3 * random.f64();
             let middle = Point2::new(x + size / 2.0, y + size / 2.0);
             if keep_free.iter().all(|place| place.distance_m(middle) > 0.9) {
                 self.line(&[(x, y), (x + size, y), (x + size, y + size), (x, y + size), (x, y)]);
@@ -76,7 +76,7 @@ pub(crate) struct BoxWorld {
     velocity: Velocity,
     field_rad: f64,
     noise: Noise,
-    random: BoxRandom,
+    random: fastrand::Rng,
 }
 
 impl BoxWorld {
@@ -97,7 +97,7 @@ impl BoxWorld {
             velocity: Velocity::ZERO,
             field_rad,
             noise,
-            random: BoxRandom::new(noise.seed),
+            random: fastrand::Rng::with_seed(noise.seed),
         }
     }
 
@@ -156,24 +156,7 @@ impl BoxWorld {
 
     /// Roughly normal, variance 1: the sum of twelve uniform numbers.
     fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.random.unit()).sum::<f64>() - 6.0
-    }
-}
-
-/// Random numbers that are the same in every run (xorshift; Marsaglia 2003).
-struct BoxRandom(u64);
-
-impl BoxRandom {
-    fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
-    }
-
-    /// From 0 to 1.
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        (0..12).map(|_| self.random.f64()).sum::<f64>() - 6.0
     }
 }
 

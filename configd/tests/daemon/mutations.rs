@@ -9,18 +9,16 @@ use std::time::{Duration, Instant};
 
 use armor_configd::{Background, Notice, Options};
 use armor_robotfile::{check, read};
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{RngExt, SeedableRng};
 
 use crate::bench::{DEADLINE, Folder};
 
 const EXAMPLE: &str = include_str!("../../../missions/office.xml");
 
-struct Dice(Xoshiro256PlusPlus);
+struct Dice(fastrand::Rng);
 
 impl Dice {
     fn throw(&mut self, sides: usize) -> usize {
-        self.0.random_range(0..sides)
+        self.0.usize(..sides)
     }
 
     /// The example with one thing in it spoiled.
@@ -154,7 +152,7 @@ fn spoiled_files_are_refused_however_they_are_saved() {
     let configd = Background::start(Options::new(folder.file())).unwrap();
     let mut version = 0;
     settled(&configd, &mut version, true);
-    let mut dice = Dice(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let mut dice = Dice(fastrand::Rng::with_seed(seed));
     let (mut refused, mut took) = (0, Vec::<Duration>::new());
     for round in 0..usize::try_from(rounds).unwrap() {
         let bytes = dice.mutation();

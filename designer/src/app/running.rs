@@ -1,6 +1,6 @@
 //! Running the open file, and watching what runs already.
 
-use armor_inspect::systems::Record;
+use armor_inspect::systems::RunRecord;
 
 use crate::app::Designer;
 use crate::app::dialogs::{Dialog, Then};
@@ -63,6 +63,6 @@ impl Designer {
     }
 }
 
-fn in_words(record: &Record) -> String {
+fn in_words(record: &RunRecord) -> String {
     format!("{} at {}", record.system, record.registry)
 }

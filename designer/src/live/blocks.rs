@@ -1,7 +1,7 @@
 //! The drawing of the system with what runs in it: blocks by state, links by what they carry.
 
-use armor_inspect::words::lasting;
-use armor_inspect::{Edge, Picture, Process};
+use armor_inspect::words::format_duration;
+use armor_inspect::{ObservedLink, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
 use super::tone::{self, Tone};
@@ -10,7 +10,7 @@ use crate::item::Item;
 use crate::theme::Colours;
 
 /// Brings the drawing up to what is seen; `base` is the drawing without it, of the same blocks.
-pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &Picture, colours: &Colours) {
+pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &SystemPicture, colours: &Colours) {
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         let Item::Component(name) = &plain.item else { continue };
         let process = picture.processes.get(name);
@@ -42,7 +42,7 @@ pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &Picture, colours: &
 }
 
 /// A link by what it carries.
-fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&Edge>, colours: &Colours) {
+fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&ObservedLink>, colours: &Colours) {
     let words = edge.map_or_else(|| "nothing known".to_owned(), in_words);
     let is_down = edge.is_none_or(|edge| !edge.connected);
     let carries = edge.and_then(|edge| edge.rate_hz).is_some_and(|rate_hz| rate_hz > 0.0);
@@ -59,7 +59,7 @@ fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&Edge>, colours: &Colours) 
     wire.text = if edge.is_some() { words } else { String::new() };
 }
 
-fn tint(edge: Option<&Edge>, plain: Option<Color32>, colours: &Colours) -> Option<Color32> {
+fn tint(edge: Option<&ObservedLink>, plain: Option<Color32>, colours: &Colours) -> Option<Color32> {
     match edge {
         None => Some(colours.weak),
         Some(edge) if !edge.connected => Some(colours.error),
@@ -70,12 +70,12 @@ fn tint(edge: Option<&Edge>, plain: Option<Color32>, colours: &Colours) -> Optio
 }
 
 /// Whether data were lost that were meant to arrive: what `latest` leaves out was not.
-pub fn has_lost(edge: &Edge) -> bool {
+pub fn has_lost(edge: &ObservedLink) -> bool {
     edge.lost > 0 || (edge.dropped > 0 && edge.keep != "latest")
 }
 
 /// A link in a few words, for the drawing.
-pub fn in_words(edge: &Edge) -> String {
+pub fn in_words(edge: &ObservedLink) -> String {
     if !edge.connected {
         return "down".into();
     }
@@ -101,15 +101,15 @@ pub fn rate(rate_hz: f64) -> String {
     }
 }
 
-fn of_process(process: &Process, picture: &Picture) -> String {
+fn of_process(process: &ObservedProcess, picture: &SystemPicture) -> String {
     let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
-    let mut lines = vec![format!("{} for {}", process.condition.word(), lasting(for_s))];
+    let mut lines = vec![format!("{} for {}", process.condition.word(), format_duration(for_s))];
     lines.push(tone::doc(process.condition).into());
     if !process.problem.is_empty() {
         lines.push(process.problem.clone());
     }
     if let Some(call_s) = process.call_s {
-        lines.push(format!("its code has been busy for {}", lasting(call_s)));
+        lines.push(format!("its code has been busy for {}", format_duration(call_s)));
     }
     if let Some(status) = &process.status {
         lines.push(format!("{} calls of exec, process {}", status.exec_calls, process.entry.pid));
@@ -123,7 +123,7 @@ fn of_process(process: &Process, picture: &Picture) -> String {
     lines.join("\n")
 }
 
-fn of_edge(edge: &Edge) -> String {
+fn of_edge(edge: &ObservedLink) -> String {
     let mut lines = vec![in_words(edge)];
     if !edge.problem.is_empty() {
         lines.push(edge.problem.clone());
@@ -146,8 +146,8 @@ fn of_edge(edge: &Edge) -> String {
 mod tests {
     use super::*;
 
-    fn edge(change: impl FnOnce(&mut Edge)) -> Edge {
-        let mut edge = Edge {
+    fn edge(change: impl FnOnce(&mut ObservedLink)) -> ObservedLink {
+        let mut edge = ObservedLink {
             from: "laser.scan".into(),
             to: "slam.scan".into(),
             type_name: "LaserScan".into(),
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_link_says_what_it_carries_and_what_it_lost() {
-        let check = |edge: Edge, expected: &str| assert_eq!(in_words(&edge), expected);
+        let check = |edge: ObservedLink, expected: &str| assert_eq!(in_words(&edge), expected);
         check(edge(|_| {}), "20 Hz");
         check(edge(|edge| edge.rate_hz = None), "up");
         check(edge(|edge| edge.rate_hz = Some(0.0)), "quiet");

@@ -1,7 +1,7 @@
 //! What has fired, and what was ordered by whom.
 
-use armor_inspect::History;
-use armor_inspect::words::lasting;
+use armor_inspect::FiringHistory;
+use armor_inspect::words::format_duration;
 use eframe::egui::{self, RichText, ScrollArea};
 
 use super::watched::Watched;
@@ -11,7 +11,7 @@ use crate::theme::Colours;
 /// The firings, the newest first.
 pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
     let look = watched.mission.look();
-    let history: &History = &look.history;
+    let history: &FiringHistory = &look.history;
     if history.fired.is_empty() {
         ui.weak("Nothing has fired yet.");
         return;
@@ -22,7 +22,9 @@ pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
         for number in rows {
             let Some(fired) = history.fired.get(count - 1 - number) else { continue };
             ui.horizontal(|ui| {
-                ui.label(RichText::new(format!("{:>12}", lasting(fired.fired_at_s))).monospace());
+                ui.label(
+                    RichText::new(format!("{:>12}", format_duration(fired.fired_at_s))).monospace(),
+                );
                 ui.label(&fired.transition);
             });
         }
@@ -43,7 +45,9 @@ pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for order in orders.iter().rev() {
             ui.horizontal_wrapped(|ui| {
-                ui.label(RichText::new(format!("{:>12}", lasting(order.given_at_s))).monospace());
+                ui.label(
+                    RichText::new(format!("{:>12}", format_duration(order.given_at_s))).monospace(),
+                );
                 ui.strong(said(ui, &order.author));
                 ui.label(&order.order);
                 let (word, colour) = if order.accepted {

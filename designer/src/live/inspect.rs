@@ -1,7 +1,7 @@
 //! What is selected, while it runs.
 
-use armor_inspect::words::{lasting, short};
-use armor_inspect::{CONFIGD, CONFIGURATION, Edge, Picture, Process};
+use armor_inspect::words::{format_duration, format_short_time};
+use armor_inspect::{CONFIGD, CONFIGURATION, ObservedLink, ObservedProcess, SystemPicture};
 use armor_sdk::control::Status;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText};
 
@@ -43,7 +43,7 @@ pub fn component(
     }
 }
 
-fn state(ui: &mut egui::Ui, process: &Process, picture: &Picture) {
+fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) {
     let colours = Colours::of(ui.visuals());
     let (tone, word) = Tone::seen(Some(process), picture, &colours);
     ui.horizontal_wrapped(|ui| {
@@ -51,19 +51,19 @@ fn state(ui: &mut egui::Ui, process: &Process, picture: &Picture) {
         ui.colored_label(tone.ink(&colours), word).on_hover_text(tone::doc(process.condition));
         if !picture.has_ended() {
             let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
-            ui.weak(format!("for {}", lasting(for_s)));
+            ui.weak(format!("for {}", format_duration(for_s)));
         }
     });
     if !process.problem.is_empty() && !picture.has_ended() {
         ui.colored_label(colours.warning, said(ui, &process.problem));
     }
     if let Some(call_s) = process.call_s {
-        let text = format!("its code has been busy for {}", lasting(call_s));
+        let text = format!("its code has been busy for {}", format_duration(call_s));
         ui.colored_label(colours.warning, text);
     }
 }
 
-fn facts(ui: &mut egui::Ui, process: &Process, status: &Status) {
+fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
     let colours = Colours::of(ui.visuals());
     if !status.last_error.is_empty() {
         ui.colored_label(colours.error, said(ui, &status.last_error));
@@ -71,11 +71,11 @@ fn facts(ui: &mut egui::Ui, process: &Process, status: &Status) {
     let entry = &process.entry;
     let clock = status
         .clock_error_s
-        .map_or("not known".to_owned(), |error_s| format!("within {}", short(error_s)));
+        .map_or("not known".to_owned(), |error_s| format!("within {}", format_short_time(error_s)));
     let rows = [
         ("kind", entry.kind.clone()),
         ("process", format!("{} on {}", entry.pid, entry.host)),
-        ("runs for", lasting(status.uptime_s)),
+        ("runs for", format_duration(status.uptime_s)),
         ("calls of exec", status.exec_calls.to_string()),
         ("clock", clock),
         ("starts seen", process.starts.to_string()),
@@ -158,7 +158,7 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
     values::show(ui, &watched.values, plots, from);
 }
 
-fn state_of_link(ui: &mut egui::Ui, edge: &Edge) {
+fn state_of_link(ui: &mut egui::Ui, edge: &ObservedLink) {
     let colours = Colours::of(ui.visuals());
     ui.strong(super::blocks::in_words(edge));
     if !edge.problem.is_empty() {
@@ -166,7 +166,7 @@ fn state_of_link(ui: &mut egui::Ui, edge: &Edge) {
     }
 }
 
-fn carried(ui: &mut egui::Ui, edge: &Edge) {
+fn carried(ui: &mut egui::Ui, edge: &ObservedLink) {
     let rows = [
         ("type", edge.type_name.clone()),
         ("keep", edge.keep.clone()),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use armor_inspect::log::{Line, Log};
+use armor_inspect::log::{LogLine, RunLog};
 use eframe::egui::{
     self, ComboBox, Label, Rect, RichText, ScrollArea, TextEdit, TextStyle, UiBuilder, vec2,
 };
@@ -54,7 +54,7 @@ struct Filter {
 }
 
 impl Filter {
-    fn lets(&self, line: &Line) -> bool {
+    fn lets(&self, line: &LogLine) -> bool {
         self.of.as_ref().is_none_or(|of| line.name == *of)
             && self.least.lets(&line.level)
             && self
@@ -73,7 +73,7 @@ pub struct Panel {
     filter: Filter,
     /// What the lines below were chosen by.
     chosen_by: Filter,
-    chosen: Vec<Arc<Line>>,
+    chosen: Vec<Arc<LogLine>>,
     /// Where they stand.
     rows: Rows,
     /// Whether the newest line is kept in sight.
@@ -104,7 +104,7 @@ impl Panel {
     }
 
     /// Takes in what is new.
-    fn take(&mut self, log: &Log) {
+    fn take(&mut self, log: &RunLog) {
         if self.filter != self.chosen_by || log.count() < self.next {
             if log.count() < self.next {
                 // Another log.
@@ -130,7 +130,7 @@ impl Panel {
     }
 
     /// Shows it.
-    pub fn show(&mut self, ui: &mut egui::Ui, log: &Log) {
+    pub fn show(&mut self, ui: &mut egui::Ui, log: &RunLog) {
         self.choices(ui);
         self.take(log);
         if self.chosen.is_empty() {
@@ -215,17 +215,17 @@ impl Panel {
 }
 
 /// What stands before the text of a line: when, who, how grave.
-fn before(line: &Line) -> [String; 3] {
+fn before(line: &LogLine) -> [String; 3] {
     let time = line.time_s.map_or(String::new(), |time_s| format!("{time_s:.3}"));
     [format!("{time:>9} "), format!("{:12} ", line.name), format!("{:5} ", line.level)]
 }
 
 /// How many characters stand before its text.
-fn beside(line: &Line) -> usize {
+fn beside(line: &LogLine) -> usize {
     before(line).iter().map(|part| part.chars().count()).sum()
 }
 
-fn show_line(ui: &mut egui::Ui, line: &Line, text: &str, colours: &Colours) {
+fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &Colours) {
     let ink = match line.level.as_str() {
         "ERROR" => colours.error,
         "WARN" => colours.warning,
@@ -250,12 +250,12 @@ fn show_line(ui: &mut egui::Ui, line: &Line, text: &str, colours: &Colours) {
 mod tests {
     use super::*;
 
-    fn line(name: &str, level: &str, text: &str) -> Line {
-        Line { time_s: None, name: name.into(), level: level.into(), text: text.into() }
+    fn line(name: &str, level: &str, text: &str) -> LogLine {
+        LogLine { time_s: None, name: name.into(), level: level.into(), text: text.into() }
     }
 
     fn chosen(filter: &Filter) -> Vec<String> {
-        let log = Log::default();
+        let log = RunLog::default();
         log.push(line("laser", "INFO", "ready"));
         log.push(line("laser", "WARN", "slow disk"));
         log.push(line("mapper", "ERROR", "no disk"));
@@ -283,14 +283,14 @@ mod tests {
     #[test]
     fn new_lines_are_added_and_another_log_begins_anew() {
         let mut panel = Panel::default();
-        let log = Log::default();
+        let log = RunLog::default();
         log.push(line("laser", "", "one"));
         panel.take(&log);
         log.push(line("laser", "", "two"));
         panel.take(&log);
         panel.take(&log);
         assert_eq!(panel.chosen.len(), 2);
-        let other = Log::default();
+        let other = RunLog::default();
         other.push(line("mapper", "", "three"));
         panel.take(&other);
         assert_eq!(panel.chosen.iter().map(|line| &*line.text).collect::<Vec<_>>(), ["three"]);

@@ -1,6 +1,6 @@
 //! Where the mission stands, and the buttons of whoever may command it.
 
-use armor_inspect::words::{clock_s, lasting, when};
+use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{Confirmation, Marking};
 use armor_sdk::control::Order;
 use eframe::egui::{self, RichText, TextEdit};
@@ -102,7 +102,7 @@ fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>
             _ => colours.warning,
         };
         ui.colored_label(colour, RichText::new(&marking.stage).strong());
-        ui.label(lasting(now_s)).on_hover_text("Mission time");
+        ui.label(format_duration(now_s)).on_hover_text("Mission time");
         ui.weak(format!("{} fired", marking.fired));
     });
     if let Some(silence) = silence {
@@ -121,11 +121,11 @@ fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
     }
     if let Some(pause) = &marking.pause {
         let rest = if pause.at_rest { "" } else { "; not everything has come to rest yet" };
-        let for_s = lasting(now_s - pause.since_at_s);
+        let for_s = format_duration(now_s - pause.since_at_s);
         ui.colored_label(colours.warning, format!("paused by {} for {for_s}{rest}", pause.by));
     }
     if let Some(at_s) = marking.link_lost_at_s {
-        let for_s = lasting(now_s - at_s);
+        let for_s = format_duration(now_s - at_s);
         let text = format!("the link to the operator has been lost for {for_s}");
         ui.colored_label(colours.warning, text);
     }
@@ -164,7 +164,7 @@ fn unanswered(asked: &Confirmation, now_s: f64) -> String {
         None => "It waits for an answer.".to_owned(),
         Some(_) if asked.put_off => "Its time for an answer stands still.".to_owned(),
         Some(by_s) => {
-            format!("Without an answer it {what} in {}.", lasting((by_s - now_s).max(0.0)))
+            format!("Without an answer it {what} in {}.", format_duration((by_s - now_s).max(0.0)))
         }
     }
 }
@@ -192,7 +192,7 @@ fn in_places(ui: &mut egui::Ui, marking: &Marking) {
 
 /// What can fire, when, and by whom.
 fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
-    let clock_s = clock_s(marking, now_s);
+    let clock_s = transition_clock(marking, now_s);
     for enabled in &marking.enabled {
         ui.horizontal_wrapped(|ui| {
             if enabled.by == "operator" {
@@ -209,7 +209,7 @@ fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s:
                     giving.give(Order::Fire { transition: enabled.transition.clone() });
                 }
             }
-            ui.label(when(enabled, clock_s(enabled.held)));
+            ui.label(describe_enabled(enabled, clock_s(enabled.held)));
         });
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use armor_inspect::words::{clock_s, lasting, when};
+use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{EnabledTransition, MarkedPlace, Marking};
 
 use crate::canvas::{Badge, Diagram, Mark, Node, Outline, Shape};
@@ -20,7 +20,7 @@ pub fn show(
 ) {
     let marked: BTreeMap<_, _> =
         marking.places.iter().map(|place| (place.place.as_str(), place)).collect();
-    let clock_s = clock_s(marking, now_s);
+    let clock_s = transition_clock(marking, now_s);
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         (node.look, node.mark, node.badge) = (plain.look, Mark::None, None);
         let word = match &plain.item {
@@ -83,11 +83,11 @@ fn transition(
         Some(enabled) => {
             let left_s = enabled.earliest_at_s - now_s;
             let badge = match enabled.by.as_str() {
-                _ if left_s > 0.0 => format!("in {}", lasting(left_s)),
+                _ if left_s > 0.0 => format!("in {}", format_duration(left_s)),
                 "operator" => "by operator".into(),
                 _ => "waits".into(),
             };
-            (Some(colours.selected), Some(badge), when(enabled, now_s))
+            (Some(colours.selected), Some(badge), describe_enabled(enabled, now_s))
         }
         None => (None, None, "not enabled".into()),
     };

@@ -1,6 +1,6 @@
 //! The buttons by which orders are given, and what became of the last order.
 
-use armor_inspect::{Given, OrderDesk};
+use armor_inspect::{OrderSender, SentOrder};
 use armor_marking::Marking;
 use armor_sdk::control::Order;
 use eframe::egui::{self, Button, Color32, Label, Response, RichText};
@@ -11,7 +11,7 @@ use crate::theme::Colours;
 
 /// Where orders are given, by whom, and whether that can be.
 pub struct Giving<'a> {
-    desk: &'a OrderDesk,
+    desk: &'a OrderSender,
     author: &'a str,
     /// Why nothing can be ordered now.
     closed: Option<&'static str>,
@@ -94,7 +94,7 @@ impl<'a> Giving<'a> {
     }
 }
 
-fn in_words(given: &Given, colours: &Colours) -> (String, Color32) {
+fn in_words(given: &SentOrder, colours: &Colours) -> (String, Color32) {
     match given.accepted {
         None => (format!("{}: waits for its answer", given.order), colours.weak),
         Some(true) => (format!("{}: {}", given.order, given.text), colours.text),

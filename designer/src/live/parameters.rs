@@ -1,7 +1,7 @@
 //! The parameters of a component that runs, and setting them: configd judges the file as it would
 //! be, writes it and says when the change takes effect.
 
-use armor_inspect::{ParameterDesk, Told};
+use armor_inspect::{ParameterClient, SetReport};
 use armor_wire::config::ListedParameter;
 use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, vec2};
 
@@ -85,8 +85,8 @@ impl Panel {
         let name = format!("{}.{}", parameter.component, parameter.name);
         let mut draft = self.draft.take_if(|draft| draft.parameter == name);
         let told = draft.as_ref().and_then(|draft| {
-            let about_it = |told: &Told| told.value.as_ref() == Some(&draft.text);
-            watched.parameters.told().filter(|told| told.parameter == name && about_it(told))
+            let about_it = |told: &SetReport| told.value.as_ref() == Some(&draft.text);
+            watched.parameters.last_result().filter(|told| told.parameter == name && about_it(told))
         });
         let is_set = told.as_ref().is_some_and(|told| told.is_set);
         draft.take_if(|draft| draft.is_wished && is_set);
@@ -155,7 +155,7 @@ fn remark(ui: &mut egui::Ui, parameter: &ListedParameter) {
 }
 
 /// Why a value was refused, and what it may be.
-fn complain(ui: &mut egui::Ui, told: &Told, parameter: &ListedParameter) {
+fn complain(ui: &mut egui::Ui, told: &SetReport, parameter: &ListedParameter) {
     let colours = Colours::of(ui.visuals());
     let found = told.findings.iter().filter(|finding| finding.severity == "error");
     let found: Vec<_> = found.collect();
@@ -195,8 +195,8 @@ fn about(parameter: &ListedParameter) -> String {
 }
 
 /// What became of the last wish, if it is in the file; where it is not, its field says so.
-fn answer(ui: &mut egui::Ui, desk: &ParameterDesk, component: &str, colours: &Colours) {
-    let Some(told) = desk.told().filter(|told| told.is_set) else { return };
+fn answer(ui: &mut egui::Ui, desk: &ParameterClient, component: &str, colours: &Colours) {
+    let Some(told) = desk.last_result().filter(|told| told.is_set) else { return };
     if told.parameter.split('.').next() == Some(component) {
         ui.colored_label(colours.good, said(ui, &told.text));
     }

@@ -1,7 +1,7 @@
 //! Values over time.
 
-use armor_inspect::Values;
-use armor_inspect::words::lasting;
+use armor_inspect::WatchedValues;
+use armor_inspect::words::format_duration;
 use eframe::egui::{self, RichText, ScrollArea, Vec2b};
 use egui_plot::{Line, Plot, PlotPoints, PlotUi};
 
@@ -50,7 +50,14 @@ impl Plots {
     }
 
     /// Plots a value, or plots it no more.
-    pub fn set(&mut self, values: &Values, data: &str, path: &str, unit: Option<&str>, on: bool) {
+    pub fn set(
+        &mut self,
+        values: &WatchedValues,
+        data: &str,
+        path: &str,
+        unit: Option<&str>,
+        on: bool,
+    ) {
         self.lines.retain(|line| line.data != data || line.path != path);
         if on {
             let unit = unit.map(Into::into);
@@ -62,14 +69,14 @@ impl Plots {
 
     /// Goes on looking at what is plotted, also while the plots are behind something else: a gap in
     /// a line would tell what never was.
-    pub fn keep(&self, values: &Values) {
+    pub fn keep(&self, values: &WatchedValues) {
         for line in &self.lines {
             values.series(&line.data, &line.path, |_| {});
         }
     }
 
     /// Shows them.
-    pub fn show(&mut self, ui: &mut egui::Ui, values: &Values) {
+    pub fn show(&mut self, ui: &mut egui::Ui, values: &WatchedValues) {
         if self.lines.is_empty() {
             ui.weak("Nothing is plotted. Select a block or a link, open an output and choose `plot` beside a number.");
             return;
@@ -105,20 +112,20 @@ impl Plots {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| plot.show(ui, draw));
     }
 
-    fn points(&self, values: &Values, line: &Plotted) -> Vec<[f64; 2]> {
+    fn points(&self, values: &WatchedValues, line: &Plotted) -> Vec<[f64; 2]> {
         values.series(&line.data, &line.path, |series| {
             let from_s = series.last().map_or(0.0, |[time_s, _]| time_s - self.span_s);
-            series.thinned(from_s, MOST_POINTS)
+            series.thin_points(from_s, MOST_POINTS)
         })
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, values: &Values) {
+    fn choices(&mut self, ui: &mut egui::Ui, values: &WatchedValues) {
         let mut gone = None;
         let colours = Colours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
             ui.weak("The last").on_hover_text("The newest value stands at 0 seconds.");
             for span_s in SPANS_S {
-                let name = lasting(span_s)
+                let name = format_duration(span_s)
                     .replace(".0 s", " s")
                     .replace(" 00 s", "")
                     .replace(" 00 min", "");

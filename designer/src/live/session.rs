@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use armor_inspect::launch::{LaunchError, Plan, Run, Stage};
-use armor_inspect::log::{Line, Log, Tail};
-use armor_inspect::systems::{self, Record};
-use armor_inspect::{MissionLook, MissionWatch, ParameterDesk, Picture, Wake, Watch, this_user};
+use armor_inspect::launch::{ChildRun, LaunchError, LaunchPlan, RunStage};
+use armor_inspect::log::{LogLine, RunLog, Tail};
+use armor_inspect::systems::{self, RunRecord};
+use armor_inspect::{
+    MissionLook, MissionWatch, ParameterClient, SystemPicture, SystemWatch, WakeCallback, this_user,
+};
 use armor_sdk::control::Order;
 use eframe::egui;
 
@@ -39,13 +41,13 @@ pub enum Standing {
 #[derive(Default)]
 pub struct Session {
     /// What the processes say.
-    pub log: Log,
+    pub log: RunLog,
     /// In whose name orders are given.
     pub author: String,
     /// Component directories, beside those of the file.
     components: Vec<PathBuf>,
     watched: Option<Watched>,
-    run: Option<Run>,
+    run: Option<ChildRun>,
     /// How the last run ended, and whether that was well.
     ended: Option<(String, bool)>,
     ctx: Option<egui::Context>,
@@ -86,7 +88,7 @@ impl Session {
         }
     }
 
-    fn wake(&self) -> Wake {
+    fn wake(&self) -> WakeCallback {
         let ctx = self.ctx.clone();
         std::sync::Arc::new(move || {
             if let Some(ctx) = &ctx {
@@ -101,7 +103,7 @@ impl Session {
     }
 
     /// The run that this window started, if it has not ended.
-    pub fn run(&self) -> Option<&Run> {
+    pub fn run(&self) -> Option<&ChildRun> {
         self.run.as_ref()
     }
 
@@ -123,9 +125,9 @@ impl Session {
 
     /// How things stand.
     pub fn standing(&self) -> Standing {
-        match (self.run.as_ref().map(Run::stage), &self.watched) {
-            (Some(Stage::Starting), _) => Standing::Starting,
-            (Some(Stage::Stopping), _) => Standing::Stopping,
+        match (self.run.as_ref().map(ChildRun::stage), &self.watched) {
+            (Some(RunStage::Starting), _) => Standing::Starting,
+            (Some(RunStage::Stopping), _) => Standing::Stopping,
             (None, Some(_)) if self.ended.is_some() => Standing::Over,
             (_, Some(watched)) if watched.silence().is_some() => Standing::Lost,
             (_, Some(_)) => Standing::Watching,
@@ -140,14 +142,14 @@ impl Session {
     /// If `armor` is not found or does not start.
     pub fn start(&mut self, file: &Path) -> Result<(), LaunchError> {
         self.leave();
-        let plan = Plan {
+        let plan = LaunchPlan {
             program: find_armor().ok_or(LaunchError::NoProgram)?,
             file: file.into(),
             components: self.components.clone(),
-            ..Plan::default()
+            ..LaunchPlan::default()
         };
-        self.log = Log::default();
-        self.run = Some(Run::start(&plan, self.log.clone(), self.wake())?);
+        self.log = RunLog::default();
+        self.run = Some(ChildRun::start(&plan, self.log.clone(), self.wake())?);
         Ok(())
     }
 
@@ -156,9 +158,9 @@ impl Session {
     ///
     /// # Errors
     /// If no thread can be started.
-    pub fn attach(&mut self, registry: &str, record: Option<Record>) -> std::io::Result<()> {
+    pub fn attach(&mut self, registry: &str, record: Option<RunRecord>) -> std::io::Result<()> {
         self.leave();
-        self.log = Log::default();
+        self.log = RunLog::default();
         let tail = match &record {
             Some(record) => {
                 let path = record.resolve(&record.out).join("logs/all.log");
@@ -166,7 +168,7 @@ impl Session {
             }
             None => {
                 let text = "the log is kept on the host of the system, in the folder of its run";
-                self.log.push(Line::said(watched::TOOL, "INFO", text));
+                self.log.push(LogLine::own_line(watched::TOOL, "INFO", text));
                 None
             }
         };
@@ -180,11 +182,11 @@ impl Session {
     /// If no thread can be started.
     pub fn show_still(
         &mut self,
-        picture: Picture,
+        picture: SystemPicture,
         look: MissionLook,
-        parameters: ParameterDesk,
+        parameters: ParameterClient,
     ) -> std::io::Result<()> {
-        let (watch, mission) = (Watch::still(picture), MissionWatch::still(look));
+        let (watch, mission) = (SystemWatch::still(picture), MissionWatch::still(look));
         let mut watched = Watched::by(watch, mission, "nowhere", &self.wake())?;
         watched.parameters = parameters;
         self.watched = Some(watched);
@@ -218,17 +220,17 @@ impl Session {
     fn poll_run(&mut self) {
         let Some(run) = &self.run else { return };
         match run.stage() {
-            Stage::Running(record) if self.watched.is_none() => {
+            RunStage::Running(record) if self.watched.is_none() => {
                 let registry = record.registry.to_string();
                 match Watched::at(&registry, Some(record), None, &self.wake()) {
                     Ok(watched) => self.watched = Some(watched),
                     Err(error) => {
-                        self.log.push(Line::said(watched::TOOL, "ERROR", error.to_string()));
+                        self.log.push(LogLine::own_line(watched::TOOL, "ERROR", error.to_string()));
                     }
                 }
             }
-            Stage::Ended { how, is_fine } => {
-                self.log.push(Line::said(
+            RunStage::Ended { how, is_fine } => {
+                self.log.push(LogLine::own_line(
                     watched::TOOL,
                     if is_fine { "INFO" } else { "ERROR" },
                     &*how,
@@ -242,6 +244,6 @@ impl Session {
 }
 
 /// The systems of this user that run on this host.
-pub fn running() -> Result<Vec<Record>, systems::SystemsError> {
-    systems::running(&systems::directory()?)
+pub fn running() -> Result<Vec<RunRecord>, systems::SystemsError> {
+    systems::list_running(&systems::record_directory()?)
 }

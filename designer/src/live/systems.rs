@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use armor_inspect::Picture;
-use armor_inspect::systems::Record;
+use armor_inspect::SystemPicture;
+use armor_inspect::systems::RunRecord;
 use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 
 use super::session::{Session, Standing, running};
@@ -20,7 +20,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub struct Panel {
     address: String,
-    found: Vec<Record>,
+    found: Vec<RunRecord>,
     looked: Option<Instant>,
 }
 
@@ -50,7 +50,7 @@ impl Panel {
     }
 
     /// The systems that can be attached to.
-    fn offer(&mut self, ui: &mut egui::Ui) -> Option<(String, Option<Record>)> {
+    fn offer(&mut self, ui: &mut egui::Ui) -> Option<(String, Option<RunRecord>)> {
         if self.looked.is_none_or(|looked| looked.elapsed() >= LOOK_EVERY) {
             self.looked = Some(Instant::now());
             self.found = running().unwrap_or_default();
@@ -95,7 +95,7 @@ impl Panel {
 }
 
 /// Watches a system; why that is not possible is a message.
-pub fn attach(desk: &mut Desk, registry: &str, record: Option<Record>) {
+pub fn attach(desk: &mut Desk, registry: &str, record: Option<RunRecord>) {
     if let Err(error) = desk.live.attach(registry, record) {
         desk.messages.warn(format!("it cannot be watched: {error}"));
     }
@@ -160,7 +160,7 @@ fn whose(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
 }
 
 /// The processes with their states; the one that was chosen.
-fn processes(ui: &mut egui::Ui, picture: &Picture, selected: Option<&str>) -> Option<String> {
+fn processes(ui: &mut egui::Ui, picture: &SystemPicture, selected: Option<&str>) -> Option<String> {
     let colours = Colours::of(ui.visuals());
     if !picture.is_found && !picture.has_ended() {
         let text = if picture.was_found {

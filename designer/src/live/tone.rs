@@ -1,7 +1,7 @@
 //! How a state looks: by colour, by the border of the block, and in words, so that no one of them
 //! is needed to tell states apart.
 
-use armor_inspect::{Condition, Picture, Process};
+use armor_inspect::{Condition, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
 use crate::canvas::{Mark, Outline};
@@ -59,8 +59,8 @@ impl Tone {
 
     /// For a process as it is seen, with its word. A system that has ended has nobody who died.
     pub fn seen(
-        process: Option<&Process>,
-        picture: &Picture,
+        process: Option<&ObservedProcess>,
+        picture: &SystemPicture,
         colours: &Colours,
     ) -> (Self, &'static str) {
         match process {

@@ -1,6 +1,6 @@
 //! The values of one output, as they arrive.
 
-use armor_inspect::{ValueLook, Values};
+use armor_inspect::{ValueLook, WatchedValues};
 use armor_wire::schema::{Glimpse, Scalar, Seen};
 use eframe::egui::{self, Grid};
 
@@ -14,7 +14,7 @@ const MOST_LINES: usize = 60;
 const FEW_LINES: usize = 12;
 
 /// Shows an output with a box for each number that can be plotted.
-pub fn show(ui: &mut egui::Ui, values: &Values, plots: &mut Plots, data: &str) {
+pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: &str) {
     let look = values.look(data);
     heading(ui, &look);
     let lines = look.glance(MOST_LINES).unwrap_or_default();

@@ -4,8 +4,11 @@ use std::io;
 use std::sync::Arc;
 
 use armor_inspect::log::Tail;
-use armor_inspect::systems::Record;
-use armor_inspect::{MissionLook, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+use armor_inspect::systems::RunRecord;
+use armor_inspect::{
+    MissionLook, MissionWatch, OrderSender, ParameterClient, SystemWatch, WakeCallback,
+    WatchedValues,
+};
 
 /// Under which name the window looks at a system.
 pub const TOOL: &str = "designer";
@@ -15,17 +18,17 @@ pub struct Watched {
     /// Where its registry listens.
     pub registry: String,
     /// What is known of it, if it is one of this user's on this host.
-    pub record: Option<Record>,
+    pub record: Option<RunRecord>,
     /// Who is there and what each does.
-    pub watch: Watch,
+    pub watch: SystemWatch,
     /// Where its mission stands.
     pub mission: MissionWatch,
     /// What flows on the outputs that are looked at.
-    pub values: Values,
+    pub values: WatchedValues,
     /// Where orders are given.
-    pub orders: OrderDesk,
+    pub orders: OrderSender,
     /// Where parameters are asked for and set.
-    pub parameters: ParameterDesk,
+    pub parameters: ParameterClient,
     /// Since when nothing is heard of it, in system time: its clocks stand there.
     silent_since_s: Option<f64>,
     /// It was this window's run, and has ended for good.
@@ -43,13 +46,13 @@ impl Watched {
     /// If no thread can be started.
     pub fn at(
         registry: &str,
-        record: Option<Record>,
+        record: Option<RunRecord>,
         tail: Option<Tail>,
-        wake: &Wake,
+        wake: &WakeCallback,
     ) -> io::Result<Self> {
-        let watch = Watch::begin(registry, TOOL, Arc::clone(wake))?;
+        let watch = SystemWatch::begin(registry, TOOL, Arc::clone(wake))?;
         let mission = MissionWatch::begin(watch.directory(), Arc::clone(wake))?;
-        let record = record.map(Record::resolved);
+        let record = record.map(RunRecord::resolved);
         Ok(Self { record, _tail: tail, ..Self::by(watch, mission, registry, wake)? })
     }
 
@@ -58,19 +61,19 @@ impl Watched {
     /// # Errors
     /// If no thread can be started.
     pub fn by(
-        watch: Watch,
+        watch: SystemWatch,
         mission: MissionWatch,
         registry: &str,
-        wake: &Wake,
+        wake: &WakeCallback,
     ) -> io::Result<Self> {
         let directory = watch.directory();
         Ok(Self {
             registry: registry.into(),
             record: None,
             mission,
-            values: Values::new(directory.clone(), Arc::clone(wake)),
-            orders: OrderDesk::open(directory, "armor-designer", Arc::clone(wake))?,
-            parameters: ParameterDesk::open(directory, TOOL, Arc::clone(wake))?,
+            values: WatchedValues::new(directory.clone(), Arc::clone(wake)),
+            orders: OrderSender::open(directory, "armor-designer", Arc::clone(wake))?,
+            parameters: ParameterClient::open(directory, TOOL, Arc::clone(wake))?,
             watch,
             silent_since_s: None,
             is_over: false,
@@ -123,15 +126,15 @@ impl Watched {
 
 #[cfg(test)]
 mod tests {
-    use armor_inspect::Picture;
+    use armor_inspect::SystemPicture;
 
     use super::*;
 
     #[test]
     fn clocks_stand_where_the_run_ended() {
         let mission = MissionWatch::still(MissionLook::default());
-        let wake: Wake = Arc::new(|| {});
-        let watch = Watch::still(Picture::default());
+        let wake: WakeCallback = Arc::new(|| {});
+        let watch = SystemWatch::still(SystemPicture::default());
         let mut watched = Watched::by(watch, mission, "nowhere", &wake).expect("threads start");
         watched.poll(false);
         assert_eq!(watched.silence(), None);

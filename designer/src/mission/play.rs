@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_petri::{State, TransitionId};
+use armor_petri::{NetState, TransitionId};
 use armor_robotfile::guard::Scalar;
 
 use super::schedule::is_enabled;
@@ -38,7 +38,7 @@ pub struct Play {
 /// All that changes while it is played.
 #[derive(Clone, Debug)]
 struct Moment {
-    state: State,
+    state: NetState,
     world: World,
     /// What led here: nothing at the start.
     by: Option<Happened>,
@@ -87,7 +87,7 @@ pub enum Outcome {
 impl Play {
     /// Begins at the initial marking.
     pub fn new(stage: Arc<Stage>) -> Self {
-        let state = State::new(Arc::clone(&stage.net), Duration::ZERO);
+        let state = NetState::new(Arc::clone(&stage.net), Duration::ZERO);
         let world = World::at_start(&stage);
         let mut now = Moment { state, world, by: None, firings: 0 };
         now.world.open_gates(&stage, &mut now.state);

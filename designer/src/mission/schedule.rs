@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use armor_petri::{Net, PlaceId, Transition, TransitionId};
+use armor_petri::{Net, NetTransition, PlaceId, TransitionId};
 
 /// Firings that are looked at; a longer sequence is shown without times.
 const MAX_FIRINGS: usize = 2000;
@@ -122,14 +122,14 @@ fn differences(net: &Net, sequence: &[TransitionId]) -> Option<Vec<Difference>> 
     Some(found)
 }
 
-pub(super) fn is_enabled(transition: &Transition, marking: &[u32]) -> bool {
+pub(super) fn is_enabled(transition: &NetTransition, marking: &[u32]) -> bool {
     let holds = |(place, weight): &(PlaceId, u32)| marking[place.index()] >= *weight;
     let is_below = |(place, weight): &(PlaceId, u32)| marking[place.index()] < *weight;
     transition.inputs.iter().chain(&transition.reads).all(holds)
         && transition.inhibitors.iter().all(is_below)
 }
 
-fn taken(transition: &Transition, marking: &[u32]) -> Option<Vec<u32>> {
+fn taken(transition: &NetTransition, marking: &[u32]) -> Option<Vec<u32>> {
     let mut left = marking.to_vec();
     for (place, weight) in &transition.inputs {
         left[place.index()] = left[place.index()].checked_sub(*weight)?;
@@ -138,7 +138,7 @@ fn taken(transition: &Transition, marking: &[u32]) -> Option<Vec<u32>> {
     Some(left)
 }
 
-fn put(transition: &Transition, left: &[u32]) -> Option<Vec<u32>> {
+fn put(transition: &NetTransition, left: &[u32]) -> Option<Vec<u32>> {
     let mut marking = left.to_vec();
     for (place, weight) in &transition.outputs {
         marking[place.index()] = marking[place.index()].checked_add(*weight)?;
@@ -149,16 +149,16 @@ fn put(transition: &Transition, left: &[u32]) -> Option<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_petri::{Interval, NetBuilder};
+    use armor_petri::{FiringInterval, NetBuilder};
 
     const SECOND: Duration = Duration::from_secs(1);
 
-    fn within(earliest: u32, latest: u32) -> Interval {
-        Interval { earliest: earliest * SECOND, latest: Some(latest * SECOND) }
+    fn within(earliest: u32, latest: u32) -> FiringInterval {
+        FiringInterval { earliest: earliest * SECOND, latest: Some(latest * SECOND) }
     }
 
     /// Two clocks side by side; `c` follows `a`.
-    fn clocks(a: Interval, b: Interval, c: Interval) -> (Net, [TransitionId; 3]) {
+    fn clocks(a: FiringInterval, b: FiringInterval, c: FiringInterval) -> (Net, [TransitionId; 3]) {
         let mut net = NetBuilder::default();
         let (one, two, three) = (net.place("one", 1), net.place("two", 1), net.place("three", 0));
         let a = net.transition("a").input(one, 1).output(three, 1).interval(a).id();
@@ -193,8 +193,8 @@ mod tests {
         let (net, [a, b, c]) = clocks(within(0, 9), within(5, 7), within(0, 1));
         let latest = schedule(&net, &[a, b, c], Pace::Latest);
         assert_eq!(latest, Some(vec![7 * SECOND, 7 * SECOND, 8 * SECOND]));
-        let (net, [a, ..]) = clocks(Interval::UNTIMED, within(5, 5), within(0, 1));
-        let endless = Interval { earliest: 2 * SECOND, latest: None };
+        let (net, [a, ..]) = clocks(FiringInterval::UNTIMED, within(5, 5), within(0, 1));
+        let endless = FiringInterval { earliest: 2 * SECOND, latest: None };
         assert_eq!(
             schedule(&net, &[a], Pace::Latest),
             Some(vec![5 * SECOND]),

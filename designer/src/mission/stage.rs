@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_petri::{Interval, Net, NetBuilder, PlaceId, TransitionId};
+use armor_petri::{FiringInterval, Net, NetBuilder, PlaceId, TransitionId};
 use armor_robotfile::guard::Guard;
 use armor_robotfile::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 use armor_robotfile::{Configuration, Spanned};
@@ -222,7 +222,7 @@ impl Set {
         t = self.ends.iter().fold(t, |t, end| t.inhibitor(*end, 1));
         t = t.interval(interval(written, self.period)).priority(written.priority);
         if is_safety(mission, written) {
-            t = t.class(armor_petri::Class::Safety);
+            t = t.class(armor_petri::FiringClass::Safety);
         }
         if is_gated(written) {
             t.gated();
@@ -237,7 +237,7 @@ impl Set {
             let name = format!("{}/on-failure", place.name.value);
             let mut t = self.builder.transition(name).input(from, 1).output(refuge, 1);
             t = self.ends.iter().fold(t, |t, end| t.inhibitor(*end, 1));
-            t.interval(Interval::UNTIMED);
+            t.interval(FiringInterval::UNTIMED);
             self.acts.push(Act::Fails(number));
         }
     }
@@ -255,15 +255,15 @@ fn is_safety(mission: &Mission, written: &Transition) -> bool {
     written.class == Class::Safety || written.outputs().any(|arc| is_safe(&arc.place))
 }
 
-fn interval(written: &Transition, period: Duration) -> Interval {
+fn interval(written: &Transition, period: Duration) -> FiringInterval {
     // Whoever waits for a person is never too late.
     let is_manual = written.autonomy != Autonomy::Auto;
     let latest = |latest: Option<Duration>| {
         latest.filter(|_| !is_manual).map(|latest| latest.saturating_add(period))
     };
     match &written.interval {
-        Some(given) => Interval { earliest: given.earliest, latest: latest(given.latest) },
-        None if is_manual => Interval::UNTIMED,
-        None => Interval { earliest: Duration::ZERO, latest: latest(Some(Duration::ZERO)) },
+        Some(given) => FiringInterval { earliest: given.earliest, latest: latest(given.latest) },
+        None if is_manual => FiringInterval::UNTIMED,
+        None => FiringInterval { earliest: Duration::ZERO, latest: latest(Some(Duration::ZERO)) },
     }
 }

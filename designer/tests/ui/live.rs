@@ -3,8 +3,10 @@
 
 use std::time::Duration;
 
-use armor_inspect::log::Line;
-use armor_inspect::{DEAD_AFTER, Event, MissionLook, ParameterDesk, Picture, Told};
+use armor_inspect::log::LogLine;
+use armor_inspect::{
+    DEAD_AFTER, MissionLook, ParameterClient, SetReport, SystemEvent, SystemPicture,
+};
 use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
 use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
@@ -96,31 +98,34 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
 }
 
 /// One of each state.
-fn picture() -> Picture {
-    let mut picture = Picture::default();
-    let mut tell = |event, now| drop(picture.handle(event, now));
+fn picture() -> SystemPicture {
+    let mut picture = SystemPicture::default();
+    let mut tell = |event, now| drop(picture.handle_event(event, now));
     let start = Duration::ZERO;
     for name in ["configd", "configuration"] {
-        tell(Event::Registry(Change::Appeared(entry(name))), start);
+        tell(SystemEvent::Registry(Change::Appeared(entry(name))), start);
     }
     for name in ["eye", "arm", "idle", "silent", "back", "lost"] {
-        tell(Event::Registry(Change::Appeared(entry(name))), start);
-        tell(Event::Connected(name.into(), 1), start);
+        tell(SystemEvent::Registry(Change::Appeared(entry(name))), start);
+        tell(SystemEvent::Connected(name.into(), 1), start);
         let state = if name == "idle" { RunState::Frozen } else { RunState::Active };
         let answer = Answer::State { state, activation: 1, controllable: true };
-        tell(Event::Said(name.into(), 1, answer), start);
+        tell(SystemEvent::Said(name.into(), 1, answer), start);
     }
-    tell(Event::Registry(Change::Gone(entry("lost"))), start);
-    tell(Event::Tick, DEAD_AFTER);
-    tell(Event::Registry(Change::Gone(entry("back"))), DEAD_AFTER);
-    tell(Event::Closed("silent".into(), 1, "it fell silent".into()), DEAD_AFTER);
+    tell(SystemEvent::Registry(Change::Gone(entry("lost"))), start);
+    tell(SystemEvent::Tick, DEAD_AFTER);
+    tell(SystemEvent::Registry(Change::Gone(entry("back"))), DEAD_AFTER);
+    tell(SystemEvent::Closed("silent".into(), 1, "it fell silent".into()), DEAD_AFTER);
     for (uptime_s, sent) in [(10.0, 100), (12.0, 140)] {
         for name in ["eye", "arm"] {
             let status = status(name, uptime_s, sent);
-            tell(Event::Said(name.into(), 1, Answer::Status { request: 1, status }), DEAD_AFTER);
+            tell(
+                SystemEvent::Said(name.into(), 1, Answer::Status { request: 1, status }),
+                DEAD_AFTER,
+            );
         }
     }
-    picture.link();
+    picture.rebuild_links();
     picture
 }
 
@@ -175,13 +180,13 @@ fn marking() -> Marking {
 }
 
 /// The system after everything in it has gone, and the registry last.
-fn ended() -> Picture {
+fn ended() -> SystemPicture {
     let mut picture = picture();
     for name in ["configd", "configuration", "eye", "arm", "idle", "silent"] {
-        picture.handle(Event::Closed(name.into(), 1, "it is gone".into()), DEAD_AFTER);
+        picture.handle_event(SystemEvent::Closed(name.into(), 1, "it is gone".into()), DEAD_AFTER);
     }
-    picture.handle(Event::Registry(Change::RegistryLost), DEAD_AFTER);
-    picture.link();
+    picture.handle_event(SystemEvent::Registry(Change::RegistryLost), DEAD_AFTER);
+    picture.rebuild_links();
     picture
 }
 
@@ -203,10 +208,10 @@ fn watching() -> Window {
 }
 
 /// A window on these, where something may have become of a wish to set a parameter.
-fn watching_a(picture: Picture, marking: Marking, told: Option<Told>) -> Window {
+fn watching_a(picture: SystemPicture, marking: Marking, told: Option<SetReport>) -> Window {
     let mut window = Window::open(Some(ROBOT));
     let live = &mut window.harness.state_mut().desk().live;
-    let parameters = ParameterDesk::still(parameters(), told);
+    let parameters = ParameterClient::still(parameters(), told);
     live.show_still(picture, MissionLook::of(marking), parameters).unwrap();
     window.click("view: Live");
     window
@@ -273,8 +278,8 @@ fn an_operator_fires_confirms_and_pauses_under_a_name() {
 fn the_log_of_what_is_selected_is_one_click_away() {
     let mut window = watching();
     let log = window.harness.state_mut().desk().live.log.clone();
-    log.push(Line::said("eye", "INFO", "sees something"));
-    log.push(Line::said("arm", "INFO", "reaches for it"));
+    log.push(LogLine::own_line("eye", "INFO", "sees something"));
+    log.push(LogLine::own_line("arm", "INFO", "reaches for it"));
     window.settle();
     assert!(window.has("sees something") && window.has("reaches for it"));
     window.click("process eye: active");
@@ -358,7 +363,8 @@ fn the_log_follows_its_newest_line_until_one_scrolls_away() {
     let mut window = watching();
     let log = window.harness.state_mut().desk().live.log.clone();
     let say = |first: u32, last: u32| {
-        (first..=last).for_each(|n| log.push(Line::said("eye", "INFO", format!("line {n}"))));
+        (first..=last)
+            .for_each(|n| log.push(LogLine::own_line("eye", "INFO", format!("line {n}"))));
     };
     window.click("live: Plots");
     say(1, 200);
@@ -391,8 +397,8 @@ fn the_log_follows_its_newest_line_until_one_scrolls_away() {
 fn a_long_line_of_the_log_is_seen_whole() {
     let mut window = watching();
     let log = window.harness.state_mut().desk().live.log.clone();
-    log.push(Line::said("eye", "INFO", format!("{}the end", "word ".repeat(100))));
-    log.push(Line::said("eye", "INFO", "the next"));
+    log.push(LogLine::own_line("eye", "INFO", format!("{}the end", "word ".repeat(100))));
+    log.push(LogLine::own_line("eye", "INFO", "the next"));
     window.settle();
     let log_of = |text: &str| window.harness.get_by_label_contains(text).rect();
     let (long, next) = (log_of("the end"), log_of("the next"));
@@ -418,7 +424,7 @@ fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
         message: "900 m/s is too fast".into(),
         ..Finding::default()
     };
-    let told = Told {
+    let told = SetReport {
         parameter: "arm.speed".into(),
         value: Some("900m/s".into()),
         is_set: false,
@@ -441,7 +447,7 @@ fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
 
 #[test]
 fn a_parameter_set_here_is_no_change_by_another_program() {
-    let told = Told {
+    let told = SetReport {
         parameter: "eye.device".into(),
         value: Some("csi".into()),
         is_set: true,

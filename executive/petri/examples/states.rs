@@ -1,20 +1,20 @@
 //! Counts the states of a net: `cargo run --release -p armor-petri --example states -- FILE`.
 
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::{Budget, explore};
-use armor_petri::file::{decode, pnml, tina};
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::{AnalysisBudget, explore_states};
+use armor_petri::file::{decode_text, pnml, tina};
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for path in std::env::args().skip(1) {
-        let text = decode(&std::fs::read(&path)?)?;
+        let text = decode_text(&std::fs::read(&path)?)?;
         let file = if path.ends_with(".net") { tina::read(&text) } else { pnml::read(&text) }?;
         let start = Instant::now();
         let stop = || start.elapsed().as_secs() > 120;
-        let bounds = Bounds::of_net(&file.net, &stop);
+        let bounds = PlaceBounds::of_net(&file.net, &stop);
         let bounded_s = start.elapsed().as_secs_f64();
-        let budget = Budget { states: u64::MAX, memory_bytes: 4 << 30, stop: &stop };
-        let found = explore(&file.net, &bounds, false, &budget);
+        let budget = AnalysisBudget { states: u64::MAX, memory_bytes: 4 << 30, stop: &stop };
+        let found = explore_states(&file.net, &bounds, false, &budget);
         let (space, seconds) = (&found.space, start.elapsed().as_secs_f64());
         println!(
             "{path}: {:?}, {} states, {} edges, at most {} and {} tokens, {} deadlocks; \

@@ -1,9 +1,9 @@
-//! What can be said of a net before it runs, with a counterexample where it is bad news, and
-//! "undecided" where a budget ran out.
+//! Analysis of a net before it runs. A negative result comes with a counterexample; if a budget ran
+//! out, the result is "undecided".
 //!
-//! The untimed analysis ([`explore()`], [`invariants`], [`boundedness`]) looks at tokens alone:
-//! intervals, priorities, classes and gates only take behaviour away, so what it excludes never
-//! happens in a run. [`classes`] and [`durations`] look at time.
+//! The untimed analysis ([`explore_states()`], [`invariants`], [`boundedness`]) considers tokens only.
+//! Intervals, priorities, classes and gates can only remove behaviour, so whatever it excludes never
+//! happens in a run. [`classes`] and [`durations`] consider time.
 
 pub mod boundedness;
 pub mod budget;
@@ -21,6 +21,6 @@ pub mod space;
 mod store;
 pub mod stubborn;
 
-pub use budget::{Budget, Exhausted};
-pub use explore::{Ending, Exploration, explore};
+pub use budget::{AnalysisBudget, Exhausted};
+pub use explore::{ExplorationEnd, StateExploration, explore_states};
 pub use space::Space;

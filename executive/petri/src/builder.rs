@@ -1,6 +1,8 @@
 //! Describing a net piece by piece, and the checks that make the description a net.
 
-use crate::net::{Class, Interval, Net, NetError, PlaceId, Test, Transition, TransitionId};
+use crate::net::{
+    FiringClass, FiringInterval, Net, NetError, NetTransition, PlaceId, Test, TransitionId,
+};
 use std::collections::HashMap;
 
 /// Describes a net piece by piece; [`NetBuilder::build`] checks it whole.
@@ -8,29 +10,29 @@ use std::collections::HashMap;
 pub struct NetBuilder {
     places: Vec<String>,
     initial: Vec<u32>,
-    transitions: Vec<Transition>,
+    transitions: Vec<NetTransition>,
 }
 
 impl NetBuilder {
-    /// Adds a place holding `tokens` at the beginning.
+    /// Adds a place with `tokens` in the initial marking.
     pub fn place(&mut self, name: impl Into<String>, tokens: u32) -> PlaceId {
         self.places.push(name.into());
         self.initial.push(tokens);
         PlaceId(self.places.len() as u32 - 1)
     }
 
-    /// Adds an ordinary, immediate transition without arcs; the answer adds the rest.
+    /// Adds an ordinary, immediate transition without arcs; the returned builder adds the rest.
     pub fn transition(&mut self, name: impl Into<String>) -> TransitionBuilder<'_> {
-        self.transitions.push(Transition {
+        self.transitions.push(NetTransition {
             name: name.into(),
             inputs: Vec::new(),
             outputs: Vec::new(),
             reads: Vec::new(),
             inhibitors: Vec::new(),
             resets: Vec::new(),
-            class: Class::Ordinary,
+            class: FiringClass::Ordinary,
             priority: 0,
-            interval: Interval::IMMEDIATE,
+            interval: FiringInterval::IMMEDIATE,
             gated: false,
         });
         let id = TransitionId(self.transitions.len() as u32 - 1);
@@ -38,17 +40,18 @@ impl NetBuilder {
         TransitionBuilder { transition, id }
     }
 
-    /// The net, if the description is one. Parallel arcs are added up.
+    /// Builds the net; the weights of parallel arcs are added up.
     ///
     /// # Errors
     /// The first fault found.
     pub fn build(mut self) -> Result<Net, NetError> {
-        unique(self.places.iter())?;
-        unique(self.transitions.iter().map(|t| &t.name))?;
+        check_unique(self.places.iter())?;
+        check_unique(self.transitions.iter().map(|t| &t.name))?;
         for transition in &mut self.transitions {
-            check(transition, self.places.len() as u32)?;
+            check_transition(transition, self.places.len() as u32)?;
             let name = transition.name.clone();
-            let merged = |arcs: &[_]| added_up(arcs).ok_or(NetError::WeightTooLarge(name.clone()));
+            let merged =
+                |arcs: &[_]| merge_arcs(arcs).ok_or(NetError::WeightTooLarge(name.clone()));
             transition.inputs = merged(&transition.inputs)?;
             transition.outputs = merged(&transition.outputs)?;
         }
@@ -63,7 +66,7 @@ impl NetBuilder {
             }
         }
         Ok(Net {
-            ranks: ranks(&self.transitions),
+            ranks: compute_ranks(&self.transitions),
             places: self.places,
             initial: self.initial,
             transitions: self.transitions,
@@ -75,7 +78,7 @@ impl NetBuilder {
 /// Completes one transition of a [`NetBuilder`].
 #[derive(Debug)]
 pub struct TransitionBuilder<'a> {
-    transition: &'a mut Transition,
+    transition: &'a mut NetTransition,
     id: TransitionId,
 }
 
@@ -92,13 +95,13 @@ impl TransitionBuilder<'_> {
         self
     }
 
-    /// Needs `weight` tokens in `place` and leaves them there.
+    /// Requires `weight` tokens in `place` and leaves them.
     pub fn read(self, place: PlaceId, weight: u32) -> Self {
         self.transition.reads.push((place, weight));
         self
     }
 
-    /// Waits while `place` holds `weight` or more tokens.
+    /// Is disabled while `place` holds `weight` or more tokens.
     pub fn inhibitor(self, place: PlaceId, weight: u32) -> Self {
         self.transition.inhibitors.push((place, weight));
         self
@@ -111,7 +114,7 @@ impl TransitionBuilder<'_> {
     }
 
     /// Sets the class.
-    pub fn class(self, class: Class) -> Self {
+    pub fn class(self, class: FiringClass) -> Self {
         self.transition.class = class;
         self
     }
@@ -123,24 +126,24 @@ impl TransitionBuilder<'_> {
     }
 
     /// Sets when it may and must fire.
-    pub fn interval(self, interval: Interval) -> Self {
+    pub fn interval(self, interval: FiringInterval) -> Self {
         self.transition.interval = interval;
         self
     }
 
-    /// Makes it wait for [`crate::State::set_gate`].
+    /// Gives it a gate, which [`crate::NetState::set_gate`] opens and closes.
     pub fn gated(self) -> Self {
         self.transition.gated = true;
         self
     }
 
-    /// Its id.
+    /// Returns its id.
     pub fn id(self) -> TransitionId {
         self.id
     }
 }
 
-fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
+fn check_unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
     let mut seen = std::collections::HashSet::new();
     for name in names {
         if !seen.insert(name) {
@@ -150,7 +153,7 @@ fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), NetError> {
     Ok(())
 }
 
-fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
+fn check_transition(transition: &NetTransition, places: u32) -> Result<(), NetError> {
     let name = || transition.name.clone();
     let weighted =
         [&transition.inputs, &transition.outputs, &transition.reads, &transition.inhibitors];
@@ -173,8 +176,8 @@ fn check(transition: &Transition, places: u32) -> Result<(), NetError> {
     }
 }
 
-/// One arc per place, in the order of first mention; `None` when a sum does not fit.
-fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
+/// Merges parallel arcs into one per place, in the order of first mention; `None` if a sum overflows.
+fn merge_arcs(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     let mut merged: Vec<(PlaceId, u32)> = Vec::with_capacity(arcs.len());
     let mut position = HashMap::new();
     for &(place, weight) in arcs {
@@ -187,9 +190,9 @@ fn added_up(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     Some(merged)
 }
 
-/// Class and priority as one small number, so that comparing two transitions is cheap.
-fn ranks(transitions: &[Transition]) -> Vec<u32> {
-    let standing = |t: &Transition| (t.class, std::cmp::Reverse(t.priority));
+/// Returns class and priority of each transition as one number, so that comparing two is cheap.
+fn compute_ranks(transitions: &[NetTransition]) -> Vec<u32> {
+    let standing = |t: &NetTransition| (t.class, std::cmp::Reverse(t.priority));
     let mut order: Vec<_> = transitions.iter().map(standing).collect();
     order.sort_unstable();
     order.dedup();

@@ -1,8 +1,8 @@
-//! Petri nets with time: what a net is ([`Net`]), and what it does ([`State`]).
+//! Petri nets with time: what a net is ([`Net`]), and what it does ([`NetState`]).
 //!
 //! Pure: no IO, no clock, no randomness. `now` is a [`std::time::Duration`] since any moment the
-//! caller likes, and every choice between transitions is decided by the net, never by chance.
-//! Start with `net.rs`, then `state.rs`; `step.rs` plays until nothing is left to do.
+//! caller chooses, and every conflict between transitions is decided by the net, never by chance.
+//! Start with `net.rs`, then `state.rs`; `step.rs` fires until no transition may.
 
 mod agenda;
 pub mod analysis;
@@ -13,6 +13,6 @@ mod state;
 mod step;
 
 pub use builder::{NetBuilder, TransitionBuilder};
-pub use net::{Class, Interval, Net, NetError, PlaceId, Transition, TransitionId};
-pub use state::{FireError, State};
-pub use step::{EndlessStep, Step};
+pub use net::{FiringClass, FiringInterval, Net, NetError, NetTransition, PlaceId, TransitionId};
+pub use state::{FireError, NetState};
+pub use step::{EndlessStep, NetStep};

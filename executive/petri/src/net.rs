@@ -1,6 +1,6 @@
 //! What a net is: places, transitions, the arcs between them, and when a transition may fire.
 //!
-//! A net never changes once built; [`crate::State`] holds what does.
+//! A built net is immutable; [`crate::NetState`] has what changes.
 
 use crate::builder::NetBuilder;
 use std::time::Duration;
@@ -14,43 +14,43 @@ pub struct PlaceId(pub u32);
 pub struct TransitionId(pub u32);
 
 impl PlaceId {
-    /// The position in [`Net::places`].
+    /// Returns the position in [`Net::places`].
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
 impl TransitionId {
-    /// The position in [`Net::transitions`].
+    /// Returns the position in [`Net::transitions`].
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// Which transitions come first, whatever their priority.
+/// The class of a transition, which decides conflicts before its priority does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Class {
+pub enum FiringClass {
     /// Fires before every ordinary one.
     Safety,
-    /// What is not about safety.
+    /// Every other transition.
     #[default]
     Ordinary,
 }
 
 /// How long after becoming enabled a transition may and must fire (Merlin): `[earliest, latest]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interval {
-    /// Not before this.
+pub struct FiringInterval {
+    /// The earliest moment.
     pub earliest: Duration,
-    /// Not after this; `None` is without end.
+    /// The latest moment; `None` for no limit.
     pub latest: Option<Duration>,
 }
 
-impl Interval {
-    /// `[0, 0]`: at once.
+impl FiringInterval {
+    /// `[0, 0]`: as soon as it is enabled.
     pub const IMMEDIATE: Self = Self { earliest: Duration::ZERO, latest: Some(Duration::ZERO) };
 
-    /// `[0, w[`: at any time, as in a net that says nothing about time.
+    /// `[0, w[`: at any time, as in a net without times.
     pub const UNTIMED: Self = Self { earliest: Duration::ZERO, latest: None };
 
     /// `[after, after]`: a timeout.
@@ -59,58 +59,58 @@ impl Interval {
     }
 }
 
-/// One transition: its arcs and its terms.
+/// One transition: its arcs and its firing conditions.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Transition {
+pub struct NetTransition {
     /// Its name, unique among the transitions of the net.
     pub name: String,
-    /// Tokens it takes, and therefore needs; each place once.
+    /// Tokens it takes, and so requires; each place at most once.
     pub inputs: Vec<(PlaceId, u32)>,
-    /// Tokens it puts; each place once.
+    /// Tokens it puts; each place at most once.
     pub outputs: Vec<(PlaceId, u32)>,
-    /// Tokens that must be there and stay.
+    /// Tokens it requires and leaves in place (read arcs).
     pub reads: Vec<(PlaceId, u32)>,
-    /// It waits while a place holds this many or more.
+    /// It is disabled while a place holds this many tokens or more (inhibitor arcs).
     pub inhibitors: Vec<(PlaceId, u32)>,
     /// Places it empties, after taking its inputs and before putting its outputs.
     pub resets: Vec<PlaceId>,
-    /// Safety first.
-    pub class: Class,
-    /// The greater one first, within a class.
+    /// Decides conflicts first: safety before ordinary.
+    pub class: FiringClass,
+    /// Decides conflicts within a class: the greater one fires first.
     pub priority: i32,
-    /// When, counted from the moment it became enabled.
-    pub interval: Interval,
-    /// True: enabled only while the caller holds its gate open (an event, a guard, an operator).
+    /// When it may and must fire, counted from the moment it became enabled.
+    pub interval: FiringInterval,
+    /// Whether it is enabled only while the caller keeps its gate open (an event, a guard, an operator).
     pub gated: bool,
 }
 
-/// What makes a description of a net not a net.
+/// Why a description is not a valid net.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NetError {
     /// Two places or two transitions with one name.
     #[error("the name `{0}` is used twice")]
     DuplicateName(String),
     /// An arc to a place that the net does not have.
-    #[error("transition `{transition}` has an arc to place number {place}, which is not there")]
+    #[error("transition `{transition}` has an arc to place number {place}, which does not exist")]
     UnknownPlace {
-        /// Whose arc.
+        /// The transition with the arc.
         transition: String,
-        /// The number.
+        /// The number of the place.
         place: u32,
     },
     /// An arc that moves or tests nothing.
     #[error("transition `{0}` has an arc of weight 0")]
     ZeroWeight(String),
-    /// Arcs between the same two, together more than a place can hold.
+    /// Parallel arcs whose weights add up to more than a place can hold.
     #[error("the arcs of transition `{0}` together weigh more than 4,294,967,295")]
     WeightTooLarge(String),
     /// The latest moment is before the earliest.
-    #[error("transition `{0}` must fire before it may")]
+    #[error("transition `{0}` has a latest moment before its earliest")]
     EmptyInterval(String),
 }
 
 impl NetError {
-    /// The transition it is about, if it is about one.
+    /// Returns the transition it is about, if it is about one.
     pub fn transition(&self) -> Option<&str> {
         match self {
             Self::DuplicateName(_) => None,
@@ -122,7 +122,7 @@ impl NetError {
     }
 }
 
-/// A test of one place's tokens that a transition needs to pass.
+/// A condition on the tokens of one place, which a transition requires.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Test {
     AtLeast(u32),
@@ -143,55 +143,55 @@ impl Test {
 pub struct Net {
     pub(crate) places: Vec<String>,
     pub(crate) initial: Vec<u32>,
-    pub(crate) transitions: Vec<Transition>,
-    /// Per place, who must look again when its tokens change.
+    pub(crate) transitions: Vec<NetTransition>,
+    /// Per place, the transitions to check when its tokens change, each with its condition.
     pub(crate) watchers: Vec<Vec<(TransitionId, Test)>>,
-    /// Per transition, its standing by class and priority; the smaller one first.
+    /// Per transition, its rank by class and priority; the smaller rank fires first.
     pub(crate) ranks: Vec<u32>,
 }
 
 impl Net {
-    /// Begins a description.
+    /// Returns an empty description.
     pub fn builder() -> NetBuilder {
         NetBuilder::default()
     }
 
-    /// Place names, in order.
+    /// Returns the names of the places, in order.
     pub fn places(&self) -> &[String] {
         &self.places
     }
 
-    /// Transitions, in order.
-    pub fn transitions(&self) -> &[Transition] {
+    /// Returns the transitions, in order.
+    pub fn transitions(&self) -> &[NetTransition] {
         &self.transitions
     }
 
-    /// One transition.
-    pub fn transition(&self, id: TransitionId) -> &Transition {
+    /// Returns one transition.
+    pub fn transition(&self, id: TransitionId) -> &NetTransition {
         &self.transitions[id.index()]
     }
 
-    /// One place's name.
+    /// Returns the name of one place.
     pub fn place(&self, id: PlaceId) -> &str {
         &self.places[id.index()]
     }
 
-    /// Tokens per place at the beginning.
+    /// Returns the initial marking: tokens per place.
     pub fn initial(&self) -> &[u32] {
         &self.initial
     }
 
-    /// The same net, beginning with `marking`: one number of tokens per place.
+    /// Returns the same net with the initial marking `marking`: one number of tokens per place.
     ///
     /// # Panics
-    /// If there are not as many numbers as places.
+    /// If the numbers are not as many as the places.
     #[must_use]
     pub fn starting_at(&self, marking: Vec<u32>) -> Self {
         assert_eq!(marking.len(), self.places.len(), "one number of tokens per place");
         Self { initial: marking, ..self.clone() }
     }
 
-    /// All transition ids, in order.
+    /// Returns the ids of all transitions, in order.
     pub fn transition_ids(&self) -> impl Iterator<Item = TransitionId> + use<> {
         (0..self.transitions.len() as u32).map(TransitionId)
     }

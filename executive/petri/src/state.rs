@@ -1,17 +1,17 @@
-//! What a net does: tokens, who is enabled since when, and the firing of one transition.
+//! The state of a running net: tokens, enabled transitions with their clocks, and firing.
 //!
-//! Firing is taking and putting, which the caller may do apart, with time between them. What
-//! changes costs what is affected: the arcs of the places touched, whatever the net's size.
+//! A firing is taking and putting, which the caller may separate, with time in between. A change
+//! costs time for the arcs of the affected places only, whatever the size of the net.
 
 use crate::agenda::{Agenda, deadline};
 use crate::net::{Net, PlaceId, Test, TransitionId};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Why a transition did not fire. The state is as before.
+/// Why an operation failed. The state is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FireError {
-    /// Tokens are missing, an inhibitor holds it, or its gate is shut.
+    /// Tokens are missing, an inhibitor arc disables it, or its gate is closed.
     #[error("the transition is not enabled")]
     NotEnabled,
     /// It is enabled, but not for long enough yet.
@@ -20,34 +20,34 @@ pub enum FireError {
     /// A place would hold more than 4,294,967,295 tokens.
     #[error("place number {} would hold more tokens than can be counted", .0.0)]
     Overflow(PlaceId),
-    /// Fewer tokens are there than were to be taken.
+    /// The place holds fewer tokens than were to be taken.
     #[error("place number {} holds fewer tokens than were to be taken", .0.0)]
     TooFewTokens(PlaceId),
 }
 
 /// A net at one moment: marking, gates and running clocks.
 #[derive(Clone, Debug)]
-pub struct State {
+pub struct NetState {
     net: Arc<Net>,
     now: Duration,
     marking: Vec<u32>,
     open: Vec<bool>,
-    /// Per transition, the tests it fails, a shut gate included; enabled at 0.
+    /// Per transition, how many of its conditions fail, including a closed gate; enabled at 0.
     unmet: Vec<u32>,
     agenda: Agenda,
 }
 
-impl State {
-    /// The initial marking at time `now`, all gates shut.
+impl NetState {
+    /// Returns the initial marking at time `now`, all gates closed.
     pub fn new(net: Arc<Net>, now: Duration) -> Self {
         let marking = net.initial().to_vec();
         Self::with_marking(net, marking, now)
     }
 
-    /// A marking of one's own, one number per place of the net, at time `now`, all gates shut.
+    /// Returns the given marking, one number per place, at time `now`, all gates closed.
     ///
     /// # Panics
-    /// If there are not as many numbers as places.
+    /// If the numbers are not as many as the places.
     pub fn with_marking(net: Arc<Net>, marking: Vec<u32>, now: Duration) -> Self {
         assert_eq!(marking.len(), net.places().len(), "one number of tokens per place");
         let mut unmet: Vec<u32> = net.transitions().iter().map(|t| u32::from(t.gated)).collect();
@@ -58,147 +58,153 @@ impl State {
         }
         let mut agenda = Agenda::new(unmet.len());
         for id in net.transition_ids().filter(|id| unmet[id.index()] == 0) {
-            agenda.enable(&net, id, now);
+            agenda.enable_transition(&net, id, now);
         }
         Self { open: vec![false; unmet.len()], net, now, marking, unmet, agenda }
     }
 
-    /// The state of another net at the same moment, with a marking of its own and all gates shut;
-    /// a hold goes on. Clocks are those of transitions newly enabled: [`State::resume_clock`] is for
-    /// those that were enabled before.
+    /// Returns the state of another net at the same moment, with the given marking and all gates
+    /// closed; a hold continues. All clocks start at this moment: [`NetState::resume_clock`] corrects
+    /// those of transitions that were enabled before.
     ///
     /// # Panics
-    /// If there are not as many numbers as places.
+    /// If the numbers are not as many as the places.
     #[must_use]
     pub fn in_another(&self, net: Arc<Net>, marking: Vec<u32>) -> Self {
         let mut state = Self::with_marking(net, marking, self.now);
         if let Some(since) = self.held_since() {
-            state.agenda.hold(&state.net, since);
-            for id in state.agenda.stopped().collect::<Vec<_>>() {
+            state.agenda.begin_hold(&state.net, since);
+            for id in state.agenda.stopped_transitions().collect::<Vec<_>>() {
                 state.agenda.set_since(&state.net, id, since, self.now);
             }
         }
         state
     }
 
-    /// Lets the clock of an enabled transition run since `since`; without effect on one that is not
-    /// enabled. It never runs since a moment that has not come.
+    /// Sets the start of an enabled transition's clock to `since`, or to now if that is later. Has no
+    /// effect if the transition is not enabled.
     pub fn resume_clock(&mut self, id: TransitionId, since: Duration) {
-        if self.agenda.since(id).is_some() {
+        if self.agenda.enabled_since(id).is_some() {
             let net = Arc::clone(&self.net);
             self.agenda.set_since(&net, id, since.min(self.now), self.now);
         }
     }
 
-    /// The net.
+    /// Returns the net.
     pub fn net(&self) -> &Arc<Net> {
         &self.net
     }
 
-    /// Tokens per place.
+    /// Returns the marking: tokens per place.
     pub fn marking(&self) -> &[u32] {
         &self.marking
     }
 
-    /// Tokens in one place.
+    /// Returns the tokens in one place.
     pub fn tokens(&self, place: PlaceId) -> u32 {
         self.marking[place.index()]
     }
 
-    /// When a transition became enabled; `None` while it is not.
+    /// Returns when a transition became enabled; `None` if it is not enabled.
     pub fn enabled_since(&self, id: TransitionId) -> Option<Duration> {
-        self.agenda.since(id)
+        self.agenda.enabled_since(id)
     }
 
-    /// When an enabled transition must have fired; `None` if not enabled, or without such a time.
+    /// Returns the latest moment for an enabled transition to fire; `None` if it is not enabled or has
+    /// no such moment.
     pub fn deadline(&self, id: TransitionId) -> Option<Duration> {
-        let since = self.agenda.since(id)?;
+        let since = self.agenda.enabled_since(id)?;
         Some(deadline(&self.net, id, since)).filter(|at| *at != Duration::MAX)
     }
 
-    /// When an enabled transition may fire; `None` while it is not enabled. Of one that is held it
-    /// is when it could have fired without the hold.
+    /// Returns when an enabled transition may fire; `None` if it is not enabled. For a held one it is
+    /// the moment without the hold.
     pub fn earliest(&self, id: TransitionId) -> Option<Duration> {
-        let since = self.agenda.since(id)?;
+        let since = self.agenda.enabled_since(id)?;
         Some(since.saturating_add(self.net.transition(id).interval.earliest))
     }
 
-    /// The enabled transitions: those that may fire now in conflict order, then those that wait,
-    /// then those that are held.
+    /// Returns the enabled transitions: those that may fire now, in conflict order, then the waiting
+    /// ones, then the held ones.
     pub fn enabled(&self) -> impl Iterator<Item = TransitionId> {
-        self.agenda.ready().chain(self.agenda.waiting()).chain(self.agenda.stopped())
+        self.agenda
+            .ready_transitions()
+            .chain(self.agenda.waiting_transitions())
+            .chain(self.agenda.stopped_transitions())
     }
 
-    /// Stops the clocks of all but the safety class: held transitions are enabled and disabled as
-    /// ever, but none is ready. Without effect during a hold.
+    /// Begins a hold: stops the clocks of the ordinary class. Held transitions are still enabled and
+    /// disabled, but never ready. Has no effect during a hold.
     pub fn hold(&mut self) {
-        self.agenda.hold(&self.net, self.now);
+        self.agenda.begin_hold(&self.net, self.now);
     }
 
-    /// Ends a hold: each clock goes on where it stood, those of transitions that became enabled
-    /// meanwhile from 0. Costs what is enabled.
+    /// Ends a hold: each clock continues from its value at the beginning of the hold, or from 0 if its
+    /// transition became enabled during it. Costs time for every enabled transition.
     pub fn release(&mut self) {
-        self.agenda.release(&self.net, self.now);
+        self.agenda.end_hold(&self.net, self.now);
     }
 
-    /// Whether the clock of an enabled transition is stopped by a hold.
+    /// Returns whether a hold has stopped the clock of an enabled transition.
     pub fn is_held(&self, id: TransitionId) -> bool {
         self.agenda.is_stopped(id)
     }
 
-    /// Since when all but the safety class are held, if they are.
+    /// Returns when the present hold began; `None` outside of a hold.
     pub fn held_since(&self) -> Option<Duration> {
         self.agenda.held_since()
     }
 
-    /// The transitions that may fire now, in conflict order: safety class, priority, earliest
+    /// Returns the transitions that may fire now, in conflict order: safety class, priority, earliest
     /// deadline, order in the file.
     pub fn ready(&self) -> impl Iterator<Item = TransitionId> {
-        self.agenda.ready()
+        self.agenda.ready_transitions()
     }
 
-    /// Whoever fires next, if anyone may now.
+    /// Returns the first transition in conflict order that may fire now.
     pub fn first_ready(&self) -> Option<TransitionId> {
-        self.agenda.first()
+        self.agenda.first_ready()
     }
 
-    /// When there is something to fire: now, or when the first waiting clock has run.
+    /// Returns the next moment at which a transition may fire: now, or when the first waiting clock
+    /// reaches its earliest time.
     pub fn next_firing(&self) -> Option<Duration> {
-        self.agenda.first().map(|_| self.now).or_else(|| self.agenda.next_earliest())
+        self.agenda.first_ready().map(|_| self.now).or_else(|| self.agenda.next_earliest())
     }
 
-    /// The latest moment it has been told.
+    /// Returns the present time.
     pub fn now(&self) -> Duration {
         self.now
     }
 
-    /// Lets time pass; time never goes back, an earlier `now` changes nothing.
+    /// Advances time to `now`; an earlier `now` has no effect.
     pub fn advance(&mut self, now: Duration) {
         if now > self.now {
             self.now = now;
-            self.agenda.advance(&self.net, now);
+            self.agenda.advance_to(&self.net, now);
         }
     }
 
-    /// Opens or shuts the gate of a gated transition; without effect on others.
+    /// Opens or closes the gate of a gated transition; has no effect on others.
     pub fn set_gate(&mut self, id: TransitionId, open: bool) {
         let index = id.index();
         if !self.net.transition(id).gated || self.open[index] == open {
             return;
         }
         self.open[index] = open;
-        self.settle(id, open);
+        self.update_enabling(id, open);
     }
 
-    /// Whether the gate of a gated transition is open.
+    /// Returns whether the gate of a gated transition is open.
     pub fn gate(&self, id: TransitionId) -> bool {
         self.open[id.index()]
     }
 
-    /// Fires: takes, empties and puts in no time. Answers how far its deadline had passed.
+    /// Fires a transition: takes, empties and puts at one moment. Returns how late it is after its
+    /// deadline.
     ///
     /// # Errors
-    /// As it says; nothing changed then.
+    /// If it may not fire now, or a place would overflow; the state is unchanged then.
     pub fn fire(&mut self, id: TransitionId) -> Result<Duration, FireError> {
         let net = Arc::clone(&self.net);
         let transition = net.transition(id);
@@ -218,13 +224,13 @@ impl State {
         Ok(late)
     }
 
-    /// The first half of a firing: takes the input tokens and empties the reset places. The
-    /// outputs are put later, with [`State::add`]. Answers how far its deadline had passed.
+    /// Does the first half of a firing: takes the input tokens and empties the reset places. The
+    /// caller puts the outputs later, with [`NetState::add`]. Returns how late it is after its deadline.
     ///
     /// # Errors
-    /// If it may not fire now; nothing changed then.
+    /// If it may not fire now; the state is unchanged then.
     pub fn take(&mut self, id: TransitionId) -> Result<Duration, FireError> {
-        let since = self.agenda.since(id).ok_or(FireError::NotEnabled)?;
+        let since = self.agenda.enabled_since(id).ok_or(FireError::NotEnabled)?;
         if !self.agenda.is_ready(&self.net, id) {
             return Err(FireError::TooEarly);
         }
@@ -236,9 +242,9 @@ impl State {
         for &place in &net.transition(id).resets {
             self.set_tokens(place, 0);
         }
-        // Whoever fires starts anew, even where enough tokens are left.
-        if self.agenda.since(id).is_some() {
-            self.agenda.enable(&net, id, self.now);
+        // The clock of the fired transition restarts even if enough tokens are left to keep it enabled.
+        if self.agenda.enabled_since(id).is_some() {
+            self.agenda.enable_transition(&net, id, self.now);
         }
         Ok(late)
     }
@@ -246,7 +252,7 @@ impl State {
     /// Puts tokens into a place from outside, or as the second half of a firing.
     ///
     /// # Errors
-    /// If the place cannot count them; nothing changed then.
+    /// If the place would overflow; the state is unchanged then.
     pub fn add(&mut self, place: PlaceId, tokens: u32) -> Result<(), FireError> {
         let sum = self.tokens(place).checked_add(tokens).ok_or(FireError::Overflow(place))?;
         self.set_tokens(place, sum);
@@ -256,7 +262,7 @@ impl State {
     /// Takes tokens out of a place from outside.
     ///
     /// # Errors
-    /// If fewer are there; nothing changed then.
+    /// If the place holds fewer; the state is unchanged then.
     pub fn remove(&mut self, place: PlaceId, tokens: u32) -> Result<(), FireError> {
         let rest = self.tokens(place).checked_sub(tokens).ok_or(FireError::TooFewTokens(place))?;
         self.set_tokens(place, rest);
@@ -279,25 +285,25 @@ impl State {
         for &(id, test) in &net.watchers[place.index()] {
             let passed = |test: Test, tokens| test.passes(tokens);
             match (passed(test, before), passed(test, tokens)) {
-                (false, true) => self.settle(id, true),
-                (true, false) => self.settle(id, false),
+                (false, true) => self.update_enabling(id, true),
+                (true, false) => self.update_enabling(id, false),
                 _ => {}
             }
         }
     }
 
-    /// One of the tests of `id` has changed: for the better or not.
-    fn settle(&mut self, id: TransitionId, met: bool) {
+    /// Notes that one condition of `id` has changed, and enables or disables the transition.
+    fn update_enabling(&mut self, id: TransitionId, met: bool) {
         let unmet = &mut self.unmet[id.index()];
         if met {
             *unmet -= 1;
             if *unmet == 0 {
-                self.agenda.enable(&self.net, id, self.now);
+                self.agenda.enable_transition(&self.net, id, self.now);
             }
         } else {
             *unmet += 1;
             if *unmet == 1 {
-                self.agenda.disable(&self.net, id);
+                self.agenda.disable_transition(&self.net, id);
             }
         }
     }
@@ -306,18 +312,19 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Class, Interval};
+    use crate::{FiringClass, FiringInterval};
 
     #[test]
-    fn a_held_clock_goes_on_where_it_stood_and_safety_is_not_held() {
+    fn a_held_clock_continues_after_the_hold_and_safety_is_not_held() {
         const SECOND: Duration = Duration::from_secs(1);
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 1), net.place("b", 0));
-        let five = Interval::exactly(5 * SECOND);
+        let five = FiringInterval::exactly(5 * SECOND);
         let late = net.transition("late").input(a, 1).interval(five).id();
         let new = net.transition("new").input(b, 1).interval(five).id();
-        let safe = net.transition("safe").input(b, 1).interval(five).class(Class::Safety).id();
-        let mut state = State::new(Arc::new(net.build().unwrap()), Duration::ZERO);
+        let safe =
+            net.transition("safe").input(b, 1).interval(five).class(FiringClass::Safety).id();
+        let mut state = NetState::new(Arc::new(net.build().unwrap()), Duration::ZERO);
         state.advance(2 * SECOND);
         state.hold();
         state.advance(10 * SECOND);
@@ -343,18 +350,18 @@ mod tests {
         );
     }
     #[test]
-    fn clocks_go_on_in_another_net_and_stand_in_a_hold() {
+    fn clocks_continue_in_another_net_and_stop_in_a_hold() {
         const SECOND: Duration = Duration::from_secs(1);
         let net = |after: Duration| {
             let mut net = Net::builder();
             let (a, b) = (net.place("a", 1), net.place("b", 0));
             let late = net.transition("late").input(a, 1).output(b, 1);
-            let late = late.interval(Interval::exactly(after)).id();
-            let free = net.transition("free").interval(Interval::exactly(SECOND)).id();
+            let late = late.interval(FiringInterval::exactly(after)).id();
+            let free = net.transition("free").interval(FiringInterval::exactly(SECOND)).id();
             (Arc::new(net.build().unwrap()), late, free)
         };
         let (old, late, _) = net(5 * SECOND);
-        let mut state = State::new(old, Duration::ZERO);
+        let mut state = NetState::new(old, Duration::ZERO);
         state.advance(2 * SECOND);
         let (new, _, free) = net(9 * SECOND);
         let mut next = state.in_another(Arc::clone(&new), vec![1, 0]);

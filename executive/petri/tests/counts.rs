@@ -4,16 +4,18 @@
 mod data;
 
 use armor_petri::analysis::boundedness::pumping_on_walks;
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::rules::Rules;
-use armor_petri::analysis::{Budget, Ending, Exhausted, Exploration, explore};
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::rules::FiringRules;
+use armor_petri::analysis::{
+    AnalysisBudget, Exhausted, ExplorationEnd, StateExploration, explore_states,
+};
 use armor_petri::file::tina;
 use armor_petri::{Net, PlaceId, TransitionId};
 use proptest::prelude::*;
 use std::collections::{HashMap, VecDeque};
 
-fn explored(net: &Net) -> Exploration {
-    explore(net, &Bounds::of_net(net, &|| false), true, &Budget::UNLIMITED)
+fn explored(net: &Net) -> StateExploration {
+    explore_states(net, &PlaceBounds::of_net(net, &|| false), true, &AnalysisBudget::UNLIMITED)
 }
 
 /// File, states, edges, most tokens in a place and in a marking, deadlocks.
@@ -21,9 +23,10 @@ type Published = (&'static str, u64, u64, u32, u64, Option<u64>);
 
 fn check(&(name, states, edges, in_place, in_marking, deadlocks): &Published) {
     let Some(file) = data::net(name) else { return };
-    let bounds = Bounds::of_net(&file.net, &|| false);
-    let Exploration { space, ending } = explore(&file.net, &bounds, false, &Budget::UNLIMITED);
-    assert_eq!(ending, Ending::Complete, "{name}");
+    let bounds = PlaceBounds::of_net(&file.net, &|| false);
+    let StateExploration { space, ending } =
+        explore_states(&file.net, &bounds, false, &AnalysisBudget::UNLIMITED);
+    assert_eq!(ending, ExplorationEnd::Complete, "{name}");
     assert_eq!((space.states(), space.edges()), (states, edges), "{name}");
     assert_eq!(space.max_tokens_in_place(), in_place, "{name}");
     assert_eq!(space.max_tokens_per_marking(), in_marking, "{name}");
@@ -71,8 +74,8 @@ fn fms_with_more_pallets_has_its_published_states() {
     let sizes = if std::env::var_os("ARMOR_FULL").is_some() { &[3, 5][..] } else { &[3] };
     for &pallets in sizes {
         let Some(net) = fms(pallets) else { return };
-        let Exploration { space, ending } = explored(&net);
-        assert_eq!(ending, Ending::Complete);
+        let StateExploration { space, ending } = explored(&net);
+        assert_eq!(ending, ExplorationEnd::Complete);
         match pallets {
             3 => assert_eq!(space.states(), 48_590),
             _ => assert_eq!(
@@ -137,8 +140,8 @@ fn models_of_the_contest_have_their_published_counts() {
         (philosophers(10), 59_049, 459_270, 20),
         (token_ring(10), 58_905, 294_050, 11),
     ] {
-        let Exploration { space, ending } = explored(&net);
-        assert_eq!(ending, Ending::Complete);
+        let StateExploration { space, ending } = explored(&net);
+        assert_eq!(ending, ExplorationEnd::Complete);
         assert_eq!((space.states(), space.edges()), (states, edges));
         assert_eq!((space.max_tokens_in_place(), space.max_tokens_per_marking()), (1, tokens));
     }
@@ -147,30 +150,37 @@ fn models_of_the_contest_have_their_published_counts() {
 #[test]
 fn a_net_too_large_to_count_is_undecided_but_known_to_be_bounded() {
     let Some(file) = data::net("Kanban-PT-02000.pnml") else { return };
-    let bounds = Bounds::of_net(&file.net, &|| false);
+    let bounds = PlaceBounds::of_net(&file.net, &|| false);
     assert!((0..16).all(|place| bounds.of(place) == Some(2000)));
-    let ended = |budget| explore(&file.net, &bounds, false, &budget).ending;
-    let states = Budget { states: 10_000, ..Budget::UNLIMITED };
-    assert_eq!(ended(states), Ending::Undecided(Exhausted::States));
-    let memory = Budget { memory_bytes: 4 << 20, ..Budget::UNLIMITED };
-    assert_eq!(ended(memory), Ending::Undecided(Exhausted::Memory));
+    let ended = |budget| explore_states(&file.net, &bounds, false, &budget).ending;
+    let states = AnalysisBudget { states: 10_000, ..AnalysisBudget::UNLIMITED };
+    assert_eq!(ended(states), ExplorationEnd::Undecided(Exhausted::States));
+    let memory = AnalysisBudget { memory_bytes: 4 << 20, ..AnalysisBudget::UNLIMITED };
+    assert_eq!(ended(memory), ExplorationEnd::Undecided(Exhausted::Memory));
     let asked = std::cell::Cell::new(0);
     let stop = || asked.replace(asked.get() + 1) >= 3;
-    let time = Budget { stop: &stop, ..Budget::UNLIMITED };
-    assert_eq!(ended(time), Ending::Undecided(Exhausted::Time));
+    let time = AnalysisBudget { stop: &stop, ..AnalysisBudget::UNLIMITED };
+    assert_eq!(ended(time), ExplorationEnd::Undecided(Exhausted::Time));
 }
 
 #[test]
 fn a_budget_of_just_enough_states_is_enough() {
     let Some(file) = data::net("untimed-test006-philosophers.pnml") else { return };
-    let bounds = Bounds::of_net(&file.net, &|| false);
-    let ended =
-        |states| explore(&file.net, &bounds, false, &Budget { states, ..Budget::UNLIMITED }).ending;
-    assert_eq!(ended(729), Ending::Complete);
-    assert_eq!(ended(728), Ending::Undecided(Exhausted::States));
+    let bounds = PlaceBounds::of_net(&file.net, &|| false);
+    let ended = |states| {
+        explore_states(
+            &file.net,
+            &bounds,
+            false,
+            &AnalysisBudget { states, ..AnalysisBudget::UNLIMITED },
+        )
+        .ending
+    };
+    assert_eq!(ended(729), ExplorationEnd::Complete);
+    assert_eq!(ended(728), ExplorationEnd::Undecided(Exhausted::States));
 }
 
-/// One place and one transition with the arcs asked for: tokens, and (kind, weight) of each arc.
+/// One place and one transition with the given arcs: tokens, and (kind, weight) of each arc.
 fn small(tokens: u32, arcs: &[(char, u32)]) -> Net {
     let mut net = Net::builder();
     let p = net.place("p", tokens);
@@ -188,10 +198,10 @@ fn small(tokens: u32, arcs: &[(char, u32)]) -> Net {
 }
 
 #[test]
-fn every_kind_of_arc_counts() {
+fn every_kind_of_arc_affects_enabling() {
     let check = |tokens, arcs: &[(char, u32)], states, edges, most, deadlocks| {
-        let Exploration { space, ending } = explored(&small(tokens, arcs));
-        assert_eq!(ending, Ending::Complete, "{arcs:?}");
+        let StateExploration { space, ending } = explored(&small(tokens, arcs));
+        assert_eq!(ending, ExplorationEnd::Complete, "{arcs:?}");
         let counts =
             (space.states(), space.edges(), space.max_tokens_in_place(), space.deadlocks());
         assert_eq!(counts, (states, edges, most, deadlocks), "{arcs:?}");
@@ -210,27 +220,27 @@ fn every_kind_of_arc_counts() {
 }
 
 #[test]
-fn nothing_is_a_net_too() {
+fn an_empty_net_is_a_net() {
     let empty = Net::builder().build().expect("nothing to be wrong");
-    let Exploration { space, ending } = explored(&empty);
-    assert_eq!((ending, space.states(), space.edges()), (Ending::Complete, 1, 0));
+    let StateExploration { space, ending } = explored(&empty);
+    assert_eq!((ending, space.states(), space.edges()), (ExplorationEnd::Complete, 1, 0));
     assert_eq!((space.deadlocks(), space.max_tokens_in_place()), (1, 0));
     let mut net = Net::builder();
     net.place("p", 3);
     let net = net.build().expect("one place");
-    let Exploration { space, .. } = explored(&net);
+    let StateExploration { space, .. } = explored(&net);
     assert_eq!((space.states(), space.max_tokens_per_marking()), (1, 3));
 }
 
 #[test]
-fn growth_without_end_is_found_with_a_sequence_that_shows_it() {
+fn unbounded_growth_is_found_with_a_sequence_that_shows_it() {
     for arcs in
         [&[('o', 1)][..], &[('i', 1), ('o', 2)], &[('r', 1), ('o', 1)], &[('i', 2), ('o', 3)]]
     {
         let net = small(2, arcs);
         let pumping = pumping_on_walks(&net).expect("it grows at once");
         assert_eq!((pumping.prefix.len(), pumping.cycle.len()), (0, 1), "{arcs:?}");
-        assert!(matches!(explored(&net).ending, Ending::Unbounded(_)), "{arcs:?}");
+        assert!(matches!(explored(&net).ending, ExplorationEnd::Unbounded(_)), "{arcs:?}");
     }
     // A place that is emptied again and again does not grow, however often it is filled.
     assert_eq!(pumping_on_walks(&small(1, &[('x', 0), ('o', 5)])), None);
@@ -241,7 +251,7 @@ fn growth_without_end_is_found_with_a_sequence_that_shows_it() {
 #[test]
 fn more_tokens_than_can_be_counted_are_undecided() {
     let net = small(4_000_000_000, &[('o', 1_000_000_000), ('h', 4_100_000_000)]);
-    assert_eq!(explored(&net).ending, Ending::Undecided(Exhausted::Tokens));
+    assert_eq!(explored(&net).ending, ExplorationEnd::Undecided(Exhausted::Tokens));
 }
 
 prop_compose! {
@@ -309,12 +319,12 @@ proptest! {
     #[test]
     fn any_net_has_the_states_that_plain_enumeration_finds(net in any_net()) {
         const LIMIT: usize = 3000;
-        let budget = Budget { states: 2 * LIMIT as u64, ..Budget::UNLIMITED };
-        let bounds = Bounds::of_net(&net, &|| false);
-        let Exploration { space, ending } = explore(&net, &bounds, true, &budget);
-        let rules = Rules::new(&net);
+        let budget = AnalysisBudget { states: 2 * LIMIT as u64, ..AnalysisBudget::UNLIMITED };
+        let bounds = PlaceBounds::of_net(&net, &|| false);
+        let StateExploration { space, ending } = explore_states(&net, &bounds, true, &budget);
+        let rules = FiringRules::new(&net);
         match (enumerated(&net, LIMIT), ending) {
-            (Some(expected), Ending::Complete) => {
+            (Some(expected), ExplorationEnd::Complete) => {
                 let counts = (space.states(), space.edges(), space.deadlocks(),
                     space.max_tokens_in_place(), space.max_tokens_per_marking());
                 prop_assert_eq!(counts, expected);
@@ -327,8 +337,8 @@ proptest! {
                 prop_assert_eq!(rules.play(net.initial(), &way), Some(space.marking(last)));
             }
             (Some(_), ending) => prop_assert!(false, "finite, and {ending:?}"),
-            (None, Ending::Complete) => prop_assert!(space.states() > LIMIT as u64),
-            (None, Ending::Unbounded(pumping)) => {
+            (None, ExplorationEnd::Complete) => prop_assert!(space.states() > LIMIT as u64),
+            (None, ExplorationEnd::Unbounded(pumping)) => {
                 let mut before = rules.play(net.initial(), &pumping.prefix).expect("firable");
                 for _ in 0..50 {
                     let after = rules.play(&before, &pumping.cycle).expect("firable for ever");
@@ -338,7 +348,7 @@ proptest! {
                     before = after;
                 }
             }
-            (None, Ending::Undecided(_)) => {}
+            (None, ExplorationEnd::Undecided(_)) => {}
         }
     }
 }
@@ -364,6 +374,6 @@ fn a_plain_net_that_grows_deep_inside_is_found_by_enumeration() {
     }
     let grow: TransitionId = t.output(heap, 1).id();
     let net = net.build().expect("a counter");
-    let Ending::Unbounded(pumping) = explored(&net).ending else { panic!("it grows") };
+    let ExplorationEnd::Unbounded(pumping) = explored(&net).ending else { panic!("it grows") };
     assert_eq!((pumping.prefix.len(), &pumping.cycle[..]), (511, &[grow][..]));
 }

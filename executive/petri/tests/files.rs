@@ -3,7 +3,7 @@
 mod data;
 
 use armor_petri::file::{NetFile, pnml, tina};
-use armor_petri::{Class, Interval, Net, PlaceId, Transition};
+use armor_petri::{FiringClass, FiringInterval, Net, NetTransition, PlaceId};
 use proptest::prelude::*;
 use std::time::Duration;
 
@@ -46,7 +46,7 @@ fn real_nets_have_the_places_and_transitions_of_the_table() {
 }
 
 #[test]
-fn every_word_of_the_net_format_is_understood() {
+fn every_keyword_of_the_net_format_is_read() {
     let file = tina::read(
         "# a comment\nnet {a \\{net\\}}\n\
          tr t1 : {go on} [4,9] p1 p2*2 p3?2 {p 4}?-3 -> p1 p5*2K\n\
@@ -64,7 +64,7 @@ fn every_word_of_the_net_format_is_understood() {
     assert_eq!(t("t1").outputs, [(place("p1"), 1), (place("p5"), 2000), (place("p6"), 1)]);
     assert_eq!(t("t2").interval.earliest, Duration::from_millis(500));
     assert_eq!(t("t2").interval.latest, None);
-    assert_eq!(t("t3").interval, Interval::UNTIMED);
+    assert_eq!(t("t3").interval, FiringInterval::UNTIMED);
     assert_eq!((t("t3").inputs[0].1, t("t3").reads[0].1), (2, 4));
     assert_eq!((t("t1").priority, t("t2").priority, t("t3").priority), (1, 1, 0));
     assert_eq!(net.initial()[place("p6").index()], 1_000_000);
@@ -73,7 +73,7 @@ fn every_word_of_the_net_format_is_understood() {
 }
 
 #[test]
-fn pnml_pages_references_and_foreign_words_are_understood() {
+fn pnml_pages_references_and_other_tools_arc_types_are_read() {
     let file = pnml::read(
         r#"<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml"><net id="n"
            type="http://www.pnml.org/version-2009/grammar/ptnet">
@@ -121,7 +121,7 @@ fn a_timed_arc_net_without_times_is_a_plain_net() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_line_and_column() {
+fn faults_are_reported_with_line_and_column() {
     let check = |text: &str, expected: &str| {
         let error = match text.starts_with('<') {
             true => pnml::read(text).unwrap_err(),
@@ -147,7 +147,7 @@ fn what_is_wrong_is_told_with_line_and_column() {
     let net = |inner: &str| format!("<pnml><net id='n'>\n{inner}</net></pnml>");
     check(&net("<place id='p'><hlinitialMarking/></place>"), "2:1: a place of coloured tokens");
     check(&net("<place/>"), "2:1: an id attribute is needed");
-    check(&net("<place id='p'/><place id='p'/>"), "2:16: `p` is there twice");
+    check(&net("<place id='p'/><place id='p'/>"), "2:16: the id `p` is used twice");
     check(
         &net("<place id='p'><initialMarking><text>-1</text></initialMarking></place>"),
         "2:15: `-1`",
@@ -165,7 +165,7 @@ fn what_is_wrong_is_told_with_line_and_column() {
 }
 
 #[test]
-fn what_only_we_say_is_kept_and_others_read_a_net_that_allows_all_that_ours_does() {
+fn armors_own_data_is_kept_and_other_tools_read_a_more_permissive_net() {
     let text = r#"<pnml><net id="n"><place id="p"><initialMarking><text>1</text></initialMarking>
         <toolspecific tool="armor" version="1"><word name="components" value="a &lt; b"/></toolspecific></place>
         <transition id="t"><delay><interval closure="closed-open"><cn>2</cn><ci>infty</ci></interval></delay>
@@ -204,9 +204,9 @@ prop_compose! {
             let latest = slack.map(|slack| earliest + Duration::from_secs(slack));
             let mut t = net
                 .transition(*name)
-                .class(if *safety { Class::Safety } else { Class::Ordinary })
+                .class(if *safety { FiringClass::Safety } else { FiringClass::Ordinary })
                 .priority(*priority)
-                .interval(Interval { earliest, latest });
+                .interval(FiringInterval { earliest, latest });
             for &(kind, place, weight) in arcs {
                 let place = places[place % places.len()];
                 t = match kind {
@@ -238,7 +238,7 @@ proptest! {
         let file = NetFile::new("", net);
         let Ok(text) = tina::write(&file) else { return Ok(()) };
         let again = tina::read(&text).unwrap();
-        let standing = |t: &Transition| (t.class == Class::Safety, t.priority);
+        let standing = |t: &NetTransition| (t.class == FiringClass::Safety, t.priority);
         let order = |net: &Net| -> Vec<_> {
             let all = net.transitions();
             all.iter().flat_map(|a| all.iter().map(move |b| standing(a).cmp(&standing(b)))).collect()

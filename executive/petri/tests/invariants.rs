@@ -2,7 +2,9 @@
 
 mod data;
 
-use armor_petri::analysis::invariants::{Bounds, excludes, place_semiflows, transition_semiflows};
+use armor_petri::analysis::invariants::{
+    PlaceBounds, excluding_sum, place_semiflows, transition_semiflows,
+};
 use armor_petri::file::tina;
 use armor_petri::{Net, PlaceId};
 use proptest::prelude::*;
@@ -42,7 +44,7 @@ fn a_sum_proves_exclusion_only_where_it_holds() {
     let check = |text: &str, expected: bool| {
         let net = tina::read(text).expect("a net").net;
         let flows = place_semiflows(&net, &never);
-        let found = excludes(&flows, &net, PlaceId(0), PlaceId(1)).is_some();
+        let found = excluding_sum(&flows, &net, PlaceId(0), PlaceId(1)).is_some();
         assert_eq!(found, expected, "{text}");
     };
     check("tr a p -> q\npl p (1)", true);
@@ -61,7 +63,7 @@ fn a_reset_breaks_a_sum_but_not_a_bound() {
     net.transition("empty").input(p, 1).output(p, 1).reset(q);
     let net = net.build().expect("two places");
     assert!(place_semiflows(&net, &never).semiflows.is_empty());
-    let bounds = Bounds::of_net(&net, &never);
+    let bounds = PlaceBounds::of_net(&net, &never);
     assert_eq!((bounds.of(0), bounds.of(1)), (Some(3), Some(3)));
 }
 
@@ -129,7 +131,7 @@ proptest! {
                 prop_assert!(i == j || !one.iter().all(|p| other.contains(p)));
             }
         }
-        // The support of any other sum holds one of theirs.
+        // The support of any other sum contains the support of one of them.
         for sum in small_sums(&net) {
             prop_assert!(supports.iter().any(|s| s.iter().all(|p| sum[*p] > 0)), "{sum:?}");
         }
@@ -163,9 +165,9 @@ fn philosophers(count: usize) -> Net {
 }
 
 #[test]
-fn thousands_of_places_are_bounded_at_once() {
+fn thousands_of_places_are_bounded_quickly() {
     let net = philosophers(3000);
-    let bounds = Bounds::of_net(&net, &never);
+    let bounds = PlaceBounds::of_net(&net, &never);
     assert!((0..12_000).all(|place| bounds.of(place) == Some(1)));
     assert_eq!(place_semiflows(&net, &never).semiflows.len(), 6000);
 }

@@ -1,6 +1,6 @@
-//! Random nets played at random, beside an oracle that looks at everything again each time.
+//! Random nets with random firings, compared with an oracle that recomputes everything each time.
 
-use armor_petri::{Class, Interval, Net, PlaceId, State, TransitionId};
+use armor_petri::{FiringClass, FiringInterval, Net, NetState, PlaceId, TransitionId};
 use proptest::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
@@ -70,8 +70,8 @@ fn net_of(sketches: &[Sketch], tokens: &[u32]) -> Net {
         let mut t = net
             .transition(format!("t{index}"))
             .priority(sketch.priority)
-            .class(if sketch.safety { Class::Safety } else { Class::Ordinary })
-            .interval(Interval { earliest, latest });
+            .class(if sketch.safety { FiringClass::Safety } else { FiringClass::Ordinary })
+            .interval(FiringInterval { earliest, latest });
         for &(kind, place, weight) in &sketch.arcs {
             let place = PlaceId(place);
             t = match kind {
@@ -132,7 +132,7 @@ impl Oracle {
 
     /// Whether its clock runs if it is enabled.
     fn runs(&self, id: TransitionId) -> bool {
-        self.held.is_none() || self.net.transition(id).class == Class::Safety
+        self.held.is_none() || self.net.transition(id).class == FiringClass::Safety
     }
 
     fn release(&mut self) {
@@ -181,7 +181,7 @@ impl Oracle {
     }
 }
 
-fn play(state: &mut State, oracle: &mut Oracle, deed: &Deed) {
+fn play(state: &mut NetState, oracle: &mut Oracle, deed: &Deed) {
     let count = oracle.net.transitions().len();
     let id = |t: usize| TransitionId((t % count) as u32);
     match *deed {
@@ -247,13 +247,13 @@ fn play(state: &mut State, oracle: &mut Oracle, deed: &Deed) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
     #[test]
-    fn the_incremental_state_is_the_oracle_s(
+    fn the_incremental_state_equals_the_oracles(
         sketches in prop::collection::vec(sketch(), 1..8),
         tokens in prop::collection::vec(0u32..3, PLACES as usize),
         deeds in prop::collection::vec(deed(), 0..60),
     ) {
         let net = Arc::new(net_of(&sketches, &tokens));
-        let mut state = State::new(Arc::clone(&net), Duration::ZERO);
+        let mut state = NetState::new(Arc::clone(&net), Duration::ZERO);
         let mut oracle = Oracle::new(Arc::clone(&net));
         for deed in &deeds {
             play(&mut state, &mut oracle, deed);

@@ -2,25 +2,25 @@
 
 mod data;
 
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::rules::Rules;
-use armor_petri::analysis::stubborn::deadlocks;
-use armor_petri::analysis::{Budget, Ending, explore};
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::rules::FiringRules;
+use armor_petri::analysis::stubborn::find_deadlocks;
+use armor_petri::analysis::{AnalysisBudget, ExplorationEnd, explore_states};
 use armor_petri::{Net, PlaceId};
 use proptest::prelude::*;
 
 fn agrees(net: &Net) -> Option<(u64, u64)> {
-    let bounds = Bounds::of_net(net, &|| false);
-    let budget = Budget { states: 20_000, ..Budget::UNLIMITED };
-    let full = explore(net, &bounds, false, &budget);
-    let reduced = deadlocks(net, &bounds, &budget).ok()??;
-    if full.ending != Ending::Complete {
+    let bounds = PlaceBounds::of_net(net, &|| false);
+    let budget = AnalysisBudget { states: 20_000, ..AnalysisBudget::UNLIMITED };
+    let full = explore_states(net, &bounds, false, &budget);
+    let reduced = find_deadlocks(net, &bounds, &budget).ok()??;
+    if full.ending != ExplorationEnd::Complete {
         return None;
     }
     assert_eq!(reduced.deadlocks, full.space.deadlocks());
     assert!(reduced.states <= full.space.states());
     if let Some((way, marking)) = &reduced.first {
-        assert_eq!(Rules::new(net).play(net.initial(), way).as_ref(), Some(marking));
+        assert_eq!(FiringRules::new(net).play(net.initial(), way).as_ref(), Some(marking));
     }
     Some((reduced.states, full.space.states()))
 }
@@ -33,26 +33,28 @@ fn philosophers_starve_after_a_part_of_their_states() {
 }
 
 #[test]
-fn independent_ones_fire_in_one_order_alone() {
+fn independent_transitions_fire_in_one_order_only() {
     let mut net = Net::builder();
     for i in 0..40 {
         let (p, q) = (net.place(format!("p{i}"), 1), net.place(format!("q{i}"), 0));
         net.transition(format!("t{i}")).input(p, 1).output(q, 1);
     }
     let net = net.build().expect("forty walkers");
-    let bounds = Bounds::of_net(&net, &|| false);
-    let found = deadlocks(&net, &bounds, &Budget::UNLIMITED).expect("no budget").expect("plain");
+    let bounds = PlaceBounds::of_net(&net, &|| false);
+    let found = find_deadlocks(&net, &bounds, &AnalysisBudget::UNLIMITED)
+        .expect("no budget")
+        .expect("plain");
     assert_eq!((found.deadlocks, found.states), (1, 41), "of a trillion");
 }
 
 #[test]
-fn what_does_not_commute_is_left_to_the_full_search() {
+fn firings_that_do_not_commute_are_left_to_the_full_search() {
     let mut net = Net::builder();
     let p = net.place("p", 1);
     net.transition("t").input(p, 1).inhibitor(p, 2);
     let net = net.build().expect("one place");
-    let bounds = Bounds::of_net(&net, &|| false);
-    assert_eq!(deadlocks(&net, &bounds, &Budget::UNLIMITED), Ok(None));
+    let bounds = PlaceBounds::of_net(&net, &|| false);
+    assert_eq!(find_deadlocks(&net, &bounds, &AnalysisBudget::UNLIMITED), Ok(None));
 }
 
 prop_compose! {

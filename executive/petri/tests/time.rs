@@ -1,10 +1,10 @@
 //! enough to know them.
 
-use armor_petri::analysis::classes::{Classes, classes};
-use armor_petri::analysis::durations::{Latest, longest, shortest};
-use armor_petri::analysis::{Budget, Exhausted};
+use armor_petri::analysis::classes::{StateClasses, find_state_classes};
+use armor_petri::analysis::durations::{Latest, longest_time, shortest_time};
+use armor_petri::analysis::{AnalysisBudget, Exhausted};
 use armor_petri::file::tina;
-use armor_petri::{Interval, Net, State, TransitionId};
+use armor_petri::{FiringInterval, Net, NetState, TransitionId};
 use proptest::prelude::*;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -14,9 +14,9 @@ fn net(text: &str) -> Net {
     tina::read(text).expect("a net").net
 }
 
-fn all(net: &Net) -> Classes {
-    let budget = Budget { states: 1_000_000, ..Budget::UNLIMITED };
-    let (classes, exhausted) = classes(net, &budget);
+fn all(net: &Net) -> StateClasses {
+    let budget = AnalysisBudget { states: 1_000_000, ..AnalysisBudget::UNLIMITED };
+    let (classes, exhausted) = find_state_classes(net, &budget);
     assert_eq!(exhausted, None);
     classes
 }
@@ -94,8 +94,10 @@ fn durations(text: &str) -> (Option<f64>, Result<f64, Latest>) {
     let goal = net.places().iter().position(|place| place == "goal").expect("a goal");
     let classes = all(&net);
     let asked = |marking: &[u32]| marking[goal] > 0;
-    let shortest = shortest(&net, &classes, asked, &Budget::UNLIMITED).expect("no budget");
-    let longest = longest(&net, &classes, asked, &Budget::UNLIMITED).expect("no budget");
+    let shortest =
+        shortest_time(&net, &classes, asked, &AnalysisBudget::UNLIMITED).expect("no budget");
+    let longest =
+        longest_time(&net, &classes, asked, &AnalysisBudget::UNLIMITED).expect("no budget");
     let longest = match longest {
         Latest::At(timed) => Ok(timed.time.as_secs_f64()),
         other => Err(other),
@@ -104,13 +106,13 @@ fn durations(text: &str) -> (Option<f64>, Result<f64, Latest>) {
 }
 
 #[test]
-fn durations_are_those_of_the_ways() {
+fn durations_are_those_of_the_firing_sequences() {
     let sequence = "tr a [1,2] p -> q\ntr b [0.5,4] q -> goal\npl p (1)";
     assert_eq!(durations(sequence), (Some(1.5), Ok(6.0)));
-    // The way of b: at least 3 after p; c would take it away at 5 at the latest.
+    // The sequence through b: at least 3 after p; c would take the token at 5 at the latest.
     let choice = "tr b [3,9] p -> goal\ntr c [0,5] p -> q\ntr d [10,10] q -> goal\npl p (1)";
     assert_eq!(durations(choice), (Some(3.0), Ok(15.0)));
-    // Both at once, and then together.
+    // Both in parallel, and then together.
     let both = "tr a [1,2] p -> x\ntr b [3,4] q -> y\ntr c [0,1] x y -> goal\npl p (1)\npl q (1)";
     assert_eq!(durations(both), (Some(3.0), Ok(5.0)));
     // A timeout cannot come before what must come first.
@@ -124,7 +126,7 @@ fn durations_are_those_of_the_ways() {
 }
 
 #[test]
-fn what_need_not_come_is_told_with_a_way_that_avoids_it() {
+fn an_avoidable_marking_is_reported_with_a_run_that_avoids_it() {
     let id = TransitionId;
     let late = durations("tr a [1,2] p -> q\ntr b [1,w[ q -> goal\npl p (1)").1;
     assert_eq!(late, Err(Latest::WithoutEnd(vec![id(0), id(1)])));
@@ -136,7 +138,7 @@ fn what_need_not_come_is_told_with_a_way_that_avoids_it() {
 }
 
 #[test]
-fn read_inhibitor_and_reset_arcs_have_their_say_on_clocks() {
+fn read_inhibitor_and_reset_arcs_affect_clocks() {
     // Taking a token and putting it back starts the clock of whom it was missing to; reading it
     // does not. So b, at 3, comes in spite of c at 2 only where c reads.
     let taking = "tr b [3,3] p -> goal\ntr c [2,2] p q -> p\npl p (1)\npl q (1)";
@@ -150,11 +152,11 @@ fn read_inhibitor_and_reset_arcs_have_their_say_on_clocks() {
 #[test]
 fn an_unbounded_net_ends_with_its_budget() {
     let net = net("tr a [1,1] p -> p q\npl p (1)");
-    let budget = Budget { states: 1000, ..Budget::UNLIMITED };
-    let (found, exhausted) = classes(&net, &budget);
+    let budget = AnalysisBudget { states: 1000, ..AnalysisBudget::UNLIMITED };
+    let (found, exhausted) = find_state_classes(&net, &budget);
     assert_eq!((found.classes(), exhausted), (1000, Some(Exhausted::States)));
-    let memory = Budget { memory_bytes: 100_000, ..Budget::UNLIMITED };
-    assert_eq!(classes(&net, &memory).1, Some(Exhausted::Memory));
+    let memory = AnalysisBudget { memory_bytes: 100_000, ..AnalysisBudget::UNLIMITED };
+    assert_eq!(find_state_classes(&net, &memory).1, Some(Exhausted::Memory));
 }
 
 prop_compose! {
@@ -170,7 +172,7 @@ prop_compose! {
         for (index, (arcs, earliest, slack)) in sketches.iter().enumerate() {
             let earliest = Duration::from_secs(*earliest);
             let latest = slack.map(|slack| earliest + Duration::from_secs(slack));
-            let mut t = net.transition(format!("t{index}")).interval(Interval { earliest, latest });
+            let mut t = net.transition(format!("t{index}")).interval(FiringInterval { earliest, latest });
             for &(kind, place, weight) in arcs {
                 t = match kind {
                     0..=2 => t.input(places[place], weight),
@@ -195,12 +197,12 @@ proptest! {
         net in timed_net(),
         choices in prop::collection::vec((0usize..8, 0u64..5), 1..12),
     ) {
-        let budget = Budget { states: 2000, ..Budget::UNLIMITED };
-        let (found, exhausted) = classes(&net, &budget);
+        let budget = AnalysisBudget { states: 2000, ..AnalysisBudget::UNLIMITED };
+        let (found, exhausted) = find_state_classes(&net, &budget);
         if exhausted.is_some() {
             return Ok(());
         }
-        let mut state = State::new(Arc::new(net.clone()), Duration::ZERO);
+        let mut state = NetState::new(Arc::new(net.clone()), Duration::ZERO);
         let (mut class, mut visited) = (0, vec![(Duration::ZERO, net.initial().to_vec())]);
         for (which, half_seconds) in choices {
             // As late as asked, but not past a deadline.
@@ -219,11 +221,11 @@ proptest! {
         let (_, last) = visited.last().expect("the initial one").clone();
         let (first, _) = *visited.iter().find(|(_, marking)| *marking == last).as_ref().expect("itself");
         let asked = |marking: &[u32]| marking == last;
-        let budget = Budget { states: 20_000, ..Budget::UNLIMITED };
-        if let Ok(shortest) = shortest(&net, &found, asked, &budget) {
+        let budget = AnalysisBudget { states: 20_000, ..AnalysisBudget::UNLIMITED };
+        if let Ok(shortest) = shortest_time(&net, &found, asked, &budget) {
             prop_assert!(shortest.expect("it was reached").time <= *first);
         }
-        if let Ok(Latest::At(latest)) = longest(&net, &found, asked, &budget) {
+        if let Ok(Latest::At(latest)) = longest_time(&net, &found, asked, &budget) {
             prop_assert!(latest.time >= *first);
         }
     }

@@ -11,7 +11,7 @@ use crate::plan::Plan;
 use crate::planned::{ComponentId, PlannedTransition};
 use crate::values::GivenValue;
 use crate::version::{Version, in_words};
-use armor_petri::{Interval, PlaceId};
+use armor_petri::{FiringInterval, PlaceId};
 use armor_robotfile::mission::{
     ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, Transition,
 };
@@ -228,12 +228,12 @@ impl Compiler {
         if let Some(interval) = &transition.interval {
             // A transition that waits for a person is never too late.
             let latest = interval.latest.filter(|_| !manual);
-            t = t.interval(Interval { earliest: interval.earliest, latest });
+            t = t.interval(FiringInterval { earliest: interval.earliest, latest });
         } else if manual {
-            t = t.interval(Interval::UNTIMED);
+            t = t.interval(FiringInterval::UNTIMED);
         }
         if is_safety(mission, transition) {
-            t = t.class(armor_petri::Class::Safety);
+            t = t.class(armor_petri::FiringClass::Safety);
         }
         t = t.priority(transition.priority);
         if planned.is_gated() {

@@ -5,7 +5,7 @@ use crate::dates::PlannedDates;
 use crate::plan::Plan;
 use crate::planned::ComponentId;
 use crate::version::{Version, in_words};
-use armor_petri::{Class, PlaceId, TransitionId};
+use armor_petri::{FiringClass, PlaceId, TransitionId};
 
 /// The plan of a new version over the components that run.
 pub fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
@@ -50,7 +50,7 @@ struct Terms<'a> {
     on: Option<&'a (ComponentId, String)>,
     guard: Option<String>,
     dates: Option<PlannedDates>,
-    class: Class,
+    class: FiringClass,
 }
 
 impl Plan {

@@ -1,6 +1,6 @@
 //! The net of a mission as it is analysed.
 
-use armor_petri::{Interval, Net, NetBuilder, NetError, PlaceId, TransitionId};
+use armor_petri::{FiringInterval, Net, NetBuilder, NetError, PlaceId, TransitionId};
 use armor_robotfile::mission::LostLink;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -166,7 +166,8 @@ impl Building<'_> {
             interval.earliest = Duration::ZERO;
         }
         if let Some(latest) = asking::fires_by(plan, id) {
-            interval = by_period(Interval { latest: Some(latest), ..interval }, plan.period());
+            interval =
+                by_period(FiringInterval { latest: Some(latest), ..interval }, plan.period());
         }
         let redirected = |to: Option<PlaceId>, why| to.map(|to| (vec![(to, 1)], why));
         for copy in copies {
@@ -204,7 +205,7 @@ impl Building<'_> {
         &mut self,
         id: TransitionId,
         copy: &Copy,
-        (outputs, interval): (&[(PlaceId, u32)], Interval),
+        (outputs, interval): (&[(PlaceId, u32)], FiringInterval),
         name: String,
     ) {
         let (transition, planned) = (self.plan.net().transition(id), self.plan.transition(id));
@@ -260,7 +261,7 @@ impl Building<'_> {
             let mut t = self.builder.transition(format!("{name}/started"));
             t = start.to.iter().fold(t.input(start.place, 1), |t, arc| t.output(arc.0, arc.1));
             t = start.unless.iter().chain(&self.ends).fold(t, |t, place| t.inhibitor(*place, 1));
-            t.interval(Interval::exactly(Duration::ZERO));
+            t.interval(FiringInterval::exactly(Duration::ZERO));
             self.shown.push(String::new());
             self.sources.push(None);
         }
@@ -287,7 +288,7 @@ impl Building<'_> {
         }
         t = Copy { effects: Some(Vec::new()), ..copy.clone() }.arcs(t, &self.pairs);
         t = self.ends.iter().fold(t, |t, end| t.inhibitor(*end, 1));
-        let at = Interval::exactly(earliest.saturating_add(within));
+        let at = FiringInterval::exactly(earliest.saturating_add(within));
         t = t.interval(by_period(at, plan.period()));
         if is_gated || planned.lost_link == Some(LostLink::Wait) {
             t.gated();
@@ -298,7 +299,7 @@ impl Building<'_> {
             let name = format!("{}{label}{NEWLY_ENABLED}", transition.name);
             let mut t = self.builder.transition(name).input(declined, 1);
             t = self.ends.iter().fold(t, |t, end| t.inhibitor(*end, 1));
-            t.interval(Interval::UNTIMED).gated();
+            t.interval(FiringInterval::UNTIMED).gated();
             self.shown.push(format!("{}{NEWLY_ENABLED}", transition.name));
             self.sources.push(None);
         }
@@ -327,7 +328,7 @@ impl Building<'_> {
         for end in &self.ends {
             t = t.inhibitor(*end, 1);
         }
-        t.interval(Interval::UNTIMED);
+        t.interval(FiringInterval::UNTIMED);
         self.shown.push(name.clone());
         self.sources.push(None);
         self.second_half(&name, start);
@@ -341,12 +342,12 @@ fn is_gated(planned: &PlannedTransition, copy: &Copy) -> bool {
 }
 
 /// Whether it matters since when it is enabled.
-fn has_clock(interval: Interval) -> bool {
+fn has_clock(interval: FiringInterval) -> bool {
     !interval.earliest.is_zero() || interval.latest.is_some_and(|latest| !latest.is_zero())
 }
 
 /// A mission with a period fires at the next look at its net.
-fn by_period(interval: Interval, period: Option<Duration>) -> Interval {
+fn by_period(interval: FiringInterval, period: Option<Duration>) -> FiringInterval {
     let later = |latest: Duration| latest.saturating_add(period.unwrap_or_default());
-    Interval { latest: interval.latest.map(later), ..interval }
+    FiringInterval { latest: interval.latest.map(later), ..interval }
 }

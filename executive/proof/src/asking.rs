@@ -1,7 +1,7 @@
 //! Transitions that ask before they fire, as they are analysed: silence fires or declines them when
 //! the time for an answer is over. A person who declines what silence fires is not thought of.
 
-use armor_petri::{NetBuilder, PlaceId, Transition, TransitionId};
+use armor_petri::{NetBuilder, NetTransition, PlaceId, TransitionId};
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -41,7 +41,7 @@ pub(super) fn declined_places(
 }
 
 /// The tokens it has to find, taken or not.
-pub(super) fn needs(transition: &Transition) -> BTreeMap<PlaceId, u32> {
+pub(super) fn needs(transition: &NetTransition) -> BTreeMap<PlaceId, u32> {
     let mut needs = BTreeMap::new();
     for &(place, weight) in transition.inputs.iter().chain(&transition.reads) {
         let most = needs.entry(place).or_insert(0);

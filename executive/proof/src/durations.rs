@@ -1,7 +1,7 @@
 //! How soon the goal can come, and how late the mission must be over: worth knowing, where it is
 //! cheap to find out.
 
-use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
+use armor_petri::analysis::durations::{Latest, TimedSequence, longest_time, shortest_time};
 use armor_robotfile::{Code, Finding, Takes};
 
 use crate::proof::Proof;
@@ -13,11 +13,11 @@ impl Proof<'_> {
         let classes = self.timed_if_small()?;
         let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
         let is_over = |marking: &[u32]| self.is_over(marking);
-        let least = shortest(self.net, classes, at_goal, &self.budget()).ok()??;
+        let least = shortest_time(self.net, classes, at_goal, &self.budget()).ok()??;
         if least.sequence.is_empty() {
             return None;
         }
-        let most = longest(self.net, classes, is_over, &self.budget()).ok()?;
+        let most = longest_time(self.net, classes, is_over, &self.budget()).ok()?;
         let ends = |class: u32| is_over(classes.marking(class)) && !at_goal(classes.marking(class));
         let always_goal = !(0..classes.classes() as u32).any(ends);
         let name = self.net.place(goal);
@@ -30,7 +30,13 @@ impl Proof<'_> {
         Some(finding)
     }
 
-    fn in_words(&self, goal: &str, least: &Timed, most: &Latest, always_goal: bool) -> String {
+    fn in_words(
+        &self,
+        goal: &str,
+        least: &TimedSequence,
+        most: &Latest,
+        always_goal: bool,
+    ) -> String {
         let earliest = time(least.time);
         let begin = format!("{goal} comes after {earliest} at the earliest");
         match most {
@@ -63,7 +69,7 @@ impl Proof<'_> {
         }
     }
 
-    fn as_data(&self, least: &Timed, most: &Latest, always_goal: bool) -> Takes {
+    fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> Takes {
         let (longest_s, way, circle) = match most {
             Latest::At(most) => (Some(most.time.as_secs_f64()), &most.sequence[..], &[][..]),
             Latest::WithoutEnd(way) | Latest::DeadEnd(way) => (None, &way[..], &[][..]),

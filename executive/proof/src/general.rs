@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use armor_petri::PlaceId;
-use armor_petri::analysis::Ending;
-use armor_petri::analysis::boundedness::Pumping;
-use armor_petri::analysis::components::components;
-use armor_petri::analysis::rules::Rules;
-use armor_petri::analysis::runs::{Graph, lost};
+use armor_petri::analysis::ExplorationEnd;
+use armor_petri::analysis::boundedness::PumpingSequence;
+use armor_petri::analysis::components::find_components;
+use armor_petri::analysis::rules::FiringRules;
+use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
@@ -59,7 +59,7 @@ impl Proof<'_> {
     }
 
     /// Of a mission that has places without a bound as far as tokens go.
-    pub(super) fn without_bounds(&self, pumping: &Pumping, findings: &mut Findings) {
+    pub(super) fn without_bounds(&self, pumping: &PumpingSequence, findings: &mut Findings) {
         if self.times_bound_it() {
             return self.complete(findings);
         }
@@ -78,7 +78,7 @@ impl Proof<'_> {
 
     /// The nearest marking in which nothing fires any more, and the mission is not over.
     fn standing(&self) -> Option<Witness> {
-        let rules = Rules::new(self.net);
+        let rules = FiringRules::new(self.net);
         self.find_witness(&|marking| {
             let fires = self.net.transition_ids().any(|id| rules.enabled(marking, id));
             !fires && !self.is_over(marking)
@@ -87,7 +87,7 @@ impl Proof<'_> {
 
     /// The most tokens that a place holds in a state.
     pub(super) fn most_in(&self, place: PlaceId) -> u32 {
-        if !matches!(self.exploration.ending, Ending::Unbounded(_)) {
+        if !matches!(self.exploration.ending, ExplorationEnd::Unbounded(_)) {
             return self.exploration.space.most_in(place);
         }
         let (classes, _) = self.timed_so_far();
@@ -95,7 +95,7 @@ impl Proof<'_> {
         (0..classes.classes() as u32).map(tokens).max().unwrap_or(0)
     }
 
-    pub(super) fn fills(&self, pumping: &Pumping) -> Finding {
+    pub(super) fn fills(&self, pumping: &PumpingSequence) -> Finding {
         let (prefix, cycle) = (self.names(&pumping.prefix), self.names(&pumping.cycle));
         let place = pumping.growing.first().copied().unwrap_or(PlaceId(0));
         let begin = if prefix.is_empty() { String::new() } else { format!("{prefix}, ") };
@@ -118,11 +118,11 @@ impl Proof<'_> {
         let is_over = |marking: &[u32]| self.is_over(marking);
         let space = &self.exploration.space;
         let with_times = self.timed_if_small().and_then(|classes| {
-            let found = lost(classes, &is_over, &self.budget()).ok()?;
+            let found = nearest_lost(classes, &is_over, &self.budget()).ok()?;
             Some((classes, found))
         });
-        let untimed = || components(space, &self.untimed_budget(), is_over).ok()?.lost();
-        let (graph, node): (&dyn Graph, u32) = match with_times {
+        let untimed = || find_components(space, &self.untimed_budget(), is_over).ok()?.lost();
+        let (graph, node): (&dyn MarkingGraph, u32) = match with_times {
             Some((classes, found)) => (classes, found?),
             None => (space, untimed()?),
         };

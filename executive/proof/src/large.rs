@@ -3,9 +3,9 @@
 
 use armor_petri::PlaceId;
 use armor_petri::analysis::Exhausted;
-use armor_petri::analysis::invariants::{Bounds, excludes};
-use armor_petri::analysis::rules::Rules;
-use armor_petri::analysis::stubborn::deadlocks_that;
+use armor_petri::analysis::invariants::{PlaceBounds, excluding_sum};
+use armor_petri::analysis::rules::FiringRules;
+use armor_petri::analysis::stubborn::find_wanted_deadlocks;
 use armor_robotfile::{Code, Finding, Findings};
 
 use crate::analysed::Analysed;
@@ -61,15 +61,16 @@ impl Proof<'_> {
     /// it does with it, and more. So what never stands still without the end never does.
     fn standstill(&self) -> Standstill {
         let Ok(endless) = Analysed::endless(self.plan, self.apart) else { return Standstill::Open };
-        let bounds = Bounds::of_net(&endless.net, self.stop);
+        let bounds = PlaceBounds::of_net(&endless.net, self.stop);
         let budget = self.untimed_budget();
         let not_over = |marking: &[u32]| !self.is_over(marking);
-        let Ok(Some(found)) = deadlocks_that(&endless.net, &bounds, &not_over, &budget) else {
+        let Ok(Some(found)) = find_wanted_deadlocks(&endless.net, &bounds, &not_over, &budget)
+        else {
             return Standstill::Open;
         };
         let Some((way, marking)) = found.first else { return Standstill::Never };
         // The way may lead past the end: both nets have the same transitions.
-        match Rules::new(self.net).play(self.net.initial(), &way) {
+        match FiringRules::new(self.net).play(self.net.initial(), &way) {
             Some(_) => Standstill::After(Witness { way, marking }),
             None => Standstill::Open,
         }
@@ -84,7 +85,7 @@ impl Proof<'_> {
         open: &mut Vec<String>,
     ) {
         let is_excluded =
-            |places: &[_; 2]| excludes(self.token_sums(), self.net, places[0], places[1]).is_some();
+            |places: &[_; 2]| excluding_sum(self.token_sums(), self.net, places[0], places[1]).is_some();
         let unproven: Vec<_> = pairs.iter().filter(|places| !is_excluded(places)).collect();
         // Those that were seen together are findings already.
         let is_open =

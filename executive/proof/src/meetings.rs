@@ -1,7 +1,7 @@
 //! Places of components that exclude each other, where they can be marked together.
 
 use armor_petri::PlaceId;
-use armor_petri::analysis::invariants::excludes;
+use armor_petri::analysis::invariants::excluding_sum;
 
 use crate::proof::Proof;
 use crate::starts::DelayedStart;
@@ -18,7 +18,7 @@ impl Proof<'_> {
             if self.is_whole() {
                 self.find_witness(&together).is_some()
             } else {
-                excludes(self.token_sums(), self.net, *one, *other).is_none()
+                excluding_sum(self.token_sums(), self.net, *one, *other).is_none()
             }
         });
         pairs

@@ -2,7 +2,7 @@
 //! are not followed, and clocks that are followed only loosely because of them.
 
 use armor_petri::TransitionId;
-use armor_petri::analysis::rules::Rules;
+use armor_petri::analysis::rules::FiringRules;
 use armor_robotfile::claim::{Claim, Statement};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
@@ -12,7 +12,7 @@ use crate::verdict::ClaimVerdict;
 impl Proof<'_> {
     /// A finding for each transition that can take a variable out of its domain.
     pub(super) fn values_outside(&self, findings: &mut Findings) {
-        let rules = Rules::new(self.net);
+        let rules = FiringRules::new(self.net);
         let mut known = Vec::new();
         for &(copy, source) in &self.analysed.outside {
             if known.contains(&source) {

@@ -3,10 +3,12 @@
 use std::cell::OnceCell;
 
 use crate::analysed::Analysed;
-use armor_petri::analysis::classes::{Classes, classes, is_possible};
-use armor_petri::analysis::invariants::{Bounds, Semiflows, place_semiflows};
-use armor_petri::analysis::runs::Graph;
-use armor_petri::analysis::{Budget, Ending, Exhausted, Exploration, explore};
+use armor_petri::analysis::classes::{StateClasses, find_state_classes, is_possible};
+use armor_petri::analysis::invariants::{PlaceBounds, Semiflows, place_semiflows};
+use armor_petri::analysis::runs::MarkingGraph;
+use armor_petri::analysis::{
+    AnalysisBudget, Exhausted, ExplorationEnd, StateExploration, explore_states,
+};
 use armor_petri::{Net, PlaceId, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::{Findings, Location, Mission};
@@ -47,10 +49,10 @@ pub(crate) struct Proof<'a> {
     pub(crate) net: &'a Net,
     /// Places that are kept apart by letting starts wait.
     pub(crate) apart: &'a [[PlaceId; 2]],
-    pub(crate) bounds: Bounds,
+    pub(crate) bounds: PlaceBounds,
     /// The states as far as tokens go.
-    pub(crate) exploration: Exploration,
-    timed: OnceCell<(Classes, Option<Exhausted>)>,
+    pub(crate) exploration: StateExploration,
+    timed: OnceCell<(StateClasses, Option<Exhausted>)>,
     untimed_alone: OnceCell<bool>,
     sums: OnceCell<Semiflows<PlaceId>>,
     pub(crate) effort: ProofEffort,
@@ -80,9 +82,9 @@ impl<'a> Proof<'a> {
         stop: &'a dyn Fn() -> bool,
     ) -> Self {
         let net = &analysed.net;
-        let bounds = Bounds::of_net(net, stop);
-        let budget = Budget { states: effort.states, memory_bytes: MAX_BYTES, stop };
-        let exploration = explore(net, &bounds, true, &budget);
+        let bounds = PlaceBounds::of_net(net, stop);
+        let budget = AnalysisBudget { states: effort.states, memory_bytes: MAX_BYTES, stop };
+        let exploration = explore_states(net, &bounds, true, &budget);
         let (timed, sums) = (OnceCell::new(), OnceCell::new());
         let untimed_alone = OnceCell::new();
         Self {
@@ -116,16 +118,16 @@ impl<'a> Proof<'a> {
     /// What is looked at in every mission.
     pub(crate) fn examine_in_general(&self, findings: &mut Findings) {
         match &self.exploration.ending {
-            Ending::Complete => self.complete(findings),
-            Ending::Unbounded(pumping) => self.without_bounds(pumping, findings),
-            Ending::Undecided(why) => self.too_large(*why, findings),
+            ExplorationEnd::Complete => self.complete(findings),
+            ExplorationEnd::Unbounded(pumping) => self.without_bounds(pumping, findings),
+            ExplorationEnd::Undecided(why) => self.too_large(*why, findings),
         }
     }
 
     /// Whether tokens alone would let places fill without end in a way that times do not allow.
     pub(crate) fn grows_untimed_alone(&self) -> bool {
         *self.untimed_alone.get_or_init(|| {
-            let Ending::Unbounded(pumping) = &self.exploration.ending else { return false };
+            let ExplorationEnd::Unbounded(pumping) = &self.exploration.ending else { return false };
             let rounds = std::iter::repeat_n(&pumping.cycle, ROUNDS).flatten();
             let way: Vec<_> = pumping.prefix.iter().chain(rounds).copied().collect();
             is_possible(self.net, &way) == Ok(false)
@@ -138,38 +140,39 @@ impl<'a> Proof<'a> {
     }
 
     /// For states as far as tokens go.
-    pub(crate) fn untimed_budget(&self) -> Budget<'a> {
-        Budget { states: self.effort.states, memory_bytes: MAX_BYTES, stop: self.stop }
+    pub(crate) fn untimed_budget(&self) -> AnalysisBudget<'a> {
+        AnalysisBudget { states: self.effort.states, memory_bytes: MAX_BYTES, stop: self.stop }
     }
 
     /// For states with their times.
-    pub(crate) fn budget(&self) -> Budget<'a> {
+    pub(crate) fn budget(&self) -> AnalysisBudget<'a> {
         // Without checks in the file a person waits for the rest of the findings, not for times.
         let is_asked = !self.mission.checks.is_empty();
         let states =
             if is_asked { self.effort.classes } else { self.effort.classes.min(FEW_STATES) };
-        Budget { states, memory_bytes: MAX_BYTES, stop: self.stop }
+        AnalysisBudget { states, memory_bytes: MAX_BYTES, stop: self.stop }
     }
 
     /// Whether all states were explored, as far as tokens go.
     pub(crate) fn is_whole(&self) -> bool {
-        self.exploration.ending == Ending::Complete
+        self.exploration.ending == ExplorationEnd::Complete
     }
 
     /// Returns the states with their times, if all of them were explored.
-    pub(crate) fn timed(&self) -> Result<&Classes, Exhausted> {
+    pub(crate) fn timed(&self) -> Result<&StateClasses, Exhausted> {
         let (classes, exhausted) = self.timed_so_far();
         exhausted.map_or(Ok(classes), Err)
     }
 
     /// The states with their times, as many as the budget allows.
-    pub(crate) fn timed_so_far(&self) -> (&Classes, Option<Exhausted>) {
-        let (found, exhausted) = self.timed.get_or_init(|| classes(self.net, &self.budget()));
+    pub(crate) fn timed_so_far(&self) -> (&StateClasses, Option<Exhausted>) {
+        let (found, exhausted) =
+            self.timed.get_or_init(|| find_state_classes(self.net, &self.budget()));
         (found, *exhausted)
     }
 
     /// The same where it is cheap.
-    pub(crate) fn timed_if_small(&self) -> Option<&Classes> {
+    pub(crate) fn timed_if_small(&self) -> Option<&StateClasses> {
         let is_small = self.is_whole() && self.exploration.space.states() <= FEW_STATES;
         if is_small || self.times_bound_it() { self.timed().ok() } else { None }
     }
@@ -182,7 +185,7 @@ impl<'a> Proof<'a> {
     /// The nearest marking as asked in a run, or else, as far as tokens go.
     pub(crate) fn find_witness(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<Witness> {
         let space = &self.exploration.space;
-        if matches!(self.exploration.ending, Ending::Unbounded(_)) {
+        if matches!(self.exploration.ending, ExplorationEnd::Unbounded(_)) {
             // It stopped where a place was seen to fill: more is seen with times.
             let (classes, _) = self.timed_so_far();
             return classes.nearest(asked).map(|class| Witness::of(classes, class));
@@ -240,7 +243,7 @@ impl<'a> Proof<'a> {
 }
 
 impl Witness {
-    pub(crate) fn of(graph: &dyn Graph, node: u32) -> Self {
+    pub(crate) fn of(graph: &dyn MarkingGraph, node: u32) -> Self {
         Self { way: graph.way(node), marking: graph.tokens(node).into_owned() }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use armor_petri::analysis::durations::{Latest, longest, shortest};
-use armor_petri::analysis::runs::{Escape, Graph, escape, lost};
-use armor_petri::analysis::{Ending, Exhausted};
+use armor_petri::analysis::durations::{Latest, longest_time, shortest_time};
+use armor_petri::analysis::runs::{Escape, MarkingGraph, find_escape, nearest_lost};
+use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::Way;
 use armor_robotfile::claim::{Relation, Statement};
@@ -94,7 +94,7 @@ impl Proof<'_> {
     fn always_reachable(&self, wanted: &PlaceFormula) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(wanted, marking);
         let found = self.timed().and_then(|classes| {
-            let node = lost(classes, &asked, &self.budget())?;
+            let node = nearest_lost(classes, &asked, &self.budget())?;
             Ok(node.map(|node| Witness::of(classes, node)))
         });
         match found {
@@ -139,10 +139,11 @@ impl Proof<'_> {
     fn every_run_comes(
         &self,
         wanted: &PlaceFormula,
-        starts: impl Fn(&dyn Graph) -> Vec<u32>,
+        starts: impl Fn(&dyn MarkingGraph) -> Vec<u32>,
     ) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(wanted, marking);
-        let avoiding = |graph: &dyn Graph| escape(graph, starts(graph), &asked, &self.budget());
+        let avoiding =
+            |graph: &dyn MarkingGraph| find_escape(graph, starts(graph), &asked, &self.budget());
         if self.is_whole() && avoiding(&self.exploration.space) == Ok(None) {
             return ClaimVerdict::Holds;
         }
@@ -175,7 +176,7 @@ impl Proof<'_> {
     }
 
     fn marking_after(&self, way: &[TransitionId]) -> Vec<u32> {
-        let rules = armor_petri::analysis::rules::Rules::new(self.net);
+        let rules = armor_petri::analysis::rules::FiringRules::new(self.net);
         rules.play(self.net.initial(), way).unwrap_or_default()
     }
 
@@ -195,8 +196,9 @@ impl Proof<'_> {
 
     fn at_least(&self, until: &PlaceFormula, is_strict: bool, limit: Duration) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(until, marking);
-        let found =
-            self.timed().and_then(|classes| shortest(self.net, classes, asked, &self.budget()));
+        let found = self
+            .timed()
+            .and_then(|classes| shortest_time(self.net, classes, asked, &self.budget()));
         match found {
             Err(why) => self.undecided(why),
             Ok(None) => {
@@ -227,7 +229,7 @@ impl Proof<'_> {
     fn at_most(&self, until: &PlaceFormula, is_strict: bool, limit: Duration) -> ClaimVerdict {
         let asked = |marking: &[u32]| self.holds(until, marking);
         let found =
-            self.timed().and_then(|classes| longest(self.net, classes, asked, &self.budget()));
+            self.timed().and_then(|classes| longest_time(self.net, classes, asked, &self.budget()));
         match found {
             Err(why) => self.undecided(why),
             Ok(Latest::At(most)) if most.time < limit || (most.time == limit && !is_strict) => {
@@ -304,7 +306,7 @@ impl Proof<'_> {
 
     fn firing_of_one(&self, base: TransitionId) -> Possible {
         let space = &self.exploration.space;
-        let rules = armor_petri::analysis::rules::Rules::new(self.net);
+        let rules = armor_petri::analysis::rules::FiringRules::new(self.net);
         let enabling = space.find(|marking| rules.enabled(marking, base));
         let Some(state) = enabling else {
             if self.is_whole() {
@@ -353,12 +355,12 @@ impl Proof<'_> {
             return ClaimVerdict::Holds;
         }
         match &self.exploration.ending {
-            Ending::Complete => ClaimVerdict::Holds,
-            Ending::Unbounded(_) if self.times_bound_it() => ClaimVerdict::Holds,
-            Ending::Unbounded(_) if self.grows_untimed_alone() => {
+            ExplorationEnd::Complete => ClaimVerdict::Holds,
+            ExplorationEnd::Unbounded(_) if self.times_bound_it() => ClaimVerdict::Holds,
+            ExplorationEnd::Unbounded(_) if self.grows_untimed_alone() => {
                 ClaimVerdict::Undecided("whether its times let it fill is not known".into())
             }
-            Ending::Unbounded(pumping) if pumping.growing.contains(&place) => {
+            ExplorationEnd::Unbounded(pumping) if pumping.growing.contains(&place) => {
                 let (way, circle) = (&pumping.prefix, &pumping.cycle);
                 let begin =
                     if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
@@ -368,10 +370,10 @@ impl Proof<'_> {
                 );
                 self.fails(says, way, circle)
             }
-            Ending::Unbounded(_) => ClaimVerdict::Undecided(
+            ExplorationEnd::Unbounded(_) => ClaimVerdict::Undecided(
                 "another place fills without end, so not all was seen".into(),
             ),
-            Ending::Undecided(why) => self.undecided(*why),
+            ExplorationEnd::Undecided(why) => self.undecided(*why),
         }
     }
 }

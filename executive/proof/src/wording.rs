@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use armor_petri::analysis::{Ending, Exhausted};
+use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::Way;
 
@@ -80,7 +80,9 @@ impl Proof<'_> {
     /// What a budget that ran out means for what was asked.
     pub(super) fn budget_ran_out(&self, why: Exhausted) -> String {
         match self.exploration.ending {
-            Ending::Unbounded(_) => format!("the mission fills places without end, and {why}"),
+            ExplorationEnd::Unbounded(_) => {
+                format!("the mission fills places without end, and {why}")
+            }
             _ => why.to_string(),
         }
     }

@@ -5,7 +5,7 @@ use super::context::Context;
 use super::mission_dates::MissionDates;
 use crate::ledger::{Consent, Ledger};
 use crate::record::JournalEntry;
-use armor_petri::{Class, TransitionId};
+use armor_petri::{FiringClass, TransitionId};
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ pub(super) fn next_ready(cx: &Context, dates: &MissionDates) -> Option<Transitio
     let state = cx.ledger().state();
     let mut ready = state.ready().filter(|id| !dates.waits_for_utc(cx.plan(), *id));
     let by_itself = ready.find(|id| fires_by_itself(cx.ledger(), *id))?;
-    let safety = cx.plan().net().transition(by_itself).class == Class::Safety;
+    let safety = cx.plan().net().transition(by_itself).class == FiringClass::Safety;
     let granted = || {
         state
             .ready()
@@ -31,7 +31,8 @@ pub(super) fn next_ready(cx: &Context, dates: &MissionDates) -> Option<Transitio
 pub(super) fn next_firing(cx: &Context, dates: &MissionDates) -> Option<Duration> {
     let state = cx.ledger().state();
     let held = state.held_since().is_some();
-    let runs = |id: &TransitionId| !held || cx.plan().net().transition(*id).class == Class::Safety;
+    let runs =
+        |id: &TransitionId| !held || cx.plan().net().transition(*id).class == FiringClass::Safety;
     // A question that is still to be asked is asked when the transition could fire.
     let acts = |id: &TransitionId| {
         fires_by_itself(cx.ledger(), *id)
@@ -92,8 +93,8 @@ pub(super) fn answer_within(ledger: &Ledger, id: TransitionId) -> Option<Duratio
 
 /// Whether the time for an answer stands still.
 pub(super) fn is_put_off(ledger: &Ledger, id: TransitionId) -> bool {
-    let held =
-        ledger.pause().is_some() && ledger.plan().net().transition(id).class == Class::Ordinary;
+    let held = ledger.pause().is_some()
+        && ledger.plan().net().transition(id).class == FiringClass::Ordinary;
     let waits = ledger.authority().link_lost().is_some()
         && ledger.plan().transition(id).lost_link == Some(LostLink::Wait);
     held || waits

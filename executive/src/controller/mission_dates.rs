@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::ledger::DateState;
 use crate::record::JournalEntry;
-use armor_petri::{Class, TransitionId};
+use armor_petri::{FiringClass, TransitionId};
 use armor_plan::{DatePhase, Plan, PlannedDates};
 use armor_robotfile::Date;
 use armor_robotfile::mission::Missed;
@@ -78,7 +78,7 @@ impl MissionDates {
     fn has_failed(cx: &Context, id: TransitionId, dates: &PlannedDates) -> bool {
         let DateState { phase, used } = cx.ledger().date(id);
         let is_held = cx.ledger().pause().is_some()
-            && cx.plan().net().transition(id).class == Class::Ordinary;
+            && cx.plan().net().transition(id).class == FiringClass::Ordinary;
         let has_passed = phase == DatePhase::Past && !used && dates.missed == Missed::Fail;
         has_passed && !is_held && cx.ledger().is_wanted(id)
     }

@@ -10,7 +10,7 @@ use crate::judging::MoveQuestion;
 use crate::ledger::{Consent, Lease, MissionStage};
 use crate::order::{Giver, Judged, MissionOrder};
 use crate::record::JournalEntry;
-use armor_petri::{Class, TransitionId};
+use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::mission::Autonomy;
 use std::sync::Arc;
@@ -304,7 +304,7 @@ fn judge_firing(cx: &Context, dates: &MissionDates, name: &str) -> Result<String
     let Some(earliest) = state.earliest(id).filter(|_| !dates.waits_for_utc(cx.plan(), id)) else {
         return Err(format!("`{name}` is not enabled: {}", firing_hindrance(cx, dates, id)));
     };
-    if net.transition(id).class == Class::Ordinary
+    if net.transition(id).class == FiringClass::Ordinary
         && let Some(pause) = cx.ledger().pause()
     {
         return Err(format!("the mission is paused, by {}: resume it first", pause.by));

@@ -7,7 +7,7 @@ use super::mission_dates::MissionDates;
 use super::senses::GuardSenses;
 use crate::record::JournalEntry;
 use crate::terms::{Cause, ValueSet};
-use armor_petri::{Step, TransitionId};
+use armor_petri::{NetStep, TransitionId};
 use std::time::Duration;
 
 /// Begins firings of transitions, one after the other.
@@ -32,7 +32,7 @@ impl Turns {
         &mut self,
         cx: &mut Context,
         (dates, senses): (&MissionDates, &mut GuardSenses),
-        step: &mut Step,
+        step: &mut NetStep,
     ) {
         let Some(id) = next_ready(cx, dates).filter(|_| cx.may_fire()) else {
             self.next_look = None;

@@ -1,7 +1,7 @@
 //! What is decided about who commands: the lease, the pause, and the answers of operators.
 
 use crate::order::{Giver, Judged};
-use armor_petri::{Class, TransitionId};
+use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::mission::LostLink;
 use serde::{Deserialize, Serialize};
@@ -135,7 +135,7 @@ impl Authority {
     /// Questions whose clocks stood during a pause have the time that they had before it.
     pub(super) fn put_off_questions(&mut self, plan: &Plan, stood: Duration) {
         for (id, consent) in &mut self.consents {
-            let held = plan.net().transition(*id).class == Class::Ordinary;
+            let held = plan.net().transition(*id).class == FiringClass::Ordinary;
             if let (true, Consent::Asked(since)) = (held, consent) {
                 *since += stood;
             }

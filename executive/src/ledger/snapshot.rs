@@ -6,7 +6,7 @@ use super::error::LedgerError;
 use super::firing::Firing;
 use crate::record::{JournalEntry, JournalRecord};
 use crate::snapshot::{FiringSnapshot, LedgerSnapshot, StandingReport};
-use armor_petri::{PlaceId, State, TransitionId};
+use armor_petri::{NetState, PlaceId, TransitionId};
 use armor_plan::{ComponentId, Plan};
 use std::sync::Arc;
 use std::time::Duration;
@@ -186,7 +186,7 @@ impl Ledger {
             marking[place.index()] = tokens;
         }
         let from = snapshot.held_since.unwrap_or(at);
-        self.state = State::with_marking(Arc::clone(self.plan.net()), marking, from);
+        self.state = NetState::with_marking(Arc::clone(self.plan.net()), marking, from);
         if snapshot.held_since.is_some() {
             self.state.hold();
         }

@@ -1,4 +1,4 @@
-//! One process of a running system, and what it is doing as far as it can be told from outside.
+//! One process of a running system and what it is doing, as seen from outside.
 
 use std::time::Duration;
 
@@ -8,28 +8,28 @@ use armor_wire::registry::ComponentEntry;
 /// What a process is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Condition {
-    /// It is registered and has not said yet.
+    /// It is registered and has not reported its state yet.
     Unknown,
     /// It waits for its settings and parameters.
     Starting,
-    /// It gets no calls.
+    /// It is frozen: its code is not called.
     Frozen,
-    /// It runs.
+    /// It is active.
     Active,
     /// It has reported that its task is over.
     Done,
     /// It has reported a failure.
     Failed,
-    /// It is registered and has been silent for three beats.
+    /// It is registered, but does not answer.
     Suspected,
-    /// It has gone, and may be started again.
+    /// It has ended, and may be restarted.
     Restarting,
-    /// It has gone, and nothing has come in its place for long.
+    /// It has ended, and was not restarted for a long time.
     Dead,
 }
 
 impl Condition {
-    /// All of them.
+    /// All conditions.
     pub const ALL: [Self; 9] = [
         Self::Unknown,
         Self::Starting,
@@ -42,7 +42,7 @@ impl Condition {
         Self::Dead,
     ];
 
-    /// In one word.
+    /// Returns the condition as one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Unknown => "unknown",
@@ -57,7 +57,7 @@ impl Condition {
         }
     }
 
-    /// Whether its process has gone.
+    /// Returns whether the process has ended.
     pub fn is_gone(self) -> bool {
         matches!(self, Self::Restarting | Self::Dead)
     }
@@ -77,42 +77,42 @@ impl From<RunState> for Condition {
 
 /// A process of the system.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Process {
-    /// What the registry knows of it.
+pub struct ObservedProcess {
+    /// Its entry in the registry.
     pub entry: ComponentEntry,
     /// What it is doing.
     pub condition: Condition,
-    /// Since when, after the beginning of the watch.
+    /// When that began, since the beginning of the watch.
     pub since: Duration,
     /// How long the running call of user code has taken, in seconds, if it is a long one.
     pub call_s: Option<f64>,
-    /// What it said of itself last.
+    /// Its last status.
     pub status: Option<Status>,
-    /// Why nothing is heard of it; empty if something is.
+    /// Why it does not answer; empty if it does.
     pub problem: String,
-    /// How many of its starts have been seen.
+    /// How many starts of it were seen.
     pub starts: u32,
     pub(super) before: Option<Status>,
-    pub(super) connection: Connection,
+    pub(super) connection: ControlLink,
 }
 
 /// The control connection to a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Connection {
+pub(super) enum ControlLink {
     /// Being made.
     Pending,
     Up,
-    /// To be made again then.
+    /// To be retried at this time.
     Down {
         retry: Duration,
     },
-    /// The process has none, or has gone.
+    /// The process has none, or has ended.
     Never,
 }
 
-impl Process {
-    /// Whether that is new.
-    pub(super) fn is(&mut self, condition: Condition, now: Duration) -> bool {
+impl ObservedProcess {
+    /// Sets the condition; returns whether it has changed.
+    pub(super) fn set_condition(&mut self, condition: Condition, now: Duration) -> bool {
         let is_new = self.condition != condition;
         if is_new {
             (self.condition, self.since) = (condition, now);
@@ -120,9 +120,10 @@ impl Process {
         is_new
     }
 
-    pub(super) fn go(&mut self, now: Duration) {
-        self.is(Condition::Restarting, now);
-        (self.connection, self.call_s, self.before) = (Connection::Never, None, None);
+    /// Notes that the process has left the registry.
+    pub(super) fn mark_gone(&mut self, now: Duration) {
+        self.set_condition(Condition::Restarting, now);
+        (self.connection, self.call_s, self.before) = (ControlLink::Never, None, None);
         self.problem.clear();
     }
 }

@@ -30,171 +30,178 @@ fn status(name: &str, state: RunState, uptime_s: f64) -> Status {
     }
 }
 
-/// A picture and its time, moved by hand.
+/// A picture whose time the test sets.
 #[derive(Default)]
 struct Scene {
-    picture: Picture,
+    picture: SystemPicture,
     now: Duration,
 }
 
 impl Scene {
-    fn tell(&mut self, event: Event) -> Vec<Action> {
-        self.picture.handle(event, self.now).1
+    fn handle(&mut self, event: SystemEvent) -> Vec<ObserverAction> {
+        self.picture.handle_event(event, self.now).1
     }
 
-    fn after(&mut self, time: Duration) -> Vec<Action> {
+    fn pass_time(&mut self, time: Duration) -> Vec<ObserverAction> {
         self.now += time;
-        self.tell(Event::Tick)
+        self.handle(SystemEvent::Tick)
     }
 
-    fn said(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
-        self.picture.handle(Event::Said(name.into(), instance, answer), self.now).0
+    fn answer(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
+        self.picture.handle_event(SystemEvent::Said(name.into(), instance, answer), self.now).0
     }
 
-    fn appears(&mut self, name: &str, instance: u64) -> Vec<Action> {
-        self.tell(Event::Registry(Change::Appeared(entry(name, instance))))
+    fn register(&mut self, name: &str, instance: u64) -> Vec<ObserverAction> {
+        self.handle(SystemEvent::Registry(Change::Appeared(entry(name, instance))))
     }
 
-    fn is(&self, name: &str) -> Condition {
+    fn condition(&self, name: &str) -> Condition {
         self.picture.processes[name].condition
     }
 
     /// A process that is connected and in this state.
-    fn with(name: &str, state: RunState) -> Self {
+    fn with_process(name: &str, state: RunState) -> Self {
         let mut scene = Self::default();
-        assert_eq!(scene.appears(name, 1), [Action::Connect(entry(name, 1))]);
-        scene.tell(Event::Connected(name.into(), 1));
-        scene.said(name, 1, Answer::State { state, activation: 1, controllable: true });
+        assert_eq!(scene.register(name, 1), [ObserverAction::Connect(entry(name, 1))]);
+        scene.handle(SystemEvent::Connected(name.into(), 1));
+        scene.answer(name, 1, Answer::State { state, activation: 1, controllable: true });
         scene
     }
 }
 
 #[test]
-fn a_process_shows_what_it_says_of_itself() {
+fn a_process_has_the_condition_that_it_reports() {
     for state in
         [RunState::Starting, RunState::Frozen, RunState::Active, RunState::Done, RunState::Failed]
     {
-        assert_eq!(Scene::with("laser", state).is("laser"), state.into());
+        assert_eq!(Scene::with_process("laser", state).is("laser"), state.into());
     }
 }
 
 #[test]
-fn who_is_silent_is_suspected_and_looked_for_until_it_answers_again() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    scene.tell(Event::Closed("laser".into(), 1, "it fell silent".into()));
-    assert_eq!(scene.is("laser"), Condition::Suspected);
+fn a_silent_process_is_suspected_and_retried_until_it_answers() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it fell silent".into()));
+    assert_eq!(scene.condition("laser"), Condition::Suspected);
     assert_eq!(scene.picture.processes["laser"].problem, "it fell silent");
-    assert_eq!(scene.after(RETRY), [Action::Connect(entry("laser", 1))]);
-    assert_eq!(scene.after(RETRY * 3), [], "one attempt at a time");
-    scene.tell(Event::Connected("laser".into(), 1));
+    assert_eq!(scene.pass_time(RETRY), [ObserverAction::Connect(entry("laser", 1))]);
+    assert_eq!(scene.pass_time(RETRY * 3), [], "one attempt at a time");
+    scene.handle(SystemEvent::Connected("laser".into(), 1));
     let state = Answer::State { state: RunState::Frozen, activation: 1, controllable: true };
-    scene.said("laser", 1, state);
-    assert_eq!(scene.is("laser"), Condition::Frozen);
+    scene.answer("laser", 1, state);
+    assert_eq!(scene.condition("laser"), Condition::Frozen);
     assert_eq!(scene.picture.processes["laser"].problem, "");
 }
 
 #[test]
-fn who_has_gone_is_expected_back_for_a_while_and_then_dead() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    let gone = scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
-    assert_eq!(gone, [Action::Drop("laser".into(), 1)]);
-    scene.tell(Event::Closed("laser".into(), 1, "it closed the connection".into()));
-    assert_eq!(scene.is("laser"), Condition::Restarting);
-    scene.after(DEAD_AFTER - Duration::from_millis(1));
-    assert_eq!(scene.is("laser"), Condition::Restarting);
-    scene.after(Duration::from_millis(1));
-    assert_eq!(scene.is("laser"), Condition::Dead);
-    scene.appears("laser", 2);
+fn an_ended_process_counts_as_restarting_for_a_while_and_then_as_dead() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    let gone = scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    assert_eq!(gone, [ObserverAction::Drop("laser".into(), 1)]);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
+    assert_eq!(scene.condition("laser"), Condition::Restarting);
+    scene.pass_time(DEAD_AFTER - Duration::from_millis(1));
+    assert_eq!(scene.condition("laser"), Condition::Restarting);
+    scene.pass_time(Duration::from_millis(1));
+    assert_eq!(scene.condition("laser"), Condition::Dead);
+    scene.register("laser", 2);
     assert_eq!(
-        (scene.is("laser"), scene.picture.processes["laser"].starts),
+        (scene.condition("laser"), scene.picture.processes["laser"].starts),
         (Condition::Unknown, 2)
     );
 }
 
 #[test]
-fn what_is_told_of_an_earlier_start_changes_nothing() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    let actions = scene.appears("laser", 2);
-    assert_eq!(actions, [Action::Drop("laser".into(), 1), Action::Connect(entry("laser", 2))]);
-    scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.tell(Event::Closed("laser".into(), 1, "it closed the connection".into()));
+fn events_of_an_earlier_start_change_nothing() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    let actions = scene.register("laser", 2);
+    assert_eq!(
+        actions,
+        [ObserverAction::Drop("laser".into(), 1), ObserverAction::Connect(entry("laser", 2))]
+    );
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     let state = Answer::State { state: RunState::Failed, activation: 1, controllable: true };
-    assert!(!scene.said("laser", 1, state));
-    assert_eq!(scene.is("laser"), Condition::Unknown);
+    assert!(!scene.answer("laser", 1, state));
+    assert_eq!(scene.condition("laser"), Condition::Unknown);
 }
 
 #[test]
-fn everybody_that_can_be_asked_is_asked_once_a_second() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    scene.appears(CONFIGD, 3);
-    assert_eq!(scene.is(CONFIGD), Condition::Active, "it is there, and says no more");
-    let ask = [Action::Ask("laser".into(), 1)];
-    assert_eq!(scene.after(Duration::ZERO), ask);
-    assert_eq!(scene.after(ASK_EVERY / 2), []);
+fn every_process_with_a_control_port_is_asked_once_a_second() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    scene.register(CONFIGD, 3);
+    assert_eq!(
+        scene.condition(CONFIGD),
+        Condition::Active,
+        "it is registered, and reports no state"
+    );
+    let ask = [ObserverAction::Ask("laser".into(), 1)];
+    assert_eq!(scene.pass_time(Duration::ZERO), ask);
+    assert_eq!(scene.pass_time(ASK_EVERY / 2), []);
     assert_eq!(scene.picture.next_tick(), ASK_EVERY);
-    assert_eq!(scene.after(ASK_EVERY / 2), ask);
+    assert_eq!(scene.pass_time(ASK_EVERY / 2), ask);
 }
 
 #[test]
-fn beats_are_no_news_but_for_a_long_call() {
-    let mut scene = Scene::with("laser", RunState::Active);
+fn beats_change_nothing_except_for_a_long_call() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
     let beat = |call_s| Answer::Beat { call_s };
-    assert!(!scene.said("laser", 1, beat(0.0)));
-    assert!(!scene.said("laser", 1, beat(LONG_CALL_S / 2.0)));
-    assert!(scene.said("laser", 1, beat(2.0)));
+    assert!(!scene.answer("laser", 1, beat(0.0)));
+    assert!(!scene.answer("laser", 1, beat(LONG_CALL_S / 2.0)));
+    assert!(scene.answer("laser", 1, beat(2.0)));
     assert_eq!(scene.picture.processes["laser"].call_s, Some(2.0));
-    assert!(scene.said("laser", 1, beat(0.0)));
+    assert!(scene.answer("laser", 1, beat(0.0)));
     assert_eq!(scene.picture.processes["laser"].call_s, None);
 }
 
 #[test]
-fn a_connection_that_ended_before_it_was_told_of_is_made_again() {
+fn a_connection_that_ended_before_it_was_reported_is_retried() {
     let mut scene = Scene::default();
-    scene.appears("laser", 1);
-    scene.tell(Event::Closed("laser".into(), 1, "it closed the connection".into()));
-    let dropped = scene.tell(Event::Connected("laser".into(), 1));
-    assert_eq!(dropped, [Action::Drop("laser".into(), 1)]);
-    assert_eq!(scene.is("laser"), Condition::Suspected);
-    assert!(scene.after(RETRY).contains(&Action::Connect(entry("laser", 1))));
+    scene.register("laser", 1);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
+    let dropped = scene.handle(SystemEvent::Connected("laser".into(), 1));
+    assert_eq!(dropped, [ObserverAction::Drop("laser".into(), 1)]);
+    assert_eq!(scene.condition("laser"), Condition::Suspected);
+    assert!(scene.pass_time(RETRY).contains(&ObserverAction::Connect(entry("laser", 1))));
 }
 
 #[test]
-fn a_restarted_registry_tells_of_all_again_and_that_is_no_news() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    scene.tell(Event::Registry(Change::RegistryLost));
+fn processes_that_a_restarted_registry_reports_again_are_not_new() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
     assert!(!scene.picture.is_found && !scene.picture.has_ended(), "links live on");
-    scene.tell(Event::Registry(Change::RegistryFound));
-    assert_eq!(scene.appears("laser", 1), []);
-    assert_eq!((scene.is("laser"), scene.picture.is_found), (Condition::Active, true));
+    scene.handle(SystemEvent::Registry(Change::RegistryFound));
+    assert_eq!(scene.register("laser", 1), []);
+    assert_eq!((scene.condition("laser"), scene.picture.is_found), (Condition::Active, true));
 }
 
 #[test]
-fn a_system_has_ended_when_nobody_is_heard_and_nobody_says_who_is_there() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    scene.appears(CONFIGD, 3);
-    scene.tell(Event::Registry(Change::RegistryLost));
+fn a_system_has_ended_when_no_process_answers_and_the_registry_is_gone() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    scene.register(CONFIGD, 3);
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
     assert!(!scene.picture.has_ended());
-    scene.tell(Event::Closed("laser".into(), 1, "it closed the connection".into()));
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     assert!(scene.picture.has_ended());
-    assert_eq!(scene.after(RETRY), [Action::Connect(entry("laser", 1))]);
-    assert_eq!(scene.is(CONFIGD), Condition::Dead);
-    scene.tell(Event::Closed("laser".into(), 1, "nobody listens there".into()));
-    while scene.is("laser") == Condition::Suspected {
-        for action in scene.after(RETRY) {
-            assert_eq!(action, Action::Connect(entry("laser", 1)));
-            scene.tell(Event::Closed("laser".into(), 1, "nobody listens there".into()));
+    assert_eq!(scene.pass_time(RETRY), [ObserverAction::Connect(entry("laser", 1))]);
+    assert_eq!(scene.condition(CONFIGD), Condition::Dead);
+    scene.handle(SystemEvent::Closed("laser".into(), 1, "connection refused".into()));
+    while scene.condition("laser") == Condition::Suspected {
+        for action in scene.pass_time(RETRY) {
+            assert_eq!(action, ObserverAction::Connect(entry("laser", 1)));
+            scene.handle(SystemEvent::Closed("laser".into(), 1, "connection refused".into()));
         }
         assert!(scene.now < DEAD_AFTER * 2);
     }
-    assert_eq!(scene.is("laser"), Condition::Dead);
-    assert_eq!(scene.after(RETRY), [], "nobody is looked for any more");
+    assert_eq!(scene.condition("laser"), Condition::Dead);
+    assert_eq!(scene.pass_time(RETRY), [], "no process is retried any more");
 }
 
 #[test]
-fn the_links_of_who_has_gone_are_not_shown() {
-    let mut scene = Scene::with("laser", RunState::Active);
-    let mut said = status("laser", RunState::Active, 1.0);
-    said.inputs.push(armor_sdk::control::InputStatus {
+fn links_of_an_ended_process_are_not_shown() {
+    let mut scene = Scene::with_process("laser", RunState::Active);
+    let mut reported = status("laser", RunState::Active, 1.0);
+    reported.inputs.push(armor_sdk::control::InputStatus {
         id: "in".into(),
         data: "sim.out".into(),
         connected: true,
@@ -205,16 +212,16 @@ fn the_links_of_who_has_gone_are_not_shown() {
         connections: 1,
         problem: String::new(),
     });
-    scene.said("laser", 1, Answer::Status { request: 1, status: said });
-    scene.picture.link();
+    scene.answer("laser", 1, Answer::Status { request: 1, status: reported });
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links, []);
 }
 
 #[test]
-fn the_links_of_a_system_that_has_ended_are_those_that_it_had() {
+fn an_ended_system_keeps_the_links_that_it_had() {
     let mut scene = Scene::default();
     let link = LinkStatus {
         to: "map".into(),
@@ -231,17 +238,17 @@ fn the_links_of_a_system_that_has_ended_are_those_that_it_had() {
         published: 7,
         links: vec![link],
     };
-    scene.appears("laser", 1);
-    scene.tell(Event::Connected("laser".into(), 1));
+    scene.register("laser", 1);
+    scene.handle(SystemEvent::Connected("laser".into(), 1));
     let status = Status { outputs: vec![output], ..status("laser", RunState::Active, 1.0) };
-    scene.said("laser", 1, Answer::Status { request: 1, status });
-    scene.picture.link();
+    scene.answer("laser", 1, Answer::Status { request: 1, status });
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.tell(Event::Registry(Change::Gone(entry("laser", 1))));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 0, "it may come back and link again");
-    scene.tell(Event::Registry(Change::RegistryLost));
-    scene.picture.link();
+    scene.handle(SystemEvent::Registry(Change::RegistryLost));
+    scene.picture.rebuild_links();
     assert!(scene.picture.has_ended());
     assert_eq!(scene.picture.links[0].sent, 7);
 }
@@ -249,10 +256,10 @@ fn the_links_of_a_system_that_has_ended_are_those_that_it_had() {
 #[test]
 fn configd_is_one_process_under_two_names() {
     let mut scene = Scene::default();
-    scene.appears(CONFIGURATION, 1);
-    assert!(!scene.picture.is_second_name(CONFIGURATION), "configd is not there yet");
-    scene.appears(CONFIGD, 2);
-    scene.appears("laser", 3);
+    scene.register(CONFIGURATION, 1);
+    assert!(!scene.picture.is_second_name(CONFIGURATION), "configd is not registered yet");
+    scene.register(CONFIGD, 2);
+    scene.register("laser", 3);
     assert!(scene.picture.is_second_name(CONFIGURATION));
     assert!(!scene.picture.is_second_name(CONFIGD) && !scene.picture.is_second_name("laser"));
 }

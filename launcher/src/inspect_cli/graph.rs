@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Result;
-use armor_inspect::{Edge, Sighting, links, looks};
+use armor_inspect::{ObservedLink, Sighting, combine_links, pair_reports};
 use armor_wire::control::Status;
 
 use super::{printed, say};
@@ -22,14 +22,14 @@ const RATE_OVER: Duration = Duration::from_secs(1);
 /// If no system is found or its registry does not answer.
 pub fn run(running: &Running, format: Format) -> Result<Ending> {
     let observed = super::find(running, "graph")?;
-    let before = said(observed.statuses()?);
+    let before = said(observed.ask_statuses()?);
     let statuses = if format == Format::Dot {
         before.clone()
     } else {
         thread::sleep(RATE_OVER);
-        said(observed.statuses()?)
+        said(observed.ask_statuses()?)
     };
-    let edges = links(&looks(&before, &statuses));
+    let edges = combine_links(&pair_reports(&before, &statuses));
     printed(match format {
         Format::Json => edges.iter().try_for_each(|edge| say(serde_json::to_string(edge)?)),
         Format::Dot => say(dot(&statuses, &edges)),
@@ -48,11 +48,11 @@ fn said(sightings: Vec<Sighting>) -> Vec<Status> {
     sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
 }
 
-fn row(edge: &Edge) -> Vec<String> {
+fn row(edge: &ObservedLink) -> Vec<String> {
     let state = match edge {
-        Edge { problem, .. } if !problem.is_empty() => problem.clone(),
-        Edge { connected: false, .. } => "not connected".into(),
-        Edge { paused: true, .. } => "paused".into(),
+        ObservedLink { problem, .. } if !problem.is_empty() => problem.clone(),
+        ObservedLink { connected: false, .. } => "not connected".into(),
+        ObservedLink { paused: true, .. } => "paused".into(),
         _ => "up".into(),
     };
     vec![
@@ -71,12 +71,12 @@ fn row(edge: &Edge) -> Vec<String> {
     ]
 }
 
-fn dot(statuses: &[Status], edges: &[Edge]) -> String {
+fn dot(statuses: &[Status], edges: &[ObservedLink]) -> String {
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
     for Status { name, kind, .. } in statuses {
         let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}\"];");
     }
-    for Edge { from, to, keep, connected, .. } in edges {
+    for ObservedLink { from, to, keep, connected, .. } in edges {
         let component = |port: &str| port.split('.').next().unwrap_or_default().to_owned();
         let style = if *connected { "solid" } else { "dashed" };
         let (tail, head) = (component(from), component(to));
@@ -111,8 +111,8 @@ mod tests {
         }
     }
 
-    fn edge(problem: &str) -> Edge {
-        Edge {
+    fn edge(problem: &str) -> ObservedLink {
+        ObservedLink {
             from: "laser.scan".into(),
             to: "slam.scan".into(),
             type_name: "LaserScan".into(),

@@ -23,7 +23,7 @@ use armor_wire::schema::{Schema, to_json};
 use super::{printed, say};
 use crate::arguments::{Format, Mission, Running};
 use crate::exit::Ending;
-use armor_inspect::{Following, Observed};
+use armor_inspect::{FollowingTap, ObservedSystem};
 use words::in_words;
 
 /// What the executive publishes, latched, at every change.
@@ -79,8 +79,8 @@ fn why_nothing(error: Error) -> Error {
 }
 
 fn follow_marking(
-    observed: &Observed,
-    mut said: Following,
+    observed: &ObservedSystem,
+    mut said: FollowingTap,
     follow: bool,
     format: Format,
 ) -> Result<()> {
@@ -100,7 +100,7 @@ fn follow_marking(
 }
 
 struct Shown<'a> {
-    observed: &'a Observed,
+    observed: &'a ObservedSystem,
     format: Format,
     before: bool,
 }
@@ -132,7 +132,7 @@ impl Shown<'_> {
 }
 
 /// What the data that mission time follows says now, if it does.
-fn time_of(observed: &Observed, clock: &str) -> Option<f64> {
+fn time_of(observed: &ObservedSystem, clock: &str) -> Option<f64> {
     let said = observed.tap(clock).ok()?.next(FIRST_WITHIN).ok()??;
     codec::decode(&said.payload).ok().map(|said: Clock| said.clock)
 }

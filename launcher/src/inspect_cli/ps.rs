@@ -7,7 +7,7 @@ use super::{printed, say};
 use crate::arguments::{Format, Running};
 use crate::exit::Ending;
 use crate::print;
-use armor_inspect::words::{lasting, short};
+use armor_inspect::words::{format_duration, format_short_time};
 use armor_inspect::{CONFIGD, Sighting};
 
 /// Prints one row per process.
@@ -15,7 +15,7 @@ use armor_inspect::{CONFIGD, Sighting};
 /// # Errors
 /// If no system is found or its registry does not answer.
 pub fn run(running: &Running, format: Format) -> Result<Ending> {
-    let sightings = super::find(running, "ps")?.statuses()?;
+    let sightings = super::find(running, "ps")?.ask_statuses()?;
     printed(if format == Format::Json {
         sightings.iter().try_for_each(|sighting| say(json_of(sighting)))
     } else {
@@ -30,9 +30,9 @@ fn row(sighting: &Sighting) -> Vec<String> {
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
             format!("{:?}", status.state).to_lowercase(),
-            lasting(status.uptime_s),
+            format_duration(status.uptime_s),
             status.exec_calls.to_string(),
-            status.clock_error_s.map_or("-".into(), short),
+            status.clock_error_s.map_or("-".into(), format_short_time),
             problems(status),
         ),
         Err(_) if entry.kind == CONFIGD => {

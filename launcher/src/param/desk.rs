@@ -83,7 +83,7 @@ impl Desk {
                 let done = connection.set(component, parameter, value);
                 done.map_err(|error| match error {
                     ConfigdError::Ended(_) => anyhow!(
-                        "{error}; whether it was written is not known: look with `armor param get`"
+                        "{error}; it is unknown whether the value was written: check with `armor param get`"
                     ),
                     error => error.into(),
                 })

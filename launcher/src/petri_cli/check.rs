@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use armor_petri::analysis::boundedness::Pumping;
-use armor_petri::analysis::classes::{self, classes};
-use armor_petri::analysis::components::components;
-use armor_petri::analysis::durations::{Latest, Timed, longest, shortest};
+use armor_petri::analysis::boundedness::PumpingSequence;
+use armor_petri::analysis::classes::{self, find_state_classes};
+use armor_petri::analysis::components::find_components;
+use armor_petri::analysis::durations::{Latest, TimedSequence, longest_time, shortest_time};
 use armor_petri::analysis::invariants::{
-    Semiflow, Semiflows, excludes, place_semiflows, transition_semiflows,
+    Semiflow, Semiflows, excluding_sum, place_semiflows, transition_semiflows,
 };
-use armor_petri::analysis::{Budget, Exhausted, Space};
-use armor_petri::{Interval, Net, PlaceId, TransitionId};
+use armor_petri::analysis::{AnalysisBudget, Exhausted, Space};
+use armor_petri::{FiringInterval, Net, PlaceId, TransitionId};
 
 use super::arguments::Check;
 use super::report::{self, Report};
@@ -45,7 +45,7 @@ pub fn run(arguments: &Check, format: Format) -> Result<Ending> {
 
 struct Checking<'a> {
     net: &'a Net,
-    budget: &'a Budget<'a>,
+    budget: &'a AnalysisBudget<'a>,
     goal: Option<PlaceId>,
     report: Report,
 }
@@ -66,7 +66,7 @@ impl Checking<'_> {
             self.ends(space);
         }
         self.semiflows(exclusive, with_invariants, facts.all_states());
-        let timed = self.net.transitions().iter().any(|t| t.interval != Interval::UNTIMED);
+        let timed = self.net.transitions().iter().any(|t| t.interval != FiringInterval::UNTIMED);
         if timed && facts.pumping.is_none() {
             self.time();
         }
@@ -96,7 +96,7 @@ impl Checking<'_> {
     fn ends(&mut self, space: &Space) {
         let goal = self.goal;
         let asked = |marking: &[u32]| goal.is_none_or(|goal| marking[goal.index()] > 0);
-        let found = match components(space, self.budget, asked) {
+        let found = match find_components(space, self.budget, asked) {
             Ok(found) => found,
             Err(exhausted) => return self.undecided(exhausted),
         };
@@ -148,7 +148,7 @@ impl Checking<'_> {
         one: PlaceId,
         other: PlaceId,
     ) -> report::Exclusive {
-        let by_invariant = excludes(semiflows, self.net, one, other).is_some();
+        let by_invariant = excluding_sum(semiflows, self.net, one, other).is_some();
         let together = space.filter(|_| !by_invariant).map(|space| space.together(one, other));
         let (holds, by) = match (by_invariant, together) {
             (true, _) => (Some(true), Some("invariant")),
@@ -162,7 +162,7 @@ impl Checking<'_> {
 
     /// The timed net.
     fn time(&mut self) {
-        let (found, exhausted) = classes(self.net, self.budget);
+        let (found, exhausted) = find_state_classes(self.net, self.budget);
         if let Some(exhausted) = exhausted {
             return self.undecided(exhausted);
         }
@@ -193,17 +193,17 @@ impl Checking<'_> {
         report: &mut report::Classes,
     ) -> Result<(), Exhausted> {
         let asked = |marking: &[u32]| marking[goal.index()] > 0;
-        let timed = |timed: Timed| report::Timed {
+        let timed = |timed: TimedSequence| report::Timed {
             seconds: timed.time.as_secs_f64(),
             sequence: names(self.net, &timed.sequence),
         };
-        report.shortest = shortest(self.net, found, asked, self.budget)?.map(timed);
+        report.shortest = shortest_time(self.net, found, asked, self.budget)?.map(timed);
         let without = |why, sequence: &[_], circle: &[_]| report::NoLongest {
             why,
             sequence: names(self.net, sequence),
             circle: names(self.net, circle),
         };
-        match longest(self.net, found, asked, self.budget)? {
+        match longest_time(self.net, found, asked, self.budget)? {
             Latest::At(latest) => report.longest = Some(timed(latest)),
             Latest::WithoutEnd(way) => {
                 report.no_longest =
@@ -234,7 +234,7 @@ impl Checking<'_> {
     }
 }
 
-fn pumping_of(net: &Net, pumping: &Pumping) -> report::Pumping {
+fn pumping_of(net: &Net, pumping: &PumpingSequence) -> report::Pumping {
     report::Pumping {
         prefix: names(net, &pumping.prefix),
         cycle: names(net, &pumping.cycle),
@@ -254,7 +254,7 @@ mod tests {
     fn report(text: &str, goal: Option<u32>, exclusive: &[u32]) -> Report {
         let net = tina::read(text).expect("a net").net;
         let goal = goal.map(PlaceId);
-        let budget = Budget::UNLIMITED;
+        let budget = AnalysisBudget::UNLIMITED;
         let checking = Checking { net: &net, budget: &budget, goal, report: Report::default() };
         let exclusive: Vec<_> = exclusive.iter().copied().map(PlaceId).collect();
         checking.run(&exclusive, false)

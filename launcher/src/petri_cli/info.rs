@@ -110,12 +110,12 @@ fn text(info: &Info) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_petri::analysis::Budget;
+    use armor_petri::analysis::AnalysisBudget;
     use armor_petri::file::tina;
 
     fn check(text: &str, states: u64, expected: &str) {
         let net = tina::read(text).expect("a net").net;
-        let budget = Budget { states, ..Budget::UNLIMITED };
+        let budget = AnalysisBudget { states, ..AnalysisBudget::UNLIMITED };
         let found = info(&net, &Facts::gather(&net, false, &budget));
         assert_eq!(serde_json::to_string(&found).expect("plain numbers"), expected, "{text}");
     }

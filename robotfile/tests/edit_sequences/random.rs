@@ -1,18 +1,15 @@
 //! Random choices from a seed.
 
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{RngExt, SeedableRng};
-
-pub struct Random(Xoshiro256PlusPlus);
+pub struct Random(fastrand::Rng);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
+        Self(fastrand::Rng::with_seed(seed))
     }
 
     /// A number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
-        self.0.random_range(0..n)
+        self.0.usize(..n)
     }
 
     /// True so often in a hundred.

@@ -1,17 +1,14 @@
 //! Inputs by number: the same number gives the same bytes. Random bytes, random pieces of files,
 //! examples with changes that know what a file looks like, and files made up from the vocabulary.
 
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{RngExt, SeedableRng};
-
 use crate::entry::EXAMPLES;
 
-struct Dice(Xoshiro256PlusPlus);
+struct Dice(fastrand::Rng);
 
 impl Dice {
     /// From 0 to `below` - 1; 0 for none.
     fn throw(&mut self, below: usize) -> usize {
-        self.0.random_range(0..below.max(1))
+        self.0.usize(..below.max(1))
     }
 
     fn of<'a, T: ?Sized>(&mut self, some: &[&'a T]) -> &'a T {
@@ -22,7 +19,7 @@ impl Dice {
 /// The input with this number, of this seed.
 pub fn input(seed: u64, number: u64) -> Vec<u8> {
     let seed = seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number;
-    let mut dice = Dice(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let mut dice = Dice(fastrand::Rng::with_seed(seed));
     match dice.throw(10) {
         0 => (0..dice.throw(400)).map(|_| dice.throw(256) as u8).collect(),
         1 | 2 => (0..dice.throw(60)).map(|_| dice.of(WORDS)).collect::<String>().into_bytes(),

@@ -29,22 +29,6 @@ const LEN_PER_BYTE: usize = 2 << 10;
 /// Memory per byte of input when it is decoded as each of ten types.
 const LEN_PER_CONTROL_BYTE: usize = 16;
 
-/// xorshift64*.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() >> 33) as usize % end.max(1)
-    }
-}
-
 fn component() -> ComponentEntry {
     let endpoint = "127.0.0.1:20001".into();
     let (name, kind, host) = ("laser".into(), "simulator".into(), "robot".into());
@@ -112,28 +96,28 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 /// Damages `input` in one to eight places: bytes, lengths, cuts, repetitions, splices.
-fn damage(input: &mut Vec<u8>, seeds: &[Vec<u8>], random: &mut Random) {
-    for _ in 0..=random.below(8) {
-        let at = random.below(input.len() + 1);
-        match random.below(8) {
+fn damage(input: &mut Vec<u8>, seeds: &[Vec<u8>], random: &mut fastrand::Rng) {
+    for _ in 0..=random.usize(..8) {
+        let at = random.usize(..=input.len());
+        match random.usize(..8) {
             0 => input.truncate(at),
-            1 => input.insert(at, random.next() as u8),
+            1 => input.insert(at, random.u8(..)),
             2 if at < input.len() => drop(input.remove(at)),
             3 => {
-                let piece: Vec<_> = input[at..].iter().copied().take(random.below(40)).collect();
+                let piece: Vec<_> = input[at..].iter().copied().take(random.usize(..40)).collect();
                 input.splice(at..at, piece.iter().copied().cycle().take(piece.len() * 5));
             }
             4 => {
-                let other = &seeds[random.below(seeds.len())];
+                let other = &seeds[random.usize(..seeds.len())];
                 input.truncate(at);
-                input.extend(&other[random.below(other.len())..]);
+                input.extend(&other[random.usize(..other.len().max(1))..]);
             }
             5 if at + 8 <= input.len() => {
-                let lie = [u64::MAX, 1 << 40, 1 << 20, 255, 0][random.below(5)];
+                let lie = [u64::MAX, 1 << 40, 1 << 20, 255, 0][random.usize(..5)];
                 input[at..at + 8].copy_from_slice(&lie.to_le_bytes());
             }
-            6 if at < input.len() => input[at] = b"[]{}<>?;,:()0aEu8\n"[random.below(18)],
-            _ if at < input.len() => input[at] ^= 1 << random.below(8),
+            6 if at < input.len() => input[at] = b"[]{}<>?;,:()0aEu8\n"[random.usize(..18)],
+            _ if at < input.len() => input[at] ^= 1 << random.usize(..8),
             _ => {}
         }
     }
@@ -153,15 +137,15 @@ fn damaged_input_neither_panics_nor_takes_much_memory() {
         "HOSTILE_SEED={seed} HOSTILE_INPUTS={inputs}, each to {} readers",
         entry::ENTRIES.len()
     );
-    let (mut random, seeds) = (Random(seed | 1), seeds());
+    let (mut random, seeds) = (fastrand::Rng::with_seed(seed), seeds());
     let (mut worst, mut most) = (0, 0);
     for round in 0..inputs {
-        let mut input = seeds[random.below(seeds.len())].clone();
+        let mut input = seeds[random.usize(..seeds.len())].clone();
         // The undamaged ones first: they show that the bounds are not met by refusing everything.
         match usize::try_from(round).ok().and_then(|round| seeds.get(round)) {
             Some(seed) => input.clone_from(seed),
             None if round % 16 == 0 => {
-                input = (0..random.below(300)).map(|_| random.next() as u8).collect();
+                input = (0..random.usize(..300)).map(|_| random.u8(..)).collect();
             }
             None => damage(&mut input, &seeds, &mut random),
         }

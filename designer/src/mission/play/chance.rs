@@ -15,7 +15,7 @@ const MAX_WAIT: Duration = Duration::from_secs(60);
 /// What chance may bring about, and its seed.
 #[derive(Clone, Debug)]
 pub struct Chance {
-    state: u64,
+    random: fastrand::Rng,
     /// Whether people act: operator's transitions fire, and questions are answered.
     pub people: bool,
     /// Whether components fail to stop, to start and to last.
@@ -36,23 +36,15 @@ pub enum Step {
 impl Chance {
     /// Chances that come from a seed: the same seed, the same run.
     pub fn from_seed(seed: u64) -> Self {
-        Self { state: seed, people: true, faults: false }
-    }
-
-    /// The next number (SplitMix64: Steele, Lea and Flood, 2014).
-    fn next(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.state ^ (self.state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        Self { random: fastrand::Rng::with_seed(seed), people: true, faults: false }
     }
 
     fn below(&mut self, end: usize) -> usize {
-        (self.next() % end.max(1) as u64) as usize
+        self.random.usize(..end.max(1))
     }
 
     fn part_of(&mut self, time: Duration) -> Duration {
-        time.mul_f64((self.next() >> 11) as f64 / (1_u64 << 53) as f64)
+        time.mul_f64(self.random.f64())
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use armor_petri::{State, TransitionId};
+use armor_petri::{NetState, TransitionId};
 use armor_robotfile::guard::{Count, Name, Scalar};
 use armor_wire::quantity;
 
@@ -145,7 +145,7 @@ impl World {
     }
 
     /// Opens the gates of the transitions whose conditions are met, and shuts the others.
-    pub(super) fn open_gates(&self, stage: &Stage, state: &mut State) {
+    pub(super) fn open_gates(&self, stage: &Stage, state: &mut NetState) {
         for id in stage.net.transition_ids() {
             if let Some(number) = number_of(stage, id) {
                 state.set_gate(id, self.is_met(stage, number));

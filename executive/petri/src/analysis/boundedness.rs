@@ -1,41 +1,41 @@
-//! Whether places can be filled without end: a pumping sequence, firings that can be repeated for
-//! ever and each time leave more (Karp and Miller, 1969).
+//! Unbounded places, shown by a pumping sequence: firings that can repeat for ever and add tokens each
+//! time (Karp and Miller, 1969).
 
-use super::rules::Rules;
+use super::rules::FiringRules;
 use super::space::Space;
 use crate::net::{Net, PlaceId, TransitionId};
 
-/// After `prefix`, `cycle` can be fired again and again, and each time adds to `growing`.
+/// After `prefix`, `cycle` can repeat for ever, and adds tokens to `growing` each time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pumping {
-    /// From the initial marking.
+pub struct PumpingSequence {
+    /// Firings from the initial marking.
     pub prefix: Vec<TransitionId>,
-    /// What can be repeated.
+    /// Firings that can repeat.
     pub cycle: Vec<TransitionId>,
-    /// The places that get more each time.
+    /// The places that gain tokens each time.
     pub growing: Vec<PlaceId>,
 }
 
-impl Pumping {
-    /// The pumping sequence of these firings, if it is one.
+impl PumpingSequence {
+    /// Returns these firings as a pumping sequence, if they are one.
     ///
-    /// With more tokens everything that was enabled still is, but for inhibitor arcs; and grows
-    /// again as much, but for reset arcs. So no place that has grown may hold a firing of the cycle
-    /// back, and some place that has grown is not reset in it.
+    /// More tokens keep every transition enabled except through inhibitor arcs, and the same firings
+    /// add as much again except through reset arcs. So no place that has grown may inhibit a
+    /// transition of the cycle, and at least one of them must not be reset in it.
     pub fn new(
-        rules: &Rules,
+        rules: &FiringRules,
         initial: &[u32],
         prefix: Vec<TransitionId>,
         cycle: Vec<TransitionId>,
     ) -> Option<Self> {
         let before = rules.play(initial, &prefix)?;
         let after = rules.play(&before, &cycle)?;
-        let growing = grown(rules, &before, &after, &cycle)?;
+        let growing = grown_places(rules, &before, &after, &cycle)?;
         Some(Self { prefix, cycle, growing })
     }
 
-    /// The same pumping with fewer firings, as far as leaving some out goes.
-    fn shortened(mut self, rules: &Rules, initial: &[u32]) -> Self {
+    /// Leaves out firings as long as the rest is still a pumping sequence.
+    fn shorten(mut self, rules: &FiringRules, initial: &[u32]) -> Self {
         for cyclic in [true, false] {
             let mut piece = if cyclic { self.cycle.len() } else { self.prefix.len() };
             while piece > 0 {
@@ -57,9 +57,10 @@ impl Pumping {
     }
 }
 
-/// The places that grow for ever when `cycle`, leading from `before` to `after`, is repeated.
-fn grown(
-    rules: &Rules,
+/// Returns the places that grow without bound when `cycle`, which leads from `before` to `after`, is
+/// repeated; `None` if there are none.
+fn grown_places(
+    rules: &FiringRules,
     before: &[u32],
     after: &[u32],
     cycle: &[TransitionId],
@@ -80,40 +81,43 @@ fn grown(
     if growing.is_empty() { None } else { Some(growing) }
 }
 
-/// Walks this long are made, this many, before everything is enumerated.
+/// Walks made before the enumeration, which find most unbounded nets in a fraction of its time.
 const WALKS: u64 = 12;
+/// Firings per walk.
 const WALK_STEPS: usize = 400;
 /// Most comparisons of two numbers in all walks: a fraction of a second.
 const COMPARISONS: u64 = 40_000_000;
 
-/// Looks for a pumping sequence on a few walks through the net, which are the same each time. It
-/// finds what is easily found; `None` says nothing.
-pub fn pumping_on_walks(net: &Net) -> Option<Pumping> {
-    let rules = Rules::new(net);
+/// Looks for a pumping sequence on a few pseudo-random walks, the same in every run. `None` does not
+/// mean that the net is bounded.
+pub fn pumping_on_walks(net: &Net) -> Option<PumpingSequence> {
+    let rules = FiringRules::new(net);
     let mut comparisons = COMPARISONS;
     (0..WALKS).find_map(|walk| {
         let (prefix, cycle) = walk_until_covering(net, &rules, walk, &mut comparisons)?;
-        let pumping = Pumping::new(&rules, net.initial(), prefix, cycle)?;
-        Some(pumping.shortened(&rules, net.initial()))
+        let pumping = PumpingSequence::new(&rules, net.initial(), prefix, cycle)?;
+        Some(pumping.shorten(&rules, net.initial()))
     })
 }
 
-/// Prefix and cycle of the first growth on a walk.
+/// Returns prefix and cycle of the first growth on a walk.
 fn walk_until_covering(
     net: &Net,
-    rules: &Rules,
+    rules: &FiringRules,
     walk: u64,
     comparisons: &mut u64,
 ) -> Option<(Vec<TransitionId>, Vec<TransitionId>)> {
+    // A linear congruential generator (Knuth's MMIX constants) rather than a crate's: reports quote
+    // the sequence found, which must not change with a crate's version.
     let mut chance = 0x9e37_79b9_7f4a_7c15u64.wrapping_mul(walk + 1);
     let mut markings = vec![net.initial().to_vec()];
     let mut fired: Vec<TransitionId> = Vec::new();
     for _ in 0..WALK_STEPS {
-        let marking = markings.last().expect("the initial marking is there");
+        let marking = markings.last().expect("the walk begins with the initial marking");
         let mut enabled = Vec::new();
         rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
-        // Every other walk prefers to gain tokens.
+        // Every other walk prefers transitions that add tokens.
         if walk % 2 == 1 {
             let gain = |t: &u32| rules.rule(*t).change.iter().map(|c| c.1).sum::<i64>();
             let best = enabled.iter().map(gain).max().unwrap_or(0);
@@ -129,7 +133,7 @@ fn walk_until_covering(
         fired.push(transition);
         for (start, before) in markings.iter().enumerate().rev() {
             *comparisons = comparisons.checked_sub(before.len() as u64)?;
-            if grown(rules, before, &after, &fired[start..]).is_some() {
+            if grown_places(rules, before, &after, &fired[start..]).is_some() {
                 return Some((fired[..start].to_vec(), fired[start..].to_vec()));
             }
         }
@@ -138,18 +142,18 @@ fn walk_until_covering(
     None
 }
 
-/// Most states of a way that are compared, each with each: the last ones.
-const WAY_STATES: usize = 3000;
+/// Most states of a path that are compared pairwise: the last ones.
+const PATH_STATES: usize = 3000;
 /// Most numbers that are compared for that: a fraction of a second.
-const WAY_COMPARISONS: usize = 200_000_000;
+const PATH_COMPARISONS: usize = 200_000_000;
 
-/// Looks for growth between any two states on the way to `state`. Asked whenever a place has
-/// doubled, it finds growth in the end if there are no inhibitor and reset arcs: some infinite way
-/// holds two markings of which the later covers the earlier, and passes on to doubled places.
-pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
+/// Looks for growth between any two states on the path to `state`. Called whenever a place has
+/// doubled, it eventually finds the growth of an unbounded net without inhibitor and reset arcs: every
+/// infinite path has two markings of which the later covers the earlier.
+pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<PumpingSequence> {
     let mut states = space.states_on_the_way(state)?;
     let places = space.most_in_place.len().max(1);
-    let compared = (WAY_COMPARISONS / places).isqrt().clamp(10, WAY_STATES);
+    let compared = (PATH_COMPARISONS / places).isqrt().clamp(10, PATH_STATES);
     let skipped = states.len().saturating_sub(compared);
     let head = states[..=skipped].to_vec();
     states.drain(..skipped);
@@ -164,8 +168,8 @@ pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<Pumping> {
                 prefix.extend(fired(&states[..=start]));
                 let cycle = fired(&states[start..=end]);
                 let initial = space.marking(0);
-                if let Some(pumping) = Pumping::new(&space.rules, &initial, prefix, cycle) {
-                    return Some(pumping.shortened(&space.rules, &initial));
+                if let Some(pumping) = PumpingSequence::new(&space.rules, &initial, prefix, cycle) {
+                    return Some(pumping.shorten(&space.rules, &initial));
                 }
             }
         }

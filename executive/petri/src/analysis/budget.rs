@@ -1,17 +1,17 @@
-//! How much an analysis may cost. The library reads no clock: whoever asks says when to stop.
+//! Limits on the cost of an analysis. The library reads no clock: the caller decides when to stop.
 
-/// What an analysis may use.
+/// The limits of an analysis.
 #[derive(Clone, Copy)]
-pub struct Budget<'a> {
-    /// Most states that are kept.
+pub struct AnalysisBudget<'a> {
+    /// Most states that are stored.
     pub states: u64,
-    /// Most bytes that states, their index and the way to them may take.
+    /// Most bytes for states, their index and the firings that lead to them.
     pub memory_bytes: u64,
-    /// Asked every few thousand states; true ends the analysis.
+    /// Called every few thousand states; returning true ends the analysis.
     pub stop: &'a dyn Fn() -> bool,
 }
 
-impl std::fmt::Debug for Budget<'_> {
+impl std::fmt::Debug for AnalysisBudget<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Budget")
             .field("states", &self.states)
@@ -20,28 +20,28 @@ impl std::fmt::Debug for Budget<'_> {
     }
 }
 
-impl Budget<'_> {
-    /// As much as it takes.
-    pub const UNLIMITED: Budget<'static> =
-        Budget { states: u64::MAX, memory_bytes: u64::MAX, stop: &|| false };
+impl AnalysisBudget<'_> {
+    /// No limits.
+    pub const UNLIMITED: AnalysisBudget<'static> =
+        AnalysisBudget { states: u64::MAX, memory_bytes: u64::MAX, stop: &|| false };
 }
 
 /// Which budget ran out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Exhausted {
-    /// More states than were allowed.
+    /// The limit of states.
     #[error("more states than allowed")]
     States,
-    /// More memory than was allowed.
+    /// The limit of memory.
     #[error("more memory than allowed")]
     Memory,
-    /// The caller said stop.
+    /// The caller ended the analysis.
     #[error("more time than allowed")]
     Time,
     /// A place would hold more than 4,294,967,295 tokens.
     #[error("a place would hold more tokens than can be counted")]
     Tokens,
-    /// The times of the net, in their common unit, are more than can be counted.
+    /// The times of the net, in their common unit, do not fit an integer.
     #[error("times too far apart to be counted in one unit")]
     Scale,
 }

@@ -1,22 +1,22 @@
-//! The graph of state classes of a time Petri net: a marking with all that can be said of when
-//! its enabled transitions fire (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). It has
-//! the markings and firing sequences of the timed net, and is finite if that is bounded.
+//! The graph of state classes of a time Petri net. A class is a marking with all possible firing
+//! times of its enabled transitions (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). The
+//! graph has the markings and firing sequences of the timed net, and is finite if the net is bounded.
 //!
-//! Priorities and classes are not looked at, and gates open when they like: what is excluded never
-//! happens in a run.
+//! Priorities and safety classes are ignored, and gates may open at any time, so whatever the graph
+//! excludes never happens in a run.
 
-use super::budget::{Budget, Exhausted};
+use super::budget::{AnalysisBudget, Exhausted};
 use super::domain::{Domain, Times};
-use super::rules::Rules;
+use super::rules::FiringRules;
 use crate::net::{Net, TransitionId};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::rc::Rc;
 
-/// State classes in breadth-first order, 0 being the initial one.
+/// State classes in breadth-first order; 0 is the initial one.
 #[derive(Debug)]
-pub struct Classes {
-    classes: Vec<Rc<Class>>,
+pub struct StateClasses {
+    classes: Vec<Rc<StateClass>>,
     parents: Vec<(u32, TransitionId)>,
     /// Per class, its firings.
     successors: Vec<Vec<(TransitionId, u32)>>,
@@ -24,52 +24,52 @@ pub struct Classes {
 }
 
 #[derive(Debug, PartialEq, Eq, Hash)]
-struct Class {
+struct StateClass {
     marking: Box<[u32]>,
     domain: Domain,
 }
 
-impl Classes {
-    /// How many classes there are.
+impl StateClasses {
+    /// Returns the number of classes.
     pub fn classes(&self) -> u64 {
         self.classes.len() as u64
     }
 
-    /// How many firings there are: pairs of a class and a transition that can fire first in it.
+    /// Returns the number of pairs of a class and a transition that can fire first in it.
     pub fn edges(&self) -> u64 {
         self.edges
     }
 
-    /// How many markings there are.
+    /// Returns the number of distinct markings.
     pub fn markings(&self) -> u64 {
         let markings: std::collections::HashSet<_> =
             self.classes.iter().map(|class| &class.marking).collect();
         markings.len() as u64
     }
 
-    /// Tokens per place in a class.
+    /// Returns the tokens per place in a class.
     pub fn marking(&self, class: u32) -> &[u32] {
         &self.classes[class as usize].marking
     }
 
-    /// What can fire first in a class, and the class after it.
+    /// Returns the transitions that can fire first in a class, each with the class after it.
     pub fn successors(&self, class: u32) -> &[(TransitionId, u32)] {
         &self.successors[class as usize]
     }
 
-    /// The classes in which nothing can fire any more.
+    /// Returns the classes in which no transition can fire.
     pub fn deadlocks(&self) -> impl Iterator<Item = u32> {
         (0..self.successors.len() as u32).filter(|class| self.successors(*class).is_empty())
     }
 
-    /// The transitions that never fire, of as many as the net has.
+    /// Returns the transitions that never fire, of a net with `transitions` many.
     pub fn dead_transitions(&self, transitions: usize) -> Vec<TransitionId> {
         let mut fired = vec![false; transitions];
         self.successors.iter().flatten().for_each(|(id, _)| fired[id.index()] = true);
         (0..transitions as u32).map(TransitionId).filter(|id| !fired[id.index()]).collect()
     }
 
-    /// A firing sequence to a class, with the fewest firings.
+    /// Returns a firing sequence to a class, with the fewest firings.
     pub fn way_to(&self, class: u32) -> Vec<TransitionId> {
         let mut way = Vec::new();
         let mut current = class;
@@ -83,64 +83,71 @@ impl Classes {
     }
 }
 
-/// The classes of `net`, and which budget ran out, if one did.
-pub fn classes(net: &Net, budget: &Budget<'_>) -> (Classes, Option<Exhausted>) {
+/// Returns the classes of `net`, and which budget ran out, if one did.
+pub fn find_state_classes(
+    net: &Net,
+    budget: &AnalysisBudget<'_>,
+) -> (StateClasses, Option<Exhausted>) {
     let mut found =
-        Classes { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
-    let exhausted = match Firing::new(net) {
-        Ok(firing) => gather(&mut found, &firing, net, budget).err(),
+        StateClasses { classes: Vec::new(), parents: Vec::new(), successors: Vec::new(), edges: 0 };
+    let exhausted = match TimedRules::new(net) {
+        Ok(firing) => explore_classes(&mut found, &firing, net, budget).err(),
         Err(exhausted) => Some(exhausted),
     };
     (found, exhausted)
 }
 
-/// Whether the times of `net` let these transitions fire in this order from the beginning.
+/// Returns whether the times of `net` allow this firing sequence from the initial marking.
 ///
 /// # Errors
 /// If the times are too far apart to be counted, or a place cannot count its tokens.
 pub fn is_possible(net: &Net, sequence: &[TransitionId]) -> Result<bool, Exhausted> {
-    let firing = Firing::new(net)?;
+    let firing = TimedRules::new(net)?;
     let mut marking: Box<[u32]> = net.initial().into();
-    let mut domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
+    let mut domain =
+        Domain::newly_enabled(&firing.times, &firing.enabled_transitions(&marking), false);
     for wanted in sequence {
-        let next = firing.all(&marking, &domain)?.into_iter().find(|fired| fired.0 == *wanted);
+        let next =
+            firing.first_firings(&marking, &domain)?.into_iter().find(|fired| fired.0 == *wanted);
         let Some(next) = next else { return Ok(false) };
         (marking, domain) = (next.1, next.2);
     }
     Ok(true)
 }
 
-/// Bytes of a class beside its numbers: pointers, the table's entry, the way to it.
-const BYTES_BESIDE: u64 = 160;
+/// A class costs far more than a state, so the check is frequent.
+const CLASSES_BETWEEN_STOP_CHECKS: u32 = 256;
+/// Bytes of a class besides its numbers: pointers, the table entry, its parent.
+const BYTES_OVERHEAD: u64 = 160;
 
-fn gather(
-    found: &mut Classes,
-    firing: &Firing,
+fn explore_classes(
+    found: &mut StateClasses,
+    firing: &TimedRules,
     net: &Net,
-    budget: &Budget<'_>,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<(), Exhausted> {
-    let mut numbers: HashMap<Rc<Class>, u32> = HashMap::new();
+    let mut numbers: HashMap<Rc<StateClass>, u32> = HashMap::new();
     let marking: Box<[u32]> = net.initial().into();
-    let domain = Domain::fresh(&firing.times, &firing.enabled(&marking), false);
-    let initial = Rc::new(Class { marking, domain });
+    let domain = Domain::newly_enabled(&firing.times, &firing.enabled_transitions(&marking), false);
+    let initial = Rc::new(StateClass { marking, domain });
     numbers.insert(Rc::clone(&initial), 0);
     found.classes.push(initial);
     found.parents.push((0, TransitionId(0)));
     let mut bytes = 0;
     while let Some(class) = found.classes.get(found.successors.len()).cloned() {
         let number = found.successors.len() as u32;
-        if number.is_multiple_of(256) && (budget.stop)() {
+        if number.is_multiple_of(CLASSES_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         let mut successors = Vec::new();
-        for (transition, marking, domain) in firing.all(&class.marking, &class.domain)? {
-            let next = Rc::new(Class { marking, domain });
+        for (transition, marking, domain) in firing.first_firings(&class.marking, &class.domain)? {
+            let next = Rc::new(StateClass { marking, domain });
             let new = found.classes.len() as u32;
             let next_number = match numbers.entry(next) {
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(place) => {
                     let size = place.key().marking.len() as u64 * 4 + place.key().domain.bytes();
-                    bytes += size + BYTES_BESIDE;
+                    bytes += size + BYTES_OVERHEAD;
                     if u64::from(new) >= budget.states {
                         return Err(Exhausted::States);
                     }
@@ -162,13 +169,13 @@ fn gather(
 }
 
 /// The timed firing rule between classes.
-pub(super) struct Firing {
-    pub rules: Rules,
+pub(super) struct TimedRules {
+    pub rules: FiringRules,
     pub times: Times,
     taking: Vec<Taking>,
 }
 
-/// What the first half of a firing does.
+/// The first half of a firing.
 struct Taking {
     /// Place and tokens taken.
     inputs: Vec<(u32, u32)>,
@@ -177,28 +184,32 @@ struct Taking {
 }
 
 /// A firing, the marking after it and the domain after it.
-pub(super) type Fired = (TransitionId, Box<[u32]>, Domain);
+pub(super) type TimedFiring = (TransitionId, Box<[u32]>, Domain);
 
-impl Firing {
+impl TimedRules {
     pub fn new(net: &Net) -> Result<Self, Exhausted> {
         let taking = net.transitions().iter().map(|t| {
             let inputs = t.inputs.iter().map(|(place, weight)| (place.0, *weight)).collect();
             Taking { inputs, resets: t.resets.iter().map(|place| place.0).collect() }
         });
-        Ok(Self { rules: Rules::new(net), times: Times::of(net)?, taking: taking.collect() })
+        Ok(Self { rules: FiringRules::new(net), times: Times::of(net)?, taking: taking.collect() })
     }
 
-    /// The transitions that a marking enables, in order.
-    pub fn enabled(&self, marking: &[u32]) -> Vec<u32> {
+    /// Returns the transitions that a marking enables, in order.
+    pub fn enabled_transitions(&self, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         self.rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
         enabled
     }
 
-    /// All that can fire first in a class.
-    pub fn all(&self, marking: &[u32], domain: &Domain) -> Result<Vec<Fired>, Exhausted> {
-        let enabled = self.enabled(marking);
+    /// Returns all possible first firings of a class.
+    pub fn first_firings(
+        &self,
+        marking: &[u32],
+        domain: &Domain,
+    ) -> Result<Vec<TimedFiring>, Exhausted> {
+        let enabled = self.enabled_transitions(marking);
         let mut fired = Vec::new();
         for (index, &transition) in enabled.iter().enumerate() {
             if !domain.can_be_first(index + 1, enabled.len()) {
@@ -210,16 +221,19 @@ impl Firing {
             resets.iter().for_each(|place| between[*place as usize] = 0);
             let mut after = marking.to_vec();
             self.rules.rule(transition).fire(&mut after).ok_or(Exhausted::Tokens)?;
-            // A clock goes on if its transition was enabled all the while, tokens taken and not
-            // yet put included, and did not fire itself.
+            // Intermediate semantics: a clock continues if its transition did not fire itself and
+            // stayed enabled, also between the taking and the putting of tokens.
             let persists = |other: u32| {
                 let old = enabled.binary_search(&other).ok()?;
-                let goes_on = other != transition && self.rules.rule(other).enabled(&between);
+                let goes_on = other != transition && self.rules.rule(other).is_enabled(&between);
                 goes_on.then_some(old + 1)
             };
-            let then: Vec<_> =
-                self.enabled(&after).into_iter().map(|other| (other, persists(other))).collect();
-            let domain = domain.after(&self.times, index + 1, enabled.len(), &then);
+            let then: Vec<_> = self
+                .enabled_transitions(&after)
+                .into_iter()
+                .map(|other| (other, persists(other)))
+                .collect();
+            let domain = domain.after_firing(&self.times, index + 1, enabled.len(), &then);
             fired.push((TransitionId(transition), after.into(), domain));
         }
         Ok(fired)

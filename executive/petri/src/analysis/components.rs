@@ -1,37 +1,41 @@
-//! Where a net can end up: the strongly connected components of its states (Tarjan, 1972). What
-//! is in every bottom component is reachable from everywhere; in one that holds no state of the
-//! kind asked for, the net is lost for it.
+//! The strongly connected components of a net's states (Tarjan, 1972). A marking is reachable from
+//! every state exactly if every bottom component contains it. A run that enters a bottom component
+//! without a wanted state can never reach one.
+//!
+//! Not by petgraph: its `tarjan_scc` recurses, which overflows the stack on chains of a few hundred
+//! thousand states, and its `kosaraju_scc` needs every edge in memory, in both directions (32 bytes
+//! an edge). This search computes successors when it needs them and stores 24 bytes per state.
 
-use super::budget::{Budget, Exhausted};
+use super::budget::{AnalysisBudget, Exhausted};
 use super::space::Space;
 
-/// The components of a complete space.
+/// The strongly connected components of a complete space.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Components {
-    /// How many there are.
+    /// The number of components.
     pub components: u64,
-    /// Those that are never left again.
+    /// The bottom components, which no firing leaves.
     pub bottoms: Vec<Bottom>,
 }
 
-/// A component that is never left again.
+/// A component that no firing leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bottom {
-    /// Its state nearest to the initial one.
+    /// Its state with the fewest firings from the initial one.
     pub nearest: u32,
-    /// How many states it has.
+    /// The number of its states.
     pub states: u64,
-    /// Whether one of them is of the kind asked for.
-    pub holds: bool,
+    /// Whether one of them is wanted.
+    pub has_wanted: bool,
 }
 
 impl Components {
-    /// Whether the initial state can be reached again from every state.
+    /// Returns whether the initial state is reachable from every state.
     pub fn is_reversible(&self) -> bool {
         self.components == 1
     }
 
-    /// The states that are reachable from every state, counted; 0 if there are none.
+    /// Returns the number of states that are reachable from every state.
     pub fn home_states(&self) -> u64 {
         match self.bottoms.as_slice() {
             [only] => only.states,
@@ -39,34 +43,34 @@ impl Components {
         }
     }
 
-    /// The nearest state from which no state of the kind asked for can be reached, in a component
-    /// that is never left; `None` if such states can be reached from everywhere.
+    /// Returns the nearest state of a bottom component without a wanted state; `None` if a wanted
+    /// state is reachable from every state.
     pub fn lost(&self) -> Option<u32> {
-        self.bottoms.iter().filter(|bottom| !bottom.holds).map(|bottom| bottom.nearest).min()
+        self.bottoms.iter().filter(|bottom| !bottom.has_wanted).map(|bottom| bottom.nearest).min()
     }
 }
 
-/// Bytes per state that the search takes at worst.
+/// Most bytes per state that the search takes.
 const BYTES_PER_STATE: u64 = 24;
-const STEPS_BETWEEN_QUESTIONS: u64 = 1 << 12;
+const STEPS_BETWEEN_STOP_CHECKS: u64 = 1 << 12;
 const UNSEEN: u32 = 0;
 const DONE: u32 = u32::MAX;
 
-/// The components of `space`, which must be complete; `asked` says which markings are looked for.
+/// Returns the components of `space`, which must be complete; `wanted` selects the wanted markings.
 ///
 /// # Errors
 /// If memory or time ran out.
-pub fn components(
+pub fn find_components(
     space: &Space,
-    budget: &Budget<'_>,
-    asked: impl FnMut(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
+    wanted: impl FnMut(&[u32]) -> bool,
 ) -> Result<Components, Exhausted> {
     if space.bytes() + space.states() * BYTES_PER_STATE > budget.memory_bytes {
         return Err(Exhausted::Memory);
     }
-    let mut search = Search {
+    let mut search = ComponentSearch {
         space,
-        asked,
+        wanted,
         order: vec![UNSEEN; space.states() as usize],
         seen: 0,
         stack: Vec::new(),
@@ -76,48 +80,48 @@ pub fn components(
         words: vec![0; space.layout.words()],
         found: Components { components: 0, bottoms: Vec::new() },
     };
-    search.run(budget)?;
+    search.search_all(budget)?;
     Ok(search.found)
 }
 
-/// A state on the way from the initial one that the search is at.
-struct Frame {
+/// A state on the search path.
+struct PathState {
     state: u32,
     next_transition: u32,
     low: u32,
     is_bottom: bool,
 }
 
-struct Search<'a, F> {
+struct ComponentSearch<'a, F> {
     space: &'a Space,
-    asked: F,
-    /// When each state was first seen, from 1.
+    wanted: F,
+    /// Per state, its number in the order of discovery, from 1.
     order: Vec<u32>,
     seen: u32,
     stack: Vec<u32>,
-    frames: Vec<Frame>,
+    frames: Vec<PathState>,
     marking: Vec<u32>,
     after: Vec<u32>,
     words: Vec<u64>,
     found: Components,
 }
 
-impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
-    fn run(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
-        self.enter(0);
+impl<F: FnMut(&[u32]) -> bool> ComponentSearch<'_, F> {
+    fn search_all(&mut self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
+        self.enter_state(0);
         let mut steps = 0u64;
         while !self.frames.is_empty() {
             steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && (budget.stop)() {
+            if steps.is_multiple_of(STEPS_BETWEEN_STOP_CHECKS) && (budget.stop)() {
                 return Err(Exhausted::Time);
             }
             match self.next_successor() {
-                None => self.leave(),
+                None => self.leave_state(),
                 Some(successor) => {
                     let order = self.order[successor as usize];
-                    let frame = self.frames.last_mut().expect("a state is at hand");
+                    let frame = self.frames.last_mut().expect("the search path is not empty");
                     match order {
-                        UNSEEN => self.enter(successor),
+                        UNSEEN => self.enter_state(successor),
                         DONE => frame.is_bottom = false,
                         _ => frame.low = frame.low.min(order),
                     }
@@ -127,22 +131,22 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         Ok(())
     }
 
-    fn enter(&mut self, state: u32) {
+    fn enter_state(&mut self, state: u32) {
         self.seen += 1;
         self.order[state as usize] = self.seen;
         self.stack.push(state);
-        self.frames.push(Frame { state, next_transition: 0, low: self.seen, is_bottom: true });
+        self.frames.push(PathState { state, next_transition: 0, low: self.seen, is_bottom: true });
     }
 
-    /// The next firing of the state at hand.
+    /// Returns the next successor of the last state on the path.
     fn next_successor(&mut self) -> Option<u32> {
         let space = self.space;
-        let frame = self.frames.last_mut().expect("a state is at hand");
+        let frame = self.frames.last_mut().expect("the search path is not empty");
         space.read_marking(frame.state, &mut self.marking);
-        let rules = space.rules.all();
+        let rules = space.rules.all_rules();
         while let Some(rule) = rules.get(frame.next_transition as usize) {
             frame.next_transition += 1;
-            if rule.enabled(&self.marking) {
+            if rule.is_enabled(&self.marking) {
                 self.after.copy_from_slice(&self.marking);
                 rule.fire(&mut self.after).expect("it was fired when the state was explored");
                 space.layout.pack(&self.after, &mut self.words);
@@ -153,12 +157,12 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         None
     }
 
-    /// Goes back from the state at hand, all of whose firings are done.
-    fn leave(&mut self) {
-        let frame = self.frames.pop().expect("a state is at hand");
+    /// Removes the last state from the path, after all its firings were followed.
+    fn leave_state(&mut self) {
+        let frame = self.frames.pop().expect("the search path is not empty");
         let is_root = frame.low == self.order[frame.state as usize];
         if is_root {
-            self.close(&frame);
+            self.close_component(&frame);
         }
         if let Some(parent) = self.frames.last_mut() {
             parent.low = parent.low.min(frame.low);
@@ -166,16 +170,16 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
         }
     }
 
-    fn close(&mut self, root: &Frame) {
+    fn close_component(&mut self, root: &PathState) {
         self.found.components += 1;
-        let mut bottom = Bottom { nearest: root.state, states: 0, holds: false };
+        let mut bottom = Bottom { nearest: root.state, states: 0, has_wanted: false };
         while let Some(state) = self.stack.pop() {
             self.order[state as usize] = DONE;
             bottom.states += 1;
             bottom.nearest = bottom.nearest.min(state);
-            if root.is_bottom && !bottom.holds {
+            if root.is_bottom && !bottom.has_wanted {
                 self.space.read_marking(state, &mut self.marking);
-                bottom.holds = (self.asked)(&self.marking);
+                bottom.has_wanted = (self.wanted)(&self.marking);
             }
             if state == root.state {
                 break;
@@ -190,12 +194,12 @@ impl<F: FnMut(&[u32]) -> bool> Search<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::explore;
-    use crate::analysis::invariants::Bounds;
+    use crate::analysis::explore_states;
+    use crate::analysis::invariants::PlaceBounds;
     use crate::net::Net;
 
-    /// One token that goes along these edges.
-    fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
+    /// Returns the space of one token that moves along these edges.
+    fn space_of_walker(places: usize, edges: &[(usize, usize)]) -> Space {
         let mut net = Net::builder();
         let places: Vec<_> =
             (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
@@ -203,19 +207,26 @@ mod tests {
             net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
         }
         let net = net.build().unwrap();
-        explore(&net, &Bounds::of_net(&net, &|| false), true, &Budget::UNLIMITED).space
+        explore_states(
+            &net,
+            &PlaceBounds::of_net(&net, &|| false),
+            true,
+            &AnalysisBudget::UNLIMITED,
+        )
+        .space
     }
 
     fn check(places: usize, edges: &[(usize, usize)], expected: (u64, &[u64], bool)) {
-        let space = walker(places, edges);
-        let found = components(&space, &Budget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
+        let space = space_of_walker(places, edges);
+        let found =
+            find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[places - 1] > 0).unwrap();
         let mut sizes: Vec<_> = found.bottoms.iter().map(|bottom| bottom.states).collect();
         sizes.sort_unstable();
         assert_eq!((found.components, &sizes[..], found.lost().is_none()), expected, "{edges:?}");
     }
 
     #[test]
-    fn bottoms_are_found_and_who_can_get_there() {
+    fn bottom_components_are_found_with_their_wanted_states() {
         check(1, &[], (1, &[1], true));
         check(3, &[(0, 1), (1, 2), (2, 0)], (1, &[3], true));
         check(3, &[(0, 1), (1, 0), (1, 2)], (2, &[1], true));
@@ -225,22 +236,24 @@ mod tests {
     }
 
     #[test]
-    fn the_way_to_being_lost_is_the_shortest() {
-        let space = walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
-        let found = components(&space, &Budget::UNLIMITED, |m| m[3] > 0).unwrap();
+    fn the_firings_to_a_lost_state_are_the_fewest() {
+        let space = space_of_walker(4, &[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)]);
+        let found = find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[3] > 0).unwrap();
         let lost = found.lost().unwrap();
         assert_eq!(space.marking(lost), [0, 0, 1, 0]);
         assert_eq!(space.way_to(lost).unwrap().len(), 2);
     }
 
     #[test]
-    fn a_million_deep_is_no_recursion() {
+    fn a_chain_of_300_000_states_does_not_overflow_the_stack() {
         let mut net = Net::builder();
         let (a, b) = (net.place("a", 300_000), net.place("b", 0));
         net.transition("t").input(a, 1).output(b, 1);
         let net = net.build().unwrap();
-        let space = explore(&net, &Bounds::unknown(&net), false, &Budget::UNLIMITED).space;
-        let found = components(&space, &Budget::UNLIMITED, |m| m[0] == 0).unwrap();
+        let space =
+            explore_states(&net, &PlaceBounds::unknown(&net), false, &AnalysisBudget::UNLIMITED)
+                .space;
+        let found = find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[0] == 0).unwrap();
         assert_eq!((found.components, found.lost()), (300_001, None));
     }
 }

@@ -1,13 +1,13 @@
-//! How soon a marking of some kind can be reached, and how late it must have been.
+//! The shortest and the longest time to a wanted marking.
 //!
-//! The beginning is one more moment in the firing domains. For the shortest time only the least
-//! time gone by matters, so domains are searched by it, the nearest first; for the longest one
-//! there must be no circle and no dead end on the way, and then the ways are finitely many.
+//! The firing domains include the beginning of the run as one more moment. For the shortest time only
+//! the least elapsed time matters, and domains are searched in its order. For the longest time no
+//! circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
 
-use super::budget::{Budget, Exhausted};
-use super::classes::{Classes, Firing};
+use super::budget::{AnalysisBudget, Exhausted};
+use super::classes::{StateClasses, TimedRules};
 use super::domain::{Domain, NEVER};
-use super::runs::{Escape, escape};
+use super::runs::{Escape, find_escape};
 use crate::net::{Net, TransitionId};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -15,57 +15,56 @@ use std::time::Duration;
 
 /// A firing sequence and how long it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Timed {
+pub struct TimedSequence {
     /// From the beginning to the last firing.
     pub time: Duration,
     /// The firings.
     pub sequence: Vec<TransitionId>,
 }
 
-/// How late the first marking of the kind comes.
+/// The longest time to the first wanted marking.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Latest {
     /// Never later than this.
-    At(Timed),
-    /// After these firings something may be waited for without end.
+    At(TimedSequence),
+    /// After these firings a transition may take unlimited time.
     WithoutEnd(Vec<TransitionId>),
-    /// It need not come: after the first firings the second can go on for ever.
+    /// It can be avoided: after the first sequence, the second can repeat for ever.
     Circle(Vec<TransitionId>, Vec<TransitionId>),
-    /// It need not come: after these firings nothing can fire.
+    /// It can be avoided: after these firings no transition is enabled.
     DeadEnd(Vec<TransitionId>),
 }
 
-/// The shortest time to a marking that `asked` accepts; `None` if there is none. `classes` are all
-/// of the net's.
+/// Returns the shortest time to a wanted marking; `None` if there is none. `classes` must be complete.
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn shortest(
+pub fn shortest_time(
     net: &Net,
-    classes: &Classes,
-    asked: impl Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
-) -> Result<Option<Timed>, Exhausted> {
-    if !(0..classes.classes() as u32).any(|class| asked(classes.marking(class))) {
+    classes: &StateClasses,
+    wanted: impl Fn(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
+) -> Result<Option<TimedSequence>, Exhausted> {
+    if !(0..classes.classes() as u32).any(|class| wanted(classes.marking(class))) {
         return Ok(None);
     }
-    let mut search = Search::new(net)?;
-    let mut domain = search.beginning(net);
+    let mut search = DurationSearch::new(net)?;
+    let mut domain = search.initial_domain(net);
     domain.forget_latest();
     let mut waiting = BinaryHeap::new();
-    search.enter(net.initial().into(), domain, None, &mut |elapsed, node| {
+    search.enter_node(net.initial().into(), domain, None, &mut |elapsed, node| {
         waiting.push(Reverse((elapsed.0, node)));
     });
     while let Some(Reverse((elapsed, node))) = waiting.pop() {
-        search.ask(budget)?;
+        search.check_budget(budget)?;
         let (marking, domain) = search.nodes[node].clone();
-        if asked(&marking) {
+        if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
-            return Ok(Some(Timed { time, sequence: search.way_to(node) }));
+            return Ok(Some(TimedSequence { time, sequence: search.way_to(node) }));
         }
-        for (transition, marking, mut domain) in search.firing.all(&marking, &domain)? {
+        for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_latest();
-            search.enter(marking, domain, Some((node, transition)), &mut |elapsed, node| {
+            search.enter_node(marking, domain, Some((node, transition)), &mut |elapsed, node| {
                 waiting.push(Reverse((elapsed.0, node)));
             });
         }
@@ -73,60 +72,65 @@ pub fn shortest(
     Ok(None)
 }
 
-/// How late the first marking that `asked` accepts can come. `classes` are all of the net's.
+/// Returns the longest time to the first wanted marking. `classes` must be complete.
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn longest(
+pub fn longest_time(
     net: &Net,
-    classes: &Classes,
-    asked: impl Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    classes: &StateClasses,
+    wanted: impl Fn(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Latest, Exhausted> {
-    match escape(classes, [0], &asked, budget)? {
+    match find_escape(classes, [0], &wanted, budget)? {
         Some(Escape::Circle(way, circle)) => return Ok(Latest::Circle(way, circle)),
         Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
         None => {}
     }
-    let mut search = Search::new(net)?;
-    let mut domain = search.beginning(net);
+    let mut search = DurationSearch::new(net)?;
+    let mut domain = search.initial_domain(net);
     domain.forget_earliest();
     let mut waiting = Vec::new();
     let mut latest = (-1, 0);
-    search.enter(net.initial().into(), domain, None, &mut |_, node| waiting.push(node));
+    search.enter_node(net.initial().into(), domain, None, &mut |_, node| waiting.push(node));
     while let Some(node) = waiting.pop() {
-        search.ask(budget)?;
+        search.check_budget(budget)?;
         let (marking, domain) = search.nodes[node].clone();
         let elapsed = domain.elapsed_at_most();
         if elapsed == NEVER {
             return Ok(Latest::WithoutEnd(search.way_to(node)));
         }
-        if asked(&marking) {
+        if wanted(&marking) {
             latest = latest.max((elapsed, node));
             continue;
         }
-        for (transition, marking, mut domain) in search.firing.all(&marking, &domain)? {
+        for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_earliest();
             let from = Some((node, transition));
-            search.enter(marking, domain, from, &mut |_, node| waiting.push(node));
+            search.enter_node(marking, domain, from, &mut |_, node| waiting.push(node));
         }
     }
     let time = search.firing.times.duration(latest.0);
-    Ok(Latest::At(Timed { time, sequence: search.way_to(latest.1) }))
+    Ok(Latest::At(TimedSequence { time, sequence: search.way_to(latest.1) }))
 }
 
-/// Markings with domains that know the beginning, none within another.
-struct Search {
-    firing: Firing,
+/// Stop is checked after this many domains.
+const DOMAINS_BETWEEN_STOP_CHECKS: u64 = 256;
+/// Bytes of a node besides its numbers: pointers and table entries.
+const BYTES_OVERHEAD: u64 = 200;
+
+/// A search over markings with domains that include the beginning, none of which contains another.
+struct DurationSearch {
+    firing: TimedRules,
     nodes: Vec<(Box<[u32]>, Domain)>,
     from: Vec<Option<(usize, TransitionId)>>,
-    /// Per marking and domain without the beginning, what is known of that.
+    /// Per marking and domain without the beginning, the bounds of the beginning seen so far.
     known: HashMap<(Box<[u32]>, Domain), Vec<Beginning>>,
     bytes: u64,
-    asked: u64,
+    checks: u64,
 }
 
-/// The row and the column of the beginning in a domain.
+/// The bounds of the beginning in a domain: its row and its column.
 struct Beginning {
     row: Vec<i64>,
     column: Vec<i64>,
@@ -139,26 +143,30 @@ impl Beginning {
     }
 }
 
-/// Time gone by, at least.
+/// Least elapsed time, in units.
 struct Elapsed(i64);
 
-impl Search {
+impl DurationSearch {
     fn new(net: &Net) -> Result<Self, Exhausted> {
         Ok(Self {
-            firing: Firing::new(net)?,
+            firing: TimedRules::new(net)?,
             nodes: Vec::new(),
             from: Vec::new(),
             known: HashMap::new(),
             bytes: 0,
-            asked: 0,
+            checks: 0,
         })
     }
 
-    fn beginning(&self, net: &Net) -> Domain {
-        Domain::fresh(&self.firing.times, &self.firing.enabled(net.initial()), true)
+    fn initial_domain(&self, net: &Net) -> Domain {
+        Domain::newly_enabled(
+            &self.firing.times,
+            &self.firing.enabled_transitions(net.initial()),
+            true,
+        )
     }
 
-    fn enter(
+    fn enter_node(
         &mut self,
         marking: Box<[u32]>,
         domain: Domain,
@@ -173,15 +181,15 @@ impl Search {
         }
         known.push(beginning);
         let node = self.nodes.len();
-        self.bytes += 3 * domain.bytes() + 8 * marking.len() as u64 + 200;
+        self.bytes += 3 * domain.bytes() + 8 * marking.len() as u64 + BYTES_OVERHEAD;
         entered(Elapsed(domain.elapsed_at_least()), node);
         self.nodes.push((marking, domain));
         self.from.push(from);
     }
 
-    fn ask(&mut self, budget: &Budget<'_>) -> Result<(), Exhausted> {
-        self.asked += 1;
-        if self.asked.is_multiple_of(256) && (budget.stop)() {
+    fn check_budget(&mut self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
+        self.checks += 1;
+        if self.checks.is_multiple_of(DOMAINS_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         if self.bytes > budget.memory_bytes {

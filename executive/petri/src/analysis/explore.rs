@@ -1,57 +1,62 @@
-//! The reachability graph, breadth first, with exact counts: states, edges (a state and a
-//! transition it enables), most tokens, deadlocks. Shortest firing sequences come of its order.
+//! The reachability graph in breadth-first order, with exact counts: states, edges (a state and a
+//! transition it enables), most tokens, deadlocks. The order makes firing sequences shortest.
 
-use super::boundedness::{Pumping, pumping_on_the_way};
-use super::budget::{Budget, Exhausted};
-use super::invariants::Bounds;
-use super::layout::{Layout, Room};
-use super::rules::Rules;
+use super::boundedness::{PumpingSequence, pumping_on_the_way};
+use super::budget::{AnalysisBudget, Exhausted};
+use super::invariants::PlaceBounds;
+use super::layout::{MarkingLayout, Room};
+use super::rules::FiringRules;
 use super::space::Space;
-use super::store::{Found, MOST_STATES, Store, hash_of};
+use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
 
-/// Between two questions whether to stop lie states of so many places.
-const PLACES_BETWEEN_QUESTIONS: usize = 1 << 18;
+/// Whether to stop is checked after states with this many places in total.
+const PLACES_BETWEEN_STOP_CHECKS: usize = 1 << 18;
 
 /// How an exploration ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// All states are there.
+pub enum ExplorationEnd {
+    /// All states were found.
     Complete,
-    /// Some place can be filled without end.
-    Unbounded(Pumping),
+    /// Some place can grow without bound.
+    Unbounded(PumpingSequence),
     /// A budget ran out first.
     Undecided(Exhausted),
 }
 
 /// What an exploration found.
 #[derive(Debug)]
-pub struct Exploration {
+pub struct StateExploration {
     /// The states found.
     pub space: Space,
-    /// Whether they are all.
-    pub ending: Ending,
+    /// Whether they are complete.
+    pub ending: ExplorationEnd,
 }
 
-/// Explores the states of `net` from its initial marking. `bounds` make states small and need not
-/// know every place; where they do not, growth without end is looked for on the way.
+/// Explores the states of `net` from its initial marking. `bounds` make states small, and may leave
+/// places unbounded; then the search also looks for unbounded growth.
 ///
-/// `with_ways` remembers how each state was reached, in 4 bytes, for [`Space::way_to`].
-pub fn explore(net: &Net, bounds: &Bounds, with_ways: bool, budget: &Budget<'_>) -> Exploration {
-    let mut search = Search::new(net, bounds, with_ways || !bounds.is_bounded());
-    let ending = search.run(bounds.is_bounded(), budget);
-    Exploration { space: search.space, ending }
+/// `with_ways` records how each state was reached, in 4 bytes, for [`Space::way_to`].
+pub fn explore_states(
+    net: &Net,
+    bounds: &PlaceBounds,
+    with_ways: bool,
+    budget: &AnalysisBudget<'_>,
+) -> StateExploration {
+    let mut search = StateSearch::new(net, bounds, with_ways || !bounds.is_bounded());
+    let ending = search.explore_all(bounds.is_bounded(), budget);
+    StateExploration { space: search.space, ending }
 }
 
 /// One transition's firing on packed states.
 #[derive(Debug)]
 struct Packed {
     difference: Vec<(u32, u64)>,
-    /// Places that grow: place, by how much, and the room there is.
+    /// Places that gain tokens: place, tokens gained, and the capacity of its field.
     growing: Vec<(u32, u32, u32)>,
 }
 
-struct Search {
+struct StateSearch {
     space: Space,
     packed: Vec<Packed>,
     marking: Vec<u32>,
@@ -59,20 +64,20 @@ struct Search {
     state: Vec<u64>,
     successors: Vec<u64>,
     hashes: Vec<(u64, u32)>,
-    /// Per place, the tokens at which ways were last looked at for growth without end.
+    /// Per place, the tokens at which the search last looked for unbounded growth.
     looked_at: Vec<u32>,
 }
 
-impl Search {
-    fn new(net: &Net, bounds: &Bounds, with_ways: bool) -> Self {
-        let rules = Rules::new(net);
-        let layout = Layout::new(&rooms(net, &rules, bounds));
+impl StateSearch {
+    fn new(net: &Net, bounds: &PlaceBounds, with_ways: bool) -> Self {
+        let rules = FiringRules::new(net);
+        let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
         let initial = net.initial().to_vec();
         let mut state = vec![0; layout.words()];
         layout.pack(&initial, &mut state);
-        let mut store = Store::new(layout.words());
+        let mut store = StateStore::new(layout.words());
         store.insert(&state, hash_of(&state));
-        let packed = packed(&rules, &layout);
+        let packed = pack_rules(&rules, &layout);
         let space = Space {
             most_in_place: initial.clone(),
             most_in_marking: 0,
@@ -98,30 +103,34 @@ impl Search {
         }
     }
 
-    fn run(&mut self, bounded: bool, budget: &Budget<'_>) -> Ending {
+    fn explore_all(&mut self, bounded: bool, budget: &AnalysisBudget<'_>) -> ExplorationEnd {
         if let Err(exhausted) = self.check_growth(budget) {
-            return Ending::Undecided(exhausted);
+            return ExplorationEnd::Undecided(exhausted);
         }
-        let between = (PLACES_BETWEEN_QUESTIONS / self.marking.len().max(64)).max(1);
+        let between = (PLACES_BETWEEN_STOP_CHECKS / self.marking.len().max(64)).max(1);
         while self.space.expanded < self.space.store.len() {
             if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
-                return Ending::Undecided(Exhausted::Time);
+                return ExplorationEnd::Undecided(Exhausted::Time);
             }
-            match self.expand(bounded, budget) {
+            match self.expand_next_state(bounded, budget) {
                 Ok(None) => self.space.expanded += 1,
-                Ok(Some(pumping)) => return Ending::Unbounded(pumping),
-                Err(exhausted) => return Ending::Undecided(exhausted),
+                Ok(Some(pumping)) => return ExplorationEnd::Unbounded(pumping),
+                Err(exhausted) => return ExplorationEnd::Undecided(exhausted),
             }
         }
-        Ending::Complete
+        ExplorationEnd::Complete
     }
 
-    /// All firings in the next state.
-    fn expand(&mut self, bounded: bool, budget: &Budget<'_>) -> Result<Option<Pumping>, Exhausted> {
+    /// Fires every enabled transition of the next state.
+    fn expand_next_state(
+        &mut self,
+        bounded: bool,
+        budget: &AnalysisBudget<'_>,
+    ) -> Result<Option<PumpingSequence>, Exhausted> {
         let number = self.space.expanded as u32;
         self.state.copy_from_slice(self.space.store.state(number));
         self.space.layout.unpack(&self.state, &mut self.marking);
-        while let Some((place, tokens)) = self.fire_all()? {
+        while let Some((place, tokens)) = self.fire_enabled()? {
             self.make_room(place, tokens, budget)?;
             self.state.resize(self.space.layout.words(), 0);
             self.space.layout.pack(&self.marking, &mut self.state);
@@ -134,7 +143,7 @@ impl Search {
             self.space.deadlocks += 1;
             self.space.first_deadlock.get_or_insert(number);
         }
-        // Reading all slots before searching lets their fetching from memory overlap.
+        // Reading all slots before searching lets the memory accesses overlap.
         let slots = self.hashes.iter().map(|(hash, _)| self.space.store.first_slot(*hash));
         std::hint::black_box(slots.fold(0u32, u32::wrapping_add));
         for index in 0..firings {
@@ -144,9 +153,9 @@ impl Search {
             let (hash, transition) = self.hashes[index];
             let words = self.space.layout.words();
             let successor = &self.successors[index * words..(index + 1) * words];
-            let Found::New(new) = self.space.store.insert(successor, hash) else { continue };
-            // Also the state that is one too many has a way to it.
-            let record = self.arrive(number, transition);
+            let Insertion::New(new) = self.space.store.insert(successor, hash) else { continue };
+            // Recorded before the limit is checked, so that the last state has a parent too.
+            let record = self.record_new_state(number, transition);
             if u64::from(new) >= budget.states {
                 return Err(Exhausted::States);
             }
@@ -160,9 +169,9 @@ impl Search {
         Ok(None)
     }
 
-    /// The successors of the state at hand; instead, if there is one, a place whose field is too
-    /// small for the tokens it gets.
-    fn fire_all(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
+    /// Computes the successors of the present state; returns a place whose field is too small for its
+    /// new tokens, if there is one.
+    fn fire_enabled(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
         let Self { space, packed, marking, after, state, successors, hashes, .. } = self;
         successors.clear();
         hashes.clear();
@@ -199,9 +208,9 @@ impl Search {
         if uncountable { Err(Exhausted::Tokens) } else { Ok(full) }
     }
 
-    /// Takes note of a new state that `transition` made of the state at hand: whether some place
-    /// holds twice what it held when ways were last looked at.
-    fn arrive(&mut self, from: u32, transition: u32) -> bool {
+    /// Records a new state, reached from the present one by `transition`. Returns whether some place
+    /// holds twice the tokens of the last search for growth.
+    fn record_new_state(&mut self, from: u32, transition: u32) -> bool {
         let space = &mut self.space;
         if let Some(parents) = &mut space.parents {
             parents.push(from);
@@ -212,7 +221,7 @@ impl Search {
             if tokens > *most {
                 *most = tokens;
                 let looked_at = &mut self.looked_at[place as usize];
-                // The first token of a place is no growth yet.
+                // A place's first token is not growth.
                 if tokens >= looked_at.saturating_mul(2).max(2) {
                     *looked_at = tokens;
                     record = true;
@@ -228,8 +237,8 @@ impl Search {
         record
     }
 
-    /// Whether one more state fits the budget.
-    fn check_growth(&self, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    /// Checks that one more state fits the budget.
+    fn check_growth(&self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
         let ways = self.space.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 8);
         if self.space.store.bytes_with_one_more() + ways > budget.memory_bytes {
             return Err(Exhausted::Memory);
@@ -240,13 +249,18 @@ impl Search {
         }
     }
 
-    /// Makes the field of a place wide enough for so many tokens, in all states.
-    fn make_room(&mut self, place: u32, tokens: u32, budget: &Budget<'_>) -> Result<(), Exhausted> {
+    /// Widens the field of a place to hold `tokens`, in all states.
+    fn make_room(
+        &mut self,
+        place: u32,
+        tokens: u32,
+        budget: &AnalysisBudget<'_>,
+    ) -> Result<(), Exhausted> {
         let space = &mut self.space;
         let old = space.layout.clone();
         let mut rooms: Vec<_> = (0..self.marking.len() as u32).map(|p| old.room(p)).collect();
         rooms[place as usize] = Room::UpTo(tokens);
-        space.layout = Layout::new(&rooms);
+        space.layout = MarkingLayout::new(&rooms);
         let growth = space.layout.words() as u64 * 8 * space.store.len() as u64;
         if space.store.bytes_with_one_more() + growth > budget.memory_bytes {
             space.layout = old;
@@ -257,15 +271,15 @@ impl Search {
             old.unpack(from, after);
             layout.pack(after, to);
         });
-        self.packed = packed(&space.rules, &space.layout);
+        self.packed = pack_rules(&space.rules, &space.layout);
         Ok(())
     }
 }
 
-/// As much room as the bounds say; where they say nothing, as the initial marking needs.
-pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
+/// Returns the room of each place: its bound if it has one, else what the initial marking needs.
+pub(super) fn rooms_of(net: &Net, rules: &FiringRules, bounds: &PlaceBounds) -> Vec<Room> {
     let mut changes = vec![false; net.places().len()];
-    for rule in rules.all() {
+    for rule in rules.all_rules() {
         rule.change.iter().for_each(|(place, _)| changes[*place as usize] = true);
         rule.reset_to.iter().for_each(|(place, _)| changes[*place as usize] = true);
     }
@@ -277,7 +291,7 @@ pub(super) fn rooms(net: &Net, rules: &Rules, bounds: &Bounds) -> Vec<Room> {
     (0..net.places().len()).map(room).collect()
 }
 
-fn packed(rules: &Rules, layout: &Layout) -> Vec<Packed> {
+fn pack_rules(rules: &FiringRules, layout: &MarkingLayout) -> Vec<Packed> {
     let packed = |rule: &super::rules::Rule| Packed {
         difference: layout.difference(&rule.change),
         growing: rule
@@ -287,14 +301,14 @@ fn packed(rules: &Rules, layout: &Layout) -> Vec<Packed> {
             .map(|&(place, by)| (place, by as u32, layout.capacity(place)))
             .collect(),
     };
-    rules.all().iter().map(packed).collect()
+    rules.all_rules().iter().map(packed).collect()
 }
 
 impl Space {
-    /// The transition that leads from one state to another.
+    /// Returns the transition that leads from one state to another.
     pub(crate) fn between(&self, from: u32, to: u32) -> TransitionId {
         let successors = self.successors(from);
         let found = successors.iter().find(|(_, state)| *state == to);
-        found.expect("a state was reached from the one before by a transition").0
+        found.expect("a state's parent has a transition that leads to it").0
     }
 }

@@ -1,55 +1,55 @@
-//! Semiflows of minimal support, in integers: sums of tokens that no firing changes (places) and
-//! counts of firings that change nothing (transitions); and what sums say without enumeration:
-//! how many tokens a place can hold, and which places are never marked together.
+//! Semiflows of minimal support, in integers: weighted sums of tokens that no firing changes
+//! (places), and counts of firings that together change nothing (transitions). The sums give bounds
+//! of places, and pairs of places that are never marked together, without enumerating states.
 
-use super::elimination::{Effort, Solutions, solve};
-use super::rules::Rules;
+use super::elimination::{EliminationLimits, Solutions, solve_by_elimination};
+use super::rules::FiringRules;
 use crate::net::{Net, PlaceId, TransitionId};
 
 /// Weights of places or transitions, each positive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Semiflow<Id> {
-    /// Whom it weighs and how much, in order.
+    /// Each place or transition with its weight, in order.
     pub weights: Vec<(Id, u64)>,
 }
 
-/// The semiflows of minimal support that were found.
+/// Semiflows of minimal support.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Semiflows<Id> {
-    /// They.
+    /// The semiflows found.
     pub semiflows: Vec<Semiflow<Id>>,
-    /// Whether they are all: there can be exponentially many, and only so many are made.
+    /// Whether these are all. There can be exponentially many, so the search has a limit.
     pub complete: bool,
 }
 
-/// Most rows kept on the way.
+/// Most rows of the elimination.
 const ROWS: usize = 20_000;
-/// Most additions and comparisons: seconds.
+/// Most additions and comparisons: a few seconds.
 const STEPS: u64 = 100_000_000;
-/// For bounds with slack; what they give is a convenience.
+/// The same limit for the search of bounds, which only make states smaller.
 const STEPS_FOR_BOUNDS: u64 = 5_000_000;
 
-/// Sums that no firing changes: `y·C = 0`. Places that some transition empties are in none.
+/// Returns the sums of tokens that no firing changes: `y·C = 0`. Places with a reset arc are in none.
 pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId> {
-    let rules = Rules::new(net);
+    let rules = FiringRules::new(net);
     let mut matrix = place_rows(net, &rules);
-    for (place, _) in rules.all().iter().flat_map(|rule| &rule.reset_to) {
+    for (place, _) in rules.all_rules().iter().flat_map(|rule| &rule.reset_to) {
         matrix[*place as usize] = None;
     }
-    semiflows(matrix, net.transitions().len(), PlaceId, stop)
+    minimal_semiflows(matrix, net.transitions().len(), PlaceId, stop)
 }
 
-/// Counts of firings after which the tokens are as before: `C·x = 0`. Transitions with reset arcs
-/// are in none. Whether such firings are possible is another question.
+/// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs are
+/// in none. The firings need not be possible.
 pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<TransitionId> {
-    let rules = Rules::new(net);
+    let rules = FiringRules::new(net);
     let row = |rule: &super::rules::Rule| rule.reset_to.is_empty().then(|| rule.change.clone());
-    let matrix = rules.all().iter().map(row).collect();
-    semiflows(matrix, net.places().len(), TransitionId, stop)
+    let matrix = rules.all_rules().iter().map(row).collect();
+    minimal_semiflows(matrix, net.places().len(), TransitionId, stop)
 }
 
-/// The matrix without the variables that are left out, and the answer with their numbers back.
-fn semiflows<Id>(
+/// Solves the matrix without its omitted rows, and returns weights under the original numbers.
+fn minimal_semiflows<Id>(
     matrix: Vec<Option<Vec<(u32, i64)>>>,
     columns: usize,
     id: impl Fn(u32) -> Id,
@@ -58,8 +58,9 @@ fn semiflows<Id>(
     let variables: Vec<u32> =
         (0..matrix.len() as u32).filter(|variable| matrix[*variable as usize].is_some()).collect();
     let matrix: Vec<_> = matrix.into_iter().flatten().collect();
-    let effort = Effort { rows: ROWS, steps: STEPS };
-    let Solutions { mut solutions, complete } = solve(matrix, columns, u32::MAX, effort, stop);
+    let effort = EliminationLimits { rows: ROWS, steps: STEPS };
+    let Solutions { mut solutions, complete } =
+        solve_by_elimination(matrix, columns, u32::MAX, effort, stop);
     solutions.sort();
     let weigh = |weights: Vec<(u32, i64)>| {
         let own = weights.into_iter().map(|(v, weight)| (id(variables[v as usize]), weight as u64));
@@ -68,9 +69,9 @@ fn semiflows<Id>(
     Semiflows { semiflows: solutions.into_iter().map(weigh).collect(), complete }
 }
 
-fn place_rows(net: &Net, rules: &Rules) -> Vec<Option<Vec<(u32, i64)>>> {
+fn place_rows(net: &Net, rules: &FiringRules) -> Vec<Option<Vec<(u32, i64)>>> {
     let mut matrix = vec![Some(Vec::new()); net.places().len()];
-    for (transition, rule) in rules.all().iter().enumerate() {
+    for (transition, rule) in rules.all_rules().iter().enumerate() {
         for &(place, change) in &rule.change {
             if let Some(row) = &mut matrix[place as usize] {
                 row.push((transition as u32, change));
@@ -80,26 +81,27 @@ fn place_rows(net: &Net, rules: &Rules) -> Vec<Option<Vec<(u32, i64)>>> {
     matrix
 }
 
-/// How many tokens each place can hold at most, as far as sums tell.
+/// Upper bounds on the tokens of each place.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bounds {
+pub struct PlaceBounds {
     most: Vec<Option<u64>>,
 }
 
-impl Bounds {
-    /// Knows nothing.
+impl PlaceBounds {
+    /// Returns no bound for any place.
     pub fn unknown(net: &Net) -> Self {
         Self { most: vec![None; net.places().len()] }
     }
 
-    /// From sums that firing never increases: `y·C ≤ 0`; first those that stay the same, then, for
-    /// places in none of them, those that may fall. A reset only lowers a sum.
+    /// Computes bounds from sums that no firing increases: `y·C ≤ 0`. First the sums that stay the
+    /// same; then, if places are left without a bound, those that may decrease. A reset only lowers a
+    /// sum.
     pub fn of_net(net: &Net, stop: &dyn Fn() -> bool) -> Self {
-        let rules = Rules::new(net);
+        let rules = FiringRules::new(net);
         let mut bounds = Self::unknown(net);
-        // A place that nothing fills holds what it holds.
+        // A place that no transition fills never holds more than initially.
         let mut filled = vec![false; net.places().len()];
-        for rule in rules.all() {
+        for rule in rules.all_rules() {
             let growing = rule.change.iter().filter(|(_, change)| *change > 0).map(|c| c.0);
             let refilled = rule.reset_to.iter().filter(|(_, tokens)| *tokens > 0).map(|r| r.0);
             growing.chain(refilled).for_each(|place| filled[place as usize] = true);
@@ -109,19 +111,19 @@ impl Bounds {
         }
         let (matrix, columns) = (sub_rows(net), net.transitions().len());
         let places = matrix.len() as u32;
-        let effort = Effort { rows: ROWS, steps: STEPS_FOR_BOUNDS };
-        let equal = solve(matrix.clone(), columns, places, effort, stop);
-        bounds.learn(net, &equal.solutions);
+        let effort = EliminationLimits { rows: ROWS, steps: STEPS_FOR_BOUNDS };
+        let equal = solve_by_elimination(matrix.clone(), columns, places, effort, stop);
+        bounds.tighten(net, &equal.solutions);
         if !bounds.is_bounded() && !stop() {
             let slack = (0..columns as u32).map(|column| vec![(column, 1)]);
             let matrix = matrix.into_iter().chain(slack).collect();
-            let falling = solve(matrix, columns, places, effort, stop);
-            bounds.learn(net, &falling.solutions);
+            let falling = solve_by_elimination(matrix, columns, places, effort, stop);
+            bounds.tighten(net, &falling.solutions);
         }
         bounds
     }
 
-    fn learn(&mut self, net: &Net, sums: &[Vec<(u32, i64)>]) {
+    fn tighten(&mut self, net: &Net, sums: &[Vec<(u32, i64)>]) {
         for weights in sums {
             let tokens = |place: u32| i128::from(net.initial()[place as usize]);
             let sum: i128 = weights.iter().map(|&(p, weight)| i128::from(weight) * tokens(p)).sum();
@@ -133,18 +135,18 @@ impl Bounds {
         }
     }
 
-    /// The most tokens of a place, if it is known to have a most.
+    /// Returns the bound of a place, if one is known.
     pub fn of(&self, place: usize) -> Option<u64> {
         self.most[place]
     }
 
-    /// Whether every place is known to have a most.
+    /// Returns whether every place has a known bound.
     pub fn is_bounded(&self) -> bool {
         self.most.iter().all(Option::is_some)
     }
 }
 
-/// The change of each place by each transition, a reset counted as if it took nothing away.
+/// Returns the change of each place by each transition, ignoring what resets remove.
 fn sub_rows(net: &Net) -> Vec<Vec<(u32, i64)>> {
     let mut matrix = vec![Vec::new(); net.places().len()];
     for (transition, t) in net.transitions().iter().enumerate() {
@@ -164,8 +166,8 @@ fn sub_rows(net: &Net) -> Vec<Vec<(u32, i64)>> {
     matrix
 }
 
-/// The sum that keeps two places from being marked at once, if one of these does.
-pub fn excludes<'a>(
+/// Returns a sum that proves that two places are never marked together, if there is one.
+pub fn excluding_sum<'a>(
     semiflows: &'a Semiflows<PlaceId>,
     net: &Net,
     one: PlaceId,
@@ -173,12 +175,13 @@ pub fn excludes<'a>(
 ) -> Option<&'a Semiflow<PlaceId>> {
     semiflows.semiflows.iter().find(|flow| {
         let weight = |place| flow.weights.iter().find(|w| w.0 == place).map_or(0, |w| w.1);
-        let sum: u128 = flow.weights.iter().map(|w| u128::from(w.1) * initial(net, w.0)).sum();
+        let sum: u128 =
+            flow.weights.iter().map(|w| u128::from(w.1) * initial_tokens(net, w.0)).sum();
         let both = u128::from(weight(one)) + u128::from(weight(other));
         weight(one) > 0 && weight(other) > 0 && both > sum
     })
 }
 
-fn initial(net: &Net, place: PlaceId) -> u128 {
+fn initial_tokens(net: &Net, place: PlaceId) -> u128 {
     u128::from(net.initial()[place.index()])
 }

@@ -1,16 +1,17 @@
-//! Markings as few bits as their places' bounds allow: fields within 64-bit words, none across two.
+//! Packs markings into as few bits as the bounds of the places allow: fields in 64-bit words, none of
+//! them across two words.
 
 use std::collections::BTreeMap;
 
-/// Where in the words each place stands, and how to read and write it.
+/// The position of each place's field, and how to read and write it.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout {
-    fields: Vec<Field>,
+pub(crate) struct MarkingLayout {
+    fields: Vec<BitField>,
     words: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Field {
+struct BitField {
     word: u32,
     shift: u32,
     mask: u32,
@@ -18,7 +19,7 @@ struct Field {
     constant: u32,
 }
 
-/// What a place needs of a layout.
+/// The room that a place needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Room {
     /// It always holds this many.
@@ -27,7 +28,7 @@ pub(crate) enum Room {
     UpTo(u32),
 }
 
-impl Layout {
+impl MarkingLayout {
     pub fn new(rooms: &[Room]) -> Self {
         let width = |room: &Room| match room {
             Room::Constant(_) => 0,
@@ -35,9 +36,9 @@ impl Layout {
         };
         let mut order: Vec<usize> = (0..rooms.len()).collect();
         order.sort_by_key(|index| std::cmp::Reverse(width(&rooms[*index])));
-        let mut fields = vec![Field { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
+        let mut fields = vec![BitField { word: 0, shift: 0, mask: 0, constant: 0 }; rooms.len()];
         let mut used: Vec<u32> = vec![0];
-        // A word too full for one field is too full for the next of that width.
+        // A word without room for one field has none for the next field of the same width.
         let (mut start, mut start_width) = (0, u32::MAX);
         for index in order {
             let width = width(&rooms[index]);
@@ -55,27 +56,27 @@ impl Layout {
             }
             let mask = (1u64 << width) - 1;
             let mask = u32::try_from(mask).expect("a field has 32 bits or fewer");
-            // A place without bits has nothing to shift, wherever it stands.
+            // A field without bits may be in any word, also behind its last bit, so it has no shift.
             let shift = if width == 0 { 0 } else { used[word] };
-            fields[index] = Field { word: word as u32, shift, mask, constant: 0 };
+            fields[index] = BitField { word: word as u32, shift, mask, constant: 0 };
             used[word] += width;
             start = word;
         }
         Self { fields, words: used.len() }
     }
 
-    /// Words per marking, at least one.
+    /// Returns the words per marking, at least one.
     pub fn words(&self) -> usize {
         self.words
     }
 
-    /// The most tokens that the field of a place can tell.
+    /// Returns the most tokens that the field of a place can hold.
     pub fn capacity(&self, place: u32) -> u32 {
         let field = &self.fields[place as usize];
         if field.mask == 0 { field.constant } else { field.mask }
     }
 
-    /// The room of a place, for a layout that is to differ in others.
+    /// Returns the room of a place, for a layout in which other places differ.
     pub fn room(&self, place: u32) -> Room {
         let field = &self.fields[place as usize];
         match field.mask {
@@ -84,7 +85,7 @@ impl Layout {
         }
     }
 
-    /// `out` gets the tokens per place.
+    /// Writes the tokens per place to `out`.
     pub fn unpack(&self, words: &[u64], out: &mut [u32]) {
         for (tokens, field) in out.iter_mut().zip(&self.fields) {
             let bits = (words[field.word as usize] >> field.shift) as u32;
@@ -92,7 +93,7 @@ impl Layout {
         }
     }
 
-    /// `out` gets the words; every place fits its field.
+    /// Writes the words to `out`. The tokens of every place must fit its field.
     pub fn pack(&self, marking: &[u32], out: &mut [u64]) {
         out.fill(0);
         for (tokens, field) in marking.iter().zip(&self.fields) {
@@ -100,12 +101,12 @@ impl Layout {
         }
     }
 
-    /// What is added, wrapping, to the words of a marking to change its places so.
+    /// Returns what to add, wrapping, to the words of a marking to change its places by `change`.
     pub fn difference(&self, change: &[(u32, i64)]) -> Vec<(u32, u64)> {
         let mut words: BTreeMap<u32, u64> = BTreeMap::new();
         for &(place, change) in change {
             let field = &self.fields[place as usize];
-            // Two's complement: borrows between fields cancel where every field stays in its room.
+            // Two's complement: borrows between fields cancel as long as every field stays in its room.
             let bits = (change as u64) << field.shift;
             let word = words.entry(field.word).or_default();
             *word = word.wrapping_add(bits);
@@ -121,7 +122,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_packed_comes_back_and_adding_is_firing(
+        fn unpacking_reverses_packing_and_adding_differences_fires(
             places in prop::collection::vec((any::<u32>(), 0u32..=32, any::<u32>(), any::<bool>()), 1..40)
         ) {
             let most = |bits: u32| u32::MAX.checked_shr(32 - bits).unwrap_or(0);
@@ -129,7 +130,7 @@ mod tests {
                 true => Room::Constant(tokens),
                 false => Room::UpTo(most(bits)),
             }).collect();
-            let layout = Layout::new(&rooms);
+            let layout = MarkingLayout::new(&rooms);
             let fit = |wish: u32, room: &Room| match room {
                 Room::Constant(tokens) => *tokens,
                 Room::UpTo(most) => if *most == u32::MAX { wish } else { wish % (most + 1) },

@@ -1,35 +1,35 @@
-//! The untimed firing rule, apart from any state: who may fire in a marking, and what comes of it.
+//! The untimed firing rule: which transitions a marking enables, and the marking after a firing.
 
 use crate::net::{Net, PlaceId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a transition needs and does, gathered for many firings.
+/// What a transition requires and does, precomputed for many firings.
 #[derive(Clone, Debug)]
 pub struct Rule {
-    /// Place and the least tokens it must hold.
+    /// Place, and the least tokens required in it.
     pub(crate) at_least: Vec<(u32, u32)>,
-    /// Place and the tokens it must stay below.
+    /// Place, and the tokens it must stay below.
     pub(crate) below: Vec<(u32, u32)>,
-    /// Place and by how much a firing changes it, where it is not reset.
+    /// Place, and by how much a firing changes it; without reset places.
     pub(crate) change: Vec<(u32, i64)>,
-    /// Places that are emptied, and the tokens put after that.
+    /// Reset place, and the tokens put into it after the reset.
     pub(crate) reset_to: Vec<(u32, u32)>,
 }
 
 /// The rules of all transitions of a net.
 #[derive(Clone, Debug)]
-pub struct Rules {
+pub struct FiringRules {
     rules: Vec<Rule>,
-    /// Per place, the transitions that need it marked; each transition in one of them.
+    /// Per place, transitions that require it marked; each transition is listed at one place.
     waiting_at: Vec<Vec<u32>>,
-    /// Transitions that need no token.
+    /// Transitions that require no token.
     needing_nothing: Vec<u32>,
 }
 
-impl Rules {
-    /// The rules of `net`.
+impl FiringRules {
+    /// Precomputes the rules of `net`.
     pub fn new(net: &Net) -> Self {
-        let rules: Vec<_> = net.transition_ids().map(|id| rule(net, id)).collect();
+        let rules: Vec<_> = net.transition_ids().map(|id| rule_of(net, id)).collect();
         let mut needed_by = vec![0u32; net.places().len()];
         for (place, _) in rules.iter().flat_map(|rule: &Rule| &rule.at_least) {
             needed_by[*place as usize] += 1;
@@ -37,7 +37,7 @@ impl Rules {
         let mut waiting_at = vec![Vec::new(); net.places().len()];
         let mut needing_nothing = Vec::new();
         for (index, rule) in rules.iter().enumerate() {
-            // At an empty place with few others: there it is looked at most seldom.
+            // List it at an initially empty place with few others, where it is checked least often.
             let rarest = rule.at_least.iter().map(|(place, _)| *place).min_by_key(|place| {
                 (net.initial()[*place as usize] > 0, needed_by[*place as usize])
             });
@@ -53,7 +53,7 @@ impl Rules {
         &self.rules[transition as usize]
     }
 
-    pub(crate) fn all(&self) -> &[Rule] {
+    pub(crate) fn all_rules(&self) -> &[Rule] {
         &self.rules
     }
 
@@ -62,31 +62,31 @@ impl Rules {
         for (tokens, waiting) in marking.iter().zip(&self.waiting_at) {
             if *tokens > 0 {
                 for &transition in waiting {
-                    if self.rules[transition as usize].enabled(marking) {
+                    if self.rules[transition as usize].is_enabled(marking) {
                         found(transition);
                     }
                 }
             }
         }
         for &transition in &self.needing_nothing {
-            if self.rules[transition as usize].enabled(marking) {
+            if self.rules[transition as usize].is_enabled(marking) {
                 found(transition);
             }
         }
     }
 
-    /// Whether `marking` enables a transition.
+    /// Returns whether `marking` enables a transition.
     pub fn enabled(&self, marking: &[u32], transition: TransitionId) -> bool {
-        self.rules[transition.index()].enabled(marking)
+        self.rules[transition.index()].is_enabled(marking)
     }
 
-    /// Fires a transition that `marking` enables. `None`, the marking changed no one knows how, if
-    /// a place could not count its tokens.
+    /// Fires a transition that `marking` enables. Returns `None` if a place would overflow; the marking
+    /// is then invalid.
     pub fn fire(&self, marking: &mut [u32], transition: TransitionId) -> Option<()> {
         self.rules[transition.index()].fire(marking)
     }
 
-    /// The marking after a sequence of firings; `None` if one of them is not enabled.
+    /// Returns the marking after a sequence of firings; `None` if one of them is not enabled.
     pub fn play(&self, marking: &[u32], sequence: &[TransitionId]) -> Option<Vec<u32>> {
         let mut marking = marking.to_vec();
         for &transition in sequence {
@@ -101,7 +101,7 @@ impl Rules {
 
 impl Rule {
     #[inline]
-    pub(crate) fn enabled(&self, marking: &[u32]) -> bool {
+    pub(crate) fn is_enabled(&self, marking: &[u32]) -> bool {
         self.at_least.iter().all(|&(place, weight)| marking[place as usize] >= weight)
             && self.below.iter().all(|&(place, weight)| marking[place as usize] < weight)
     }
@@ -118,7 +118,7 @@ impl Rule {
     }
 }
 
-fn rule(net: &Net, id: TransitionId) -> Rule {
+fn rule_of(net: &Net, id: TransitionId) -> Rule {
     let t = net.transition(id);
     let mut at_least: BTreeMap<u32, u32> = BTreeMap::new();
     for &(PlaceId(place), weight) in t.inputs.iter().chain(&t.reads) {
@@ -130,7 +130,7 @@ fn rule(net: &Net, id: TransitionId) -> Rule {
         let limit = below.entry(place).or_insert(weight);
         *limit = weight.min(*limit);
     }
-    // Tokens taken and put; the net has each place once on either side.
+    // Tokens taken and put. The builder has merged parallel arcs, so each place occurs once per side.
     let mut moved: BTreeMap<u32, (u32, u32)> = BTreeMap::new();
     t.inputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().0 = arc.1);
     t.outputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().1 = arc.1);

@@ -1,30 +1,35 @@
-//! What all runs have in common, asked of a graph of markings: whether something can get out of
-//! reach, and whether a run can avoid it for ever.
+//! Questions about all runs, answered on a graph of markings: whether a marking can become
+//! unreachable, and whether a run can avoid it for ever.
+//!
+//! [`find_escape`] has its own depth-first search, because petgraph's `depth_first_search` recurses and
+//! would overflow the stack on long runs.
 
-use super::budget::{Budget, Exhausted};
-use super::classes::Classes;
+use super::budget::{AnalysisBudget, Exhausted};
+use super::classes::StateClasses;
 use super::space::Space;
 use crate::net::TransitionId;
+use petgraph::graph::{DiGraph, NodeIndex};
+use petgraph::visit::{Dfs, VisitMap, Visitable};
 use std::borrow::Cow;
 
-/// A complete graph of markings: node 0 is the beginning, the nearer a node the lower its number.
-pub trait Graph {
-    /// How many nodes there are.
+/// A complete graph of markings. Node 0 is the initial one; nodes are numbered by distance from it.
+pub trait MarkingGraph {
+    /// Returns the number of nodes.
     fn nodes(&self) -> u32;
-    /// Tokens per place.
+    /// Returns the tokens per place.
     fn tokens(&self, node: u32) -> Cow<'_, [u32]>;
-    /// The firings, each with the node after it.
+    /// Returns the firings of a node, each with the node after it.
     fn firings(&self, node: u32) -> Cow<'_, [(TransitionId, u32)]>;
-    /// A shortest firing sequence to a node.
+    /// Returns a shortest firing sequence to a node.
     fn way(&self, node: u32) -> Vec<TransitionId>;
 
-    /// The nearest node whose marking is as asked.
-    fn nearest(&self, asked: &dyn Fn(&[u32]) -> bool) -> Option<u32> {
-        (0..self.nodes()).find(|node| asked(&self.tokens(*node)))
+    /// Returns the nearest node whose marking is wanted.
+    fn nearest(&self, wanted: &dyn Fn(&[u32]) -> bool) -> Option<u32> {
+        (0..self.nodes()).find(|node| wanted(&self.tokens(*node)))
     }
 }
 
-impl Graph for Classes {
+impl MarkingGraph for StateClasses {
     fn nodes(&self) -> u32 {
         self.classes() as u32
     }
@@ -42,8 +47,8 @@ impl Graph for Classes {
     }
 }
 
-/// Its ways are empty if the exploration was not asked to remember them.
-impl Graph for Space {
+/// Firing sequences are empty if the exploration did not record them.
+impl MarkingGraph for Space {
     fn nodes(&self) -> u32 {
         self.states() as u32
     }
@@ -61,94 +66,97 @@ impl Graph for Space {
     }
 }
 
-/// A run that avoids something, from the beginning.
+/// A run from the initial marking that avoids the wanted markings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Escape {
-    /// After the first firings the second can go on for ever.
+    /// After the first sequence, the second can repeat for ever.
     Circle(Vec<TransitionId>, Vec<TransitionId>),
-    /// After these firings nothing can fire.
+    /// After these firings no transition is enabled.
     DeadEnd(Vec<TransitionId>),
 }
 
-const STEPS_BETWEEN_QUESTIONS: u32 = 1 << 12;
+const STEPS_BETWEEN_STOP_CHECKS: u32 = 1 << 12;
 
-/// Asks now and then whether to stop.
+/// Checks regularly whether to stop.
 struct Patience<'a> {
-    budget: &'a Budget<'a>,
+    budget: &'a AnalysisBudget<'a>,
     steps: u32,
 }
 
 impl Patience<'_> {
-    fn step(&mut self) -> Result<(), Exhausted> {
+    fn check_budget(&mut self) -> Result<(), Exhausted> {
         self.steps = self.steps.wrapping_add(1);
-        let is_asked = self.steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS);
-        if is_asked && (self.budget.stop)() { Err(Exhausted::Time) } else { Ok(()) }
+        let is_due = self.steps.is_multiple_of(STEPS_BETWEEN_STOP_CHECKS);
+        if is_due && (self.budget.stop)() { Err(Exhausted::Time) } else { Ok(()) }
     }
 }
 
-/// The nearest node from which no node as asked can be reached; itself counts.
+/// Bytes that petgraph takes per node and per edge, and a place on the stack of the search.
+const BYTES_PER_NODE: u64 = 13;
+const BYTES_PER_FIRING: u64 = 16;
+
+/// Returns the nearest node from which no wanted node is reachable; a wanted node reaches itself.
 ///
 /// # Errors
 /// If memory or time ran out.
-pub fn lost(
-    graph: &dyn Graph,
-    asked: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+pub fn nearest_lost(
+    graph: &dyn MarkingGraph,
+    wanted: &dyn Fn(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<u32>, Exhausted> {
     let mut patience = Patience { budget, steps: 0 };
-    let mut before: Vec<Vec<u32>> = vec![Vec::new(); graph.nodes() as usize];
-    let mut can = vec![false; graph.nodes() as usize];
-    let mut waiting = Vec::new();
-    let mut bytes = u64::from(graph.nodes()) * 25;
-    for node in 0..graph.nodes() {
-        patience.step()?;
-        for (_, next) in graph.firings(node).iter() {
-            before[*next as usize].push(node);
-            bytes += 4;
+    let nodes = graph.nodes();
+    let mut backwards = DiGraph::<(), ()>::with_capacity(nodes as usize, 0);
+    for _ in 0..nodes {
+        backwards.add_node(());
+    }
+    let mut starts = Vec::new();
+    let mut bytes = u64::from(nodes) * BYTES_PER_NODE;
+    for node in 0..nodes {
+        patience.check_budget()?;
+        let firings = graph.firings(node);
+        for (_, next) in firings.iter() {
+            backwards.add_edge(NodeIndex::from(*next), NodeIndex::from(node), ());
         }
-        if asked(&graph.tokens(node)) {
-            can[node as usize] = true;
-            waiting.push(node);
+        bytes += firings.len() as u64 * BYTES_PER_FIRING;
+        if wanted(&graph.tokens(node)) {
+            starts.push(NodeIndex::from(node));
         }
         if bytes > budget.memory_bytes {
             return Err(Exhausted::Memory);
         }
     }
-    while let Some(node) = waiting.pop() {
-        patience.step()?;
-        for from in std::mem::take(&mut before[node as usize]) {
-            if !std::mem::replace(&mut can[from as usize], true) {
-                waiting.push(from);
-            }
-        }
+    let mut search = Dfs::from_parts(starts, backwards.visit_map());
+    while search.next(&backwards).is_some() {
+        patience.check_budget()?;
     }
-    Ok((0..graph.nodes()).find(|node| !can[*node as usize]))
+    Ok((0..nodes).find(|node| !search.discovered.is_visited(&NodeIndex::from(*node))))
 }
 
-const ON_THE_WAY: u8 = 1;
+const ON_PATH: u8 = 1;
 const DONE: u8 = 2;
 
-/// A run through one of `starts` that never comes to what is asked, then or later: into a circle,
-/// or to a dead end.
+/// Returns a run through one of `starts` that never reaches a wanted marking from there on: it
+/// enters a circle or a dead end.
 ///
 /// # Errors
 /// If time ran out.
-pub fn escape(
-    graph: &dyn Graph,
+pub fn find_escape(
+    graph: &dyn MarkingGraph,
     starts: impl IntoIterator<Item = u32>,
-    asked: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    wanted: &dyn Fn(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Escape>, Exhausted> {
-    let mut search = Search {
+    let mut search = EscapeSearch {
         graph,
-        asked,
+        wanted,
         patience: Patience { budget, steps: 0 },
         marks: vec![0; graph.nodes() as usize],
     };
     for start in starts {
-        search.patience.step()?;
+        search.patience.check_budget()?;
         if search.marks[start as usize] == 0
-            && let Some(escape) = search.from(start)?
+            && let Some(escape) = search.find_escape(start)?
         {
             let lead = graph.way(start);
             let after = |way: Vec<_>| lead.iter().copied().chain(way).collect();
@@ -161,14 +169,14 @@ pub fn escape(
     Ok(None)
 }
 
-struct Search<'a> {
-    graph: &'a dyn Graph,
-    asked: &'a dyn Fn(&[u32]) -> bool,
+struct EscapeSearch<'a> {
+    graph: &'a dyn MarkingGraph,
+    wanted: &'a dyn Fn(&[u32]) -> bool,
     patience: Patience<'a>,
     marks: Vec<u8>,
 }
 
-/// A node on the way, its firings, how many of them were followed, and the one that led here.
+/// A node on the search path, its firings, how many of them were followed, and the one that led here.
 struct Visit<'a> {
     node: u32,
     firings: Cow<'a, [(TransitionId, u32)]>,
@@ -176,15 +184,15 @@ struct Visit<'a> {
     by: TransitionId,
 }
 
-impl<'a> Search<'a> {
-    fn from(&mut self, start: u32) -> Result<Option<Escape>, Exhausted> {
+impl<'a> EscapeSearch<'a> {
+    fn find_escape(&mut self, start: u32) -> Result<Option<Escape>, Exhausted> {
         let mut way = Vec::new();
-        self.enter(start, TransitionId(0), &mut way);
+        self.enter_node(start, TransitionId(0), &mut way);
         while let Some(last) = way.last_mut() {
-            self.patience.step()?;
+            self.patience.check_budget()?;
             let Some(&(transition, next)) = last.firings.get(last.followed) else {
                 if last.firings.is_empty() {
-                    return Ok(Some(Escape::DeadEnd(fired(&way[1..]))));
+                    return Ok(Some(Escape::DeadEnd(fired_transitions(&way[1..]))));
                 }
                 self.marks[last.node as usize] = DONE;
                 way.pop();
@@ -192,42 +200,42 @@ impl<'a> Search<'a> {
             };
             last.followed += 1;
             match self.marks[next as usize] {
-                ON_THE_WAY => {
+                ON_PATH => {
                     let entry = way.iter().position(|visit| visit.node == next).unwrap_or(0);
-                    let mut circle = fired(&way[entry + 1..]);
+                    let mut circle = fired_transitions(&way[entry + 1..]);
                     circle.push(transition);
-                    return Ok(Some(Escape::Circle(fired(&way[1..=entry]), circle)));
+                    return Ok(Some(Escape::Circle(fired_transitions(&way[1..=entry]), circle)));
                 }
                 DONE => {}
-                _ => self.enter(next, transition, &mut way),
+                _ => self.enter_node(next, transition, &mut way),
             }
         }
         Ok(None)
     }
 
-    fn enter(&mut self, node: u32, by: TransitionId, way: &mut Vec<Visit<'a>>) {
-        let is_asked = (self.asked)(&self.graph.tokens(node));
-        self.marks[node as usize] = if is_asked { DONE } else { ON_THE_WAY };
-        if !is_asked {
+    fn enter_node(&mut self, node: u32, by: TransitionId, way: &mut Vec<Visit<'a>>) {
+        let is_wanted = (self.wanted)(&self.graph.tokens(node));
+        self.marks[node as usize] = if is_wanted { DONE } else { ON_PATH };
+        if !is_wanted {
             let firings = self.graph.firings(node);
             way.push(Visit { node, firings, followed: 0, by });
         }
     }
 }
 
-fn fired(way: &[Visit<'_>]) -> Vec<TransitionId> {
+fn fired_transitions(way: &[Visit<'_>]) -> Vec<TransitionId> {
     way.iter().map(|visit| visit.by).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::explore;
-    use crate::analysis::invariants::Bounds;
+    use crate::analysis::explore_states;
+    use crate::analysis::invariants::PlaceBounds;
     use crate::net::Net;
 
-    /// One token that goes along these edges.
-    fn walker(places: usize, edges: &[(usize, usize)]) -> Space {
+    /// Returns the space of one token that moves along these edges.
+    fn space_of_walker(places: usize, edges: &[(usize, usize)]) -> Space {
         let mut net = Net::builder();
         let places: Vec<_> =
             (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
@@ -235,7 +243,13 @@ mod tests {
             net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
         }
         let net = net.build().unwrap();
-        explore(&net, &Bounds::of_net(&net, &|| false), true, &Budget::UNLIMITED).space
+        explore_states(
+            &net,
+            &PlaceBounds::of_net(&net, &|| false),
+            true,
+            &AnalysisBudget::UNLIMITED,
+        )
+        .space
     }
 
     fn ids(numbers: &[u32]) -> Vec<TransitionId> {
@@ -245,9 +259,9 @@ mod tests {
     #[test]
     fn a_run_escapes_into_a_circle_or_to_a_dead_end_or_not_at_all() {
         let check = |edges: &[(usize, usize)], expected: Option<Escape>| {
-            let space = walker(4, edges);
+            let space = space_of_walker(4, edges);
             let starts = space.nearest(&|m| m[1] > 0);
-            let found = escape(&space, starts, &|m| m[3] > 0, &Budget::UNLIMITED);
+            let found = find_escape(&space, starts, &|m| m[3] > 0, &AnalysisBudget::UNLIMITED);
             assert_eq!(found.unwrap(), expected, "{edges:?}");
         };
         check(&[(0, 1), (1, 3), (3, 1)], None);
@@ -258,10 +272,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_reach_is_found_at_its_nearest() {
+    fn the_nearest_node_that_cannot_reach_a_wanted_one_is_found() {
         let check = |edges: &[(usize, usize)], expected: Option<&[TransitionId]>| {
-            let space = walker(4, edges);
-            let found = lost(&space, &|m| m[3] > 0, &Budget::UNLIMITED).unwrap();
+            let space = space_of_walker(4, edges);
+            let found = nearest_lost(&space, &|m| m[3] > 0, &AnalysisBudget::UNLIMITED).unwrap();
             assert_eq!(found.map(|node| space.way(node)).as_deref(), expected, "{edges:?}");
         };
         check(&[(0, 1), (1, 0), (1, 3)], None);

@@ -1,16 +1,16 @@
-//! The states that an exploration found, in breadth-first order, and what can be asked of them.
+//! The states that an exploration found, in breadth-first order, and queries on them.
 
-use super::layout::Layout;
-use super::rules::Rules;
-use super::store::Store;
+use super::layout::MarkingLayout;
+use super::rules::FiringRules;
+use super::store::StateStore;
 use crate::net::{PlaceId, TransitionId};
 
-/// States, numbered from 0, the initial one, by how far they are.
+/// States, numbered by distance from the initial one, which is 0.
 #[derive(Debug)]
 pub struct Space {
-    pub(crate) rules: Rules,
-    pub(crate) layout: Layout,
-    pub(crate) store: Store,
+    pub(crate) rules: FiringRules,
+    pub(crate) layout: MarkingLayout,
+    pub(crate) store: StateStore,
     pub(crate) parents: Option<Vec<u32>>,
     pub(crate) most_in_place: Vec<u32>,
     pub(crate) most_in_marking: u64,
@@ -22,60 +22,60 @@ pub struct Space {
 }
 
 impl Space {
-    /// How many states there are.
+    /// Returns the number of states.
     pub fn states(&self) -> u64 {
         self.store.len() as u64
     }
 
-    /// How many pairs of a state and a transition it enables there are.
+    /// Returns the number of pairs of a state and a transition it enables.
     pub fn edges(&self) -> u64 {
         self.edges
     }
 
-    /// The most tokens a place holds in any state.
+    /// Returns the most tokens of a place in any state.
     pub fn most_in(&self, place: PlaceId) -> u32 {
         self.most_in_place[place.index()]
     }
 
-    /// The most tokens any place holds in any state; 0 without places.
+    /// Returns the most tokens of any place in any state; 0 without places.
     pub fn max_tokens_in_place(&self) -> u32 {
         self.most_in_place.iter().copied().max().unwrap_or(0)
     }
 
-    /// The most tokens of any state, all places together.
+    /// Returns the most tokens of any state, summed over its places.
     pub fn max_tokens_per_marking(&self) -> u64 {
         self.most_in_marking
     }
 
-    /// How many states enable nothing.
+    /// Returns the number of states that enable no transition.
     pub fn deadlocks(&self) -> u64 {
         self.deadlocks
     }
 
-    /// The nearest state that enables nothing.
+    /// Returns the nearest state that enables no transition.
     pub fn first_deadlock(&self) -> Option<u32> {
         self.first_deadlock
     }
 
-    /// The transitions that no state enables.
+    /// Returns the transitions that no state enables.
     pub fn dead_transitions(&self) -> impl Iterator<Item = TransitionId> {
         let unfired = self.fired.iter().enumerate().filter(|(_, fired)| !**fired);
         unfired.map(|(index, _)| TransitionId(index as u32))
     }
 
-    /// Tokens per place in a state.
+    /// Returns the tokens per place in a state.
     pub fn marking(&self, state: u32) -> Vec<u32> {
         let mut marking = vec![0; self.most_in_place.len()];
         self.read_marking(state, &mut marking);
         marking
     }
 
-    /// Tokens per place in a state, into a buffer of the caller's, one number per place.
+    /// Reads the tokens per place of a state into a buffer with one number per place.
     pub fn read_marking(&self, state: u32, marking: &mut [u32]) {
         self.layout.unpack(self.store.state(state), marking);
     }
 
-    /// The number of a marking; `None` if it is not among the states.
+    /// Returns the number of the state with this marking, if there is one.
     pub fn state_of(&self, marking: &[u32]) -> Option<u32> {
         let fits = marking.len() == self.most_in_place.len();
         if !fits || marking.iter().zip(&self.most_in_place).any(|(tokens, most)| tokens > most) {
@@ -83,12 +83,12 @@ impl Space {
         }
         let mut words = vec![0; self.layout.words()];
         self.layout.pack(marking, &mut words);
-        // A constant place has no bits; reading back shows whether it was as it always is.
+        // A constant place has no bits; reading the state back compares its tokens too.
         let state = self.store.find(&words)?;
         (self.marking(state) == marking).then_some(state)
     }
 
-    /// The firings of a state that lead to states of the space, by transition.
+    /// Returns the firings of a state that lead to states of the space, sorted by transition.
     pub fn successors(&self, state: u32) -> Vec<(TransitionId, u32)> {
         let marking = self.marking(state);
         let mut successors = Vec::new();
@@ -103,28 +103,28 @@ impl Space {
         successors
     }
 
-    /// The nearest state whose marking is as asked.
-    pub fn find(&self, mut asked: impl FnMut(&[u32]) -> bool) -> Option<u32> {
+    /// Returns the nearest state with a wanted marking.
+    pub fn find(&self, mut wanted: impl FnMut(&[u32]) -> bool) -> Option<u32> {
         let mut marking = vec![0; self.most_in_place.len()];
         (0..self.store.len() as u32).find(|&state| {
             self.read_marking(state, &mut marking);
-            asked(&marking)
+            wanted(&marking)
         })
     }
 
-    /// The nearest state in which two places are marked at once.
+    /// Returns the nearest state in which two places are marked.
     pub fn together(&self, one: PlaceId, other: PlaceId) -> Option<u32> {
         self.find(|marking| marking[one.index()] > 0 && marking[other.index()] > 0)
     }
 
-    /// A shortest firing sequence from the initial state to `state`; `None` if the exploration
-    /// was not asked to remember ways.
+    /// Returns a shortest firing sequence from the initial state to `state`; `None` if the exploration
+    /// did not record how states were reached.
     pub fn way_to(&self, state: u32) -> Option<Vec<TransitionId>> {
         let states = self.states_on_the_way(state)?;
         Some(states.windows(2).map(|step| self.between(step[0], step[1])).collect())
     }
 
-    /// The states of that sequence, both ends included.
+    /// Returns the states of that sequence, including both ends.
     pub(crate) fn states_on_the_way(&self, state: u32) -> Option<Vec<u32>> {
         let parents = self.parents.as_ref()?;
         let mut way = vec![state];
@@ -137,7 +137,7 @@ impl Space {
         Some(way)
     }
 
-    /// Bytes that the states and their index take.
+    /// Returns the bytes that the states and their index take.
     pub fn bytes(&self) -> u64 {
         let ways = self.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 4);
         self.store.bytes() + ways

@@ -1,57 +1,57 @@
-//! Deadlocks without all states: in each state only a stubborn set fires (Valmari, 1988), a set
-//! that firings outside of it neither disable nor enable and that commutes with them. Every
-//! deadlock is still reached, at the end of another order of the same firings.
+//! Finds deadlocks without exploring all states: each state fires only a stubborn set (Valmari,
+//! 1988). Transitions outside of the set neither enable nor disable those in it, and commute with
+//! them, so every deadlock is still reached by another order of the same firings.
 
-use super::budget::{Budget, Exhausted};
-use super::explore::rooms;
-use super::invariants::Bounds;
-use super::layout::Layout;
-use super::rules::Rules;
-use super::store::{Found, MOST_STATES, Store, hash_of};
+use super::budget::{AnalysisBudget, Exhausted};
+use super::explore::rooms_of;
+use super::invariants::PlaceBounds;
+use super::layout::MarkingLayout;
+use super::rules::FiringRules;
+use super::store::{Insertion, MOST_STATES, StateStore, hash_of};
 use crate::net::{Net, TransitionId};
 
-/// What a reduced search found.
+/// The result of a reduced search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deadlocks {
-    /// All deadlocks, counted.
+    /// The number of deadlocks.
     pub deadlocks: u64,
-    /// Firings that lead to one, not necessarily the fewest, and its marking.
+    /// The marking of one deadlock, and firings that lead to it; not necessarily the fewest.
     pub first: Option<(Vec<TransitionId>, Vec<u32>)>,
-    /// States that were looked at.
+    /// The number of states explored.
     pub states: u64,
 }
 
-/// All deadlocks of a net whose bounds are all known; `None` if they are not, or if it has
-/// inhibitor or reset arcs, whose firings do not commute.
+/// Finds all deadlocks of a net. Returns `None` if a bound is unknown, or if the net has inhibitor
+/// or reset arcs, whose firings do not commute.
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn deadlocks(
+pub fn find_deadlocks(
     net: &Net,
-    bounds: &Bounds,
-    budget: &Budget<'_>,
+    bounds: &PlaceBounds,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
-    deadlocks_that(net, bounds, &|_| true, budget)
+    find_wanted_deadlocks(net, bounds, &|_| true, budget)
 }
 
-/// The same, but only of those deadlocks whose marking is as asked.
+/// As [`find_deadlocks`], but counts only deadlocks with a wanted marking.
 ///
 /// # Errors
 /// If a budget ran out.
-pub fn deadlocks_that(
+pub fn find_wanted_deadlocks(
     net: &Net,
-    bounds: &Bounds,
-    asked: &dyn Fn(&[u32]) -> bool,
-    budget: &Budget<'_>,
+    bounds: &PlaceBounds,
+    wanted: &dyn Fn(&[u32]) -> bool,
+    budget: &AnalysisBudget<'_>,
 ) -> Result<Option<Deadlocks>, Exhausted> {
     let plain = net.transitions().iter().all(|t| t.inhibitors.is_empty() && t.resets.is_empty());
     if !plain || !bounds.is_bounded() {
         return Ok(None);
     }
-    let rules = Rules::new(net);
-    let layout = Layout::new(&rooms(net, &rules, bounds));
+    let rules = FiringRules::new(net);
+    let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
     let mut stubborn = Stubborn::new(net, &rules);
-    let mut store = Store::new(layout.words());
+    let mut store = StateStore::new(layout.words());
     let mut marking = net.initial().to_vec();
     let mut words = vec![0; layout.words()];
     layout.pack(&marking, &mut words);
@@ -60,12 +60,12 @@ pub fn deadlocks_that(
     let (mut deadlocks, mut first) = (0, None);
     let mut next = 0;
     while next < store.len() {
-        if next.is_multiple_of(1 << 10) && (budget.stop)() {
+        if next.is_multiple_of(STATES_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
         layout.unpack(store.state(next as u32), &mut marking);
-        let firing = stubborn.set(&rules, &marking);
-        if firing.is_empty() && asked(&marking) {
+        let firing = stubborn.enabled_subset(&rules, &marking);
+        if firing.is_empty() && wanted(&marking) {
             deadlocks += 1;
             first.get_or_insert(next as u32);
         }
@@ -78,7 +78,7 @@ pub fn deadlocks_that(
             {
                 return Err(Exhausted::Memory);
             }
-            if let Found::New(number) = store.insert(&words, hash_of(&words)) {
+            if let Insertion::New(number) = store.insert(&words, hash_of(&words)) {
                 if u64::from(number) >= budget.states || number as usize >= MOST_STATES {
                     return Err(Exhausted::States);
                 }
@@ -102,21 +102,23 @@ pub fn deadlocks_that(
     Ok(Some(Deadlocks { deadlocks, first, states: store.len() as u64 }))
 }
 
-/// So many enabled transitions are tried as the beginning of a set.
-const BEGINNINGS: usize = 6;
+/// Stop is checked after this many states.
+const STATES_BETWEEN_STOP_CHECKS: usize = 1 << 10;
+/// How many enabled transitions are tried as the start of a set; the smallest set is used.
+const SEEDS: usize = 6;
 
 struct Stubborn {
-    /// Per transition, those that it may disable or be disabled by.
+    /// Per transition, those that it may disable or that may disable it.
     against: Vec<Vec<u32>>,
-    /// Per place, the transitions that add to it.
+    /// Per place, the transitions that add tokens to it.
     filling: Vec<Vec<u32>>,
-    /// Per transition, the round in which it was last put into a set.
+    /// Per transition, the round in which it was last added to a set.
     taken: Vec<u32>,
     round: u32,
 }
 
 impl Stubborn {
-    fn new(net: &Net, rules: &Rules) -> Self {
+    fn new(net: &Net, rules: &FiringRules) -> Self {
         let mut taking = vec![Vec::new(); net.places().len()];
         let mut testing = vec![Vec::new(); net.places().len()];
         let mut filling = vec![Vec::new(); net.places().len()];
@@ -140,27 +142,28 @@ impl Stubborn {
         Self { against, filling, taken: vec![0; net.transitions().len()], round: 0 }
     }
 
-    /// The enabled transitions of a small stubborn set; empty if nothing is enabled.
-    fn set(&mut self, rules: &Rules, marking: &[u32]) -> Vec<u32> {
+    /// Returns the enabled transitions of a small stubborn set; empty if no transition is enabled.
+    fn enabled_subset(&mut self, rules: &FiringRules, marking: &[u32]) -> Vec<u32> {
         let mut enabled = Vec::new();
         rules.for_each_enabled(marking, |transition| enabled.push(transition));
         enabled.sort_unstable();
         let mut best: Vec<u32> = enabled.clone();
-        for &beginning in enabled.iter().take(BEGINNINGS) {
+        for &beginning in enabled.iter().take(SEEDS) {
             if best.len() <= 1 {
                 break;
             }
-            if let Some(smaller) = self.closure(rules, marking, beginning, best.len()) {
+            if let Some(smaller) = self.close_set(rules, marking, beginning, best.len()) {
                 best = smaller;
             }
         }
         best
     }
 
-    /// The enabled ones of the set around `beginning`, if they are fewer than `than`.
-    fn closure(
+    /// Returns the enabled transitions of the smallest stubborn set that contains `beginning`, if they
+    /// are fewer than `than`.
+    fn close_set(
         &mut self,
-        rules: &Rules,
+        rules: &FiringRules,
         marking: &[u32],
         beginning: u32,
         than: usize,
@@ -173,7 +176,7 @@ impl Stubborn {
             let mut missing = rules.rule(transition).at_least.iter();
             let missing = missing.find(|(place, weight)| marking[*place as usize] < *weight);
             let needed = match missing {
-                // Only they can enable it, by this place.
+                // Only transitions that fill this place can enable it.
                 Some((place, _)) => &self.filling[*place as usize],
                 None => {
                     enabled.push(transition);

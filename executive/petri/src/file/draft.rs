@@ -1,11 +1,11 @@
-//! A net while its file is being read: arcs in any order, nodes before or after them.
+//! A net while its file is read, in which arcs may precede their places and transitions.
 
 use super::{FileError, NetFile, Note, fault_at};
-use crate::net::{Class, Interval, Net, PlaceId};
+use crate::net::{FiringClass, FiringInterval, Net, PlaceId};
 
-/// What an arc between a place and a transition does.
+/// The kind of an arc between a place and a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum NetArcKind {
     Input,
     Output,
     Read,
@@ -24,12 +24,12 @@ pub(super) struct DraftPlace {
 pub(super) struct DraftTransition {
     pub name: String,
     pub note: Note,
-    pub interval: Interval,
-    pub class: Class,
+    pub interval: FiringInterval,
+    pub class: FiringClass,
     pub priority: i32,
     pub gated: bool,
-    pub arcs: Vec<(Kind, u32, u32)>,
-    /// Where in the text it is declared.
+    pub arcs: Vec<(NetArcKind, u32, u32)>,
+    /// Offset of its declaration in the text.
     pub at: usize,
 }
 
@@ -38,8 +38,8 @@ impl DraftTransition {
         Self {
             name,
             note: Note::default(),
-            interval: Interval::UNTIMED,
-            class: Class::Ordinary,
+            interval: FiringInterval::UNTIMED,
+            class: FiringClass::Ordinary,
             priority: 0,
             gated: false,
             arcs: Vec::new(),
@@ -49,14 +49,14 @@ impl DraftTransition {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Draft {
+pub(super) struct NetDraft {
     pub name: String,
     pub places: Vec<DraftPlace>,
     pub transitions: Vec<DraftTransition>,
 }
 
-impl Draft {
-    /// The net, each name there once.
+impl NetDraft {
+    /// Builds the net. A fault of the net gets the position of its transition.
     pub fn build(self, text: &str) -> Result<NetFile, FileError> {
         let mut net = Net::builder();
         let mut notes = (Vec::new(), Vec::new());
@@ -75,11 +75,11 @@ impl Draft {
             for (kind, place, weight) in draft.arcs {
                 let place = PlaceId(place);
                 t = match kind {
-                    Kind::Input => t.input(place, weight),
-                    Kind::Output => t.output(place, weight),
-                    Kind::Read => t.read(place, weight),
-                    Kind::Inhibitor => t.inhibitor(place, weight),
-                    Kind::Reset => t.reset(place),
+                    NetArcKind::Input => t.input(place, weight),
+                    NetArcKind::Output => t.output(place, weight),
+                    NetArcKind::Read => t.read(place, weight),
+                    NetArcKind::Inhibitor => t.inhibitor(place, weight),
+                    NetArcKind::Reset => t.reset(place),
                 };
             }
             if draft.gated {
@@ -88,8 +88,8 @@ impl Draft {
             notes.1.push(draft.note);
         }
         let net = net.build().map_err(|error| {
-            let guilty = names.iter().position(|name| error.transition() == Some(name.as_str()));
-            let at = guilty.map_or(0, |index| offsets[index]);
+            let culprit = names.iter().position(|name| error.transition() == Some(name.as_str()));
+            let at = culprit.map_or(0, |index| offsets[index]);
             fault_at(text, at, error.into())
         })?;
         Ok(NetFile { name: self.name, net, places: notes.0, transitions: notes.1 })

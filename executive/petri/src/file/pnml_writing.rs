@@ -1,33 +1,33 @@
-//! PNML out. Whatever the standard has no word for stands in TINA's words (`<delay>`, arc types)
-//! or in `<toolspecific tool="armor">`, so that reading back gives the same net.
+//! Writes PNML. What the standard cannot express is written as TINA does (`<delay>`, arc types) or in
+//! `<toolspecific tool="armor">`, so that reading back gives the same net.
 
-use super::numeral::seconds_text;
+use super::numeral::write_seconds;
 use super::pnml::TOOL;
 use super::{NetFile, Note};
-use crate::net::{Class, Interval, PlaceId, Transition};
+use crate::net::{FiringClass, FiringInterval, NetTransition, PlaceId};
 use quick_xml::escape::escape;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// The net as PNML text.
+/// Returns the net as PNML text.
 pub fn write(file: &NetFile) -> String {
     let mut ids = Ids::default();
-    let places: Vec<_> = file.net.places().iter().map(|name| ids.give(name, "p")).collect();
+    let places: Vec<_> = file.net.places().iter().map(|name| ids.assign(name, "p")).collect();
     let names = file.net.transitions().iter().map(|t| t.name.as_str());
-    let transitions: Vec<_> = names.map(|name| ids.give(name, "t")).collect();
+    let transitions: Vec<_> = names.map(|name| ids.assign(name, "t")).collect();
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     out += "<pnml xmlns=\"http://www.pnml.org/version-2009/grammar/pnml\">\n";
-    let net_id = ids.give(&file.name, "net");
+    let net_id = ids.assign(&file.name, "net");
     let _ = writeln!(
         out,
         "  <net id=\"{net_id}\" type=\"http://www.pnml.org/version-2009/grammar/ptnet\">"
     );
     let _ = writeln!(out, "    <name><text>{}</text></name>", escape(&file.name));
-    let _ = writeln!(out, "    <page id=\"{}\">", ids.give("page", "page"));
+    let _ = writeln!(out, "    <page id=\"{}\">", ids.assign("page", "page"));
     for (index, id) in places.iter().enumerate() {
         let name = &file.net.places()[index];
         let _ = writeln!(out, "      <place id=\"{id}\">");
-        out += &note(&file.places[index], name);
+        out += &note_elements(&file.places[index], name);
         let tokens = file.net.initial()[index];
         if tokens > 0 {
             let _ = writeln!(out, "        <initialMarking><text>{tokens}</text></initialMarking>");
@@ -36,26 +36,28 @@ pub fn write(file: &NetFile) -> String {
             true => String::new(),
             false => format!("<terms name=\"{}\"/>", escape(name)),
         };
-        out += &own(&(terms + &words(&file.places[index])));
+        out += &tool_element(&(terms + &word_elements(&file.places[index])));
         out += "      </place>\n";
     }
     for (index, id) in transitions.iter().enumerate() {
         let t = &file.net.transitions()[index];
         let _ = writeln!(out, "      <transition id=\"{id}\">");
-        out += &note(&file.transitions[index], &t.name);
-        // Nobody else knows gates: to others it may fire at any time from its earliest moment on.
+        out += &note_elements(&file.transitions[index], &t.name);
+        // Other tools have no gates: for them the transition may fire at any time after its earliest.
         let latest = t.interval.latest.filter(|_| !t.gated);
-        out += &delay(Interval { latest, ..t.interval });
-        out += &own(&(terms(t, id, &places) + &words(&file.transitions[index])));
+        out += &delay_element(FiringInterval { latest, ..t.interval });
+        out += &tool_element(
+            &(terms_element(t, id, &places) + &word_elements(&file.transitions[index])),
+        );
         out += "      </transition>\n";
     }
     for (t, id) in file.net.transitions().iter().zip(&transitions) {
-        arcs(&mut out, t, id, &places, &mut ids);
+        write_arcs(&mut out, t, id, &places, &mut ids);
     }
     out + "    </page>\n  </net>\n</pnml>\n"
 }
 
-fn note(note: &Note, name: &str) -> String {
+fn note_elements(note: &Note, name: &str) -> String {
     let mut out = String::new();
     let label = if note.label.is_empty() { name } else { &note.label };
     let _ = writeln!(out, "        <name><text>{}</text></name>", escape(label));
@@ -65,22 +67,22 @@ fn note(note: &Note, name: &str) -> String {
     out
 }
 
-fn delay(interval: Interval) -> String {
-    if interval == Interval::UNTIMED {
+fn delay_element(interval: FiringInterval) -> String {
+    if interval == FiringInterval::UNTIMED {
         return String::new();
     }
     let (closure, upper) = match interval.latest {
-        Some(latest) => ("closed", format!("<cn>{}</cn>", seconds_text(latest))),
+        Some(latest) => ("closed", format!("<cn>{}</cn>", write_seconds(latest))),
         None => ("closed-open", "<ci>infty</ci>".into()),
     };
     format!(
         "        <delay><interval xmlns=\"http://www.w3.org/1998/Math/MathML\" \
          closure=\"{closure}\"><cn>{}</cn>{upper}</interval></delay>\n",
-        seconds_text(interval.earliest)
+        write_seconds(interval.earliest)
     )
 }
 
-fn own(inner: &str) -> String {
+fn tool_element(inner: &str) -> String {
     match inner {
         "" => String::new(),
         _ => {
@@ -89,38 +91,38 @@ fn own(inner: &str) -> String {
     }
 }
 
-fn terms(t: &Transition, id: &str, places: &[String]) -> String {
-    let mut said = String::new();
+fn terms_element(t: &NetTransition, id: &str, places: &[String]) -> String {
+    let mut attributes = String::new();
     if id != t.name {
-        let _ = write!(said, " name=\"{}\"", escape(&t.name));
+        let _ = write!(attributes, " name=\"{}\"", escape(&t.name));
     }
-    if t.class == Class::Safety {
-        said += " class=\"safety\"";
+    if t.class == FiringClass::Safety {
+        attributes += " class=\"safety\"";
     }
     if t.priority != 0 {
-        let _ = write!(said, " priority=\"{}\"", t.priority);
+        let _ = write!(attributes, " priority=\"{}\"", t.priority);
     }
     if t.gated {
-        said += " gated=\"true\"";
+        attributes += " gated=\"true\"";
         if let Some(latest) = t.interval.latest {
-            let _ = write!(said, " latest=\"{}\"", seconds_text(latest));
+            let _ = write!(attributes, " latest=\"{}\"", write_seconds(latest));
         }
     }
-    let mut out = if said.is_empty() { said } else { format!("<terms{said}/>") };
+    let mut out = if attributes.is_empty() { attributes } else { format!("<terms{attributes}/>") };
     for place in &t.resets {
         let _ = write!(out, "<reset place=\"{}\"/>", places[place.index()]);
     }
     out
 }
 
-fn words(note: &Note) -> String {
+fn word_elements(note: &Note) -> String {
     let word = |(name, value): &(String, String)| {
         format!("<word name=\"{}\" value=\"{}\"/>", escape(name), escape(value))
     };
     note.words.iter().map(word).collect()
 }
 
-fn arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut Ids) {
+fn write_arcs(out: &mut String, t: &NetTransition, id: &str, places: &[String], ids: &mut Ids) {
     let mut arc = |source: &str, target: &str, kind: &str, weight: u32| {
         let arc_id = ids.next_arc();
         let _ = write!(out, "      <arc id=\"{arc_id}\" source=\"{source}\" target=\"{target}\"");
@@ -141,7 +143,7 @@ fn arcs(out: &mut String, t: &Transition, id: &str, places: &[String], ids: &mut
     t.outputs.iter().for_each(|&(p, weight)| arc(id, place(p), "normal", weight));
 }
 
-/// Identifiers of one document: names where XML allows them, others made up; none twice.
+/// Unique identifiers of one document: the names where XML allows them, otherwise generated ones.
 #[derive(Default)]
 struct Ids {
     given: HashSet<String>,
@@ -149,18 +151,18 @@ struct Ids {
 }
 
 impl Ids {
-    fn give(&mut self, name: &str, stem: &str) -> String {
+    fn assign(&mut self, name: &str, stem: &str) -> String {
         if is_xml_id(name) && self.given.insert(name.to_owned()) {
             return name.to_owned();
         }
-        self.made_up(stem)
+        self.generate_id(stem)
     }
 
     fn next_arc(&mut self) -> String {
-        self.made_up("arc")
+        self.generate_id("arc")
     }
 
-    fn made_up(&mut self, stem: &str) -> String {
+    fn generate_id(&mut self, stem: &str) -> String {
         loop {
             self.counter += 1;
             let id = format!("{stem}-{}", self.counter);

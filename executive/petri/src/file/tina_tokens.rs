@@ -1,17 +1,17 @@
 //! The words of a `.net` text.
 
-use super::numeral::shortened;
-use super::{Fault, FileError, fault_at};
+use super::numeral::shorten;
+use super::{FileError, NetFault, fault_at};
 
 /// A word and where it begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Token {
-    pub word: Word,
+pub(super) struct TinaToken {
+    pub word: TinaWord,
     pub at: usize,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Word {
+pub(super) enum TinaWord {
     /// A name, or a number, or a keyword, written plainly.
     Plain(String),
     /// A name in braces: never a keyword.
@@ -22,11 +22,11 @@ pub(super) enum Word {
     Sign(char),
 }
 
-impl Word {
+impl TinaWord {
     /// The word as an error shows it.
     pub fn shown(&self) -> String {
         match self {
-            Self::Plain(name) | Self::Braced(name) => format!("`{}`", shortened(name)),
+            Self::Plain(name) | Self::Braced(name) => format!("`{}`", shorten(name)),
             Self::Arrow => "`->`".into(),
             Self::Sign('i') => "`?-`".into(),
             Self::Sign('j') => "`!-`".into(),
@@ -36,7 +36,7 @@ impl Word {
 }
 
 /// All words of `text`; lines that begin with `#` are comments.
-pub(super) fn tokens(text: &str) -> Result<Vec<Token>, FileError> {
+pub(super) fn split_into_tokens(text: &str) -> Result<Vec<TinaToken>, FileError> {
     let mut tokens = Vec::new();
     let (mut rest, mut line_begins) = (text, true);
     while let Some(first) = rest.chars().next() {
@@ -47,8 +47,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, FileError> {
         } else if first == '#' && line_begins {
             rest = &rest[rest.find('\n').unwrap_or(rest.len())..];
         } else {
-            let (word, length) = word(rest, first).map_err(|fault| fault_at(text, at, fault))?;
-            tokens.push(Token { word, at });
+            let (word, length) =
+                read_word(rest, first).map_err(|fault| fault_at(text, at, fault))?;
+            tokens.push(TinaToken { word, at });
             rest = &rest[length..];
             line_begins = false;
         }
@@ -57,23 +58,25 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, FileError> {
 }
 
 /// The word that `rest` begins with, and how long it is.
-fn word(rest: &str, first: char) -> Result<(Word, usize), Fault> {
+fn read_word(rest: &str, first: char) -> Result<(TinaWord, usize), NetFault> {
     Ok(match first {
         '{' => {
-            let (name, length) = braced(rest)?;
-            (Word::Braced(name), length)
+            let (name, length) = read_braced_name(rest)?;
+            (TinaWord::Braced(name), length)
         }
-        '-' if rest.starts_with("->") => (Word::Arrow, 2),
-        '?' if rest.starts_with("?-") => (Word::Sign('i'), 2),
-        '!' if rest.starts_with("!-") => (Word::Sign('j'), 2),
-        ':' | '(' | ')' | '[' | ']' | ',' | '*' | '<' | '>' | '?' | '!' => (Word::Sign(first), 1),
+        '-' if rest.starts_with("->") => (TinaWord::Arrow, 2),
+        '?' if rest.starts_with("?-") => (TinaWord::Sign('i'), 2),
+        '!' if rest.starts_with("!-") => (TinaWord::Sign('j'), 2),
+        ':' | '(' | ')' | '[' | ']' | ',' | '*' | '<' | '>' | '?' | '!' => {
+            (TinaWord::Sign(first), 1)
+        }
         _ => {
             let length = plain_length(rest);
             if length == 0 {
                 let found = format!("`{first}`; names with other characters stand in {{braces}}");
-                return Err(Fault::Wanted { wanted: "a name", found });
+                return Err(NetFault::Wanted { wanted: "a name", found });
             }
-            (Word::Plain(rest[..length].to_owned()), length)
+            (TinaWord::Plain(rest[..length].to_owned()), length)
         }
     })
 }
@@ -95,7 +98,7 @@ fn plain_length(text: &str) -> usize {
 
 /// The name in the braces that `text` begins with, and how long all of it is. Notes have several
 /// lines.
-fn braced(text: &str) -> Result<(String, usize), Fault> {
+fn read_braced_name(text: &str) -> Result<(String, usize), NetFault> {
     let mut name = String::new();
     let mut characters = text.char_indices().skip(1);
     while let Some((at, c)) = characters.next() {
@@ -105,5 +108,5 @@ fn braced(text: &str) -> Result<(String, usize), Fault> {
             c => name.push(c),
         }
     }
-    Err(Fault::Wanted { wanted: "}", found: "the end of the file".into() })
+    Err(NetFault::Wanted { wanted: "}", found: "the end of the file".into() })
 }

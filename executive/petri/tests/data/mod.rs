@@ -1,12 +1,12 @@
 //! The nets of the Model Checking Contest, in the folder that `ARMOR_DATA` names.
 
-use armor_petri::file::{NetFile, decode, pnml, tina};
+use armor_petri::file::{NetFile, decode_text, pnml, tina};
 use std::path::PathBuf;
 
-/// The net in the file of this name; `None`, with a word about it, where there are no data.
+/// Reads the net in the file of this name; returns `None`, with a note, if there are no data.
 ///
 /// # Panics
-/// If there are no data although the gate runs, or the file cannot be read.
+/// If there are no data under `CI`, or the file cannot be read.
 pub fn net(name: &str) -> Option<NetFile> {
     let Some(folder) = std::env::var_os("ARMOR_DATA") else {
         assert!(std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
@@ -15,7 +15,7 @@ pub fn net(name: &str) -> Option<NetFile> {
     };
     let path = PathBuf::from(folder).join("petri").join(name);
     let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let text = decode(&bytes).expect("text");
+    let text = decode_text(&bytes).expect("text");
     let read = if name.ends_with(".net") { tina::read(&text) } else { pnml::read(&text) };
     Some(read.unwrap_or_else(|error| panic!("{}:{error}", path.display())))
 }

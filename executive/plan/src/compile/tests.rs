@@ -34,9 +34,9 @@ fn everything_written_is_in_the_plan() {
     assert!(!plan.components[2].is_controlled(), "in no place, so always active");
     assert_eq!(plan.places[0].on_failure, place("z"));
     let (t, late) = (&plan.net.transitions()[0], &plan.net.transitions()[1]);
-    assert!(t.gated && t.priority == 3 && t.class == armor_petri::Class::Ordinary);
+    assert!(t.gated && t.priority == 3 && t.class == armor_petri::FiringClass::Ordinary);
     assert_eq!(plan.transitions[0].on, Some((a, "done".to_owned())));
-    assert_eq!(late.class, armor_petri::Class::Safety, "it leads to a place of that class");
+    assert_eq!(late.class, armor_petri::FiringClass::Safety, "it leads to a place of that class");
     assert_eq!(late.interval, Interval::exactly(std::time::Duration::from_secs(5)));
     assert_eq!(
         (plan.transitions[1].on_stop_fail, plan.transitions[1].overrun),

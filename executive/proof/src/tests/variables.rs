@@ -4,8 +4,8 @@ use super::dice::Dice;
 use super::*;
 use crate::proof::MAX_BYTES;
 use armor_petri::PlaceId;
-use armor_petri::analysis::invariants::Bounds;
-use armor_petri::analysis::runs::Graph;
+use armor_petri::analysis::invariants::PlaceBounds;
+use armor_petri::analysis::runs::MarkingGraph;
 use std::collections::BTreeSet;
 
 const ROUNDS: &str = "<variable name='round' min='0' max='3'/>
@@ -206,7 +206,7 @@ fn random_missions_with_variables_have_the_states_of_the_definition() {
         let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
         let Some(expected) = defined(&plan, 3000) else { continue };
         let analysed = Analysed::of(&plan).expect("a net");
-        let bounds = Bounds::of_net(&analysed.net, &|| false);
+        let bounds = PlaceBounds::of_net(&analysed.net, &|| false);
         let budget = Budget { states: 5000, memory_bytes: MAX_BYTES, stop: &|| false };
         let found = explore(&analysed.net, &bounds, true, &budget);
         assert_eq!(found.ending, Ending::Complete, "seed {seed}\n{net}");

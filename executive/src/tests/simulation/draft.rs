@@ -1,7 +1,7 @@
 //! Plans for tests: by hand, and at random.
 
 use super::dice::Dice;
-use armor_petri::{Class, Interval, PlaceId};
+use armor_petri::{FiringClass, FiringInterval, PlaceId};
 use armor_plan::{
     ComponentId, GivenValue, OnResume, Plan, PlanBuilder, PlannedCounter, PlannedDates,
     PlannedGuard, PlannedSet, PlannedTransition, PlannedVariable, Watch,
@@ -67,12 +67,12 @@ impl DraftPlan for PlanBuilder {
         t = way.inhibitor.into_iter().fold(t, |t, place| t.inhibitor(place, 1));
         t = way.read.into_iter().fold(t, |t, place| t.read(place, 1));
         t = way.reset.into_iter().fold(t, armor_petri::TransitionBuilder::reset);
-        t = way.after.into_iter().fold(t, |t, after| t.interval(Interval::exactly(after)));
+        t = way.after.into_iter().fold(t, |t, after| t.interval(FiringInterval::exactly(after)));
         if way.autonomy != Autonomy::Auto {
             let earliest = way.after.unwrap_or_default();
-            t = t.interval(Interval { earliest, latest: None });
+            t = t.interval(FiringInterval { earliest, latest: None });
         }
-        t = if way.safety { t.class(Class::Safety) } else { t };
+        t = if way.safety { t.class(FiringClass::Safety) } else { t };
         let gated = way.on.is_some() || way.guard.is_some() || way.dates.is_some();
         if gated {
             t.gated();

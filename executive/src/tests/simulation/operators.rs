@@ -6,7 +6,7 @@ use crate::event::{ControllerAction, ControllerEvent};
 use crate::incoming_order::IncomingOrder;
 use crate::order::{Giver, MissionOrder, MovedTokens};
 use crate::record::{JournalEntry, JournalRecord};
-use armor_petri::{Class, PlaceId};
+use armor_petri::{FiringClass, PlaceId};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -176,7 +176,7 @@ impl Play {
                 };
                 let id = self.plan.transition_named(name).unwrap();
                 let class = self.plan.net().transition(id).class;
-                assert_eq!(class, Class::Safety, "{name} fires in a pause");
+                assert_eq!(class, FiringClass::Safety, "{name} fires in a pause");
             }
             _ => {}
         }

@@ -7,7 +7,7 @@ use super::draft::noon;
 use crate::event::ControllerEvent;
 use crate::ledger::{Ledger, MissionStage};
 use crate::record::{JournalEntry, JournalRecord};
-use armor_petri::{Class, TransitionId};
+use armor_petri::{FiringClass, TransitionId};
 use armor_plan::DatePhase;
 use armor_robotfile::Date;
 use armor_robotfile::mission::Missed;
@@ -152,7 +152,7 @@ impl Play {
             let tokens = |arc: &(armor_petri::PlaceId, u32)| self.oracle[arc.0.index()];
             let wanted = t.inputs.iter().chain(&t.reads).all(|arc| tokens(arc) >= i64::from(arc.1))
                 && t.inhibitors.iter().all(|arc| tokens(arc) < i64::from(arc.1));
-            let held = self.paused && t.class == Class::Ordinary;
+            let held = self.paused && t.class == FiringClass::Ordinary;
             let fails = self.wall.past.contains(&t.name) && dates.missed == Missed::Fail;
             let failed = fails && wanted && !held && !self.is_used(id);
             assert!(!failed, "{} has passed, and nothing follows", t.name);

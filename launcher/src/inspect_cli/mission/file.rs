@@ -6,7 +6,7 @@ use armor_sdk::messages::ConfigurationState;
 use armor_wire::WireType;
 use armor_wire::codec;
 
-use armor_inspect::Observed;
+use armor_inspect::ObservedSystem;
 
 /// How the configuration stands, latched.
 const STATE: &str = "configuration.state";
@@ -16,7 +16,7 @@ const WITHIN: Duration = Duration::from_secs(1);
 const MAX_NAMED: usize = 3;
 
 /// That the file is not valid, in words; none if it is, or nobody knows.
-pub fn problem(observed: &Observed, played: u64) -> Option<String> {
+pub fn problem(observed: &ObservedSystem, played: u64) -> Option<String> {
     // Not waited for: a mission can be played without configd.
     observed.list().ok()?.data.iter().find(|entry| entry.data == STATE)?;
     let mut tap = observed.tap(STATE).ok()?;

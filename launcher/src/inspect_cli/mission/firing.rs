@@ -4,7 +4,7 @@ use std::io;
 
 use anyhow::{Context, Result, bail};
 use armor_petri::analysis::classes::is_possible;
-use armor_petri::analysis::rules::Rules;
+use armor_petri::analysis::rules::FiringRules;
 use armor_petri::{PlaceId, TransitionId};
 use armor_plan::Plan;
 use armor_proof::Analysed;
@@ -24,7 +24,7 @@ pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<
     let ends = [plan.goal(), plan.safe()];
     let separators = |c: char| c.is_whitespace() || c == ',';
     let names: Vec<_> = way.split(separators).filter(|name| !name.is_empty()).collect();
-    let walk = Walk { analysed: &analysed, rules: Rules::new(net), ends, is_stepped, format };
+    let walk = Walk { analysed: &analysed, rules: FiringRules::new(net), ends, is_stepped, format };
     let marking = net.initial().to_vec();
     walk.say(None, &marking)?;
     let done = walk.go(&names, marking)?;
@@ -37,7 +37,7 @@ pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<
 
 struct Walk<'a> {
     analysed: &'a Analysed,
-    rules: Rules,
+    rules: FiringRules,
     /// Goal and safe place.
     ends: [Option<PlaceId>; 2],
     is_stepped: bool,

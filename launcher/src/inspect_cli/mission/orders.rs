@@ -6,8 +6,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use armor_inspect::systems::{self, Record};
-use armor_inspect::{Observed, this_user};
+use armor_inspect::systems::{self, RunRecord};
+use armor_inspect::{ObservedSystem, this_user};
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::operator::{Operator, OrderError, Verdict};
 use serde_json::json;
@@ -98,9 +98,9 @@ fn carry_out(operator: &mut Operator, line: &str, by: &By, format: Format) -> Re
 
 /// The system whose mission is commanded, and no other that comes after it in its place.
 struct Commanded {
-    observed: Observed,
+    observed: ObservedSystem,
     /// As the launcher has written it down, if this user runs it on this host.
-    record: Option<Record>,
+    record: Option<RunRecord>,
     /// Since when there is no way to its executive.
     away_since: Option<Instant>,
 }
@@ -132,8 +132,8 @@ impl Commanded {
 
     fn has_ended(&self) -> Result<bool> {
         match &self.record {
-            Some(Record { pid, registry, .. }) => {
-                let mut running = systems::running(&systems::directory()?)?.into_iter();
+            Some(RunRecord { pid, registry, .. }) => {
+                let mut running = systems::list_running(&systems::record_directory()?)?.into_iter();
                 Ok(!running.any(|it| it.pid == *pid && it.registry == *registry))
             }
             // Of another host only this is known.

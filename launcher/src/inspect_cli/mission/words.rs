@@ -1,6 +1,6 @@
 //! The marking in words.
 
-use armor_inspect::words::{clock_s, lasting, when};
+use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{
     ChangeState, Confirmation, DateStand, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
     MissionChange, MissionComponent, OrderGiven, VariableValue,
@@ -14,7 +14,7 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
         "mission {}: {}, {} after its start, {} fired\n",
         marking.mission,
         marking.stage,
-        lasting(now_s),
+        format_duration(now_s),
         marking.fired
     );
     if !marking.clock.is_empty() {
@@ -25,15 +25,15 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
     }
     if let Some(pause) = &marking.pause {
         let rest = if pause.at_rest { "" } else { "; not everything has come to rest yet" };
-        let for_s = lasting(now_s - pause.since_at_s);
+        let for_s = format_duration(now_s - pause.since_at_s);
         out += &format!("paused by {} for {for_s}{rest}\n", pause.by);
     }
     if let Some(at_s) = marking.link_lost_at_s {
-        let for_s = lasting(now_s - at_s);
+        let for_s = format_duration(now_s - at_s);
         out += &format!("the link to the operator has been lost for {for_s}\n");
     }
     if marking.version_since_at_s > 0.0 {
-        let for_s = lasting(now_s - marking.version_since_at_s);
+        let for_s = format_duration(now_s - marking.version_since_at_s);
         out += &format!("version {} of the file has been played for {for_s}\n", marking.version);
     }
     marking.change.iter().for_each(|it| out += &change(it, marking.version));
@@ -49,8 +49,8 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
     section("marked", marking.places.iter().map(|it| place(it, paused)).collect());
     section("in flight", marking.in_flight.iter().map(flight).collect());
     // Whose clock is stopped stands where it stood when the pause began.
-    let clock_s = clock_s(marking, now_s);
-    let can_fire = marking.enabled.iter().map(|it| when(it, clock_s(it.held)));
+    let clock_s = transition_clock(marking, now_s);
+    let can_fire = marking.enabled.iter().map(|it| describe_enabled(it, clock_s(it.held)));
     section("can fire", can_fire.collect());
     if !marking.confirmations.is_empty() {
         let asked = marking.confirmations.iter();
@@ -145,7 +145,7 @@ fn guard(guard: &GuardTruth) -> String {
 fn date(stand: &DateStand, now_s: f64) -> Option<String> {
     let DateStand { transition, not_before, not_after, missed, next_at_s, .. } = stand;
     let left = match next_at_s {
-        Some(at_s) => format!(", in {}", lasting((at_s - now_s).max(0.0))),
+        Some(at_s) => format!(", in {}", format_duration((at_s - now_s).max(0.0))),
         None => String::new(),
     };
     match (stand.phase.as_str(), not_before, not_after) {
@@ -168,18 +168,18 @@ fn confirmation(asked: &Confirmation, now_s: f64) -> String {
     let answer = match asked.answer_by_at_s {
         None => "waits for an answer".to_owned(),
         Some(_) if asked.put_off => "its time for an answer stands still".to_owned(),
-        Some(by_s) => format!("without an answer it {what} in {}", lasting(by_s - now_s)),
+        Some(by_s) => format!("without an answer it {what} in {}", format_duration(by_s - now_s)),
     };
     format!("{}: {answer}", asked.transition)
 }
 
 fn in_command(holder: &Holder, now_s: f64) -> String {
     let Holder { author, from, since_at_s, runs_out_at_s, .. } = holder;
-    let for_s = lasting(now_s - since_at_s);
+    let for_s = format_duration(now_s - since_at_s);
     match runs_out_at_s {
         None => format!("{author} ({from}) for {for_s}"),
         Some(out_s) => {
-            let left = lasting((out_s - now_s).max(0.0));
+            let left = format_duration((out_s - now_s).max(0.0));
             format!("{author} ({from}), whose link is down; it counts as lost in {left}")
         }
     }
@@ -386,7 +386,7 @@ paused by ruth for 2.0 s; not everything has come to rest yet
 marked      explore
 in flight   none
 can fire    recall now, by the operator
-            late in 2 min 20 s, once the mission goes on
+            late in 2 min 20 s, once the mission resumes
 asks        land: without an answer it does not fire in 7.0 s
 command     ruth (mission-7), whose link is down; it counts as lost in 3.0 s
 components  explorer active

@@ -6,18 +6,21 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use armor_inspect::launch::{Plan, Run, Stage};
-use armor_inspect::log::{Line, Log, Tail};
-use armor_inspect::{Condition, Edge, MissionWatch, OrderDesk, ParameterDesk, Values, Wake, Watch};
+use armor_inspect::launch::{ChildRun, LaunchPlan, RunStage};
+use armor_inspect::log::{LogLine, RunLog, Tail};
+use armor_inspect::{
+    Condition, MissionWatch, ObservedLink, OrderSender, ParameterClient, SystemWatch, WakeCallback,
+    WatchedValues,
+};
 use armor_sdk::control::Order;
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fixture::{Folder, Talker, lives, send, wait_for};
+use crate::fixture::{Dialogue, Folder, is_alive, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// A wake that counts how often it was called.
-fn counted() -> (Wake, Arc<AtomicUsize>) {
+/// A wake callback that counts its calls.
+fn counted() -> (WakeCallback, Arc<AtomicUsize>) {
     let count = Arc::new(AtomicUsize::new(0));
     let counting = Arc::clone(&count);
     let wake = move || {
@@ -26,11 +29,11 @@ fn counted() -> (Wake, Arc<AtomicUsize>) {
     (Arc::new(wake), count)
 }
 
-fn nobody() -> Wake {
+fn nobody() -> WakeCallback {
     Arc::new(|| {})
 }
 
-/// North tells the watcher numbers, fast.
+/// North sends numbers to the watcher, fast.
 fn probes(name: &str) -> System {
     let draft = Draft::default().probe("north", "rate='50Hz'", "").probe("watcher", "", "").link(
         "north",
@@ -40,18 +43,18 @@ fn probes(name: &str) -> System {
     draft.run(Folder::new(name))
 }
 
-fn watch(system: &System, wake: Wake) -> Watch {
-    Watch::begin(&system.registry.to_string(), "designer", wake).expect("threads")
+fn watch(system: &System, wake: WakeCallback) -> SystemWatch {
+    SystemWatch::begin(&system.registry.to_string(), "designer", wake).expect("threads")
 }
 
-fn is(watch: &Watch, name: &str, condition: Condition) {
+fn is(watch: &SystemWatch, name: &str, condition: Condition) {
     wait_for(&format!("{name} to be {}", condition.word()), || {
         let picture = watch.picture();
         picture.processes.get(name).filter(|process| process.condition == condition).map(|_| ())
     });
 }
 
-fn link(watch: &Watch, to: &str) -> Option<Edge> {
+fn link(watch: &SystemWatch, to: &str) -> Option<ObservedLink> {
     watch.picture().links.iter().find(|link| link.to == to).cloned()
 }
 
@@ -65,7 +68,7 @@ fn tools(system: &System) -> Vec<Value> {
 }
 
 #[test]
-fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
+fn an_observer_sees_states_rates_and_values_and_disturbs_nothing() {
     let system = probes("watched");
     let (wake, woken) = counted();
     let watch = watch(&system, wake);
@@ -76,7 +79,7 @@ fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
     assert!(woken.load(Ordering::Relaxed) > 0, "a window is told when to look");
     assert_eq!(tools(&system), Vec::<Value>::new(), "who is not asked for data links to none");
 
-    let values = Values::new(watch.directory().clone(), nobody());
+    let values = WatchedValues::new(watch.directory().clone(), nobody());
     let seen = wait_for("data", || {
         let look = values.look("north.numbers");
         values.series("north.numbers", "count", |series| series.len() > 10).then_some(look)
@@ -95,7 +98,7 @@ fn who_watches_sees_states_rates_and_values_and_disturbs_nothing() {
 }
 
 #[test]
-fn who_dies_is_seen_gone_and_back() {
+fn a_killed_component_is_seen_to_leave_and_to_return() {
     let system = probes("watched-deaths");
     let watch = watch(&system, nobody());
     is(&watch, "north", Condition::Active);
@@ -107,7 +110,7 @@ fn who_dies_is_seen_gone_and_back() {
         (is_back && i32::try_from(north.entry.pid) != Ok(before)).then_some(())
     });
     is(&watch, "watcher", Condition::Active);
-    let log = Log::default();
+    let log = RunLog::default();
     let path = system.run.out().join("logs/all.log");
     let _tail = Tail::begin(&path, log.clone(), nobody()).expect("a thread");
     wait_for("the launcher's word of it", || {
@@ -131,19 +134,19 @@ fn office(folder: &Folder) -> PathBuf {
     folder.path().join("office.xml")
 }
 
-fn plan(folder: &Folder) -> Plan {
-    Plan {
+fn plan(folder: &Folder) -> LaunchPlan {
+    LaunchPlan {
         program: env!("CARGO_BIN_EXE_armor").into(),
         file: office(folder),
         out: Some(folder.path().join("out")),
-        ..Plan::default()
+        ..LaunchPlan::default()
     }
 }
 
-fn running(run: &Run, log: &Log) -> armor_inspect::systems::Record {
+fn running(run: &ChildRun, log: &RunLog) -> armor_inspect::systems::RunRecord {
     wait_for("the run", || match run.stage() {
-        Stage::Running(record) => Some(record),
-        Stage::Starting => None,
+        RunStage::Running(record) => Some(record),
+        RunStage::Starting => None,
         other => panic!("{other:?} {:?}", log.since(0)),
     })
 }
@@ -152,11 +155,12 @@ fn running(run: &Run, log: &Log) -> armor_inspect::systems::Record {
 fn a_mission_is_run_watched_commanded_and_changed() {
     let folder = Folder::new("office-watched");
     let plan = plan(&folder);
-    let log = Log::default();
-    let run = Run::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let log = RunLog::default();
+    let run = ChildRun::start(&plan, log.clone(), nobody()).expect("armor starts");
     let record = running(&run, &log);
     assert!(record.runs(&plan.file), "{record:?}");
-    let watch = Watch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
+    let watch =
+        SystemWatch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
     let mission = MissionWatch::begin(watch.directory(), nobody()).expect("threads");
     let marked = |place: &str| {
         let look = mission.look();
@@ -169,7 +173,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     let first = mission.look().now_at_s(watch.timestamp());
     wait_for("mission time", || (mission.look().now_at_s(watch.timestamp()) > first).then_some(()));
 
-    let desk = ParameterDesk::open(watch.directory(), "designer", nobody()).expect("a thread");
+    let desk = ParameterClient::open(watch.directory(), "designer", nobody()).expect("a thread");
     desk.set("driver", "speed", Some("40km/h"));
     let told = wait_for("the refusal", || desk.told());
     assert!(!told.is_set && !told.findings.is_empty(), "{told:?}");
@@ -178,7 +182,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     let text = std::fs::read_to_string(&plan.file).expect("the file");
     assert!(text.contains(r#"<parameter name="speed" value="0.8m/s"/>"#), "{text}");
 
-    let orders = OrderDesk::open(watch.directory(), "designer", nobody()).expect("a thread");
+    let orders = OrderSender::open(watch.directory(), "designer", nobody()).expect("a thread");
     orders.give("ruth", false, Order::Pause);
     wait_for("the pause", || mission.look().marking?.pause.as_ref().map(|_| ()));
     orders.give("ruth", false, Order::Fire { transition: "nowhere".into() });
@@ -191,7 +195,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     assert_eq!(accepted, [true, false, true], "{given:?}");
     orders.give("ruth", false, Order::Safe);
     let end = wait_for("the end", || match run.stage() {
-        Stage::Ended { how, is_fine } => Some((how, is_fine)),
+        RunStage::Ended { how, is_fine } => Some((how, is_fine)),
         _ => None,
     });
     assert_eq!(end, ("the mission ended in its safe place".to_owned(), false));
@@ -201,7 +205,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
         ("executive", "ruth orders: safe; the mission goes to `hold`"),
         ("launcher", "ended: the mission ended in its safe place"),
     ] {
-        let is_said = |line: &Arc<Line>| line.name == name && line.text.contains(text);
+        let is_said = |line: &Arc<LogLine>| line.name == name && line.text.contains(text);
         assert!(lines.iter().any(is_said), "{name}: {text}: {lines:?}");
     }
 }
@@ -209,27 +213,27 @@ fn a_mission_is_run_watched_commanded_and_changed() {
 #[test]
 fn a_run_is_stopped_in_order() {
     let folder = Folder::new("office-stopped");
-    let log = Log::default();
-    let run = Run::start(&plan(&folder), log.clone(), nobody()).expect("armor starts");
+    let log = RunLog::default();
+    let run = ChildRun::start(&plan(&folder), log.clone(), nobody()).expect("armor starts");
     running(&run, &log);
     run.stop();
     let end = wait_for("the end", || match run.stage() {
-        Stage::Ended { how, is_fine } => Some((how, is_fine)),
+        RunStage::Ended { how, is_fine } => Some((how, is_fine)),
         _ => None,
     });
     assert_eq!(end, ("stopped".to_owned(), true));
 }
 
 #[test]
-fn a_file_that_is_wrong_is_not_run_and_the_log_says_why() {
+fn an_invalid_file_is_not_run_and_the_log_states_why() {
     let folder = Folder::new("not-run");
     let file = folder
         .write("wrong.xml", "<armor version='1'><system name='a'><component/></system></armor>");
-    let log = Log::default();
-    let run =
-        Run::start(&Plan { file, ..plan(&folder) }, log.clone(), nobody()).expect("it starts");
+    let log = RunLog::default();
+    let run = ChildRun::start(&LaunchPlan { file, ..plan(&folder) }, log.clone(), nobody())
+        .expect("it starts");
     let is_fine = wait_for("the end", || match run.stage() {
-        Stage::Ended { is_fine, .. } => Some(is_fine),
+        RunStage::Ended { is_fine, .. } => Some(is_fine),
         _ => None,
     });
     let (_, lines) = log.since(0);
@@ -241,45 +245,46 @@ fn a_file_that_is_wrong_is_not_run_and_the_log_says_why() {
 const STARTER: &str = "ARMOR_TEST_STARTER";
 
 #[test]
-fn what_was_started_ends_with_who_started_it_however_that_ends() {
+fn a_run_ends_with_the_process_that_started_it() {
     let folder = Folder::new("killed-starter");
     let mut command = Command::new(std::env::current_exe().expect("this test"));
     command.args(["watching::starts_a_run_and_waits", "--exact", "--nocapture"]);
     command.env(STARTER, folder.path()).env("XDG_RUNTIME_DIR", folder.path());
-    let starter = Talker::start(command.stderr(Stdio::null()));
+    let starter = Dialogue::start(command.stderr(Stdio::null()));
     let pids = wait_for("the processes", || {
-        let line = starter.says();
+        let line = starter.read_line();
         let (_, pids) = line.split_once("pids ")?;
         pids.split(' ').map(|pid| pid.parse().ok()).collect::<Option<Vec<i32>>>()
     });
-    assert!(pids.len() > 5 && pids.iter().all(|pid| lives(*pid)), "{pids:?}");
+    assert!(pids.len() > 5 && pids.iter().all(|pid| is_alive(*pid)), "{pids:?}");
     starter.kill();
     for pid in pids {
-        wait_for(&format!("the end of {pid}"), || (!lives(pid)).then_some(()));
+        wait_for(&format!("the end of {pid}"), || (!is_alive(pid)).then_some(()));
     }
 }
 
-/// What [`what_was_started_ends_with_who_started_it_however_that_ends`] starts and kills; by itself
+/// What [`a_run_ends_with_the_process_that_started_it`] starts and kills; by itself
 /// there is nothing to do.
 #[test]
 fn starts_a_run_and_waits() {
     let Some(path) = std::env::var_os(STARTER) else { return };
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("missions");
-    let plan = Plan {
+    let plan = LaunchPlan {
         program: env!("CARGO_BIN_EXE_armor").into(),
         file: examples.join("office.xml"),
         out: Some(Path::new(&path).join("out")),
-        ..Plan::default()
+        ..LaunchPlan::default()
     };
-    let log = Log::default();
-    let run = Run::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let log = RunLog::default();
+    let run = ChildRun::start(&plan, log.clone(), nobody()).expect("armor starts");
     let record = running(&run, &log);
-    let watch = Watch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
+    let watch =
+        SystemWatch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
     is(&watch, "explorer", Condition::Active);
     let picture = watch.picture();
     let pids = picture.processes.values().map(|process| process.entry.pid).chain([record.pid]);
     println!("\npids {}", pids.map(|pid| pid.to_string()).collect::<Vec<_>>().join(" "));
-    // Until it is killed; not for ever, should nobody do it.
+    // Until it is killed; with a limit, in case the test fails to.
     std::thread::sleep(crate::fixture::DEADLINE);
-    send(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
+    send_signal(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
 }

@@ -1,8 +1,8 @@
-//! Who commands a mission, and who looks at it: bound to that mission, told what becomes of it.
+//! Operators and observers of a mission: bound to one mission, and informed of its end.
 
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, Talker, ended, send, wait_for};
+use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// It does nothing but wait for orders.
@@ -32,26 +32,26 @@ fn shows(system: &System, words: &str) {
 fn mission(system: &System, arguments: &[&str]) -> (i32, String, String) {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission"]);
-    ended(command.args(arguments).args(["--registry", &registry]))
+    run_to_end(command.args(arguments).args(["--registry", &registry]))
 }
 
-fn talker(system: &System, arguments: &[&str]) -> Talker {
+fn talker(system: &System, arguments: &[&str]) -> Dialogue {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission"]);
-    Talker::start(command.args(arguments).args(["--registry", &registry]))
+    Dialogue::start(command.args(arguments).args(["--registry", &registry]))
 }
 
 #[test]
-fn whoever_is_ousted_ends_at_once_and_stays_ousted() {
+fn an_ousted_operator_ends_immediately_and_stays_ousted() {
     let system = watch("ousted");
     let ruth = talker(&system, &["operate", "--as", "ruth"]);
-    assert_eq!(ruth.says(), "the command is yours");
+    assert_eq!(ruth.read_line(), "the command is yours");
     let (code, out, err) = mission(&system, &["fire", "leave", "--take", "--as", "sam"]);
     assert_eq!((code, out.as_str()), (1, ""), "{err}");
     shows(&system, "command     ruth (armor mission, process");
     let (code, out, err) = mission(&system, &["fire", "descend", "--take", "--as", "sam"]);
     assert_eq!((code, out.trim()), (0, "`descend` fires; the command is taken from ruth"), "{err}");
-    ruth.end();
+    ruth.wait_for_end();
     system.replace("executive");
     shows(&system, "marked      down");
     assert!(!system.run.log().contains("ruth orders: go on with the command"));
@@ -60,18 +60,18 @@ fn whoever_is_ousted_ends_at_once_and_stays_ousted() {
 }
 
 #[test]
-fn the_command_of_one_mission_is_none_of_the_next() {
+fn the_command_of_one_mission_does_not_carry_over_to_the_next() {
     let mut system = watch("next-system");
     let mut ruth = talker(&system, &["operate", "--as", "ruth"]);
-    assert_eq!(ruth.says(), "the command is yours");
+    assert_eq!(ruth.read_line(), "the command is yours");
     system.run.signal(Signal::KILL);
     system.run.code();
     let registry = system.registry.to_string();
     let next = system.folder.run("next", &["probes.xml", "--registry", &registry]);
     system.run = next;
     shows(&system, "marked      up");
-    ruth.hang_up();
-    ruth.end();
+    ruth.close_input();
+    ruth.wait_for_end();
     // At most she asked for what had been hers, and was refused.
     let log = system.run.log();
     assert!(!log.contains("the command is yours"), "she commands another: {log}");
@@ -80,21 +80,21 @@ fn the_command_of_one_mission_is_none_of_the_next() {
 }
 
 #[test]
-fn a_mission_is_left_by_an_order_and_whoever_gave_it_is_told() {
+fn an_order_ends_a_mission_and_its_author_is_informed() {
     let mut system = watch("left");
     let mut ruth = talker(&system, &["operate", "--as", "ruth"]);
-    assert_eq!(ruth.says(), "the command is yours");
-    ruth.hears("fire descend");
-    assert_eq!(ruth.says(), "`descend` fires");
+    assert_eq!(ruth.read_line(), "the command is yours");
+    ruth.write_line("fire descend");
+    assert_eq!(ruth.read_line(), "`descend` fires");
     shows(&system, "marked      down");
-    ruth.hears("fire leave");
-    assert_eq!(ruth.says(), "`leave` fires");
+    ruth.write_line("fire leave");
+    assert_eq!(ruth.read_line(), "`leave` fires");
     assert_eq!(system.run.code(), Some(0), "{}", system.run.log());
-    ruth.end();
+    ruth.wait_for_end();
 }
 
 #[test]
-fn what_is_shown_goes_on_through_a_restart_and_names_a_broken_file() {
+fn the_display_continues_through_a_restart_and_names_a_broken_file() {
     let system = watch("shown");
     let follower = talker(&system, &["show", "--follow"]);
     let heads = || assert!(follower_says(&follower, "mission watch: playing"));
@@ -112,18 +112,18 @@ fn what_is_shown_goes_on_through_a_restart_and_names_a_broken_file() {
 
     // One that is stopped is there all the same.
     let executive = system.pid("executive");
-    send(executive, Signal::STOP);
+    send_signal(executive, Signal::STOP);
     let (code, _, err) = mission(&system, &["show"]);
     assert!(code == 1 && !err.contains("no mission runs"), "{err}");
-    send(executive, Signal::CONT);
+    send_signal(executive, Signal::CONT);
 }
 
-fn follower_says(follower: &Talker, words: &str) -> bool {
-    (0..1000).any(|_| follower.says().starts_with(words))
+fn follower_says(follower: &Dialogue, words: &str) -> bool {
+    (0..1000).any(|_| follower.read_line().starts_with(words))
 }
 
 #[test]
-fn what_is_no_journal_is_told_what_it_is() {
+fn a_file_that_is_no_journal_is_refused_with_the_reason() {
     let folder = Folder::new("no-journal");
     folder.write("watch.xml", WATCH);
     folder.write("empty", "");
@@ -134,11 +134,11 @@ fn what_is_no_journal_is_told_what_it_is() {
         ("empty", "holds no record: no mission has begun in it"),
         ("cut", "the beginning of cut is missing (it begins with \"firing 3: complete\")"),
     ] {
-        let (code, _, err) = ended(&mut folder.armor(&["mission", "replay", file]));
+        let (code, _, err) = run_to_end(&mut folder.armor(&["mission", "replay", file]));
         assert!(code == 1 && err.contains(why), "{file}: {err}");
     }
     // A variable that is set to nothing is as good as none.
     let mut show = folder.armor(&["mission", "show"]);
-    let (code, _, err) = ended(show.env("ARMOR_REGISTRY", ""));
+    let (code, _, err) = run_to_end(show.env("ARMOR_REGISTRY", ""));
     assert!(code == 1 && err.contains("no system is running"), "{err}");
 }

@@ -4,7 +4,7 @@
 use rustix::process::Signal;
 
 use super::system::{Draft, System};
-use crate::fixture::{Folder, lives, send, wait_for};
+use crate::fixture::{Folder, is_alive, send_signal, wait_for};
 
 /// Three components at work and one frozen, under a mission.
 fn at_work(name: &str) -> System {
@@ -39,7 +39,7 @@ fn no_process_of_a_system_outlives_its_killed_launcher() {
     assert!(all.len() >= 8, "registry, configd, executive, undertaker, four probes: {all:?}");
     system.run.signal(Signal::KILL);
     assert_eq!(system.run.code(), None, "it ends by the signal");
-    wait_for("the end of all", || all.iter().all(|pid| !lives(*pid)).then_some(()));
+    wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));
     assert_eq!(system.trace("worker").count("stopping"), 0, "killed, not asked");
 }
 
@@ -49,7 +49,7 @@ fn an_interrupted_system_comes_to_rest_in_order() {
     let all = system.run.children();
     system.run.signal(Signal::INT);
     assert_eq!(system.run.code(), Some(130), "{}", system.run.log());
-    assert!(all.iter().all(|pid| !lives(*pid)), "nobody is left");
+    assert!(all.iter().all(|pid| !is_alive(*pid)), "nobody is left");
     for (name, stops) in [("source", 1), ("sink", 1), ("worker", 1), ("idler", 0)] {
         let trace = system.trace(name);
         assert_eq!((trace.count("started"), trace.count("stopping")), (stops, stops), "`{name}`");
@@ -63,8 +63,8 @@ fn an_interrupted_system_comes_to_rest_in_order() {
 }
 
 #[test]
-fn after_its_last_call_a_component_is_left_alone_whatever_still_arrives() {
-    // Its event is heard by nobody, so it stays a moment longer to get rid of it.
+fn after_its_last_call_a_component_gets_no_further_calls() {
+    // Its event has no receiver, so it stays a moment longer to deliver it.
     let draft = Draft::default()
         .probe("source", "rate='200Hz'", "")
         .probe("sink", "rate='50Hz' restart='never'", "event=1")
@@ -72,8 +72,8 @@ fn after_its_last_call_a_component_is_left_alone_whatever_still_arrives() {
     let system = draft.run(Folder::new("last-call"));
     system.traced("sink", "data", |trace| (trace.got("a").len() > 20).then_some(()));
     let pid = system.pid("sink");
-    send(pid, Signal::TERM);
-    wait_for("its end", || (!lives(pid)).then_some(()));
+    send_signal(pid, Signal::TERM);
+    wait_for("its end", || (!is_alive(pid)).then_some(()));
     let last = system.trace("sink").0.last().map(|note| note.words.join(" "));
     assert_eq!(last.as_deref(), Some("stopping"));
 }

@@ -6,7 +6,7 @@ use rustix::process::Signal;
 
 use super::system::{Draft, System};
 use super::trace::check_nothing_lost;
-use crate::fixture::{DEADLINE, Folder, lives, send, wait_for};
+use crate::fixture::{DEADLINE, Folder, is_alive, send_signal, wait_for};
 
 /// Small enough for a busy machine, and enough to fill every buffer on the way in a moment.
 const BULK: &str = "rate='100Hz'";
@@ -39,12 +39,12 @@ fn stop_for_a_moment(system: &System, name: &str) -> bool {
     let pid = system.pid(name);
     let instance = system.entry(name).instance;
     let before = link(system, name).map_or(0, |link| link.dropped);
-    send(pid, Signal::STOP);
+    send_signal(pid, Signal::STOP);
     let dropped = wait_for("a loss or an end", || {
         let Some(link) = link(system, name) else { return Some(false) };
         (link.dropped > before + 5).then_some(true)
     });
-    send(pid, Signal::CONT);
+    send_signal(pid, Signal::CONT);
     dropped && system.entry(name).instance == instance && {
         let got = system.trace(name).got("a").len();
         system.traced(name, "more data", |trace| (trace.got("a").len() > got).then_some(()));
@@ -60,7 +60,7 @@ fn shown(system: &System, name: &str) -> Option<[u64; 3]> {
 }
 
 #[test]
-fn a_subscriber_stopped_for_a_moment_delays_nobody_and_its_losses_are_counted() {
+fn a_stopped_subscriber_delays_no_other_and_its_losses_are_counted() {
     let system = three_subscribers("stopped");
     for name in ["latest", "some"] {
         let start = std::time::Instant::now();
@@ -93,7 +93,7 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
     let system = three_subscribers("silent");
     let stopped = system.pid("some");
     let before = system.trace("witness").got("a").len();
-    send(stopped, Signal::STOP);
+    send_signal(stopped, Signal::STOP);
     let got = system.traced("some", "data of its successor", |trace| {
         trace.got("a").into_iter().find(|got| got.pid != stopped)
     });
@@ -111,7 +111,7 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
 }
 
 #[test]
-fn a_call_that_never_returns_is_a_hang_where_the_file_says_so() {
+fn a_call_that_never_returns_is_a_hang_if_the_file_sets_a_watchdog() {
     let draft = Draft::default().probe("stuck", "rate='50Hz' watchdog='1s'", "hang=3").probe(
         "busy",
         "rate='50Hz' watchdog='30s'",
@@ -123,8 +123,8 @@ fn a_call_that_never_returns_is_a_hang_where_the_file_says_so() {
     system.traced("stuck", "another process", |trace| {
         trace.all("started").iter().any(|note| note.pid != hung).then_some(())
     });
-    assert!(!lives(hung), "killed before");
-    system.run.logged("longer than its watchdog allows", 1);
+    assert!(!is_alive(hung), "killed before");
+    system.run.wait_for_log("longer than its watchdog allows", 1);
     let busy = system.trace("busy");
     assert!(busy.0.iter().all(|note| note.pid == busy.0[0].pid), "its calls return");
 }
@@ -146,7 +146,7 @@ fn a_daemon_that_hangs_is_killed_and_replaced_while_data_flows() {
     for daemon in ["executive", "configd", "registry"] {
         let before = system.pid(daemon);
         system.entry("executive");
-        send(before, Signal::STOP);
+        send_signal(before, Signal::STOP);
         wait_for(&format!("another {daemon}"), || {
             Some(system.pid(daemon)).filter(|pid| *pid != before)
         });

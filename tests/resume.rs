@@ -4,7 +4,7 @@
 use armor_executive::journal;
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, Run, ended, lives, wait_for};
+use crate::fixture::{Folder, Run, is_alive, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// `one` is done after a while, and `two` works for a minute of mission time.
@@ -31,7 +31,7 @@ fn relay(folder: &str) -> System {
 
 fn shown(folder: &Folder, run: &Run) -> String {
     let registry = run.registry().to_string();
-    ended(&mut folder.armor(&["mission", "show", "--registry", &registry])).1
+    run_to_end(&mut folder.armor(&["mission", "show", "--registry", &registry])).1
 }
 
 /// Waits until `two` works.
@@ -42,16 +42,16 @@ fn is_in_second(folder: &Folder, run: &Run) {
     });
 }
 
-/// As when the power fails: nobody is told.
+/// As in a power failure: no process can react.
 fn power_fails(run: &mut Run) {
     let children = run.children();
     run.signal(Signal::KILL);
     run.code();
-    wait_for("the end of everything", || (!children.iter().any(|it| lives(*it))).then_some(()));
+    wait_for("the end of everything", || (!children.iter().any(|it| is_alive(*it))).then_some(()));
 }
 
 #[test]
-fn a_mission_is_gone_on_with_after_everything_has_died() {
+fn a_mission_resumes_after_all_processes_have_died() {
     let mut system = relay("resumed");
     power_fails(&mut system.run);
     let folder = &system.folder;
@@ -61,11 +61,11 @@ fn a_mission_is_gone_on_with_after_everything_has_died() {
     assert!(again.log().contains("goes on where it left off: second"), "{}", again.log());
     assert_eq!(system.trace("one").count("started"), 1, "its work was done before");
 
-    // Begun anew in the same folder, the unfinished mission is kept, and can be gone on with there.
+    // A new run in the same folder keeps the unfinished mission, which can be resumed there.
     power_fails(&mut again);
     let mut anew = folder.run("out", &["probes.xml"]);
     wait_for("the first place", || (system.trace("one").count("started") > 1).then_some(()));
-    anew.logged("an unfinished mission was here and is kept", 1);
+    anew.wait_for_log("an unfinished mission was here and is kept", 1);
     assert!(anew.log().contains("out/unfinished-1 --resume"), "{}", anew.log());
     power_fails(&mut anew);
     let third = folder.run("out/unfinished-1", &["probes.xml", "--resume"]);
@@ -74,11 +74,11 @@ fn a_mission_is_gone_on_with_after_everything_has_died() {
 }
 
 #[test]
-fn what_cannot_be_gone_on_with_is_refused_and_stays() {
+fn a_mission_that_cannot_be_resumed_is_refused_and_kept() {
     let mut system = relay("not-resumed");
     power_fails(&mut system.run);
     let refused = |arguments: &[&str], why: &str| {
-        let (code, _, err) = ended(&mut system.folder.armor(arguments));
+        let (code, _, err) = run_to_end(&mut system.folder.armor(arguments));
         assert!(code == 1 && err.contains(why), "{code} {err}");
     };
     refused(&["run", "probes.xml", "--resume", "--out", "other"], "nothing to resume: no ");
@@ -89,11 +89,11 @@ fn what_cannot_be_gone_on_with_is_refused_and_stays() {
     let journal = system.run.out().join("executive.journal");
     assert!(journal::read(&journal).expect("it is there").is_unfinished());
 
-    // One that nobody can read is kept, too.
+    // An unreadable journal is kept, too.
     std::fs::write(&journal, "nonsense\n").expect("writable");
     refused(&["run", "probes.xml", "--resume", "--out", "out"], "line 1 is not a record");
     let run = system.folder.run("out", &["probes.xml", "--for", "1s"]);
-    run.logged("an unfinished mission was here and is kept", 1);
+    run.wait_for_log("an unfinished mission was here and is kept", 1);
     let kept = system.run.out().join("unfinished-1/executive.journal");
     assert_eq!(std::fs::read_to_string(kept).expect("kept"), "nonsense\n");
 }

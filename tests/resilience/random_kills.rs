@@ -1,4 +1,4 @@
-//! Twenty rounds of killing somebody at random. After each one the system is whole again, and at no
+//! Twenty rounds of killing random processes. After each one the system is whole again, and at no
 //! moment were two exclusive components active.
 
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use rustix::process::Signal;
 use super::system::{Draft, System};
 use super::trace::{Trace, check_apart, check_nothing_lost};
 use crate::dice::{Dice, seed};
-use crate::fixture::{Folder, send, wait_for};
+use crate::fixture::{Folder, send_signal, wait_for};
 
 const ROUNDS: usize = 20;
 /// One more within a minute, and the launcher gives the process up.
@@ -98,6 +98,7 @@ fn choose(dice: &mut Dice, deaths: &mut HashMap<&str, usize>) -> &'static str {
     victim
 }
 
+// Slow (about half a minute): twenty rounds, each until everything is connected again.
 #[test]
 fn twenty_rounds_of_killing_at_random() {
     let seed = seed(u64::from(std::process::id()));
@@ -115,7 +116,7 @@ fn twenty_rounds_of_killing_at_random() {
         }
         let (since, start) = (Progress::of(&system), Instant::now());
         let dead: Vec<_> = victims.iter().map(|name| (*name, system.pid(name))).collect();
-        dead.iter().for_each(|(_, pid)| send(*pid, Signal::KILL));
+        dead.iter().for_each(|(_, pid)| send_signal(*pid, Signal::KILL));
         for (name, dead) in dead {
             wait_for(name, || Some(system.pid(name)).filter(|pid| *pid != dead));
         }

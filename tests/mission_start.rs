@@ -1,9 +1,9 @@
-//! A mission begins when everybody is there: what its first place activates is heard by all it is
-//! linked to.
+//! A mission begins when all components are registered and linked: the data of its first place reach
+//! every subscriber.
 
 use std::fmt::Write;
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 
 /// Scans in the log.
 const SCANS: usize = 20;
@@ -38,7 +38,7 @@ fn a_log_is_not_played_before_the_mapper_listens() {
     assert!(replay.contains("kind=\"grid-slam\""));
     folder.write("late.xml", &replay.replace("\"grid-slam\"", "\"late-mapper\""));
     let arguments = ["run", "late.xml", "--set", "player.file=stand.log", "--for", "60s"];
-    let (code, out, err) = ended(&mut folder.armor(&arguments));
+    let (code, out, err) = run_to_end(&mut folder.armor(&arguments));
     assert!(code == 0 && out.contains("reached its goal"), "{code}\n{out}{err}");
     let trajectory = folder.path().join("out/map-from-log/trajectory.csv");
     let trajectory = std::fs::read_to_string(trajectory).expect("it is written");

@@ -51,7 +51,7 @@ fn connect(port: Port) -> TcpStream {
     stream
 }
 
-/// Reads to the end: what was said, or nothing if the connection was reset.
+/// Reads to the end; returns the bytes, or nothing if the connection was reset.
 fn rest(mut stream: &TcpStream) -> Vec<u8> {
     let mut said = Vec::new();
     match stream.read_to_end(&mut said) {
@@ -72,7 +72,7 @@ fn is_closed(port: Port, bytes: &[u8]) {
     }
 }
 
-/// Says a hello, waits for the welcome, then says `bytes` and waits for the close.
+/// Sends a hello, waits for the welcome, then sends `bytes` and waits for the close.
 fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     for _ in 0..TIMES {
         let stream = connect(port);
@@ -89,7 +89,7 @@ fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     }
 }
 
-/// Another version is told why.
+/// A peer with another version receives the reason.
 fn is_refused(port: Port, mut hello: Hello) {
     hello.version = 99;
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
@@ -144,12 +144,8 @@ fn prefix(len: u32, kind: u8, flags: u8) -> Vec<u8> {
 
 /// Noise that is the same every time.
 fn noise() -> impl Iterator<Item = Vec<u8>> {
-    let mut state = 1u32;
-    let mut byte = move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        state.to_le_bytes()[3]
-    };
-    (0..TIMES).map(move |_| (0..100).map(|_| byte()).collect())
+    let mut random = fastrand::Rng::with_seed(1);
+    (0..TIMES).map(move |_| (0..100).map(|_| random.u8(..)).collect())
 }
 
 /// All of it against one port, whose conversations begin with one of `purposes`.

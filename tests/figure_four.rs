@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fixture::{Folder, Run, ended, send, wait_for};
+use crate::fixture::{Folder, Run, run_to_end, send_signal, wait_for};
 
 /// On these nothing travels until an operator does something, or the robot goes home.
 const QUIET: [&str; 5] = ["view.goal", "view.velocity", "view.stop", "homing.goal", "homing.pose"];
@@ -16,7 +16,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
 }
 
-/// The screen is a program of its own, which `cargo test --workspace` builds beside `armor`.
+/// The screen is a program of its own, which `cargo test --workspace` builds next to `armor`.
 fn is_there() -> bool {
     let there =
         Path::new(env!("CARGO_BIN_EXE_armor")).with_file_name("armor-operator-view").exists();
@@ -31,7 +31,7 @@ fn is_there() -> bool {
 fn lines(folder: &Folder, run: &Run, tool: &str) -> Vec<Value> {
     let registry = run.registry().to_string();
     let (_, out, _) =
-        ended(&mut folder.armor(&[tool, "--registry", &registry, "--format", "json"]));
+        run_to_end(&mut folder.armor(&[tool, "--registry", &registry, "--format", "json"]));
     out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
 
@@ -72,8 +72,10 @@ fn all_flow(
     })
 }
 
+// Slow (about half a minute): three processes are killed one after the other, and data must flow on
+// // every link again after each.
 #[test]
-fn figure_four_runs_whole_and_whoever_is_killed_returns() {
+fn figure_four_runs_completely_and_killed_processes_return() {
     if !is_there() {
         return;
     }
@@ -102,9 +104,9 @@ fn figure_four_runs_whole_and_whoever_is_killed_returns() {
     };
     for name in ["camera", "mapper", "view"] {
         let before = pid(name).expect("it runs");
-        send(before, Signal::KILL);
+        send_signal(before, Signal::KILL);
         wait_for(&format!("another {name}"), || pid(name).filter(|now| *now != before));
-        // What a subscriber has received is counted anew by its next process.
+        // A restarted subscriber counts what it received from 0.
         let mut since = self::links(&folder, &run);
         since.retain(|link, _| !link.contains(&format!("-> {name}.")));
         all_flow(&folder, &run, &since);
