@@ -135,7 +135,7 @@ fn entry(address: SocketAddr) -> ComponentEntry {
         kind: "configd".into(),
         instance: monotonic_ns(),
         pid: std::process::id(),
-        host: rustix::system::uname().nodename().to_string_lossy().into_owned(),
+        host: armor_socket::host_name(),
         endpoint: address.to_string(),
     }
 }

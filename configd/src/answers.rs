@@ -7,7 +7,7 @@ use armor_robotfile::model::{self, Component};
 use armor_robotfile::{Configuration, Manifests, Mission};
 use armor_wire::config::{Assigned, InputSettings, ListedParameter, Settings, cut};
 use armor_wire::hello::{Refusal, RefusalCode};
-use armor_wire::keep::Transport;
+use armor_wire::transport::Transport;
 
 /// Names listed to a component that the file does not hold.
 const MAX_LISTED: usize = 20;

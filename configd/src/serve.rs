@@ -110,9 +110,9 @@ pub async fn serve(
         Err(findings) if options.wait => Versions::waiting(instance, rules, last, findings),
         started => started.map_err(ServeError::Refused)?,
     };
-    let listener = listen(options.listen).await?;
+    let listener = listen(options.listen)?;
     let address = listener.local_addr()?;
-    let mut server = Server::<Request, Reply>::new(listener, options.limits);
+    let mut server = Server::<Request, Reply>::new(listener, options.limits)?;
     let mut watching = watch(files, options.kinds);
     let keeping = keep_in(store, versions.kept());
     info!(%address, instance, "configd listens");

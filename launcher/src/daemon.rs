@@ -49,7 +49,7 @@ fn asked_to_end() -> Result<&'static AtomicBool> {
 
 /// How a daemon is found.
 fn entry(name: &str, address: SocketAddr) -> ComponentEntry {
-    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let host = armor_socket::host_name();
     ComponentEntry {
         name: name.into(),
         kind: name.into(),

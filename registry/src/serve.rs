@@ -46,9 +46,9 @@ pub async fn serve(
     options: Options,
     ready: impl FnOnce(SocketAddr),
 ) -> Result<Infallible, ServeError> {
-    let listener = listen(options.listen).await?;
+    let listener = listen(options.listen)?;
     let address = listener.local_addr()?;
-    let mut server = Server::<Request, Reply>::new(listener, options.limits);
+    let mut server = Server::<Request, Reply>::new(listener, options.limits)?;
     let wall_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
     let instance = random_id();
     let mut directory = Directory::new(instance, wall_s - server.now().as_secs_f64());

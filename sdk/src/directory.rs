@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
+use armor_socket::random_id;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
 use armor_wire::registry::{ComponentEntry, DataEntry, Request};
 use thiserror::Error;
 
 use crate::clock::Clock;
-use crate::socket::fresh_instance;
 use background::{Inner, Lookup, LookupAnswer, State, wait};
 
 /// A refusal stands when it still does after this long: the holder of a name may just have died.
@@ -79,7 +79,7 @@ pub struct Directory {
 impl Directory {
     /// Connects in the background, only to ask; `name` says who asks.
     pub fn observer(address: &str, name: &str) -> Self {
-        Self::start(address, name, fresh_instance(), None, Arc::default())
+        Self::start(address, name, random_id(), None, Arc::default())
     }
 
     /// Connects in the background and registers `entry`.

@@ -20,7 +20,7 @@ fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
     setrlimit(Resource::Nofile, Rlimit { current: Some(64), ..limit }).unwrap();
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     runtime.enable_all().build().unwrap().block_on(async {
-        let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+        let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();
         let mut hoard = Vec::new();
         while let Ok(file) = File::open("/dev/null") {
@@ -34,7 +34,7 @@ fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
         let bytes = frame::to_bytes(FrameKind::Hello, &hello).unwrap();
         client.write_all(&bytes).unwrap();
 
-        let mut server = Server::<u64, u64>::new(listener, Limits::default());
+        let mut server = Server::<u64, u64>::new(listener, Limits::default()).unwrap();
         let while_out = tokio::time::timeout(Duration::from_millis(500), server.event()).await;
         assert!(while_out.is_err(), "nobody can have been accepted");
         drop(hoard);

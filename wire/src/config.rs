@@ -5,7 +5,8 @@ mod told;
 
 use crate::Message;
 use crate::hello::Refusal;
-use crate::keep::{Keep, Transport, Wake};
+use crate::keep::{Keep, Wake};
+use crate::transport::Transport;
 
 pub use told::{
     Change, ConfigurationState, Finding, ListedParameter, MAX_TOLD, MAX_TOLD_TEXT_LEN, cut,

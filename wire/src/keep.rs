@@ -35,17 +35,6 @@ pub enum Wake {
     Spin,
 }
 
-/// What a link's data travels on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Transport {
-    /// Whatever fits its two ends.
-    #[default]
-    Auto,
-    /// TCP, also within one host.
-    Tcp,
-}
-
 impl Keep {
     /// Whether a link may be asked for this: the count of `Last` is within 1 and [`MAX_KEEP`].
     pub fn is_allowed(self) -> bool {
@@ -96,17 +85,6 @@ impl fmt::Display for Wake {
             Self::Sleep => "sleep",
             Self::Spin => "spin",
         })
-    }
-}
-
-impl FromStr for Transport {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "tcp" => Ok(Self::Tcp),
-            _ => Err("transport is auto or tcp".into()),
-        }
     }
 }
 

@@ -23,6 +23,7 @@ pub mod name;
 pub mod quantity;
 pub mod registry;
 pub mod schema;
+pub mod transport;
 
 pub use armor_wire_derive::Message;
 pub use array::Array;

@@ -9,8 +9,9 @@ use std::time::Duration;
 use armor_robotfile::{Feature, Manifests, Override, read};
 use armor_socket::CloseReason;
 use armor_wire::config::{Assigned, InputSettings, Settings};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;
+use armor_wire::transport::Transport;
 
 use super::*;
 

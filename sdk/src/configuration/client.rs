@@ -11,9 +11,9 @@ use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 
 use super::connection::CONFIGD;
+use crate::dial;
 use crate::participant::Participant;
 use crate::session::{self, Writer};
-use crate::socket;
 
 /// How long the registry may take to find configd before the attempt counts as failed.
 const FIND_LIMIT: Duration = Duration::from_secs(5);
@@ -54,7 +54,7 @@ fn connect(participant: &Participant) -> Result<(), String> {
         .map_err(|error| error.to_string())?;
     let identity = &participant.identity;
     let hello = Hello::new(&identity.name, identity.instance, Purpose::Config);
-    let dialled = socket::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
+    let dialled = dial::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
     let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
     repeat_questions(participant, writer.clone());
     let reason =

@@ -3,6 +3,7 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
+use armor_socket::{is_temporary, random_id};
 use armor_wire::codec;
 use armor_wire::config::{Reply, Request};
 use armor_wire::frame::{self, FrameKind};
@@ -10,9 +11,8 @@ use armor_wire::hello::{Hello, Purpose};
 use armor_wire::liveness::BEAT;
 
 use super::questions::{ConfigdError, Questions};
+use crate::dial::{self, Dialled};
 use crate::directory::Directory;
-use crate::session::is_timeout;
-use crate::socket::{self, Dialled, fresh_instance};
 
 /// Name under which configd is registered.
 pub(crate) const CONFIGD: &str = "configd";
@@ -32,8 +32,8 @@ impl ConfigdConnection {
     /// If it is not there within `limit`, or cannot be reached.
     pub fn open(directory: &Directory, from: &str, limit: Duration) -> Result<Self, ConfigdError> {
         let found = directory.component(CONFIGD, limit)?;
-        let hello = Hello::new(from, fresh_instance(), Purpose::Config);
-        Ok(Self { dialled: socket::dial(&found.endpoint, &hello)?, next_request: 0 })
+        let hello = Hello::new(from, random_id(), Purpose::Config);
+        Ok(Self { dialled: dial::dial(&found.endpoint, &hello)?, next_request: 0 })
     }
 
     /// Reads some bytes; beats while there are none.
@@ -51,7 +51,9 @@ impl ConfigdConnection {
                     self.dialled.reader.filled(len);
                     return Ok(());
                 }
-                Err(error) if is_timeout(&error) => self.write(&frame::signal(FrameKind::Beat))?,
+                Err(error) if is_temporary(&error) => {
+                    self.write(&frame::signal(FrameKind::Beat))?
+                }
                 Err(error) => return Err(ended(error)),
             }
         }

@@ -5,8 +5,8 @@ use armor_wire::config::{Change, Finding, ListedParameter, Reply, Request};
 use armor_wire::hello::Refusal;
 use thiserror::Error;
 
+use crate::dial::ConnectError;
 use crate::directory::DirectoryError;
-use crate::socket::ConnectError;
 
 /// Why configd gave no answer.
 #[derive(Debug, Error)]

@@ -15,8 +15,8 @@ use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
 
 use super::{Change, Found, Listing};
 use crate::clock::Clock;
+use crate::dial::{self, ConnectError, Dialled};
 use crate::session::{self, Writer};
-use crate::socket::{self, ConnectError, Dialled};
 
 /// The first questions for the time come this quickly, until the filter has enough.
 const FIRST_TIMES: u32 = 8;
@@ -141,7 +141,7 @@ impl Inner {
         let mut backoff = Backoff::new(Duration::from_millis(20), Duration::from_secs(1), seed);
         let mut registry = 0;
         while !self.closing.load(Ordering::Relaxed) {
-            match socket::dial(&self.address, &self.hello) {
+            match dial::dial(&self.address, &self.hello) {
                 Ok(dialled) => {
                     backoff.reset();
                     if registry != 0 && registry != dialled.welcome.instance {

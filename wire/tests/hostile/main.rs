@@ -10,9 +10,10 @@ use std::alloc::System;
 use armor_wire::control::{Answer, Command, ReportKind};
 use armor_wire::frame::{DataHeader, FrameKind, signal, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::message::WireType;
 use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::transport::Transport;
 use armor_wire::{codec, config};
 use cap::Cap;
 

@@ -3,9 +3,10 @@
 use armor_wire::frame::FrameReader;
 use armor_wire::hello::{self, Hello, Purpose, Welcome};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
 
 use super::*;
-use crate::listen::listen;
+use crate::listener::listen;
 
 /// How long anything may take before a test counts as failed.
 const DEADLINE: Duration = Duration::from_secs(20);
@@ -39,9 +40,9 @@ fn run(test: impl Future<Output = ()>) {
 }
 
 async fn server() -> (Server<u64, u64>, std::net::SocketAddr) {
-    let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+    let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
     let address = listener.local_addr().unwrap();
-    (Server::new(listener, Limits::default()), address)
+    (Server::new(listener, Limits::default()).unwrap(), address)
 }
 
 /// A peer that has said hello, and its name at the server.
@@ -144,9 +145,9 @@ fn who_leaves_is_reported_once_with_the_reason() {
 #[test]
 fn an_answer_that_no_frame_holds_ends_the_connection_and_says_so() {
     run(async {
-        let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+        let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();
-        let mut server = Server::<u64, String>::new(listener, Limits::default());
+        let mut server = Server::<u64, String>::new(listener, Limits::default()).unwrap();
         let mut stream = TcpStream::connect(address).await.unwrap();
         let hello = Hello::new("test", 1, Purpose::Config);
         stream.write_all(&frame::to_bytes(FrameKind::Hello, &hello).unwrap()).await.unwrap();
@@ -169,6 +170,6 @@ fn dropping_the_server_closes_everything_and_frees_the_port() {
         drop(server);
         assert!(peer.hear().await.is_none());
         assert!(!matches!(stranger.read(&mut [0; 8]).await, Ok(len) if len > 0));
-        listen(address).await.unwrap();
+        listen(address).unwrap();
     });
 }

@@ -23,10 +23,6 @@ pub const ACCEPT_REST: Duration = Duration::from_millis(200);
 /// How long a refused peer may take to read why, before its socket is closed under it.
 pub const LINGER: Duration = Duration::from_secs(1);
 
-/// How many pairs of peer address and fault are remembered as logged. Beyond it faults are not
-/// logged at all: a flood of addresses must fill neither memory nor disk.
-pub const MAX_FAULTS: usize = 256;
-
 /// The limits that depend on the machine; the defaults serve a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {

@@ -13,15 +13,17 @@ use armor_wire::hello::{HandshakeError, Hello, Purpose, Refusal, Welcome, read_a
 use armor_wire::liveness::Liveness;
 use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::{info, warn};
 
-use crate::limits::LOOK;
-use crate::listen::tune;
+use crate::connect::reject_self_connection;
+use crate::daemon::limits::LOOK;
+use crate::daemon::stream::AsyncStream;
+use crate::stream::Stream;
+use crate::tuning::tune;
 
 /// Pause after the first failure. A registry that is restarted at once is found again at once.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
@@ -95,8 +97,6 @@ enum SessionError {
     NoAnswer(#[from] time::error::Elapsed),
     #[error("it is silent")]
     Silent,
-    #[error("nobody listens there")]
-    Echo,
 }
 
 async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sender<Standing>) {
@@ -132,27 +132,27 @@ async fn session(
     entry: &ComponentEntry,
     telling: &watch::Sender<Standing>,
 ) -> Result<Infallible, SessionError> {
-    let mut stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??;
-    if stream.local_addr()? == stream.peer_addr()? {
-        return Err(SessionError::Echo);
-    }
+    let stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??.into_std()?;
+    reject_self_connection(&stream)?;
+    let stream = Stream::Tcp(stream);
     tune(&stream)?;
+    let stream = AsyncStream::new(stream)?;
     let purpose = Purpose::Registry { entry: Some(entry.clone()) };
     let hello = Hello::new(&entry.name, entry.instance, purpose);
     let mut frames = FrameReader::with_limit(MAX_CONTROL_LEN);
     let bytes = frame::to_bytes(FrameKind::Hello, &hello)?;
     let welcome = time::timeout(PATIENCE, async {
         stream.write_all(&bytes).await?;
-        read_welcome(&mut stream, &mut frames).await
+        read_welcome(&stream, &mut frames).await
     });
     let welcome = welcome.await??;
     info!(%registry, name = %entry.name, "registered");
     telling.send_replace(Standing::Registered { registry: welcome.instance });
-    attend(&mut stream, &mut frames).await
+    attend(&stream, &mut frames).await
 }
 
 async fn read_welcome(
-    stream: &mut TcpStream,
+    stream: &AsyncStream,
     frames: &mut FrameReader,
 ) -> Result<Welcome, SessionError> {
     loop {
@@ -165,7 +165,7 @@ async fn read_welcome(
 
 /// Beats, and listens for beats, until the connection ends.
 async fn attend(
-    stream: &mut TcpStream,
+    stream: &AsyncStream,
     frames: &mut FrameReader,
 ) -> Result<Infallible, SessionError> {
     let epoch = Instant::now();
@@ -193,7 +193,7 @@ async fn attend(
     }
 }
 
-async fn fill(stream: &mut TcpStream, frames: &mut FrameReader) -> Result<(), SessionError> {
+async fn fill(stream: &AsyncStream, frames: &mut FrameReader) -> Result<(), SessionError> {
     match stream.read(frames.space()).await? {
         0 => Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
         len => {

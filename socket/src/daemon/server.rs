@@ -3,9 +3,9 @@
 //! ```no_run
 //! # use armor_socket::{Action, Event, Limits, Server, listen};
 //! # async fn daemon(mut handle: impl FnMut(Event<u64>, std::time::Duration) -> Vec<Action<u64>>)
-//! # -> Result<(), armor_socket::ListenError> {
-//! let listener = listen(([127, 0, 0, 1], 7411).into()).await?;
-//! let mut server = Server::<u64, u64>::new(listener, Limits::default());
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! let listener = listen(([127, 0, 0, 1], 7411).into())?;
+//! let mut server = Server::<u64, u64>::new(listener, Limits::default())?;
 //! loop {
 //!     let event = server.event().await;
 //!     for action in handle(event, server.now()) {
@@ -16,6 +16,7 @@
 //! ```
 
 use std::collections::HashMap;
+use std::io;
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,20 +24,21 @@ use std::time::Duration;
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::message::WireType;
-use socket2::SockRef;
-use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, JoinSet};
 use tokio::time::{self, Instant};
 use tracing::{debug, error};
 
-use crate::connection::{Connection, Told};
-use crate::event::{Action, CloseReason, Event, PeerId};
-use crate::faults::Faults;
-use crate::limits::{ACCEPT_REST, Limits, MAX_EVENTS};
-use crate::listen::tune;
-use crate::outgoing::Outgoing;
-use crate::seats::{Seat, Seats};
+use crate::daemon::close_log::CloseLog;
+use crate::daemon::connection::{Connection, Told};
+use crate::daemon::event::{Action, CloseReason, Event, PeerId};
+use crate::daemon::limits::{ACCEPT_REST, Limits, MAX_EVENTS};
+use crate::daemon::outgoing::Outgoing;
+use crate::daemon::seats::{Seat, Seats};
+use crate::daemon::stream::{AsyncListener, AsyncStream};
+use crate::listener::Listener;
+use crate::stream::Stream;
+use crate::tuning::tune;
 
 /// A listening server whose peers ask with `Q` and are answered with `R`. Dropping it closes
 /// everything.
@@ -51,9 +53,13 @@ pub struct Server<Q, R> {
 impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     /// Starts to accept, in a task of its own on the current tokio runtime.
     ///
+    /// # Errors
+    /// If the system cannot watch the listener.
+    ///
     /// # Panics
     /// Outside a tokio runtime.
-    pub fn new(listener: TcpListener, limits: Limits) -> Self {
+    pub fn new(listener: Listener, limits: Limits) -> io::Result<Self> {
+        let listener = AsyncListener::new(listener)?;
         let (telling, events) = mpsc::channel(MAX_EVENTS);
         let epoch = Instant::now();
         let seats = Seats::new(limits.connections, limits.connections_per_address);
@@ -67,7 +73,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
             last_peer: 0,
         };
         let accepting = tokio::spawn(async move { acceptor.run(listener).await });
-        Self { events, peers: HashMap::new(), epoch, accepting, answers: PhantomData }
+        Ok(Self { events, peers: HashMap::new(), epoch, accepting, answers: PhantomData })
     }
 
     /// The time since the server started, on a monotonic clock.
@@ -141,18 +147,18 @@ struct Acceptor<Q> {
     epoch: Instant,
     telling: mpsc::Sender<(PeerId, Told<Q>)>,
     seats: Seats,
-    faults: Arc<Faults>,
+    faults: Arc<CloseLog>,
     connections: JoinSet<()>,
     last_peer: u64,
 }
 
 impl<Q: WireType + Send> Acceptor<Q> {
-    async fn run(&mut self, listener: TcpListener) {
+    async fn run(&mut self, listener: AsyncListener) {
         let mut resting = false;
         loop {
             tokio::select! {
                 accepted = listener.accept() => match accepted {
-                    Ok((stream, _)) => {
+                    Ok(stream) => {
                         resting = false;
                         self.admit(stream);
                     }
@@ -168,9 +174,9 @@ impl<Q: WireType + Send> Acceptor<Q> {
         }
     }
 
-    fn admit(&mut self, mut stream: TcpStream) {
+    fn admit(&mut self, stream: Stream) {
         // A peer that is gone already needs no answer.
-        let Ok(address) = stream.peer_addr() else { return };
+        let Ok(address) = stream.peer_address() else { return };
         let Some(seat) = self.seats.take(address.ip()) else {
             self.faults.report(address, &CloseReason::Crowded);
             turn_away(&stream);
@@ -179,6 +185,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
         if tune(&stream).is_err() {
             return;
         }
+        let Ok(stream) = AsyncStream::new(stream) else { return };
         self.last_peer += 1;
         let connection = Connection {
             peer: PeerId(self.last_peer),
@@ -190,17 +197,17 @@ impl<Q: WireType + Send> Acceptor<Q> {
         let faults = Arc::clone(&self.faults);
         self.connections.spawn(async move {
             let _seat: Seat = seat;
-            connection.serve(&mut stream, &faults).await;
+            connection.serve(&stream, &faults).await;
         });
     }
 }
 
-/// Says why, as far as that is possible without waiting.
-fn turn_away(stream: &TcpStream) {
+/// Sends the reason, as far as that is possible without waiting.
+fn turn_away(stream: &Stream) {
     let refusal = Refusal::new(RefusalCode::Limit, "there are too many connections already");
     if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal) {
-        // A fresh socket has room for it; tokio does not know yet whether it is writable.
-        let _ = SockRef::from(stream).send(&bytes);
+        // A new socket has room for it.
+        let _ = stream.try_send(&bytes);
     }
 }
 

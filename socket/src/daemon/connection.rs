@@ -2,7 +2,7 @@
 //! by side in one task, then the end.
 
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::codec;
@@ -10,16 +10,15 @@ use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
 use armor_wire::hello::{HandshakeError, Hello};
 use armor_wire::liveness::Liveness;
 use armor_wire::message::WireType;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
-use tokio::net::tcp::{ReadHalf, WriteHalf};
+use parking_lot::Mutex;
 use tokio::sync::mpsc;
 use tokio::time::{self, Instant, MissedTickBehavior};
 
-use crate::event::{CloseReason, PeerId};
-use crate::faults::Faults;
-use crate::limits::{LINGER, LOOK, Limits, MAX_REQUEST_LEN};
-use crate::outgoing::{Next, Outgoing};
+use crate::daemon::close_log::CloseLog;
+use crate::daemon::event::{CloseReason, PeerId};
+use crate::daemon::limits::{LINGER, LOOK, Limits, MAX_REQUEST_LEN};
+use crate::daemon::outgoing::{Next, Outgoing};
+use crate::daemon::stream::AsyncStream;
 
 /// What a connection tells the server.
 pub(crate) enum Told<Q> {
@@ -49,10 +48,9 @@ pub(crate) struct Connection<Q> {
 impl<Q: WireType + Send> Connection<Q> {
     /// Serves the connection until it ends. The server is told of the end if it was told of the
     /// beginning and did not ask for the end itself.
-    pub(crate) async fn serve(&self, stream: &mut TcpStream, faults: &Faults) {
+    pub(crate) async fn serve(&self, stream: &AsyncStream, faults: &CloseLog) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
-        let (mut reading, mut writing) = stream.split();
-        let hello = time::timeout(self.limits.handshake, read_hello(&mut reading, &mut frames));
+        let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
         let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
         match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
             Ok(hello) => {
@@ -63,22 +61,22 @@ impl<Q: WireType + Send> Connection<Q> {
                 faults.report(self.address, &reason);
                 if let CloseReason::Hello(HandshakeError::Refused(refusal)) = reason
                     && let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal)
-                    && writing.write_all(&bytes).await.is_ok()
+                    && stream.write_all(&bytes).await.is_ok()
                 {
-                    part(&mut reading, &mut writing).await;
+                    part(stream).await;
                 }
                 return;
             }
         }
         let liveness = Mutex::new(Liveness::new(self.now()));
         let reason = tokio::select! {
-            reason = self.read(&mut reading, &mut frames, &liveness) => reason,
-            reason = self.write(&mut writing, &outgoing, &liveness) => reason,
+            reason = self.read(stream, &mut frames, &liveness) => reason,
+            reason = self.write(stream, &outgoing, &liveness) => reason,
             reason = self.beat(&outgoing, &liveness) => reason,
         };
         faults.report(self.address, &reason);
         if matches!(reason, CloseReason::Daemon(_)) {
-            part(&mut reading, &mut writing).await;
+            part(stream).await;
         } else {
             self.tell(Told::Closed { reason }).await;
         }
@@ -86,7 +84,7 @@ impl<Q: WireType + Send> Connection<Q> {
 
     async fn read(
         &self,
-        reading: &mut ReadHalf<'_>,
+        stream: &AsyncStream,
         frames: &mut FrameReader,
         liveness: &Mutex<Liveness>,
     ) -> CloseReason {
@@ -107,10 +105,10 @@ impl<Q: WireType + Send> Connection<Q> {
                     }
                     Err(error) => return error.into(),
                 };
-                lock(liveness).heard(self.now());
+                liveness.lock().heard(self.now());
                 self.tell(told).await;
             }
-            match reading.read(frames.space()).await {
+            match stream.read(frames.space()).await {
                 Ok(0) if frames.is_mid_frame() => return CloseReason::Truncated,
                 Ok(0) => return CloseReason::Ended,
                 Ok(len) => frames.filled(len),
@@ -121,7 +119,7 @@ impl<Q: WireType + Send> Connection<Q> {
 
     async fn write(
         &self,
-        writing: &mut WriteHalf<'_>,
+        stream: &AsyncStream,
         outgoing: &Outgoing,
         liveness: &Mutex<Liveness>,
     ) -> CloseReason {
@@ -132,13 +130,13 @@ impl<Q: WireType + Send> Connection<Q> {
             }
             let mut rest = bytes.as_slice();
             while !rest.is_empty() {
-                match time::timeout(self.limits.stall, writing.write(rest)).await {
+                match time::timeout(self.limits.stall, stream.write(rest)).await {
                     Err(_) | Ok(Ok(0)) => return CloseReason::NotReading,
                     Ok(Ok(len)) => rest = &rest[len..],
                     Ok(Err(error)) => return CloseReason::Broken(error),
                 }
             }
-            lock(liveness).spoke(self.now());
+            liveness.lock().spoke(self.now());
         }
     }
 
@@ -153,7 +151,7 @@ impl<Q: WireType + Send> Connection<Q> {
         loop {
             look.tick().await;
             let now = self.now();
-            let mut liveness = lock(liveness);
+            let mut liveness = liveness.lock();
             if now.saturating_sub(before) > 2 * LOOK {
                 // It was us who were away; what the peer said meanwhile is yet to be read.
                 liveness.heard(now);
@@ -178,15 +176,12 @@ impl<Q: WireType + Send> Connection<Q> {
     }
 }
 
-async fn read_hello(
-    reading: &mut ReadHalf<'_>,
-    frames: &mut FrameReader,
-) -> Result<Hello, CloseReason> {
+async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<Hello, CloseReason> {
     loop {
         if let Some(frame) = frames.next_frame()? {
             return Ok(Hello::read(&frame)?);
         }
-        match reading.read(frames.space()).await.map_err(CloseReason::Broken)? {
+        match stream.read(frames.space()).await.map_err(CloseReason::Broken)? {
             0 if frames.is_mid_frame() => return Err(CloseReason::Truncated),
             0 => return Err(CloseReason::Ended),
             len => frames.filled(len),
@@ -196,13 +191,9 @@ async fn read_hello(
 
 /// Lets the peer read the last words: closing a socket with unread bytes in it would reset the
 /// connection and take the words along.
-async fn part(reading: &mut ReadHalf<'_>, writing: &mut WriteHalf<'_>) {
-    let _ = writing.shutdown().await;
+async fn part(stream: &AsyncStream) {
+    let _ = stream.shutdown_writing();
     let mut waste = [0; 4 << 10];
-    let drain = async { while matches!(reading.read(&mut waste).await, Ok(len) if len > 0) {} };
+    let drain = async { while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {} };
     let _ = time::timeout(LINGER, drain).await;
-}
-
-fn lock(liveness: &Mutex<Liveness>) -> std::sync::MutexGuard<'_, Liveness> {
-    liveness.lock().unwrap_or_else(PoisonError::into_inner)
 }

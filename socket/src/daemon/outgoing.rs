@@ -1,13 +1,12 @@
 //! The bounded bytes that wait to be written to one peer. Filled by the daemon without waiting,
 //! emptied by the connection's task in as few writes as possible.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::message::WireType;
+use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::Notify;
 
-use crate::event::CloseReason;
+use crate::daemon::event::CloseReason;
 
 /// A buffer above this is given back after use instead of being kept for each connection.
 const KEPT_LEN: usize = 64 << 10;
@@ -109,7 +108,7 @@ impl Outgoing {
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 }
 
