@@ -4,7 +4,7 @@
 use std::net::SocketAddr;
 use std::process::{Child, Stdio};
 
-use armor_registry::{Background, Options};
+use armor_registry::{BackgroundRegistry, RegistryOptions};
 use serde_json::Value;
 
 use crate::fixture::{Folder, ended, wait_for};
@@ -161,7 +161,9 @@ impl Drop for Started {
 fn a_component_may_be_there_before_configd() {
     let folder = Folder::new("param-before");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-    let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
+    let registry =
+        BackgroundRegistry::start(RegistryOptions { listen, ..RegistryOptions::default() })
+            .expect("it listens");
     let at = registry.address().to_string();
     let file = "<armor version='1'><system><component name='lamp' kind='probe' rate='20Hz'>\
                 <parameter name='trace' value='lamp.trace'/><parameter name='mark' value='one'/>\

@@ -125,7 +125,7 @@ pub fn serve(registry: SocketAddr, file: &Path) -> Result<()> {
             registrations.push(Registration::keep(registry, entry(address)));
         }
     };
-    let serving = armor_configd::serve(armor_configd::Options::new(file), tell);
+    let serving = armor_configd::serve(armor_configd::ConfigdOptions::new(file), tell);
     runtime.block_on(serving).map(|never| match never {}).map_err(Into::into)
 }
 

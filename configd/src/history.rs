@@ -14,16 +14,16 @@ const MAX_HELD_LEN: usize = 32 << 20;
 
 /// An accepted version: the bytes of its files, the one that was asked for first.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct KeptVersion {
     /// Its number.
     pub number: u64,
     /// The path of each file, and what it held.
     pub files: Vec<(PathBuf, String)>,
 }
 
-impl Kept {
+impl KeptVersion {
     /// What these files say. They were valid once, so something is there.
-    pub(crate) fn reading(&self) -> armor_robotfile::Reading {
+    pub(crate) fn read_files(&self) -> armor_robotfile::Reading {
         let first = self.files.first().map_or(Path::new(""), |(path, _)| path);
         read(first, &mut |path| {
             let found = self.files.iter().find(|(known, _)| known == path);
@@ -35,13 +35,13 @@ impl Kept {
 
 /// Versions in a row, the newest last.
 #[derive(Debug, Default)]
-pub(crate) struct History {
+pub(crate) struct VersionHistory {
     versions: VecDeque<(u64, Vec<Arc<Source>>)>,
 }
 
-impl History {
+impl VersionHistory {
     /// Adds the newest version, and lets go of what is too much.
-    pub(crate) fn add(&mut self, number: u64, sources: Vec<Arc<Source>>) {
+    pub(crate) fn add_version(&mut self, number: u64, sources: Vec<Arc<Source>>) {
         self.versions.push_back((number, sources));
         let len = |sources: &[Arc<Source>]| -> usize {
             sources.iter().map(|source| source.text().len()).sum()
@@ -54,21 +54,21 @@ impl History {
     }
 
     /// The number of the oldest that is held.
-    pub(crate) fn oldest(&self) -> u64 {
+    pub(crate) fn oldest_number(&self) -> u64 {
         self.versions.front().map_or(0, |(number, _)| *number)
     }
 
     /// The bytes of a version.
-    pub(crate) fn kept(&self, number: u64) -> Option<Kept> {
+    pub(crate) fn kept_version(&self, number: u64) -> Option<KeptVersion> {
         let (number, sources) = self.versions.iter().find(|(known, _)| *known == number)?;
         let files = sources.iter();
         let files = files.map(|source| (source.path().to_path_buf(), source.text().to_owned()));
-        Some(Kept { number: *number, files: files.collect() })
+        Some(KeptVersion { number: *number, files: files.collect() })
     }
 
     /// What a version says, without anything over it.
     pub(crate) fn configuration(&self, number: u64) -> Option<Configuration> {
-        self.kept(number)?.reading().configuration
+        self.kept_version(number)?.read_files().configuration
     }
 }
 
@@ -78,15 +78,15 @@ mod tests {
 
     #[test]
     fn it_is_bounded_in_number_and_in_bytes() {
-        let mut history = History::default();
+        let mut history = VersionHistory::default();
         for number in 1..=40 {
-            history.add(number, vec![Source::new("a.xml", "<armor/>")]);
+            history.add_version(number, vec![Source::new("a.xml", "<armor/>")]);
         }
-        assert_eq!((history.oldest(), history.versions.len()), (9, MAX_VERSIONS));
+        assert_eq!((history.oldest_number(), history.versions.len()), (9, MAX_VERSIONS));
         for number in 41..=60 {
-            history.add(number, vec![Source::new("a.xml", "x".repeat(4 << 20))]);
+            history.add_version(number, vec![Source::new("a.xml", "x".repeat(4 << 20))]);
         }
         assert_eq!(history.versions.len(), 8);
-        assert!(history.kept(52).is_none() && history.kept(53).is_some());
+        assert!(history.kept_version(52).is_none() && history.kept_version(53).is_some());
     }
 }

@@ -7,26 +7,26 @@ use std::sync::Arc;
 use armor_robotfile::Manifests;
 
 /// Looks for kinds beside the files given, and elsewhere.
-type Look = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
+type LookForKinds = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
 
 /// Says which kinds there are. It is asked beside the loop, so it may take its time.
 #[derive(Clone)]
-pub struct Kinds(Arc<Look>);
+pub struct KindSource(Arc<LookForKinds>);
 
-impl Kinds {
+impl KindSource {
     /// Asks `look`, with the files that configd knows, for all kinds there are; it says nothing if
     /// they are what they were when it was asked last.
     pub fn new(look: impl Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync + 'static) -> Self {
         Self(Arc::new(look))
     }
 
-    pub(crate) fn look(&self, files: &[PathBuf]) -> Option<Manifests> {
+    pub(crate) fn look_again(&self, files: &[PathBuf]) -> Option<Manifests> {
         (self.0)(files)
     }
 }
 
-impl fmt::Debug for Kinds {
+impl fmt::Debug for KindSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Kinds")
+        f.write_str("KindSource")
     }
 }

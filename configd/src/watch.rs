@@ -10,31 +10,32 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use armor_robotfile::{Manifests, Reading};
 use notify::event::{AccessKind, AccessMode, EventKind};
 use notify::{RecommendedWatcher, RecursiveMode, Watcher};
+use parking_lot::Mutex;
 use tokio::sync::{Notify, mpsc};
 use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::warn;
 
-use crate::files::{Files, is_whole};
-use crate::kinds::Kinds;
+use crate::files::{WatchedFiles, is_whole};
+use crate::kinds::KindSource;
 use crate::versions::Write;
-use crate::way::Ways;
+use crate::watched_paths::WatchedPaths;
 
 /// How often the files are looked at without a reason.
 const POLL: Duration = Duration::from_secs(2);
 /// A save is over when nothing happens for this long: longer than the pauses within one, and short
 /// enough that a fault is told within half a second.
 const QUIET: Duration = Duration::from_millis(100);
-/// Files that are never quiet, or stay away, are taken as they are after this long.
+/// WatchedFiles that are never quiet, or stay away, are taken as they are after this long.
 const MAX_WAIT: Duration = Duration::from_millis(350);
 
 /// What the watching task tells, in the order in which it happened on the disk.
-pub(crate) enum Seen {
+pub(crate) enum FileEvent {
     /// The files are other than before.
     Read(Box<Reading>),
     /// There are other kinds of components than before.
@@ -44,29 +45,29 @@ pub(crate) enum Seen {
 }
 
 /// The two ends of the watching task.
-pub(crate) struct Watching {
-    pub(crate) seen: mpsc::Receiver<Seen>,
+pub(crate) struct FileWatch {
+    pub(crate) seen: mpsc::Receiver<FileEvent>,
     /// Takes one write at a time.
     pub(crate) writes: mpsc::Sender<Write>,
 }
 
 /// Starts to watch, in a task of its own on the current runtime; it ends with the receiver.
-pub(crate) fn watch(files: Files, kinds: Option<Kinds>) -> Watching {
+pub(crate) fn watch(files: WatchedFiles, kinds: Option<KindSource>) -> FileWatch {
     let (telling, seen) = mpsc::channel(1);
     let (writes, written) = mpsc::channel(1);
     tokio::spawn(async move {
         tokio::select! {
-            () = run(files, kinds, &telling, written) => {}
+            () = watch_files(files, kinds, &telling, written) => {}
             () = telling.closed() => {}
         }
     });
-    Watching { seen, writes }
+    FileWatch { seen, writes }
 }
 
-async fn run(
-    mut files: Files,
-    kinds: Option<Kinds>,
-    telling: &mpsc::Sender<Seen>,
+async fn watch_files(
+    mut files: WatchedFiles,
+    kinds: Option<KindSource>,
+    telling: &mpsc::Sender<FileEvent>,
     mut writes: mpsc::Receiver<Write>,
 ) {
     let stirred = Arc::new(Notify::new());
@@ -74,14 +75,14 @@ async fn run(
     let mut poll = time::interval(POLL);
     poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
-        folders.follow(&files);
+        folders.watch_paths_of(&files);
         let (news, is_write) = tokio::select! {
-            () = stirred.notified() => (settled(&mut files, &stirred, true).await, false),
-            _ = poll.tick() => (settled(&mut files, &stirred, false).await, false),
-            Some(write) = writes.recv() => (written(&mut files, write).await, true),
+            () = stirred.notified() => (wait_settled(&mut files, &stirred, true).await, false),
+            _ = poll.tick() => (wait_settled(&mut files, &stirred, false).await, false),
+            Some(write) = writes.recv() => (perform_write(&mut files, write).await, true),
         };
         // A version is judged by the kinds there are when it is saved, so they come first.
-        let kinds = if is_write { None } else { look_for(kinds.as_ref(), &files).await };
+        let kinds = if is_write { None } else { look_for_kinds(kinds.as_ref(), &files).await };
         for news in kinds.into_iter().chain(news) {
             if telling.send(news).await.is_err() {
                 return;
@@ -92,46 +93,50 @@ async fn run(
 
 /// What the files are once they have settled, if it is not what is known. Without a stir they are
 /// looked at twice, because then nobody tells whether they are quiet.
-async fn settled(files: &mut Files, stirred: &Notify, is_stirred: bool) -> Option<Seen> {
+async fn wait_settled(
+    files: &mut WatchedFiles,
+    stirred: &Notify,
+    is_stirred: bool,
+) -> Option<FileEvent> {
     let deadline = Instant::now() + MAX_WAIT;
     let mut before = None;
     if !is_stirred {
-        before = Some(look(files).await?.0);
+        before = Some(read_files(files).await?.0);
     }
     loop {
         let quiet = || QUIET.min(deadline.saturating_duration_since(Instant::now()));
         while time::timeout(quiet(), stirred.notified()).await.is_ok() {}
-        let (snapshot, reading) = look(files).await?;
+        let (snapshot, reading) = read_files(files).await?;
         let is_quiet = before.as_ref().is_none_or(|before| *before == snapshot);
         if is_quiet && is_whole(&snapshot) || Instant::now() >= deadline {
-            files.know(snapshot);
-            return Some(Seen::Read(Box::new(reading)));
+            files.set_known(snapshot);
+            return Some(FileEvent::Read(Box::new(reading)));
         }
         before = Some(snapshot);
     }
 }
 
-async fn look(files: &Files) -> Option<(crate::files::Snapshot, Reading)> {
+async fn read_files(files: &WatchedFiles) -> Option<(crate::files::FileSnapshot, Reading)> {
     let files = files.clone();
     // It fails only when the runtime ends.
-    tokio::task::spawn_blocking(move || files.look()).await.ok().flatten()
+    tokio::task::spawn_blocking(move || files.read_if_changed()).await.ok().flatten()
 }
 
-async fn look_for(kinds: Option<&Kinds>, files: &Files) -> Option<Seen> {
+async fn look_for_kinds(kinds: Option<&KindSource>, files: &WatchedFiles) -> Option<FileEvent> {
     let (kinds, files) = (kinds?.clone(), files.paths().map(Into::into).collect::<Vec<_>>());
-    let looked = tokio::task::spawn_blocking(move || kinds.look(&files)).await;
-    looked.ok().flatten().map(Seen::Kinds)
+    let looked = tokio::task::spawn_blocking(move || kinds.look_again(&files)).await;
+    looked.ok().flatten().map(FileEvent::Kinds)
 }
 
-async fn written(files: &mut Files, write: Write) -> Option<Seen> {
+async fn perform_write(files: &mut WatchedFiles, write: Write) -> Option<FileEvent> {
     let mut writing = files.clone();
     let done = tokio::task::spawn_blocking(move || {
-        let result = writing.write(&write);
+        let result = writing.write_file(&write);
         (writing, result)
     });
     let (back, result) = done.await.ok()?;
     *files = back;
-    Some(Seen::Written(result))
+    Some(FileEvent::Written(result))
 }
 
 /// The folders, and the files themselves, that the kernel watches for us.
@@ -147,27 +152,27 @@ struct Folders {
 impl Folders {
     fn new(stirred: &Arc<Notify>) -> Self {
         let entries = Arc::<Mutex<BTreeSet<PathBuf>>>::default();
-        let watcher = watcher(Arc::clone(stirred), Arc::clone(&entries))
+        let watcher = start_watcher(Arc::clone(stirred), Arc::clone(&entries))
             .inspect_err(|error| warn!(%error, "cannot watch folders; looking every 2 s"))
             .ok();
         Self { watcher, stirred: Arc::clone(stirred), watched: BTreeMap::new(), entries }
     }
 
     /// Watches the files and the folders on the way to them as they are now, and no others.
-    fn follow(&mut self, files: &Files) {
+    fn watch_paths_of(&mut self, files: &WatchedFiles) {
         let Some(watcher) = &mut self.watcher else { return };
-        let ways = Ways::to(files.paths());
-        let wanted = ways.folders.keys().chain(&ways.files).filter_map(|folder| {
+        let paths = WatchedPaths::leading_to(files.paths());
+        let wanted = paths.folders.keys().chain(&paths.files).filter_map(|folder| {
             let folder_is = fs::metadata(folder).ok()?;
             Some((folder.clone(), (folder_is.dev(), folder_is.ino())))
         });
         let wanted: BTreeMap<_, _> = wanted.collect();
-        let entries = ways
+        let entries = paths
             .folders
             .into_iter()
             .flat_map(|(folder, entries)| std::iter::once(folder).chain(entries));
         let entries = entries.collect();
-        let mut known = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.entries.lock();
         let mut is_news = *known != entries;
         *known = entries;
         drop(known);
@@ -191,7 +196,7 @@ impl Folders {
     }
 }
 
-fn watcher(
+fn start_watcher(
     stirred: Arc<Notify>,
     entries: Arc<Mutex<BTreeSet<PathBuf>>>,
 ) -> notify::Result<RecommendedWatcher> {
@@ -204,7 +209,7 @@ fn watcher(
                 EventKind::Access(_) => false,
                 _ => true,
             };
-            let entries = entries.lock().unwrap_or_else(PoisonError::into_inner);
+            let entries = entries.lock();
             let is_ours = event.paths.iter().any(|path| entries.contains(path));
             changed && (is_ours || event.paths.is_empty() || event.need_rescan())
         });

@@ -10,7 +10,7 @@ use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Parameters, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
-use armor_wire::config::Finding;
+use armor_wire::config::FindingRecord;
 
 use crate::Wake;
 use crate::watch::spawn;
@@ -30,7 +30,7 @@ pub struct Told {
     /// What changed and when that takes effect, or why nothing was written.
     pub text: String,
     /// What is wrong with the file as it would be, or as it is.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<FindingRecord>,
 }
 
 /// Where parameters are asked for and set.

@@ -6,21 +6,21 @@ use std::thread::{self, JoinHandle};
 
 use tokio::sync::oneshot;
 
-use crate::serve::{Options, ServeError, serve};
+use crate::serve::{RegistryOptions, RegistryStartError, serve};
 
 /// A running registry. Dropping it stops it and closes all its connections.
-pub struct Background {
+pub struct BackgroundRegistry {
     address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Background {
+impl BackgroundRegistry {
     /// Starts a registry and waits until peers can connect to it.
     ///
     /// # Errors
-    /// [`ServeError`] if it cannot start.
-    pub fn start(options: Options) -> Result<Self, ServeError> {
+    /// [`RegistryStartError`] if it cannot start.
+    pub fn start(options: RegistryOptions) -> Result<Self, RegistryStartError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
         let (telling, told) = mpsc::channel();
@@ -49,7 +49,7 @@ impl Background {
     }
 }
 
-impl Drop for Background {
+impl Drop for BackgroundRegistry {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {

@@ -6,10 +6,10 @@
 mod background;
 pub mod directory;
 pub mod limits;
+mod refusals;
 mod serve;
 mod similar;
-mod texts;
 
-pub use background::Background;
-pub use directory::Directory;
-pub use serve::{Options, ServeError, serve};
+pub use background::BackgroundRegistry;
+pub use directory::RegistryDirectory;
+pub use serve::{RegistryOptions, RegistryStartError, serve};

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_socket::random_id;
-use armor_wire::config::{InputSettings, Settings};
+use armor_wire::config::{ComponentSettings, InputSettings};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::name;
 use armor_wire::quantity;
@@ -181,11 +181,11 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
         Some(settings) => settings
             .recv_timeout(START_LIMIT)
             .map_err(|_| format!("configd has not told how `{}` is connected", options.name))??,
-        None => Settings {
+        None => ComponentSettings {
             rate_hz: options.rate_hz,
             inputs: options.links.clone(),
             clock: options.clock.clone(),
-            ..Settings::default()
+            ..ComponentSettings::default()
         },
     };
     apply_settings(&participant, &settings)?;
@@ -222,7 +222,7 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
     Ok(())
 }
 
-fn apply_settings(participant: &Participant, settings: &Settings) -> Result<(), Fault> {
+fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Result<(), Fault> {
     participant.lifecycle.set_controlled(settings.controlled);
     let (name, kind) = (&participant.identity.name, &participant.identity.kind);
     let inputs = participant.ports.inputs();

@@ -35,7 +35,7 @@ pub fn connect_component(
     limit: Duration,
 ) -> io::Result<Stream> {
     // Behind a proxy every address belongs to the host at its far end.
-    let is_same_host = to.host == host_name() && proxy::address().is_none();
+    let is_same_host = to.host == host_name() && proxy::proxy_address().is_none();
     let mut failure = io::ErrorKind::AddrNotAvailable.into();
     for endpoint in Endpoint::of_component(to, transport, is_same_host) {
         match connect(&endpoint, limit) {
@@ -56,12 +56,13 @@ fn connect_unix(instance: u64, limit: Duration) -> io::Result<Stream> {
 }
 
 fn connect_tcp(address: &str, limit: Duration) -> io::Result<Stream> {
-    let Some(proxy) = proxy::address() else {
-        let stream = TcpStream::connect_timeout(&resolve(address)?, limit)?;
+    let Some(proxy) = proxy::proxy_address() else {
+        let stream = TcpStream::connect_timeout(&resolve_address(address)?, limit)?;
         reject_self_connection(&stream)?;
         return Ok(Stream::Tcp(stream));
     };
-    let stream = TcpStream::connect_timeout(&resolve(&proxy)?, limit).map_err(proxy::name_proxy)?;
+    let stream =
+        TcpStream::connect_timeout(&resolve_address(&proxy)?, limit).map_err(proxy::name_proxy)?;
     proxy::connect_through(&stream, address, limit)?;
     Ok(Stream::Tcp(stream))
 }
@@ -75,7 +76,7 @@ pub(crate) fn reject_self_connection(stream: &TcpStream) -> io::Result<()> {
     Ok(())
 }
 
-fn resolve(address: &str) -> io::Result<SocketAddr> {
+fn resolve_address(address: &str) -> io::Result<SocketAddr> {
     address.to_socket_addrs()?.next().ok_or_else(|| io::ErrorKind::AddrNotAvailable.into())
 }
 

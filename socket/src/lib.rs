@@ -16,7 +16,7 @@ mod tuning;
 
 pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
-pub use daemon::{Action, CloseReason, Event, Limits, PeerId, Registration, Server, Standing};
+pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
 pub use faults::{FaultTable, is_temporary};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};

@@ -18,7 +18,7 @@ const BY_NAME: u8 = 3;
 const BY_IPV6: u8 = 4;
 
 /// Returns the proxy's address, if the environment sets one.
-pub(crate) fn address() -> Option<String> {
+pub(crate) fn proxy_address() -> Option<String> {
     std::env::var(PROXY_VARIABLE).ok().filter(|proxy| !proxy.is_empty())
 }
 
@@ -57,7 +57,7 @@ fn request_connection(mut stream: impl Read + Write, address: &str) -> io::Resul
     let mut method = [0; 2];
     stream.read_exact(&mut method)?;
     if method != [VERSION, WITHOUT_PASSWORD] {
-        return Err(refused("it is not a SOCKS5 proxy, or requires a password"));
+        return Err(refused_by_proxy("it is not a SOCKS5 proxy, or requires a password"));
     }
     stream.write_all(&request)?;
     // Version, verdict, reserved, kind of the address that follows.
@@ -71,19 +71,19 @@ fn request_connection(mut stream: impl Read + Write, address: &str) -> io::Resul
             stream.read_exact(&mut length)?;
             usize::from(length[0])
         }
-        _ => return Err(refused("its answer is not SOCKS5")),
+        _ => return Err(refused_by_proxy("its answer is not SOCKS5")),
     };
     // The address and port from which the proxy connects are not needed, but they must be read.
     let mut bound = [0; 255 + 2];
     stream.read_exact(&mut bound[..length + 2])?;
     match answer[1] {
         0 => Ok(()),
-        1 => Err(refused("it failed")),
-        2 => Err(refused("its rules forbid the connection")),
-        3 | 4 => Err(refused("it has no route to the address")),
+        1 => Err(refused_by_proxy("it failed")),
+        2 => Err(refused_by_proxy("its rules forbid the connection")),
+        3 | 4 => Err(refused_by_proxy("it has no route to the address")),
         5 => Err(io::ErrorKind::ConnectionRefused.into()),
         6 => Err(io::ErrorKind::TimedOut.into()),
-        code => Err(refused(&format!("it refuses (code {code})"))),
+        code => Err(refused_by_proxy(&format!("it refuses (code {code})"))),
     }
 }
 
@@ -107,7 +107,7 @@ pub(crate) fn name_proxy(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the proxy ({PROXY_VARIABLE}): {error}"))
 }
 
-fn refused(why: &str) -> io::Error {
+fn refused_by_proxy(why: &str) -> io::Error {
     io::Error::new(io::ErrorKind::ConnectionRefused, format!("the proxy ({PROXY_VARIABLE}): {why}"))
 }
 

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::net::TcpStream;
 use std::time::Duration;
 
-use armor_socket::{Limits, Server, listen};
+use armor_socket::{Server, ServerLimits, listen};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -34,11 +34,11 @@ fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
         let bytes = frame::to_bytes(FrameKind::Hello, &hello).unwrap();
         client.write_all(&bytes).unwrap();
 
-        let mut server = Server::<u64, u64>::new(listener, Limits::default()).unwrap();
-        let while_out = tokio::time::timeout(Duration::from_millis(500), server.event()).await;
+        let mut server = Server::<u64, u64>::new(listener, ServerLimits::default()).unwrap();
+        let while_out = tokio::time::timeout(Duration::from_millis(500), server.next_event()).await;
         assert!(while_out.is_err(), "nobody can have been accepted");
         drop(hoard);
-        let event = tokio::time::timeout(DEADLINE, server.event()).await.unwrap();
-        assert!(matches!(event, armor_socket::Event::Connected { .. }), "{event:?}");
+        let event = tokio::time::timeout(DEADLINE, server.next_event()).await.unwrap();
+        assert!(matches!(event, armor_wire::peer::PeerEvent::Connected { .. }), "{event:?}");
     });
 }

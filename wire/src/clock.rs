@@ -44,7 +44,7 @@ impl Exchange {
 
 /// The offset as known now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct ClockEstimate {
     /// System time minus own monotonic clock, in seconds.
     pub offset_s: f64,
     /// Half the round trip it was measured with and the drift since, in seconds: the error is at
@@ -69,7 +69,7 @@ impl ClockFilter {
         if backwards || !(exchange.offset_s() + exchange.round_trip_s()).is_finite() {
             return;
         }
-        let contradicts = |known: Estimate| {
+        let contradicts = |known: ClockEstimate| {
             let error_s = known.error_s + exchange.round_trip_s() / 2.0;
             (known.offset_s - exchange.offset_s()).abs() > error_s
         };
@@ -88,16 +88,16 @@ impl ClockFilter {
     }
 
     /// The best estimate, as of the last exchange.
-    pub fn estimate(&self) -> Option<Estimate> {
+    pub fn estimate(&self) -> Option<ClockEstimate> {
         self.estimate_at(self.recent.back()?.answered_s)
     }
 
-    fn estimate_at(&self, now_s: f64) -> Option<Estimate> {
+    fn estimate_at(&self, now_s: f64) -> Option<ClockEstimate> {
         let error_s = |exchange: &Exchange| {
             exchange.round_trip_s() / 2.0 + (now_s - exchange.answered_s).max(0.0) * MAX_DRIFT
         };
         let best = self.recent.iter().min_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
-        Some(Estimate { offset_s: best.offset_s(), error_s: error_s(best) })
+        Some(ClockEstimate { offset_s: best.offset_s(), error_s: error_s(best) })
     }
 }
 

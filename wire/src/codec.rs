@@ -109,7 +109,7 @@ fn decode_within<T: WireType>(bytes: &[u8], limit: usize) -> Result<T, DecodeErr
         return Err(DecodeError::Layout(bincode::error::DecodeError::LimitExceeded));
     }
     let mut decoder = DecoderImpl::new(Payload(bytes), config::legacy(), ());
-    let value = T::read(&mut decoder).map_err(DecodeError::Layout)?;
+    let value = T::read_value(&mut decoder).map_err(DecodeError::Layout)?;
     match decoder.reader().0.len() {
         0 => Ok(value),
         left => Err(DecodeError::LeftOver(left)),

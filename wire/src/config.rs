@@ -1,21 +1,22 @@
 //! What is said to configd and by it. A component asks, configd answers (ArMoR 2.3); only parameters
 //! marked live are sent unasked. Tools list and set parameters and ask what changed.
 
-mod told;
+mod records;
 
 use crate::Message;
 use crate::hello::Refusal;
 use crate::keep::{Keep, Wake};
 use crate::transport::Transport;
 
-pub use told::{
-    Change, ConfigurationState, Finding, ListedParameter, MAX_TOLD, MAX_TOLD_TEXT_LEN, cut,
+pub use records::{
+    ChangeRecord, ConfigurationState, FindingRecord, ListedParameter, MAX_RECORD_TEXT_LEN,
+    MAX_RECORDS, cut_text,
 };
 
 /// From a component or a tool to configd.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Request {
+#[message(wire = "armor_wire", name = "Request")]
+pub enum ConfigRequest {
     /// "How am I connected, and how do I run?"
     Settings {
         /// Names the answer.
@@ -36,7 +37,7 @@ pub enum Request {
         request: u64,
         /// Only of this component.
         component: Option<String>,
-        /// How many of them to pass over: at most [`MAX_TOLD`] come at once.
+        /// How many of them to pass over: at most [`MAX_RECORDS`] come at once.
         from: u32,
     },
     /// "Write this value into the file."
@@ -63,14 +64,14 @@ pub enum Request {
 
 /// From configd to a component or a tool.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Reply {
+#[message(wire = "armor_wire", name = "Reply")]
+pub enum ConfigReply {
     /// The component's place in the system.
     Settings {
         /// The request.
         request: u64,
         /// How it runs and is connected.
-        settings: Settings,
+        settings: ComponentSettings,
     },
     /// A parameter.
     Parameter {
@@ -110,7 +111,7 @@ pub enum Reply {
         /// The version that has it.
         version: u64,
         /// What changed by it, and when that takes effect; empty if it was there already.
-        changes: Vec<Change>,
+        changes: Vec<ChangeRecord>,
     },
     /// The value was not written.
     Rejected {
@@ -119,7 +120,7 @@ pub enum Reply {
         /// Why, and what to do.
         text: String,
         /// What is wrong with the file as it would be, or as it is.
-        findings: Vec<Finding>,
+        findings: Vec<FindingRecord>,
         /// How many more findings there are.
         left_out: u32,
     },
@@ -132,7 +133,7 @@ pub enum Reply {
         /// The later version.
         to: u64,
         /// What changed, and when that takes or took effect.
-        changes: Vec<Change>,
+        changes: Vec<ChangeRecord>,
         /// How many more changes there are.
         left_out: u32,
     },
@@ -152,8 +153,8 @@ pub struct Assigned {
 
 /// How a component runs and is connected.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub struct Settings {
+#[message(wire = "armor_wire", name = "Settings")]
+pub struct ComponentSettings {
     /// Counts the accepted versions of the file, from 1.
     pub version: u64,
     /// How often `exec` is called, in hertz; `None`: after each data.

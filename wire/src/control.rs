@@ -3,10 +3,13 @@
 
 mod order;
 
+use std::fmt;
+
 use serde::Serialize;
 
 use crate::Message;
 use crate::config::Assigned;
+use crate::keep::Keep;
 
 pub use order::{MAX_AUTHOR_LEN, MAX_MOVES, MAX_ORDER_NAME_LEN, Order, OrderFault, TokenMove};
 
@@ -212,8 +215,9 @@ pub struct OutputStatus {
 pub struct LinkStatus {
     /// Who subscribes.
     pub to: String,
-    /// What it gets when slow.
-    pub keep: String,
+    /// What it gets when slow; travels as the text that the file has for it.
+    #[message(text)]
+    pub keep: Keep,
     /// Data given to the network.
     pub sent: u64,
     /// Data dropped here because the subscriber was slow.
@@ -246,4 +250,16 @@ pub struct InputStatus {
     pub connections: u64,
     /// Why the link is down, in words; empty if it is up.
     pub problem: String,
+}
+
+impl fmt::Display for RunState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Starting => "starting",
+            Self::Frozen => "frozen",
+            Self::Active => "active",
+            Self::Done => "done",
+            Self::Failed => "failed",
+        })
+    }
 }

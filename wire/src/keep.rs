@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Serialize, Serializer};
+
 use crate::Message;
 
 /// Largest `keep="n"`.
@@ -65,6 +67,12 @@ impl fmt::Display for Keep {
             Self::Last { count } => write!(f, "{count}"),
             Self::All => f.write_str("all"),
         }
+    }
+}
+
+impl Serialize for Keep {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 

@@ -20,6 +20,7 @@ pub mod liveness;
 pub mod manifest;
 pub mod message;
 pub mod name;
+pub mod peer;
 pub mod quantity;
 pub mod registry;
 pub mod schema;

@@ -2,6 +2,8 @@
 
 mod validate;
 
+use std::fmt;
+
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::quantity::{self, Unit};
@@ -72,6 +74,20 @@ pub enum ParameterType {
     Colour,
 }
 
+impl fmt::Display for ParameterType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Number => "number",
+            Self::Integer => "integer",
+            Self::Text => "text",
+            Self::Choice => "choice",
+            Self::Path => "path",
+            Self::Flag => "flag",
+            Self::Colour => "colour",
+        })
+    }
+}
+
 /// A parameter of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,13 +101,25 @@ pub struct ParameterManifest {
     #[serde(default)]
     pub unit: String,
     /// What it is when the file does not assign it; without one it must be assigned.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub default: Option<String>,
     /// Smallest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub minimum: Option<f64>,
     /// Largest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub maximum: Option<f64>,
     /// The choices of a [`ParameterType::Choice`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -124,8 +152,8 @@ impl ParameterManifest {
     /// What is wrong with the text and what would be right, in words.
     pub fn parse(&self, text: &str) -> Result<ParameterValue, String> {
         match self.kind {
-            ParameterType::Number => self.number(text).map(ParameterValue::Number),
-            ParameterType::Integer => self.integer(text).map(ParameterValue::Integer),
+            ParameterType::Number => self.parse_number(text).map(ParameterValue::Number),
+            ParameterType::Integer => self.parse_integer(text).map(ParameterValue::Integer),
             ParameterType::Flag => match text {
                 "true" => Ok(ParameterValue::Flag(true)),
                 "false" => Ok(ParameterValue::Flag(false)),
@@ -176,7 +204,7 @@ impl ParameterManifest {
         }
     }
 
-    fn number(&self, text: &str) -> Result<f64, String> {
+    fn parse_number(&self, text: &str) -> Result<f64, String> {
         let quantity = quantity::parse(text).map_err(|e| e.to_string())?;
         if let Some(given) = quantity.unit {
             let wanted = Unit::named(&self.unit)
@@ -194,7 +222,7 @@ impl ParameterManifest {
         self.in_range(quantity.si * scale, text)
     }
 
-    fn integer(&self, text: &str) -> Result<i64, String> {
+    fn parse_integer(&self, text: &str) -> Result<i64, String> {
         let number: i64 = text.parse().map_err(|_| format!("`{text}` is not a whole number"))?;
         self.in_range(number as f64, text)?;
         Ok(number)
@@ -218,7 +246,7 @@ fn is_colour(text: &str) -> bool {
 }
 
 /// A member that may be left out, but is no `null`.
-fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+fn deserialize_given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
     T::deserialize(deserializer).map(Some)

@@ -4,10 +4,14 @@
 //! Reading is ours, not bincode's, for the sake of lists: a count is believed only if the bytes that
 //! are left can hold that many values, so that a short frame never makes us allocate much.
 
+use std::fmt::Display;
+use std::str::FromStr;
+
 use bincode::Encode;
 use bincode::de::read::Reader;
 use bincode::de::{Decode, Decoder};
-use bincode::error::DecodeError;
+use bincode::enc::Encoder;
+use bincode::error::{DecodeError, EncodeError};
 
 use crate::schema::Schema;
 
@@ -31,14 +35,14 @@ pub trait WireType: Encode + Sized + 'static {
     ///
     /// # Errors
     /// If the bytes are not a value of this type or end too early.
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
 
     /// Reads `count` values that the remaining bytes can hold.
     #[doc(hidden)]
     fn read_items<D: Decoder>(decoder: &mut D, count: usize) -> Result<Vec<Self>, DecodeError> {
         let mut items = Vec::with_capacity(count.min(FIRST_LIST_LEN / size_of::<Self>().max(1)));
         for _ in 0..count {
-            items.push(Self::read(decoder)?);
+            items.push(Self::read_value(decoder)?);
         }
         Ok(items)
     }
@@ -71,6 +75,19 @@ pub(crate) fn read_count<D: Decoder>(
     Ok(count as usize)
 }
 
+/// Encodes a value as the string it is displayed as: a field marked `#[message(text)]`.
+#[doc(hidden)]
+pub fn encode_text<T: Display, E: Encoder>(value: &T, encoder: &mut E) -> Result<(), EncodeError> {
+    value.to_string().encode(encoder)
+}
+
+/// Reads a value from the string it is displayed as.
+#[doc(hidden)]
+pub fn read_text<T: FromStr, D: Decoder>(decoder: &mut D) -> Result<T, DecodeError> {
+    let text = String::read_value(decoder)?;
+    text.parse().map_err(|_| DecodeError::Other("a text that is not one of those allowed"))
+}
+
 /// The least of some lengths, at compile time.
 #[doc(hidden)]
 pub const fn least(lengths: &[usize]) -> usize {
@@ -89,7 +106,7 @@ impl WireType for bool {
     fn schema() -> Schema {
         Schema::Bool
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         Self::decode(decoder)
     }
 }
@@ -101,7 +118,7 @@ macro_rules! numbers {
             fn schema() -> Schema {
                 Schema::$schema
             }
-            fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+            fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
                 Self::decode(decoder)
             }
             // Numbers travel as they lie in memory (array.rs): one copy for all of them.
@@ -146,7 +163,7 @@ impl WireType for String {
     fn schema() -> Schema {
         Schema::Text
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         let len = read_count(decoder, 1)?;
         let bytes = u8::read_items(decoder, len)?;
         Self::from_utf8(bytes).map_err(|e| DecodeError::Utf8 { inner: e.utf8_error() })
@@ -161,7 +178,7 @@ impl<T: WireType> WireType for Vec<T> {
     fn schema() -> Schema {
         Schema::List(Box::new(T::schema()))
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         let count = read_count(decoder, T::MIN_LEN)?;
         T::read_items(decoder, count)
     }
@@ -176,8 +193,8 @@ impl<T: WireType> WireType for Option<T> {
     fn schema() -> Schema {
         Schema::Option(Box::new(T::schema()))
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
-        if bool::decode(decoder)? { T::read(decoder).map(Some) } else { Ok(None) }
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        if bool::decode(decoder)? { T::read_value(decoder).map(Some) } else { Ok(None) }
     }
 }
 
@@ -190,7 +207,7 @@ impl<T: WireType, const N: usize> WireType for [T; N] {
     fn schema() -> Schema {
         Schema::Fixed(Box::new(T::schema()), N)
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         if decoder.reader().peek_read(Self::MIN_LEN).is_none() {
             return Err(DecodeError::UnexpectedEnd { additional: Self::MIN_LEN });
         }
@@ -203,7 +220,7 @@ impl<T: WireType> WireType for Box<T> {
     fn schema() -> Schema {
         T::schema()
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
-        T::read(decoder).map(Self::new)
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        T::read_value(decoder).map(Self::new)
     }
 }

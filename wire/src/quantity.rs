@@ -116,7 +116,7 @@ pub enum QuantityError {
         most: &'static str,
     },
     /// What follows the number is no unit.
-    #[error("`{unit}` in `{text}` is not a unit; known are {}", known())]
+    #[error("`{unit}` in `{text}` is not a unit; known are {}", list_units())]
     UnknownUnit {
         /// The text as given.
         text: String,
@@ -133,7 +133,7 @@ pub enum QuantityError {
     },
 }
 
-fn known() -> String {
+fn list_units() -> String {
     UNITS.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" ")
 }
 

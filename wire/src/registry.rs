@@ -41,8 +41,8 @@ pub struct DataEntry {
 
 /// From a process to the registry.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Request {
+#[message(wire = "armor_wire", name = "Request")]
+pub enum RegistryRequest {
     /// "I publish this."
     Provide {
         /// Names the answer.
@@ -89,8 +89,8 @@ pub enum Request {
 
 /// From the registry to a process.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Reply {
+#[message(wire = "armor_wire", name = "Reply")]
+pub enum RegistryReply {
     /// The data is registered.
     Provided {
         /// The request.

@@ -11,7 +11,9 @@ mod tests;
 mod text;
 
 pub use difference::difference;
-pub use field::{FieldError, FieldPath, Glimpse, PayloadError, Pick, Scalar, Seen, glance};
+pub use field::{
+    FieldError, FieldPath, Glimpse, GlimpsedValue, PayloadError, Scalar, ValuePath, glimpse_message,
+};
 pub use json::{JsonError, MAX_JSON_LEN, to_json};
 pub use text::{MAX_DEPTH, MAX_LABEL_LEN, MAX_TEXT_LEN, MAX_UNIT_LEN, ParseError, parse};
 

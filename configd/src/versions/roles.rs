@@ -13,7 +13,7 @@ pub(super) struct Roles(BTreeMap<String, bool>);
 
 impl Roles {
     /// Adds what a version says of components that none before it held.
-    pub(super) fn add(&mut self, configuration: &Configuration) {
+    pub(super) fn add_roles(&mut self, configuration: &Configuration) {
         for component in &configuration.system.components {
             let name = &component.name.value;
             if !self.0.contains_key(name) {

@@ -4,18 +4,18 @@
 use std::collections::VecDeque;
 
 use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
-use armor_socket::PeerId;
 use armor_wire::config::Reply;
+use armor_wire::peer::PeerId;
 
-use super::{Action, Versions, Write, send};
-use crate::history::Kept;
-use crate::{answers, told};
+use super::{ConfigdAction, Versions, Write, send_reply};
+use crate::history::KeptVersion;
+use crate::{answers, records};
 
 /// Wishes that wait for the one before them. A person has one, a script a few.
 const MAX_WAITING: usize = 64;
 
 /// A wish to set a parameter.
-pub(super) struct Wanted {
+pub(super) struct WantedSetting {
     pub(super) peer: PeerId,
     pub(super) request: u64,
     pub(super) component: String,
@@ -25,10 +25,10 @@ pub(super) struct Wanted {
 
 /// The wishes that are not granted yet.
 #[derive(Default)]
-pub(super) struct Settings {
-    waiting: VecDeque<Wanted>,
+pub(super) struct SettingQueue {
+    waiting: VecDeque<WantedSetting>,
     /// The one that is being written, and what will be in force with it.
-    writing: Option<(Wanted, Configuration, Findings)>,
+    writing: Option<(WantedSetting, Configuration, Findings)>,
 }
 
 /// What is to be written, and what will be in force then.
@@ -42,49 +42,52 @@ struct Prepared {
 struct Rejected(String, Findings);
 
 impl Versions {
-    pub(super) fn set(&mut self, wanted: Wanted) -> Vec<Action> {
+    pub(super) fn set_parameter(&mut self, wanted: WantedSetting) -> Vec<ConfigdAction> {
         if self.settings.waiting.len() >= MAX_WAITING {
             let text = format!("{MAX_WAITING} other values are waiting to be written; try again");
-            return vec![rejected(&wanted, text, &Findings::default())];
+            return vec![reject_setting(&wanted, text, &Findings::default())];
         }
         self.settings.waiting.push_back(wanted);
-        self.settle()
+        self.settle_waiting()
     }
 
     /// The write that was asked for is done, or why it is not.
-    pub(super) fn written(&mut self, result: Result<(), String>) -> Vec<Action> {
+    pub(super) fn finish_write(&mut self, result: Result<(), String>) -> Vec<ConfigdAction> {
         let Some((wanted, configuration, warnings)) = self.settings.writing.take() else {
             return Vec::new();
         };
         let mut actions = match result {
-            Err(reason) => vec![rejected(&wanted, reason, &Findings::default())],
+            Err(reason) => vec![reject_setting(&wanted, reason, &Findings::default())],
             Ok(()) => {
-                let mut actions = self.take(configuration, warnings);
+                let mut actions = self.take_version(configuration, warnings);
                 let (request, version) = (wanted.request, self.number);
                 let changes = self.changes.0.clone();
-                actions.push(send(wanted.peer, Reply::Set { request, version, changes }));
+                actions
+                    .push(send_reply(wanted.peer, ConfigReply::Set { request, version, changes }));
                 actions
             }
         };
-        actions.extend(self.settle());
+        actions.extend(self.settle_waiting());
         actions
     }
 
     /// Decides on the wishes up to the next that is to be written.
-    fn settle(&mut self) -> Vec<Action> {
+    fn settle_waiting(&mut self) -> Vec<ConfigdAction> {
         let mut actions = Vec::new();
         while self.settings.writing.is_none() {
             let Some(wanted) = self.settings.waiting.pop_front() else { break };
-            match self.prepare(&wanted) {
+            match self.prepare_write(&wanted) {
                 Ok(None) => {
                     let (request, version) = (wanted.request, self.number);
-                    let reply = Reply::Set { request, version, changes: Vec::new() };
-                    actions.push(send(wanted.peer, reply));
+                    let reply = ConfigReply::Set { request, version, changes: Vec::new() };
+                    actions.push(send_reply(wanted.peer, reply));
                 }
-                Err(Rejected(text, findings)) => actions.push(rejected(&wanted, text, &findings)),
+                Err(Rejected(text, findings)) => {
+                    actions.push(reject_setting(&wanted, text, &findings))
+                }
                 Ok(Some(Prepared { write, configuration, warnings })) => {
                     self.settings.writing = Some((wanted, configuration, warnings));
-                    actions.push(Action::Write(write));
+                    actions.push(ConfigdAction::Write(write));
                 }
             }
         }
@@ -92,9 +95,9 @@ impl Versions {
     }
 
     /// Works out what is to be written, if it is not so already, and judges it.
-    fn prepare(&self, wanted: &Wanted) -> Result<Option<Prepared>, Rejected> {
+    fn prepare_write(&self, wanted: &WantedSetting) -> Result<Option<Prepared>, Rejected> {
         let source = self.source_of(wanted)?;
-        let text = edited(source, wanted)?;
+        let text = edit_text(source, wanted)?;
         if text == source.text() {
             return Ok(None);
         }
@@ -105,8 +108,8 @@ impl Versions {
         for (_, held) in files.iter_mut().filter(|(path, _)| path == source.path()) {
             held.clone_from(&text);
         }
-        let reading = Kept { number: self.number + 1, files }.reading();
-        let judged = self.rules.judge(reading).map_err(|findings| {
+        let reading = KeptVersion { number: self.number + 1, files }.read_files();
+        let judged = self.rules.judge_reading(reading).map_err(|findings| {
             Rejected("nothing was written: the file would not be valid".into(), findings)
         });
         let (configuration, warnings) = judged?;
@@ -115,8 +118,8 @@ impl Versions {
     }
 
     /// The file that holds the component, if a value may be written into it.
-    fn source_of(&self, wanted: &Wanted) -> Result<&Source, Rejected> {
-        let Wanted { component, parameter, .. } = wanted;
+    fn source_of(&self, wanted: &WantedSetting) -> Result<&Source, Rejected> {
+        let WantedSetting { component, parameter, .. } = wanted;
         if let Some(findings) = &self.refused {
             let first = findings.iter().next().map(|first| format!(" ({first})"));
             let text = format!(
@@ -148,8 +151,8 @@ impl Versions {
 }
 
 /// The text of the file with the value in it.
-fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
-    let Wanted { component, parameter, value, .. } = wanted;
+fn edit_text(source: &Source, wanted: &WantedSetting) -> Result<String, Rejected> {
+    let WantedSetting { component, parameter, value, .. } = wanted;
     let refused =
         |c: &char| (*c < ' ' && !"\t\n\r".contains(*c)) || matches!(c, '\u{fffe}' | '\u{ffff}');
     if let Some(c) = value.iter().flat_map(|value| value.chars()).find(refused) {
@@ -165,7 +168,10 @@ fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
     Ok(String::from_utf8_lossy(document.bytes()).into_owned())
 }
 
-fn rejected(wanted: &Wanted, text: String, findings: &Findings) -> Action {
-    let (findings, left_out) = told::findings(findings);
-    send(wanted.peer, Reply::Rejected { request: wanted.request, text, findings, left_out })
+fn reject_setting(wanted: &WantedSetting, text: String, findings: &Findings) -> ConfigdAction {
+    let (findings, left_out) = records::finding_records(findings);
+    send_reply(
+        wanted.peer,
+        ConfigReply::Rejected { request: wanted.request, text, findings, left_out },
+    )
 }

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use armor_configd::{Background, Notice, Options};
+use armor_configd::{BackgroundConfigd, ConfigdOptions, Notice};
 use armor_robotfile::{check, read};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -114,7 +114,7 @@ fn is_valid(folder: &Folder, bytes: &[u8]) -> bool {
 }
 
 /// The version that is in force once `wanted` is seen, and when that was told.
-fn settled(configd: &Background, version: &mut u64, wanted: bool) -> Instant {
+fn settled(configd: &BackgroundConfigd, version: &mut u64, wanted: bool) -> Instant {
     loop {
         match configd.notices().recv_timeout(DEADLINE).unwrap() {
             Notice::Taken { version: taken, .. } => {
@@ -151,7 +151,7 @@ fn spoiled_files_are_refused_however_they_are_saved() {
     println!("ARMOR_SEED={seed} ARMOR_MUTATIONS={rounds}");
     let folder = Folder::new("mutations");
     fs::write(folder.file(), EXAMPLE).unwrap();
-    let configd = Background::start(Options::new(folder.file())).unwrap();
+    let configd = BackgroundConfigd::start(ConfigdOptions::new(folder.file())).unwrap();
     let mut version = 0;
     settled(&configd, &mut version, true);
     let mut dice = Dice(Xoshiro256PlusPlus::seed_from_u64(seed));

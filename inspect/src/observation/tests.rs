@@ -218,7 +218,7 @@ fn the_links_of_a_system_that_has_ended_are_those_that_it_had() {
     let mut scene = Scene::default();
     let link = LinkStatus {
         to: "map".into(),
-        keep: "10".into(),
+        keep: armor_wire::keep::Keep::Last { count: 10 },
         sent: 7,
         dropped: 0,
         queued: 0,

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use armor_configd::{Kinds, Notice, Options};
+use armor_configd::{ConfigdOptions, KindSource, Notice};
 use armor_inspect::CONFIGURATION;
 use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Finding, Severity};
@@ -54,7 +54,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
     // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
     kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
-    let options = Options {
+    let options = ConfigdOptions {
         overrides,
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
@@ -62,7 +62,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
         further: Some(check::of_the_mission_soon),
         versions,
         wait: arguments.wait,
-        ..Options::new(&arguments.file)
+        ..ConfigdOptions::new(&arguments.file)
     };
     let registry = arguments.registry;
     let publisher = publisher(registry)?;
@@ -86,9 +86,9 @@ fn watched(
     directories: Vec<PathBuf>,
     first: Vec<PathBuf>,
     known: Vec<(PathBuf, Option<Identity>)>,
-) -> Kinds {
+) -> KindSource {
     let known = Mutex::new(known);
-    Kinds::new(move |files| {
+    KindSource::new(move |files| {
         let files = || first.iter().chain(files).map(AsRef::as_ref);
         let now = Catalogue::sources(&directories, files());
         let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -122,7 +122,7 @@ fn say(notice: &Notice) {
             let mission =
                 if mission { "; the executive says what becomes of its mission" } else { "" };
             info!("version {version} of the file is valid and in force{meaning}{mission}");
-            for Change { text, effect, .. } in changes.iter().take(MAX_SAID) {
+            for ChangeRecord { text, effect, .. } in changes.iter().take(MAX_SAID) {
                 info!("{text}; it {effect}");
             }
             if changes.len() > MAX_SAID {

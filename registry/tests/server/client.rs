@@ -10,7 +10,7 @@ use armor_wire::codec;
 use armor_wire::frame::{self, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{self, HandshakeError, Hello, Purpose, Welcome};
 use armor_wire::liveness::BEAT;
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 
 /// How long anything may take before a test counts as failed.
 pub const DEADLINE: Duration = Duration::from_secs(20);
@@ -72,7 +72,7 @@ impl Client {
         Self { stream: Arc::new(stream), frames: FrameReader::new() }
     }
 
-    pub fn send(&mut self, request: &Request) {
+    pub fn send(&mut self, request: &RegistryRequest) {
         self.say(FrameKind::Control, request);
     }
 
@@ -85,7 +85,7 @@ impl Client {
     }
 
     /// The next reply; beats are passed over.
-    pub fn reply(&mut self) -> Reply {
+    pub fn reply(&mut self) -> RegistryReply {
         self.next(|frame| match frame.kind {
             FrameKind::Beat => None,
             FrameKind::Control => Some(codec::decode_control(frame.body).unwrap()),

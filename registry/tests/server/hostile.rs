@@ -158,7 +158,7 @@ fn who_asks_and_never_reads_is_closed() {
 
 #[test]
 fn one_connection_too_many_is_turned_away() {
-    let registry = registry_with(Limits { connections: 2, ..Limits::default() });
+    let registry = registry_with(ServerLimits { connections: 2, ..ServerLimits::default() });
     let mut first = Client::observe(registry.address()).unwrap();
     first.send(&Request::Watch);
     let second = Client::register(registry.address(), &entry("lidar", 1)).unwrap();

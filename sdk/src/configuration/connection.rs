@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use armor_socket::{is_temporary, random_id};
 use armor_wire::codec;
-use armor_wire::config::{Reply, Request};
+use armor_wire::config::{ConfigReply, ConfigRequest};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 use armor_wire::liveness::BEAT;
@@ -67,7 +67,10 @@ impl ConfigdConnection {
 impl Questions for ConfigdConnection {
     type Error = ConfigdError;
 
-    fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply, ConfigdError> {
+    fn ask(
+        &mut self,
+        request: impl FnOnce(u64) -> ConfigRequest,
+    ) -> Result<ConfigReply, ConfigdError> {
         self.next_request += 1;
         let bytes = frame::to_bytes(FrameKind::Control, &request(self.next_request))
             .map_err(|error| ConfigdError::Ended(error.to_string()))?;
@@ -82,7 +85,9 @@ impl Questions for ConfigdConnection {
                 match number(&reply) {
                     Some(number) if number == self.next_request => {
                         return match reply {
-                            Reply::Refused { refusal, .. } => Err(ConfigdError::Refused(refusal)),
+                            ConfigReply::Refused { refusal, .. } => {
+                                Err(ConfigdError::Refused(refusal))
+                            }
                             reply => Ok(reply),
                         };
                     }
@@ -99,15 +104,15 @@ fn ended(reason: impl ToString) -> ConfigdError {
 }
 
 /// The request that is answered.
-fn number(reply: &Reply) -> Option<u64> {
+fn number(reply: &ConfigReply) -> Option<u64> {
     match reply {
-        Reply::Settings { request, .. }
-        | Reply::Parameter { request, .. }
-        | Reply::Refused { request, .. }
-        | Reply::Listed { request, .. }
-        | Reply::Set { request, .. }
-        | Reply::Rejected { request, .. }
-        | Reply::Differences { request, .. } => Some(*request),
-        Reply::Beat => None,
+        ConfigReply::Settings { request, .. }
+        | ConfigReply::Parameter { request, .. }
+        | ConfigReply::Refused { request, .. }
+        | ConfigReply::Listed { request, .. }
+        | ConfigReply::Set { request, .. }
+        | ConfigReply::Rejected { request, .. }
+        | ConfigReply::Differences { request, .. } => Some(*request),
+        ConfigReply::Beat => None,
     }
 }

@@ -117,7 +117,7 @@ impl LinkOut {
     pub fn status(&self) -> LinkStatus {
         LinkStatus {
             to: self.to.clone(),
-            keep: self.keep.to_string(),
+            keep: self.keep,
             sent: self.sent - self.dropped,
             dropped: self.dropped,
             queued: self.queue.frames() as u64,

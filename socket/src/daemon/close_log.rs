@@ -4,8 +4,8 @@ use std::net::SocketAddr;
 
 use tracing::warn;
 
-use crate::daemon::event::CloseReason;
 use crate::faults::FaultTable;
+use armor_wire::peer::CloseReason;
 
 /// Logs why connections ended.
 #[derive(Default)]
@@ -16,8 +16,8 @@ pub(crate) struct CloseLog {
 impl CloseLog {
     /// Logs why a connection ended, if the peer is to blame and it is the first such fault of its
     /// address.
-    pub(crate) fn report(&self, address: SocketAddr, reason: &CloseReason) {
-        if let Some(fault) = reason.fault()
+    pub(crate) fn log_close(&self, address: SocketAddr, reason: &CloseReason) {
+        if let Some(fault) = reason.fault_kind()
             && self.logged.is_new(Some(address.ip()), fault)
         {
             warn!(%address, %reason, "connection closed; further ones like it are not logged");

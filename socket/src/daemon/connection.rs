@@ -15,13 +15,13 @@ use tokio::sync::mpsc;
 use tokio::time::{self, Instant, MissedTickBehavior};
 
 use crate::daemon::close_log::CloseLog;
-use crate::daemon::event::{CloseReason, PeerId};
-use crate::daemon::limits::{LINGER, LOOK, Limits, MAX_REQUEST_LEN};
+use crate::daemon::limits::{LINGER, LOOK, MAX_REQUEST_LEN, ServerLimits};
 use crate::daemon::outgoing::{Next, Outgoing};
 use crate::daemon::stream::AsyncStream;
+use armor_wire::peer::{CloseReason, PeerId};
 
 /// What a connection tells the server.
-pub(crate) enum Told<Q> {
+pub(crate) enum ConnectionEvent<Q> {
     /// A hello was read.
     Hello { address: SocketAddr, hello: Hello, outgoing: Arc<Outgoing> },
     /// A message was read.
@@ -33,56 +33,57 @@ pub(crate) enum Told<Q> {
 }
 
 /// Where a connection tells it.
-pub(crate) type Telling<Q> = mpsc::Sender<(PeerId, Told<Q>)>;
+pub(crate) type EventSender<Q> = mpsc::Sender<(PeerId, ConnectionEvent<Q>)>;
 
 /// One connection.
-pub(crate) struct Connection<Q> {
+pub(crate) struct PeerConnection<Q> {
     pub(crate) peer: PeerId,
     pub(crate) address: SocketAddr,
-    pub(crate) limits: Limits,
+    pub(crate) limits: ServerLimits,
     /// When the server started.
     pub(crate) epoch: Instant,
-    pub(crate) telling: Telling<Q>,
+    pub(crate) telling: EventSender<Q>,
 }
 
-impl<Q: WireType + Send> Connection<Q> {
+impl<Q: WireType + Send> PeerConnection<Q> {
     /// Serves the connection until it ends. The server is told of the end if it was told of the
     /// beginning and did not ask for the end itself.
-    pub(crate) async fn serve(&self, stream: &AsyncStream, faults: &CloseLog) {
+    pub(crate) async fn serve_peer(&self, stream: &AsyncStream, faults: &CloseLog) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
         let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
         let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
         match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
             Ok(hello) => {
                 let outgoing = Arc::clone(&outgoing);
-                self.tell(Told::Hello { address: self.address, hello, outgoing }).await;
+                self.send_event(ConnectionEvent::Hello { address: self.address, hello, outgoing })
+                    .await;
             }
             Err(reason) => {
-                faults.report(self.address, &reason);
+                faults.log_close(self.address, &reason);
                 if let CloseReason::Hello(HandshakeError::Refused(refusal)) = reason
                     && let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal)
                     && stream.write_all(&bytes).await.is_ok()
                 {
-                    part(stream).await;
+                    drain_and_close(stream).await;
                 }
                 return;
             }
         }
         let liveness = Mutex::new(Liveness::new(self.now()));
         let reason = tokio::select! {
-            reason = self.read(stream, &mut frames, &liveness) => reason,
-            reason = self.write(stream, &outgoing, &liveness) => reason,
-            reason = self.beat(&outgoing, &liveness) => reason,
+            reason = self.read_frames(stream, &mut frames, &liveness) => reason,
+            reason = self.write_frames(stream, &outgoing, &liveness) => reason,
+            reason = self.send_beats(&outgoing, &liveness) => reason,
         };
-        faults.report(self.address, &reason);
+        faults.log_close(self.address, &reason);
         if matches!(reason, CloseReason::Daemon(_)) {
-            part(stream).await;
+            drain_and_close(stream).await;
         } else {
-            self.tell(Told::Closed { reason }).await;
+            self.send_event(ConnectionEvent::Closed { reason }).await;
         }
     }
 
-    async fn read(
+    async fn read_frames(
         &self,
         stream: &AsyncStream,
         frames: &mut FrameReader,
@@ -92,10 +93,12 @@ impl<Q: WireType + Send> Connection<Q> {
             loop {
                 let told = match frames.next_frame() {
                     Ok(None) => break,
-                    Ok(Some(frame)) if frame.kind == FrameKind::Beat => Told::Beat,
+                    Ok(Some(frame)) if frame.kind == FrameKind::Beat => ConnectionEvent::Beat,
                     Ok(Some(frame)) if frame.kind == FrameKind::Control => {
                         match codec::decode_control(frame.body) {
-                            Ok(message) => Told::Message { arrived: self.now(), message },
+                            Ok(message) => {
+                                ConnectionEvent::Message { arrived: self.now(), message }
+                            }
                             Err(error) => return error.into(),
                         }
                     }
@@ -106,7 +109,7 @@ impl<Q: WireType + Send> Connection<Q> {
                     Err(error) => return error.into(),
                 };
                 liveness.lock().heard(self.now());
-                self.tell(told).await;
+                self.send_event(told).await;
             }
             match stream.read(frames.space()).await {
                 Ok(0) if frames.is_mid_frame() => return CloseReason::Truncated,
@@ -117,7 +120,7 @@ impl<Q: WireType + Send> Connection<Q> {
         }
     }
 
-    async fn write(
+    async fn write_frames(
         &self,
         stream: &AsyncStream,
         outgoing: &Outgoing,
@@ -125,7 +128,7 @@ impl<Q: WireType + Send> Connection<Q> {
     ) -> CloseReason {
         let mut bytes = Vec::new();
         loop {
-            if let Next::End(reason) = outgoing.next(&mut bytes).await {
+            if let Next::End(reason) = outgoing.next_step(&mut bytes).await {
                 return reason;
             }
             let mut rest = bytes.as_slice();
@@ -140,7 +143,7 @@ impl<Q: WireType + Send> Connection<Q> {
         }
     }
 
-    async fn beat(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
+    async fn send_beats(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
         // All connections look at the same moments, so that an idle daemon wakes four times a second
         // however many there are.
         let looks = self.now().as_nanos() / LOOK.as_nanos() + 1;
@@ -160,7 +163,7 @@ impl<Q: WireType + Send> Connection<Q> {
                 return CloseReason::Silent;
             }
             if liveness.owes_beat(now) {
-                outgoing.beat();
+                outgoing.push_beat();
             }
             before = now;
         }
@@ -170,7 +173,7 @@ impl<Q: WireType + Send> Connection<Q> {
         self.epoch.elapsed()
     }
 
-    async fn tell(&self, told: Told<Q>) {
+    async fn send_event(&self, told: ConnectionEvent<Q>) {
         // The server is gone only when it takes this task with it.
         let _ = self.telling.send((self.peer, told)).await;
     }
@@ -191,7 +194,7 @@ async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<He
 
 /// Lets the peer read the last words: closing a socket with unread bytes in it would reset the
 /// connection and take the words along.
-async fn part(stream: &AsyncStream) {
+async fn drain_and_close(stream: &AsyncStream) {
     let _ = stream.shutdown_writing();
     let mut waste = [0; 4 << 10];
     let drain = async { while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {} };

@@ -25,7 +25,7 @@ pub const LINGER: Duration = Duration::from_secs(1);
 
 /// The limits that depend on the machine; the defaults serve a robot.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct ServerLimits {
     /// Connections in total. Below 1024, the usual number of descriptors of a process.
     pub connections: usize,
     /// Connections from one address. Nearly all of them, because on one machine every component and
@@ -40,7 +40,7 @@ pub struct Limits {
     pub stall: Duration,
 }
 
-impl Default for Limits {
+impl Default for ServerLimits {
     fn default() -> Self {
         Self {
             connections: 960,

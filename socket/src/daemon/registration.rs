@@ -34,7 +34,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Where a registration stands.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Standing {
+pub enum RegistrationStatus {
     /// The registry is not there, or not any more; it is tried on.
     Away,
     /// The registry knows the process.
@@ -48,7 +48,7 @@ pub enum Standing {
 
 /// A registration that is kept up. Dropping it ends it.
 pub struct Registration {
-    standing: watch::Receiver<Standing>,
+    standing: watch::Receiver<RegistrationStatus>,
     task: JoinHandle<()>,
 }
 
@@ -58,18 +58,18 @@ impl Registration {
     /// # Panics
     /// Outside a tokio runtime.
     pub fn keep(registry: SocketAddr, entry: ComponentEntry) -> Self {
-        let (telling, standing) = watch::channel(Standing::Away);
-        let task = tokio::spawn(keep(registry, entry, telling));
+        let (telling, standing) = watch::channel(RegistrationStatus::Away);
+        let task = tokio::spawn(stay_registered(registry, entry, telling));
         Self { standing, task }
     }
 
     /// Where it stands now.
-    pub fn standing(&self) -> Standing {
+    pub fn standing(&self) -> RegistrationStatus {
         self.standing.borrow().clone()
     }
 
     /// Waits until it stands differently than at the last call.
-    pub async fn changed(&mut self) -> Standing {
+    pub async fn changed(&mut self) -> RegistrationStatus {
         if self.standing.changed().await.is_err() {
             // The task ends only with `self`.
             std::future::pending::<()>().await;
@@ -99,12 +99,16 @@ enum SessionError {
     Silent,
 }
 
-async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sender<Standing>) {
+async fn stay_registered(
+    registry: SocketAddr,
+    entry: ComponentEntry,
+    telling: watch::Sender<RegistrationStatus>,
+) {
     let mut backoff = Backoff::new(FIRST_PAUSE, LONGEST_PAUSE, entry.instance);
     let mut logged = String::new();
     loop {
-        let Err(error) = session(registry, &entry, &telling).await;
-        if matches!(*telling.borrow(), Standing::Registered { .. }) {
+        let Err(error) = run_session(registry, &entry, &telling).await;
+        if matches!(*telling.borrow(), RegistrationStatus::Registered { .. }) {
             backoff.reset();
             logged.clear();
         }
@@ -114,8 +118,10 @@ async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sende
             logged = text;
         }
         let standing = match error {
-            SessionError::Handshake(HandshakeError::Refused(refusal)) => Standing::Refused(refusal),
-            _ => Standing::Away,
+            SessionError::Handshake(HandshakeError::Refused(refusal)) => {
+                RegistrationStatus::Refused(refusal)
+            }
+            _ => RegistrationStatus::Away,
         };
         telling.send_if_modified(|before| {
             let is_news = *before != standing;
@@ -127,10 +133,10 @@ async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sende
 }
 
 /// One connection to the registry, from connecting to its end.
-async fn session(
+async fn run_session(
     registry: SocketAddr,
     entry: &ComponentEntry,
-    telling: &watch::Sender<Standing>,
+    telling: &watch::Sender<RegistrationStatus>,
 ) -> Result<Infallible, SessionError> {
     let stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??.into_std()?;
     reject_self_connection(&stream)?;
@@ -147,8 +153,8 @@ async fn session(
     });
     let welcome = welcome.await??;
     info!(%registry, name = %entry.name, "registered");
-    telling.send_replace(Standing::Registered { registry: welcome.instance });
-    attend(&stream, &mut frames).await
+    telling.send_replace(RegistrationStatus::Registered { registry: welcome.instance });
+    exchange_beats(&stream, &mut frames).await
 }
 
 async fn read_welcome(
@@ -159,12 +165,12 @@ async fn read_welcome(
         if let Some(frame) = frames.next_frame()? {
             return Ok(read_answer(&frame)?);
         }
-        fill(stream, frames).await?;
+        fill_reader(stream, frames).await?;
     }
 }
 
 /// Beats, and listens for beats, until the connection ends.
-async fn attend(
+async fn exchange_beats(
     stream: &AsyncStream,
     frames: &mut FrameReader,
 ) -> Result<Infallible, SessionError> {
@@ -176,7 +182,7 @@ async fn attend(
         tokio::select! {
             // What has arrived is read before the silence is judged: this process may have slept.
             biased;
-            filled = fill(stream, frames) => filled?,
+            filled = fill_reader(stream, frames) => filled?,
             _ = look.tick() => {}
         }
         let now = epoch.elapsed();
@@ -193,7 +199,7 @@ async fn attend(
     }
 }
 
-async fn fill(stream: &AsyncStream, frames: &mut FrameReader) -> Result<(), SessionError> {
+async fn fill_reader(stream: &AsyncStream, frames: &mut FrameReader) -> Result<(), SessionError> {
     match stream.read(frames.space()).await? {
         0 => Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
         len => {

@@ -26,7 +26,7 @@ impl Seats {
     }
 
     /// A seat for a peer, if there is one left.
-    pub(crate) fn take(&self, address: IpAddr) -> Option<Seat> {
+    pub(crate) fn take_seat(&self, address: IpAddr) -> Option<Seat> {
         let mut taken = self.lock();
         let here = taken.get(&address).copied().unwrap_or(0);
         if here >= self.most_per_address || taken.values().sum::<usize>() >= self.most {
@@ -61,12 +61,12 @@ mod tests {
     fn seats_are_limited_per_address_and_in_total_and_come_back() {
         let seats = Seats::new(3, 2);
         let (here, there) = ([127, 0, 0, 1].into(), [127, 0, 0, 2].into());
-        let first = seats.take(here).expect("the first seat");
-        let _second = seats.take(here).expect("the second seat");
-        assert!(seats.take(here).is_none(), "two per address");
-        let _third = seats.take(there).expect("the third seat");
-        assert!(seats.take(there).is_none(), "three in total");
+        let first = seats.take_seat(here).expect("the first seat");
+        let _second = seats.take_seat(here).expect("the second seat");
+        assert!(seats.take_seat(here).is_none(), "two per address");
+        let _third = seats.take_seat(there).expect("the third seat");
+        assert!(seats.take_seat(there).is_none(), "three in total");
         drop(first);
-        assert!(seats.take(there).is_some());
+        assert!(seats.take_seat(there).is_some());
     }
 }

@@ -1,15 +1,16 @@
 //! A server of typed messages: one loop of the daemon takes events from it and gives actions to it.
 //!
 //! ```no_run
-//! # use armor_socket::{Action, Event, Limits, Server, listen};
-//! # async fn daemon(mut handle: impl FnMut(Event<u64>, std::time::Duration) -> Vec<Action<u64>>)
+//! # use armor_socket::{Server, ServerLimits, listen};
+//! # use armor_wire::peer::{PeerAction, PeerEvent};
+//! # async fn daemon(mut handle: impl FnMut(PeerEvent<u64>, std::time::Duration) -> Vec<PeerAction<u64>>)
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! let listener = listen(([127, 0, 0, 1], 7411).into())?;
-//! let mut server = Server::<u64, u64>::new(listener, Limits::default())?;
+//! let mut server = Server::<u64, u64>::new(listener, ServerLimits::default())?;
 //! loop {
-//!     let event = server.event().await;
+//!     let event = server.next_event().await;
 //!     for action in handle(event, server.now()) {
-//!         server.act(action);
+//!         server.perform(action);
 //!     }
 //! }
 //! # }
@@ -30,20 +31,20 @@ use tokio::time::{self, Instant};
 use tracing::{debug, error};
 
 use crate::daemon::close_log::CloseLog;
-use crate::daemon::connection::{Connection, Told};
-use crate::daemon::event::{Action, CloseReason, Event, PeerId};
-use crate::daemon::limits::{ACCEPT_REST, Limits, MAX_EVENTS};
+use crate::daemon::connection::{ConnectionEvent, PeerConnection};
+use crate::daemon::limits::{ACCEPT_REST, MAX_EVENTS, ServerLimits};
 use crate::daemon::outgoing::Outgoing;
 use crate::daemon::seats::{Seat, Seats};
 use crate::daemon::stream::{AsyncListener, AsyncStream};
 use crate::listener::Listener;
 use crate::stream::Stream;
 use crate::tuning::tune;
+use armor_wire::peer::{CloseReason, PeerAction, PeerEvent, PeerId};
 
 /// A listening server whose peers ask with `Q` and are answered with `R`. Dropping it closes
 /// everything.
 pub struct Server<Q, R> {
-    events: mpsc::Receiver<(PeerId, Told<Q>)>,
+    events: mpsc::Receiver<(PeerId, ConnectionEvent<Q>)>,
     peers: HashMap<PeerId, Arc<Outgoing>>,
     epoch: Instant,
     accepting: JoinHandle<()>,
@@ -58,7 +59,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     ///
     /// # Panics
     /// Outside a tokio runtime.
-    pub fn new(listener: Listener, limits: Limits) -> io::Result<Self> {
+    pub fn new(listener: Listener, limits: ServerLimits) -> io::Result<Self> {
         let listener = AsyncListener::new(listener)?;
         let (telling, events) = mpsc::channel(MAX_EVENTS);
         let epoch = Instant::now();
@@ -72,7 +73,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
             connections: JoinSet::new(),
             last_peer: 0,
         };
-        let accepting = tokio::spawn(async move { acceptor.run(listener).await });
+        let accepting = tokio::spawn(async move { acceptor.accept_connections(listener).await });
         Ok(Self { events, peers: HashMap::new(), epoch, accepting, answers: PhantomData })
     }
 
@@ -82,7 +83,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     }
 
     /// Waits for the next event. Nothing is lost if the wait is given up.
-    pub async fn event(&mut self) -> Event<Q> {
+    pub async fn next_event(&mut self) -> PeerEvent<Q> {
         loop {
             let Some((peer, told)) = self.events.recv().await else {
                 // Every sender is gone: the acceptor has ended, and it never does by itself.
@@ -90,47 +91,51 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
                 continue;
             };
             match told {
-                Told::Hello { address, hello, outgoing } => {
+                ConnectionEvent::Hello { address, hello, outgoing } => {
                     self.peers.insert(peer, outgoing);
-                    return Event::Connected { peer, address, hello };
+                    return PeerEvent::Connected { peer, address, hello };
                 }
-                Told::Closed { reason } => {
+                ConnectionEvent::Closed { reason } => {
                     if self.peers.remove(&peer).is_some() {
-                        return Event::Closed { peer, reason };
+                        return PeerEvent::Closed { peer, reason };
                     }
                 }
                 _ if !self.peers.contains_key(&peer) => {}
-                Told::Message { arrived, message } => {
-                    return Event::Message { peer, arrived, message };
+                ConnectionEvent::Message { arrived, message } => {
+                    return PeerEvent::Message { peer, arrived, message };
                 }
-                Told::Beat => return Event::Beat { peer },
+                ConnectionEvent::Beat => return PeerEvent::Beat { peer },
             }
         }
     }
 
     /// Carries an action out, without waiting.
-    pub fn act(&mut self, action: Action<R>) {
+    pub fn perform(&mut self, action: PeerAction<R>) {
         match action {
-            Action::Welcome { peer, welcome } => self.send(peer, FrameKind::Welcome, &welcome),
-            Action::Send { peer, message } => self.send(peer, FrameKind::Control, &message),
-            Action::Refuse { peer, refusal } => {
-                self.send(peer, FrameKind::Refusal, &refusal);
-                self.end(peer, refusal.text);
+            PeerAction::Welcome { peer, welcome } => {
+                self.send_frame(peer, FrameKind::Welcome, &welcome)
             }
-            Action::Close { peer, reason } => self.end(peer, reason),
+            PeerAction::Send { peer, message } => {
+                self.send_frame(peer, FrameKind::Control, &message)
+            }
+            PeerAction::Refuse { peer, refusal } => {
+                self.send_frame(peer, FrameKind::Refusal, &refusal);
+                self.end_connection(peer, refusal.text);
+            }
+            PeerAction::Close { peer, reason } => self.end_connection(peer, reason),
         }
     }
 
-    fn send<T: WireType>(&self, peer: PeerId, kind: FrameKind, value: &T) {
+    fn send_frame<T: WireType>(&self, peer: PeerId, kind: FrameKind, value: &T) {
         if let Some(outgoing) = self.peers.get(&peer) {
-            outgoing.send(kind, value);
+            outgoing.push_frame(kind, value);
         }
     }
 
-    fn end(&mut self, peer: PeerId, reason: String) {
+    fn end_connection(&mut self, peer: PeerId, reason: String) {
         if let Some(outgoing) = self.peers.remove(&peer) {
             debug!(peer = peer.0, %reason, "connection ended");
-            outgoing.end(CloseReason::Daemon(reason));
+            outgoing.end_with(CloseReason::Daemon(reason));
         }
     }
 }
@@ -143,9 +148,9 @@ impl<Q, R> Drop for Server<Q, R> {
 }
 
 struct Acceptor<Q> {
-    limits: Limits,
+    limits: ServerLimits,
     epoch: Instant,
-    telling: mpsc::Sender<(PeerId, Told<Q>)>,
+    telling: mpsc::Sender<(PeerId, ConnectionEvent<Q>)>,
     seats: Seats,
     faults: Arc<CloseLog>,
     connections: JoinSet<()>,
@@ -153,14 +158,14 @@ struct Acceptor<Q> {
 }
 
 impl<Q: WireType + Send> Acceptor<Q> {
-    async fn run(&mut self, listener: AsyncListener) {
+    async fn accept_connections(&mut self, listener: AsyncListener) {
         let mut resting = false;
         loop {
             tokio::select! {
                 accepted = listener.accept() => match accepted {
                     Ok(stream) => {
                         resting = false;
-                        self.admit(stream);
+                        self.admit_connection(stream);
                     }
                     Err(problem) => {
                         if !std::mem::replace(&mut resting, true) {
@@ -174,11 +179,11 @@ impl<Q: WireType + Send> Acceptor<Q> {
         }
     }
 
-    fn admit(&mut self, stream: Stream) {
+    fn admit_connection(&mut self, stream: Stream) {
         // A peer that is gone already needs no answer.
         let Ok(address) = stream.peer_address() else { return };
-        let Some(seat) = self.seats.take(address.ip()) else {
-            self.faults.report(address, &CloseReason::Crowded);
+        let Some(seat) = self.seats.take_seat(address.ip()) else {
+            self.faults.log_close(address, &CloseReason::Crowded);
             turn_away(&stream);
             return;
         };
@@ -187,7 +192,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
         }
         let Ok(stream) = AsyncStream::new(stream) else { return };
         self.last_peer += 1;
-        let connection = Connection {
+        let connection = PeerConnection {
             peer: PeerId(self.last_peer),
             address,
             limits: self.limits,
@@ -197,7 +202,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
         let faults = Arc::clone(&self.faults);
         self.connections.spawn(async move {
             let _seat: Seat = seat;
-            connection.serve(&stream, &faults).await;
+            connection.serve_peer(&stream, &faults).await;
         });
     }
 }

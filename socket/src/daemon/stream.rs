@@ -20,7 +20,7 @@ use crate::stream::Stream;
     reason = "its successor is unsafe: it asks for a type whose descriptor never changes and closes \
               only when it is dropped, which is so for a Stream and a Listener"
 )]
-fn watch<T: AsRawFd>(socket: T) -> io::Result<AsyncFd<T>> {
+fn watch_socket<T: AsRawFd>(socket: T) -> io::Result<AsyncFd<T>> {
     AsyncFd::new(socket)
 }
 
@@ -33,7 +33,7 @@ impl AsyncStream {
     /// # Errors
     /// If the system cannot watch one more descriptor.
     pub(crate) fn new(stream: Stream) -> io::Result<Self> {
-        watch(stream).map(Self)
+        watch_socket(stream).map(Self)
     }
 
     /// Waits for bytes and receives them. Returns their number, 0 at the end of the stream.
@@ -72,7 +72,7 @@ impl AsyncListener {
     /// # Errors
     /// If the system cannot watch one more descriptor.
     pub(crate) fn new(listener: Listener) -> io::Result<Self> {
-        watch(listener).map(Self)
+        watch_socket(listener).map(Self)
     }
 
     /// Waits for a connection and accepts it.

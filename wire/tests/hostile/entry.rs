@@ -75,10 +75,10 @@ pub fn control_values(bytes: &[u8]) {
     value::<Hello>(bytes);
     value::<Welcome>(bytes);
     value::<Refusal>(bytes);
-    value::<registry::Request>(bytes);
-    value::<registry::Reply>(bytes);
-    value::<config::Request>(bytes);
-    value::<config::Reply>(bytes);
+    value::<registry::RegistryRequest>(bytes);
+    value::<registry::RegistryReply>(bytes);
+    value::<config::ConfigRequest>(bytes);
+    value::<config::ConfigReply>(bytes);
     value::<control::Command>(bytes);
     value::<control::Answer>(bytes);
 }

@@ -35,8 +35,11 @@ fn how_things_stand_is_told_as_data() {
 #[test]
 fn a_change_says_when_it_takes_effect() {
     let over = Override::parse("player.file=b.log", Path::new("/home")).unwrap();
-    let rules =
-        Rules { manifests: Some(live_manifests()), overrides: vec![over], ..Rules::default() };
+    let rules = VersionRules {
+        manifests: Some(live_manifests()),
+        overrides: vec![over],
+        ..VersionRules::default()
+    };
     let mut versions = versions_under(rules);
     let mut effect = |old: &str, new: &str| {
         versions.handle(saved(FILE));
@@ -58,13 +61,13 @@ fn what_changed_between_versions_can_be_asked() {
     let diff = |versions: &mut Versions, from, to| match ask(
         versions,
         1,
-        Request::Diff { request: 5, from, to },
+        ConfigRequest::Diff { request: 5, from, to },
     ) {
-        Reply::Differences { request: 5, from, to, changes, left_out: 0 } => {
+        ConfigReply::Differences { request: 5, from, to, changes, left_out: 0 } => {
             let texts: Vec<_> = changes.into_iter().map(|change| change.text).collect();
             format!("{from} to {to}: {}", texts.join("; "))
         }
-        Reply::Refused { request: 5, refusal } => refusal.text,
+        ConfigReply::Refused { request: 5, refusal } => refusal.text,
         other => panic!("{other:?}"),
     };
     let only = "version 1 is the only one there is: nothing has changed yet";
@@ -87,15 +90,15 @@ fn what_changed_between_versions_can_be_asked() {
 
 #[test]
 fn parameters_are_listed_with_values_and_origins() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     connect(&mut versions, 1, "param-7", Purpose::Config);
-    let list = |component: Option<&str>, from| Request::List {
+    let list = |component: Option<&str>, from| ConfigRequest::List {
         request: 5,
         component: component.map(Into::into),
         from,
     };
-    let Reply::Listed { version: 1, refused: false, parameters, total: 6, .. } =
+    let ConfigReply::Listed { version: 1, refused: false, parameters, total: 6, .. } =
         ask(&mut versions, 1, list(None, 0))
     else {
         panic!("not listed");
@@ -110,20 +113,20 @@ fn parameters_are_listed_with_values_and_origins() {
     assert_eq!(rows[1], "player.speed 2 m/a.xml:5:38 true");
     assert_eq!(rows[2], "mapper.file 1 default false");
     match ask(&mut versions, 1, list(Some("mapper"), 1)) {
-        Reply::Listed { parameters, total: 2, .. } => assert_eq!(parameters.len(), 1),
+        ConfigReply::Listed { parameters, total: 2, .. } => assert_eq!(parameters.len(), 1),
         other => panic!("{other:?}"),
     }
     let nobody = ask(&mut versions, 1, list(Some("nobody"), 0));
-    assert!(matches!(nobody, Reply::Refused { request: 5, .. }), "{nobody:?}");
+    assert!(matches!(nobody, ConfigReply::Refused { request: 5, .. }), "{nobody:?}");
 }
 
 #[test]
 fn an_unknown_parameter_is_refused_with_those_there_are() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     connect(&mut versions, 1, "player", Purpose::Config);
-    match ask(&mut versions, 1, Request::Parameter { request: 4, name: "sped".into() }) {
-        Reply::Refused { request: 4, refusal } => assert_eq!(
+    match ask(&mut versions, 1, ConfigRequest::Parameter { request: 4, name: "sped".into() }) {
+        ConfigReply::Refused { request: 4, refusal } => assert_eq!(
             refusal.text,
             "`player` is a player, and that has no parameter called `sped`; it has: file, speed"
         ),

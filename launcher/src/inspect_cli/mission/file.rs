@@ -49,11 +49,11 @@ fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_wire::config::Finding;
+    use armor_wire::config::FindingRecord;
 
     #[test]
     fn a_file_that_is_refused_is_named_with_its_errors() {
-        let finding = |severity: &str, code: &str, line| Finding {
+        let finding = |severity: &str, code: &str, line| FindingRecord {
             severity: severity.into(),
             code: code.into(),
             message: String::new(),

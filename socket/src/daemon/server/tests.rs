@@ -42,7 +42,7 @@ fn run(test: impl Future<Output = ()>) {
 async fn server() -> (Server<u64, u64>, std::net::SocketAddr) {
     let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
     let address = listener.local_addr().unwrap();
-    (Server::new(listener, Limits::default()).unwrap(), address)
+    (Server::new(listener, ServerLimits::default()).unwrap(), address)
 }
 
 /// A peer that has said hello, and its name at the server.
@@ -51,15 +51,15 @@ async fn join(server: &mut Server<u64, u64>, address: std::net::SocketAddr) -> (
     let mut peer = Peer { stream, frames: FrameReader::new() };
     let purpose = Purpose::Registry { entry: None };
     peer.say(FrameKind::Hello, &Hello::new("test", 1, purpose)).await;
-    match server.event().await {
-        Event::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
+    match server.next_event().await {
+        PeerEvent::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
         other => panic!("{other:?}"),
     }
 }
 
-fn welcome(peer: PeerId) -> Action<u64> {
+fn welcome(peer: PeerId) -> PeerAction<u64> {
     let welcome = Welcome { name: "daemon".into(), instance: 5, schema: String::new() };
-    Action::Welcome { peer, welcome }
+    PeerAction::Welcome { peer, welcome }
 }
 
 #[test]
@@ -67,14 +67,14 @@ fn what_is_said_arrives_in_order_both_ways() {
     run(async {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
-        server.act(welcome(id));
+        server.perform(welcome(id));
         for number in 0..1000 {
             peer.say(FrameKind::Control, &number).await;
-            server.act(Action::Send { peer: id, message: number });
+            server.perform(PeerAction::Send { peer: id, message: number });
         }
         for number in 0..1000 {
-            let event = server.event().await;
-            let Event::Message { peer, message, .. } = event else { panic!("{event:?}") };
+            let event = server.next_event().await;
+            let PeerEvent::Message { peer, message, .. } = event else { panic!("{event:?}") };
             assert_eq!((peer, message), (id, number));
         }
         assert_eq!(peer.hear().await.unwrap().0, FrameKind::Welcome);
@@ -92,8 +92,8 @@ fn a_refused_peer_hears_why_and_is_heard_no_more() {
         let (mut peer, id) = join(&mut server, address).await;
         let refusal = Refusal::new(RefusalCode::DuplicateName, "taken");
         peer.say(FrameKind::Control, &1_u64).await;
-        server.act(Action::Refuse { peer: id, refusal: refusal.clone() });
-        server.act(Action::Send { peer: id, message: 7 });
+        server.perform(PeerAction::Refuse { peer: id, refusal: refusal.clone() });
+        server.perform(PeerAction::Send { peer: id, message: 7 });
         let (kind, body) = peer.hear().await.unwrap();
         let heard = hello::read_answer(&frame::Frame { kind, flags: 0, body: &body });
         assert_eq!(heard.unwrap_err().to_string(), refusal.text);
@@ -108,12 +108,12 @@ fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
     run(async {
         let (mut server, address) = server().await;
         let (mut silent, id) = join(&mut server, address).await;
-        server.act(welcome(id));
+        server.perform(welcome(id));
         assert_eq!(silent.hear().await.unwrap().0, FrameKind::Welcome);
         assert_eq!(silent.hear().await.unwrap().0, FrameKind::Beat);
-        let event = server.event().await;
+        let event = server.next_event().await;
         assert!(
-            matches!(event, Event::Closed { peer, reason: CloseReason::Silent } if peer == id),
+            matches!(event, PeerEvent::Closed { peer, reason: CloseReason::Silent } if peer == id),
             "{event:?}"
         );
         while silent.hear().await.is_some() {}
@@ -130,14 +130,14 @@ fn who_leaves_is_reported_once_with_the_reason() {
         drop((whole, half));
         let mut reasons = Vec::new();
         for _ in 0..2 {
-            let event = server.event().await;
-            let Event::Closed { peer, reason } = event else { panic!("{event:?}") };
+            let event = server.next_event().await;
+            let PeerEvent::Closed { peer, reason } = event else { panic!("{event:?}") };
             reasons.push((peer, reason.to_string()));
         }
         reasons.sort();
         let expected = [(first, CloseReason::Ended), (second, CloseReason::Truncated)];
         assert_eq!(reasons, expected.map(|(peer, reason)| (peer, reason.to_string())));
-        server.act(Action::Send { peer: first, message: 1 });
+        server.perform(PeerAction::Send { peer: first, message: 1 });
         join(&mut server, address).await;
     });
 }
@@ -147,15 +147,17 @@ fn an_answer_that_no_frame_holds_ends_the_connection_and_says_so() {
     run(async {
         let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();
-        let mut server = Server::<u64, String>::new(listener, Limits::default()).unwrap();
+        let mut server = Server::<u64, String>::new(listener, ServerLimits::default()).unwrap();
         let mut stream = TcpStream::connect(address).await.unwrap();
         let hello = Hello::new("test", 1, Purpose::Config);
         stream.write_all(&frame::to_bytes(FrameKind::Hello, &hello).unwrap()).await.unwrap();
-        let Event::Connected { peer, .. } = server.event().await else { panic!("no hello") };
-        server.act(Action::Send { peer, message: "x".repeat(2 << 20) });
-        let event = server.event().await;
+        let PeerEvent::Connected { peer, .. } = server.next_event().await else {
+            panic!("no hello")
+        };
+        server.perform(PeerAction::Send { peer, message: "x".repeat(2 << 20) });
+        let event = server.next_event().await;
         assert!(
-            matches!(event, Event::Closed { reason: CloseReason::Unsendable(_), .. }),
+            matches!(event, PeerEvent::Closed { reason: CloseReason::Unsendable(_), .. }),
             "{event:?}"
         );
     });

@@ -3,49 +3,49 @@
 use armor_robotfile::{
     Change, Configuration, Difference, Findings, Location, Subject, differences,
 };
-use armor_wire::config::{self, MAX_TOLD, cut};
+use armor_wire::config::{self, MAX_RECORDS, cut_text};
 
-use crate::versions::Rules;
+use crate::versions::VersionRules;
 
 /// The first findings, and how many more there are.
-pub(crate) fn findings(findings: &Findings) -> (Vec<config::Finding>, u32) {
-    let told = findings.iter().take(MAX_TOLD).map(|finding| {
-        let mut told = config::Finding {
+pub(crate) fn finding_records(findings: &Findings) -> (Vec<config::FindingRecord>, u32) {
+    let records = findings.iter().take(MAX_RECORDS).map(|finding| {
+        let mut record = config::FindingRecordRecord {
             severity: finding.severity().to_string(),
             code: finding.code.as_str().into(),
-            message: cut(&*finding.message),
-            remedy: cut(&*finding.remedy),
-            ..config::Finding::default()
+            message: cut_text(&*finding.message),
+            remedy: cut_text(&*finding.remedy),
+            ..config::FindingRecordRecord::default()
         };
         if let Some(at) = &finding.at {
-            place(at, &mut told);
+            set_location(at, &mut record);
         } else if let Some(file) = &finding.file {
-            told.file = cut(file.to_string_lossy());
+            record.file = cut_text(file.to_string_lossy());
         }
-        told
+        record
     });
-    (told.collect(), left_out(findings.iter().len()))
+    (records.collect(), left_out(findings.iter().len()))
 }
 
-fn place(at: &Location, told: &mut config::Finding) {
+fn set_location(at: &Location, record: &mut config::FindingRecordRecord) {
     let number = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     let (line, column) = at.line_column();
     let (end_line, end_column) = at.source.line_column(at.span.end());
-    told.file = cut(at.source.path().to_string_lossy());
-    (told.line, told.column) = (number(line), number(column));
-    (told.end_line, told.end_column) = (number(end_line), number(end_column));
-    told.text = cut(at.text());
-    told.source_line = cut(at.source.text().lines().nth(line - 1).unwrap_or_default());
+    record.file = cut_text(at.source.path().to_string_lossy());
+    (record.line, record.column) = (number(line), number(column));
+    (record.end_line, record.end_column) = (number(end_line), number(end_column));
+    record.text = cut_text(at.text());
+    record.source_line = cut_text(at.source.text().lines().nth(line - 1).unwrap_or_default());
 }
 
 /// The first changes from one version to another with their effects, and how many more there are.
-pub(crate) fn changes(
+pub(crate) fn change_records(
     before: &Configuration,
     after: &Configuration,
-    rules: &Rules,
-) -> (Vec<config::Change>, u32) {
+    rules: &VersionRules,
+) -> (Vec<config::ChangeRecord>, u32) {
     let differences = differences(before, after);
-    let told = differences.iter().take(MAX_TOLD).map(|difference| {
+    let records = differences.iter().take(MAX_RECORDS).map(|difference| {
         let (change, aspect, before, after_it) = match &difference.change {
             Change::Added { what } => ("added", "", "", what.as_str()),
             Change::Removed { what } => ("removed", "", what.as_str(), ""),
@@ -53,27 +53,27 @@ pub(crate) fn changes(
                 ("changed", aspect.as_str(), before.as_str(), after.as_str())
             }
         };
-        config::Change {
+        config::ChangeRecord {
             subject: difference.subject.to_string(),
-            name: cut(&*difference.name),
+            name: cut_text(&*difference.name),
             change: change.into(),
-            aspect: cut(aspect),
-            before: cut(before),
-            after: cut(after_it),
-            text: cut(difference.to_string()),
-            effect: cut(effect(difference, after, rules)),
+            aspect: cut_text(aspect),
+            before: cut_text(before),
+            after: cut_text(after_it),
+            text: cut_text(difference.to_string()),
+            effect: cut_text(describe_effect(difference, after, rules)),
         }
     });
-    (told.collect(), left_out(differences.len()))
+    (records.collect(), left_out(differences.len()))
 }
 
 fn left_out(len: usize) -> u32 {
-    u32::try_from(len.saturating_sub(MAX_TOLD)).unwrap_or(u32::MAX)
+    u32::try_from(len.saturating_sub(MAX_RECORDS)).unwrap_or(u32::MAX)
 }
 
 /// When a change takes effect. A component asks for its parameters, its rate and its links when it
 /// starts; the launcher reads the file once; the executive judges a new mission by itself.
-fn effect(difference: &Difference, after: &Configuration, rules: &Rules) -> String {
+fn describe_effect(difference: &Difference, after: &Configuration, rules: &VersionRules) -> String {
     let at_next_start = |component: &str| format!("takes effect when {component} is started again");
     let name = difference.name.as_str();
     match (difference.subject, &difference.change) {
@@ -106,6 +106,8 @@ fn effect(difference: &Difference, after: &Configuration, rules: &Rules) -> Stri
             | Subject::Submission,
             _,
         ) => "takes effect once the executive finds it safe from where the mission stands".into(),
-        _ => "takes effect when the system is run again".into(),
+        (Subject::System | Subject::Component, _) => {
+            "takes effect when the system is run again".into()
+        }
     }
 }

@@ -4,15 +4,15 @@
 use crate::Message;
 
 /// Most parameters, findings or changes in one answer.
-pub const MAX_TOLD: usize = 128;
+pub const MAX_RECORDS: usize = 128;
 /// Longest text in one of them, in bytes; longer ones are cut and end in `…`.
-pub const MAX_TOLD_TEXT_LEN: usize = 1024;
+pub const MAX_RECORD_TEXT_LEN: usize = 1024;
 
-/// The text, cut to [`MAX_TOLD_TEXT_LEN`].
-pub fn cut(text: impl Into<String>) -> String {
+/// The text, cut to [`MAX_RECORD_TEXT_LEN`].
+pub fn cut_text(text: impl Into<String>) -> String {
     let mut text = text.into();
-    if text.len() > MAX_TOLD_TEXT_LEN {
-        text.truncate(text.floor_char_boundary(MAX_TOLD_TEXT_LEN - '…'.len_utf8()));
+    if text.len() > MAX_RECORD_TEXT_LEN {
+        text.truncate(text.floor_char_boundary(MAX_RECORD_TEXT_LEN - '…'.len_utf8()));
         text.push('…');
     }
     text
@@ -49,8 +49,8 @@ pub struct ListedParameter {
 /// Something that is wrong with a file. Lines and columns count from 1, columns in characters, ends
 /// exclusive; all 0 if it is about no text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub struct Finding {
+#[message(wire = "armor_wire", name = "Finding")]
+pub struct FindingRecord {
     /// `error`, `warning` or `note`.
     pub severity: String,
     /// The stable code, such as `E0113`.
@@ -77,8 +77,8 @@ pub struct Finding {
 
 /// One thing that is not as it was in an earlier version.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub struct Change {
+#[message(wire = "armor_wire", name = "Change")]
+pub struct ChangeRecord {
     /// `system`, `component`, `parameter`, `link`, `mission`, `variable`, `place`, `exclusive`,
     /// `transition` or `submission`.
     pub subject: String,
@@ -112,11 +112,11 @@ pub struct ConfigurationState {
     /// Whether the files on the disk are others, and refused.
     pub refused: bool,
     /// What is wrong with the files on the disk; of an accepted version its warnings and notes.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<FindingRecord>,
     /// How many more findings there are.
     pub findings_left_out: u32,
     /// What changed with the version in force; empty for the first.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ChangeRecord>,
     /// How many more changes there are.
     pub changes_left_out: u32,
 }
@@ -127,8 +127,8 @@ mod tests {
 
     #[test]
     fn a_long_text_is_cut_at_a_character() {
-        assert_eq!(cut("short"), "short");
-        let text = cut("ä".repeat(MAX_TOLD_TEXT_LEN));
-        assert!(text.len() <= MAX_TOLD_TEXT_LEN && text.ends_with("ä…"), "{}", text.len());
+        assert_eq!(cut_text("short"), "short");
+        let text = cut_text("ä".repeat(MAX_RECORD_TEXT_LEN));
+        assert!(text.len() <= MAX_RECORD_TEXT_LEN && text.ends_with("ä…"), "{}", text.len());
     }
 }

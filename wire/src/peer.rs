@@ -4,10 +4,11 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use armor_wire::codec::DecodeError;
-use armor_wire::frame::{FrameError, FrameKind};
-use armor_wire::hello::{HandshakeError, Hello, Refusal, Welcome};
 use thiserror::Error;
+
+use crate::codec::DecodeError;
+use crate::frame::{FrameError, FrameKind};
+use crate::hello::{HandshakeError, Hello, Refusal, Welcome};
 
 /// One connection, never used again for another one while the daemon runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -16,7 +17,7 @@ pub struct PeerId(pub u64);
 /// What happens on the connections. For each peer: `Connected`, then any `Message` and `Beat` in the
 /// order in which they were sent, then `Closed` unless the daemon itself ended it.
 #[derive(Debug)]
-pub enum Event<Q> {
+pub enum PeerEvent<Q> {
     /// A peer has said a well-formed hello; it waits for `Welcome` or `Refuse`.
     Connected {
         /// Its connection.
@@ -51,7 +52,7 @@ pub enum Event<Q> {
 
 /// What a daemon does. Actions for peers that are gone do nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action<R> {
+pub enum PeerAction<R> {
     /// Answers a hello: go on.
     Welcome {
         /// Whom.
@@ -125,14 +126,16 @@ pub enum CloseReason {
 
 impl CloseReason {
     /// The kind of misbehaviour, as logged once per address; `None` if the peer did nothing wrong.
-    pub(crate) fn fault(&self) -> Option<&'static str> {
+    pub fn fault_kind(&self) -> Option<&'static str> {
         Some(match self {
             Self::Ended | Self::Broken(_) | Self::Silent | Self::Daemon(_) => return None,
             Self::Truncated => "truncated",
             Self::NotReading => "not reading",
             Self::SlowHello => "slow hello",
             Self::Hello(HandshakeError::Refused(_)) => "refused hello",
-            Self::Hello(HandshakeError::Frame(error)) | Self::Frame(error) => frame_fault(error),
+            Self::Hello(HandshakeError::Frame(error)) | Self::Frame(error) => {
+                frame_fault_kind(error)
+            }
             Self::Hello(_) => "malformed hello",
             Self::Body(_) => "malformed request",
             Self::Unsendable(_) => "unsendable answer",
@@ -141,7 +144,7 @@ impl CloseReason {
     }
 }
 
-fn frame_fault(error: &FrameError) -> &'static str {
+fn frame_fault_kind(error: &FrameError) -> &'static str {
     match error {
         FrameError::UnknownKind(_) => "unknown frame",
         FrameError::TooLong { .. } => "frame too long",
