@@ -1,4 +1,4 @@
-//! The model in the words of the protocol.
+//! Answers to components, from the model to the messages of the protocol.
 
 use std::path::Path;
 
@@ -9,12 +9,12 @@ use armor_wire::config::{Assigned, ComponentSettings, InputSettings, ListedParam
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::transport::Transport;
 
-/// Names listed to a component that the file does not hold.
+/// Most names that are listed to a component that is not in the file.
 const MAX_LISTED: usize = 20;
-/// Where a value is from that nobody gave.
+/// Origin of a default.
 const DEFAULT: &str = "default";
 
-/// How the component runs and is connected; `commanded` says whether the mission activates and
+/// Returns how the component runs and is connected. `commanded`: whether the mission activates and
 /// freezes it.
 pub(crate) fn component_settings(
     component: &Component,
@@ -47,7 +47,8 @@ pub(crate) fn component_settings(
     }
 }
 
-/// The data that the component's time follows. Whoever provides it lives by the host's clock.
+/// Returns the data that the component's time follows; none for its provider, which uses the host's
+/// clock.
 fn clock_source(component: &str, configuration: &Configuration) -> Option<String> {
     let source = &configuration.system.clock.as_ref()?.source;
     (source.component.value != component).then(|| source.data())
@@ -68,7 +69,7 @@ pub(crate) fn assigned_value(
     })
 }
 
-/// Why a component that the file does not hold gets nothing.
+/// Returns the refusal for a component that is not in the file.
 pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal {
     let components = &configuration.system.components;
     let mut names: Vec<_> =
@@ -78,7 +79,7 @@ pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal
     }
     let file = configuration.sources.last().map(|source| source.path().display().to_string());
     let text = format!(
-        "{} holds no component called `{name}`; it holds: {}",
+        "{} has no component called `{name}`; it has: {}",
         file.as_deref().unwrap_or("the system"),
         names.join(", ")
     );

@@ -33,7 +33,7 @@ impl BackgroundConfigd {
         let (noticing, notices) = mpsc::channel();
         let thread = thread::Builder::new().name("configd".into()).spawn(move || {
             let ready = starting.clone();
-            // Whoever does not listen any more needs no notices.
+            // A receiver that has been dropped needs no notices.
             let serving = serve(options, move |notice| match notice {
                 Notice::Ready { address } => drop(ready.send(Ok(address))),
                 other => drop(noticing.send(other)),
@@ -66,7 +66,7 @@ impl Drop for BackgroundConfigd {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // It cannot panic; and if it did there is nobody to tell.
+            // The thread does not panic; if it did, its error could not be reported here.
             let _ = thread.join();
         }
     }

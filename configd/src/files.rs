@@ -1,5 +1,5 @@
-//! The file and those that it names, on the disk: parsed again only when their bytes are others, and
-//! written only over what is known to be there.
+//! The file and those that it includes, on the disk: parsed again only when their bytes have changed,
+//! and written only if they still have the expected bytes.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ impl WatchedFiles {
         Self { file, known: FileSnapshot::new() }
     }
 
-    /// Reads the files; nothing if they are what is known.
+    /// Reads the files; `None` if their bytes are the known ones.
     pub(crate) fn read_if_changed(&self) -> Option<(FileSnapshot, Reading)> {
         // The bytes decide which files are named: the same bytes are the same files.
         let same = |(path, bytes): &(PathBuf, Option<Vec<u8>>)| read_bytes(path).ok() == *bytes;
@@ -40,7 +40,7 @@ impl WatchedFiles {
         (snapshot != self.known).then_some((snapshot, reading))
     }
 
-    /// Takes what was seen as known.
+    /// Sets the known bytes.
     pub(crate) fn set_known(&mut self, snapshot: FileSnapshot) {
         self.known = snapshot;
     }
@@ -74,7 +74,7 @@ pub fn write(wanted: &Write) -> Result<(), String> {
     for (path, expected) in expected {
         if read_bytes(path).ok().as_deref() != Some(expected.as_bytes()) {
             return Err(format!(
-                "{} is being changed by somebody else; look at it and set the value again",
+                "{} was changed by another program in the meantime; look at it and set the value again",
                 path.display()
             ));
         }
@@ -82,8 +82,8 @@ pub fn write(wanted: &Write) -> Result<(), String> {
     save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())
 }
 
-/// Whether every file is there and has something in it. One that is not may be between two steps of
-/// a save.
+/// Whether every file exists and is not empty. A missing or empty file may be between two steps of a
+/// save.
 pub(crate) fn is_whole(snapshot: &FileSnapshot) -> bool {
     snapshot.iter().all(|(_, bytes)| bytes.as_ref().is_some_and(|bytes| !bytes.is_empty()))
 }

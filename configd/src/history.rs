@@ -7,22 +7,22 @@ use std::sync::Arc;
 
 use armor_robotfile::{Configuration, Source, read};
 
-/// Accepted versions that are held: enough to see what a day of tuning did.
+/// Accepted versions that are kept: enough to see the changes of a day of tuning.
 pub const MAX_VERSIONS: usize = 32;
-/// Bytes of their files that are held in all; beyond it the oldest go first.
-const MAX_HELD_LEN: usize = 32 << 20;
+/// Bytes of their files that are kept in total; beyond it the oldest versions are dropped.
+const MAX_KEPT_LEN: usize = 32 << 20;
 
 /// An accepted version: the bytes of its files, the one that was asked for first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeptVersion {
     /// Its number.
     pub number: u64,
-    /// The path of each file, and what it held.
+    /// The path and text of each file.
     pub files: Vec<(PathBuf, String)>,
 }
 
 impl KeptVersion {
-    /// What these files say. They were valid once, so something is there.
+    /// Reads these files again. They were valid once, so the list is not empty.
     pub(crate) fn read_files(&self) -> armor_robotfile::Reading {
         let first = self.files.first().map_or(Path::new(""), |(path, _)| path);
         read(first, &mut |path| {
@@ -40,20 +40,21 @@ pub(crate) struct VersionHistory {
 }
 
 impl VersionHistory {
-    /// Adds the newest version, and lets go of what is too much.
+    /// Adds the newest version, and drops the oldest ones beyond the limits.
     pub(crate) fn add_version(&mut self, number: u64, sources: Vec<Arc<Source>>) {
         self.versions.push_back((number, sources));
         let len = |sources: &[Arc<Source>]| -> usize {
             sources.iter().map(|source| source.text().len()).sum()
         };
-        let mut held: usize = self.versions.iter().map(|(_, sources)| len(sources)).sum();
-        while self.versions.len() > MAX_VERSIONS || (held > MAX_HELD_LEN && self.versions.len() > 2)
+        let mut len_in_total: usize = self.versions.iter().map(|(_, sources)| len(sources)).sum();
+        while self.versions.len() > MAX_VERSIONS
+            || (len_in_total > MAX_KEPT_LEN && self.versions.len() > 2)
         {
-            held -= self.versions.pop_front().map_or(0, |(_, sources)| len(&sources));
+            len_in_total -= self.versions.pop_front().map_or(0, |(_, sources)| len(&sources));
         }
     }
 
-    /// The number of the oldest that is held.
+    /// Returns the number of the oldest version that is kept.
     pub(crate) fn oldest_number(&self) -> u64 {
         self.versions.front().map_or(0, |(number, _)| *number)
     }
@@ -66,7 +67,7 @@ impl VersionHistory {
         Some(KeptVersion { number: *number, files: files.collect() })
     }
 
-    /// What a version says, without anything over it.
+    /// Returns the configuration of a version, without overrides.
     pub(crate) fn configuration(&self, number: u64) -> Option<Configuration> {
         self.kept_version(number)?.read_files().configuration
     }

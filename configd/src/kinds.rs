@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use armor_robotfile::Manifests;
 
-/// Looks for kinds beside the files given, and elsewhere.
+/// Looks for kinds in the folders of the given files, and elsewhere.
 type LookForKinds = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
 
-/// Says which kinds there are. It is asked beside the loop, so it may take its time.
+/// Provides the kinds of components. It is called on a thread of its own, so it may be slow.
 #[derive(Clone)]
 pub struct KindSource(Arc<LookForKinds>);
 
 impl KindSource {
-    /// Asks `look`, with the files that configd knows, for all kinds there are; it says nothing if
-    /// they are what they were when it was asked last.
+    /// Uses `look`, which gets the files that configd knows and returns all kinds; `None` if they have
+    /// not changed since its last call.
     pub fn new(look: impl Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync + 'static) -> Self {
         Self(Arc::new(look))
     }

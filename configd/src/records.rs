@@ -1,4 +1,4 @@
-//! Findings and changes in the records of the protocol, and when a change takes effect.
+//! Findings and changes as the records of the protocol, and when a change takes effect.
 
 use armor_robotfile::{
     Change, Configuration, Difference, Findings, Location, Subject, differences,
@@ -7,7 +7,7 @@ use armor_wire::config::{self, MAX_RECORDS, cut_text};
 
 use crate::versions::VersionRules;
 
-/// The first findings, and how many more there are.
+/// Returns the first [`MAX_RECORDS`] findings, and the number of further ones.
 pub(crate) fn finding_records(findings: &Findings) -> (Vec<config::FindingRecord>, u32) {
     let records = findings.iter().take(MAX_RECORDS).map(|finding| {
         let mut record = config::FindingRecordRecord {
@@ -38,7 +38,8 @@ fn set_location(at: &Location, record: &mut config::FindingRecordRecord) {
     record.source_line = cut_text(at.source.text().lines().nth(line - 1).unwrap_or_default());
 }
 
-/// The first changes from one version to another with their effects, and how many more there are.
+/// Returns the first [`MAX_RECORDS`] changes between two versions with their effects, and the number of
+/// further ones.
 pub(crate) fn change_records(
     before: &Configuration,
     after: &Configuration,
@@ -71,8 +72,8 @@ fn left_out(len: usize) -> u32 {
     u32::try_from(len.saturating_sub(MAX_RECORDS)).unwrap_or(u32::MAX)
 }
 
-/// When a change takes effect. A component asks for its parameters, its rate and its links when it
-/// starts; the launcher reads the file once; the executive judges a new mission by itself.
+/// Describes when a change takes effect. A component requests its parameters, rate and links when it
+/// starts; the launcher reads the file once; the executive decides itself when to take a new mission.
 fn describe_effect(difference: &Difference, after: &Configuration, rules: &VersionRules) -> String {
     let at_next_start = |component: &str| format!("takes effect when {component} is started again");
     let name = difference.name.as_str();
@@ -83,7 +84,7 @@ fn describe_effect(difference: &Difference, after: &Configuration, rules: &Versi
             if rules.is_overridden(component, parameter) {
                 format!("has no effect: --set gives {name} its value")
             } else if kind.is_some_and(|kind| rules.is_live(kind, parameter)) {
-                format!("reaches {component} at once")
+                format!("reaches {component} immediately")
             } else {
                 at_next_start(component)
             }

@@ -20,7 +20,7 @@ use crate::store::VersionStore;
 use crate::versions::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions};
 use crate::watch::{FileEvent, watch};
 
-/// How often it is seen to that the version in force is still kept.
+/// Period with which the kept copy of the version in force is checked.
 const LOOK_AT_KEPT: Duration = Duration::from_secs(2);
 
 /// How configd is run.
@@ -30,20 +30,20 @@ pub struct ConfigdOptions {
     pub file: PathBuf,
     /// Where it listens: a loopback address; port 0 for any free one.
     pub listen: SocketAddr,
-    /// What its peers may take of it.
+    /// Limits on what its peers cost.
     pub limits: ServerLimits,
     /// Values that go over those of every version of the file.
     pub overrides: Vec<Override>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
-    /// Says when there are other kinds; without it those stay.
+    /// Reports when the kinds have changed; without it they stay as they are.
     pub kinds: Option<KindSource>,
     /// What of the format is played; without it nothing is refused for not being played.
     pub played: Option<Vec<Feature>>,
     /// What else may be wrong with a file that is valid otherwise.
     pub further: Option<fn(&Configuration) -> Findings>,
-    /// Folder in which the accepted versions are kept, from which a restarted configd goes on;
-    /// without one they are gone with the process.
+    /// Folder in which the accepted versions are kept, from which a restarted configd continues;
+    /// without one they are lost with the process.
     pub versions: Option<PathBuf>,
     /// Serves refusals until the file is valid, where there is neither a valid file nor a version
     /// that is kept; else that is an error.
@@ -82,11 +82,11 @@ pub enum ConfigdStartError {
     Refused(Findings),
 }
 
-/// Serves until the future is dropped, which closes everything. `tell` hears of the address and
-/// of each version of the file.
+/// Serves until the future is dropped, which closes everything. `tell` gets the address and
+/// a notice of each version of the file.
 ///
 /// # Errors
-/// [`ConfigdStartError`] if it cannot start; once ready it goes on whatever its peers and the file do.
+/// [`ConfigdStartError`] if it cannot start; once ready, neither a peer nor the file can end it.
 pub async fn serve(
     options: ConfigdOptions,
     mut tell: impl FnMut(Notice),
@@ -139,8 +139,8 @@ pub async fn serve(
     }
 }
 
-/// Keeps versions, one after the other, beside the loop; and the `newest` again if it is not there
-/// any more. A disk that is slower than changes of the file keeps fewer of them.
+/// Starts a task that stores versions on the disk one after the other, and stores the `newest` again if
+/// its copy has disappeared. A disk that is slower than changes of the file keeps fewer of them.
 fn start_keeping(
     store: Option<VersionStore>,
     mut newest: Option<KeptVersion>,

@@ -1,7 +1,7 @@
-//! The accepted versions on the disk, from which a restarted configd goes on when the file is not
-//! valid: a folder per version, with the bytes of its files and an index that says what they are.
+//! The accepted versions on the disk, from which a restarted configd continues when the file is not
+//! valid: a folder per version, with the bytes of its files and an index of their paths.
 //!
-//! A version is there whole or not at all: it is written beside, synced, and renamed.
+//! A version is complete or absent: it is written into a temporary folder, synced, and renamed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -76,15 +76,15 @@ impl VersionStore {
         Ok(KeptVersion { number, files })
     }
 
-    /// Whether a version is there as it should be.
+    /// Whether a version is stored completely.
     pub(crate) fn is_stored(&self, kept: &KeptVersion) -> bool {
         self.load_version(kept.number).is_ok_and(|there| there == *kept)
     }
 
-    /// Keeps a version, and lets go of the oldest.
+    /// Stores a version, and removes the oldest one beyond the limit.
     ///
     /// # Errors
-    /// As the operating system says; what was kept before is untouched.
+    /// The error of the operating system; the versions stored before are untouched.
     pub(crate) fn store_version(&self, kept: &KeptVersion) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let mut index = String::new();
@@ -94,7 +94,11 @@ impl VersionStore {
             // Two files of different folders may have one name.
             let name = format!("{}-{file_name}", number + 1);
             let path = path.to_str().filter(|path| !path.contains(['\n', '\t']));
-            let path = path.ok_or_else(|| io::Error::other("a path that no index can hold"))?;
+            let path = path.ok_or_else(|| {
+                io::Error::other(
+                    "a path with a line break or tab, which the index cannot represent",
+                )
+            })?;
             index += &format!("{name}\t{path}\n");
             files.push((name, text.clone().into_bytes()));
         }

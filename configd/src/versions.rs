@@ -1,5 +1,5 @@
-//! Which version of the file is in force, and who is told what: configd without sockets, disk or
-//! clock.
+//! The version of the file that is in force, and the answers that follow from it: configd without
+//! sockets, disk or clock.
 
 mod listing;
 mod roles;
@@ -22,10 +22,10 @@ use roles::Roles;
 pub use rules::VersionRules;
 use setting::SettingQueue;
 
-/// What happens to configd.
+/// An event of configd.
 #[derive(Debug)]
 pub enum ConfigdEvent {
-    /// Something on a connection.
+    /// About a connection.
     Peer(armor_wire::peer::PeerEvent<ConfigRequest>),
     /// The file was read again, because it is not what it was.
     Read(Box<Reading>),
@@ -35,14 +35,14 @@ pub enum ConfigdEvent {
     Written(Result<(), String>),
 }
 
-/// What configd does.
+/// An action of configd.
 #[derive(Debug)]
 pub enum ConfigdAction {
-    /// Something on a connection.
+    /// About a connection.
     Peer(armor_wire::peer::PeerAction<ConfigReply>),
-    /// Tells whoever runs it.
+    /// Passes a notice to the caller.
     Tell(Notice),
-    /// Writes into a file, and says in [`ConfigdEvent::Written`] what came of it. One at a time.
+    /// Writes a file; [`ConfigdEvent::Written`] reports the result. One at a time.
     Write(Write),
     /// Keeps a version on the disk.
     Keep(KeptVersion),
@@ -51,15 +51,15 @@ pub enum ConfigdAction {
 /// A file to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
-    /// What all the files must hold for it to be written.
+    /// The text that every file must have for the write to happen.
     pub expected: Vec<(PathBuf, String)>,
     /// Which of them is written.
     pub file: PathBuf,
-    /// What it will hold.
+    /// Its new text.
     pub text: String,
 }
 
-/// What whoever runs configd is told; it is for them to log it.
+/// A notice for the program that runs configd, which may log it.
 #[derive(Clone, Debug)]
 pub enum Notice {
     /// Components can connect.
@@ -88,7 +88,7 @@ pub enum Notice {
         /// The version in force.
         version: u64,
     },
-    /// How things stand, after any of the three; its stamp is left open.
+    /// The state after any of the three; its stamp is not set.
     State(Box<ConfigurationState>),
 }
 
@@ -232,7 +232,7 @@ impl Versions {
         &self.in_force
     }
 
-    /// Takes an event in and says what is to be done.
+    /// Handles an event and returns the resulting actions.
     pub fn handle(&mut self, event: ConfigdEvent) -> Vec<ConfigdAction> {
         use armor_wire::peer::PeerEvent::{Beat, Closed, Connected, Message};
         match event {
@@ -263,7 +263,7 @@ impl Versions {
             let refusal = Refusal::new(RefusalCode::WrongPurpose, text);
             return ConfigdAction::Peer(armor_wire::peer::PeerAction::Refuse { peer, refusal });
         }
-        // A component that the file does not hold yet may be there in its next version.
+        // A component that is not in the file yet may be in its next version.
         self.clients
             .insert(peer, ConfigdClient { component: hello.from.clone(), live: BTreeSet::new() });
         let welcome =
@@ -276,7 +276,7 @@ impl Versions {
             if let (ConfigRequest::Parameter { name, .. }, Some(client)) =
                 (&message, self.clients.get_mut(&peer))
             {
-                // It may be a live one; who runs already hears of it with the next version.
+                // It may be live: a component that runs already then gets it with the next version.
                 client.live.insert(name.clone());
             }
             return self
@@ -305,7 +305,7 @@ impl Versions {
         reply.map(|reply| send_reply(peer, reply)).into_iter().collect()
     }
 
-    /// The answer to whatever is asked while no version is in force.
+    /// Returns the answer to any request while no version is in force.
     fn no_version(&self, message: &ConfigRequest) -> Option<ConfigReply> {
         let request = match message {
             ConfigRequest::Settings { request }
@@ -317,7 +317,7 @@ impl Versions {
         };
         let first = self.refused.iter().flatten().next();
         let why = first.map(|finding| format!("; {finding}")).unwrap_or_default();
-        let text = format!("there is no valid version of the file: mend it, and ask again{why}");
+        let text = format!("there is no valid version of the file: fix it, and ask again{why}");
         Some(match message {
             ConfigRequest::Set { .. } => {
                 let found = self.refused.clone().unwrap_or_default();
@@ -331,7 +331,7 @@ impl Versions {
         })
     }
 
-    /// What a component asks of itself.
+    /// Answers a component's request about itself.
     fn answer_component(
         &mut self,
         peer: PeerId,
@@ -361,8 +361,8 @@ impl Versions {
         Some(ConfigReply::Parameter { request, name: parameter, assigned })
     }
 
-    /// Judges by other kinds from now on; what was refused may be fine by them. What is in force
-    /// stays so: the running components are those of then.
+    /// Checks by other kinds from now on; a refused file may be valid by them. The version in force
+    /// stays, because the running components were started by the earlier kinds.
     fn take_kinds(&mut self, manifests: Manifests) -> Vec<ConfigdAction> {
         self.rules.manifests = Some(manifests);
         let reading = self.refused_reading.take();
@@ -407,7 +407,7 @@ impl Versions {
         actions
     }
 
-    /// What follows when the version in force is a new one.
+    /// Returns the actions that announce the version in force.
     fn announce_version(&mut self) -> Vec<ConfigdAction> {
         let version = self.number;
         self.roles.add_roles(&self.in_force);

@@ -1,24 +1,24 @@
-//! The way to a file: every folder on it, and in each the one name whose change may lead elsewhere.
-//! A link on the way adds the way to where it leads.
+//! The path to a file: every folder on it, and in each the entry whose change may redirect the path. A
+//! symbolic link adds the path to its target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Links followed on one way; as many as the kernel follows.
+/// Most links that are followed on one path, as in the kernel.
 const MAX_LINKS: usize = 40;
 
-/// Folders, each with the paths of the entries in it that matter. Without links: a folder has one
-/// spelling.
+/// Folders, each with the paths of its entries that matter. Links are resolved, so that a folder has
+/// one spelling.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct WatchedPaths {
     pub(crate) folders: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
-    /// The files themselves, where they are: one may be written under another name that it has.
+    /// The files themselves after all links: a file may be written under another of its names.
     pub(crate) files: BTreeSet<PathBuf>,
 }
 
 impl WatchedPaths {
-    /// The paths to all of `files`. What is missing ends its way.
+    /// Returns the paths to all of `files`. A missing entry ends its path.
     pub(crate) fn leading_to<'a>(files: impl Iterator<Item = &'a Path>) -> Self {
         let mut paths = Self::default();
         for file in files {
@@ -29,7 +29,7 @@ impl WatchedPaths {
         paths
     }
 
-    /// Adds the way that leads from the folder `at` along `rest`.
+    /// Adds the path from the folder `at` along `rest`.
     fn add_path(&mut self, at: &Path, rest: &Path, links: usize) {
         let mut at = at.to_path_buf();
         let mut parts = rest.components();
@@ -64,11 +64,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_name_and_link_on_the_way_matters() {
+    fn every_name_and_link_on_the_path_matters() {
         let folder = std::env::temp_dir().join(format!("armor-way-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(folder.join("v1/parts")).expect("writable");
-        let folder = folder.canonicalize().expect("it is there");
+        let folder = folder.canonicalize().expect("it exists");
         fs::write(folder.join("v1/parts/real.xml"), "").expect("writable");
         symlink("parts/../parts/real.xml", folder.join("v1/robot.xml")).expect("writable");
         symlink("v1", folder.join("current")).expect("writable");

@@ -23,9 +23,9 @@ impl BackgroundRegistry {
     pub fn start(options: RegistryOptions) -> Result<Self, RegistryStartError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
-        let (telling, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let thread = thread::Builder::new().name("registry".into()).spawn(move || {
-            let ready = telling.clone();
+            let ready = sender.clone();
             let serving = serve(options, move |address| {
                 // The other end waits for exactly one message.
                 let _ = ready.send(Ok(address));
@@ -33,17 +33,18 @@ impl BackgroundRegistry {
             runtime.block_on(async {
                 tokio::select! {
                     Err(error) = serving => {
-                        let _ = telling.send(Err(error));
+                        let _ = sender.send(Err(error));
                     }
                     _ = stopped => {}
                 }
             });
         })?;
-        let address = told.recv().map_err(|_| std::io::Error::other("its thread has ended"))??;
+        let address =
+            receiver.recv().map_err(|_| std::io::Error::other("its thread has ended"))??;
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Returns the address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -53,7 +54,7 @@ impl Drop for BackgroundRegistry {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // It cannot panic; and if it did there is nobody to tell.
+            // The thread does not panic; if it did, its error could not be reported here.
             let _ = thread.join();
         }
     }

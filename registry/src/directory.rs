@@ -1,4 +1,5 @@
-//! Who is there, what they publish, who waits for what: the registry without sockets or clocks.
+//! The registered processes, their outputs, and the lookups that wait: the registry without sockets or
+//! clocks.
 
 mod lookups;
 
@@ -17,7 +18,7 @@ use crate::limits::{
 use crate::refusals;
 use lookups::{Lookups, WaitingLookup};
 
-/// What the registry does.
+/// The actions that follow from an event.
 pub type Actions = Vec<PeerAction<RegistryReply>>;
 
 /// The registry's state. Everything in it belongs to a connection and goes with it.
@@ -25,10 +26,10 @@ pub struct RegistryDirectory {
     /// This process start.
     instance: u64,
     /// System time when the clock behind `now` was 0, in seconds since the Unix epoch. Read once:
-    /// whoever sets the host's clock does not move the system's time.
+    /// setting the host's clock does not change the system's time.
     epoch_s: f64,
     clients: BTreeMap<PeerId, RegistryClient>,
-    /// Who holds a name.
+    /// The connection that holds each name.
     holders: BTreeMap<String, PeerId>,
     /// What is provided, by name.
     data: BTreeMap<String, (DataEntry, PeerId)>,
@@ -42,7 +43,7 @@ struct RegistryClient {
     from: String,
     /// What it registered as; nothing for an observer.
     entry: Option<ComponentEntry>,
-    /// When it last said anything.
+    /// When it last sent a frame.
     heard: Duration,
     /// Names of the data it provides.
     provides: BTreeSet<String>,
@@ -64,7 +65,7 @@ impl RegistryDirectory {
         }
     }
 
-    /// Takes an event in and says what is to be done.
+    /// Handles an event and returns the resulting actions.
     pub fn handle(&mut self, event: PeerEvent<RegistryRequest>, now: Duration) -> Actions {
         match event {
             PeerEvent::Connected { peer, address, hello } => {
@@ -111,7 +112,7 @@ impl RegistryDirectory {
             tracing::info!(name = %entry.name, kind = %entry.kind, pid = entry.pid,
                 endpoint = %entry.endpoint, "registered");
             self.holders.insert(entry.name.clone(), peer);
-            self.tell_watchers(&RegistryReply::Appeared { entry: entry.clone() });
+            self.notify_watchers(&RegistryReply::Appeared { entry: entry.clone() });
         }
         let (from, provides) = (refusals::quote_text(&hello.from), BTreeSet::new());
         let name = entry.as_ref().map(|entry| entry.name.clone());
@@ -122,7 +123,7 @@ impl RegistryDirectory {
         }
     }
 
-    /// Makes room for who comes, or says why there is none.
+    /// Checks whether a process can register; a holder of its name that has fallen silent loses the name.
     fn check_admission(
         &mut self,
         entry: Option<&ComponentEntry>,
@@ -198,12 +199,12 @@ impl RegistryDirectory {
     fn check_provided(&self, peer: PeerId, entry: &DataEntry) -> Result<(), Refusal> {
         let client = self.clients.get(&peer);
         let Some((client, owner)) = client.and_then(|c| Some((c, c.entry.as_ref()?))) else {
-            let text = "an observer cannot provide data; say hello with an entry first";
+            let text = "an observer cannot provide data; send a hello with an entry first";
             return Err(refusals::build_refusal(RefusalCode::WrongPurpose, text.into()));
         };
         refusals::check_data(entry, owner)?;
         if self.data.contains_key(&entry.data) {
-            // Data bears its component's name, so the holder is the asker itself.
+            // The name of data begins with its component's name, so the asker itself provides it already.
             return Err(refusals::refuse_duplicate_data(&entry.data, owner));
         }
         if client.provides.len() >= MAX_DATA_PER_COMPONENT {
@@ -249,7 +250,7 @@ impl RegistryDirectory {
         }
     }
 
-    /// Answers a lookup of data that is there.
+    /// Answers a lookup of registered data.
     fn answer_lookup(&mut self, lookup: &WaitingLookup, data: &str) {
         let Some((entry, holder)) = self.data.get(data) else { return };
         let provider = self.clients.get(holder).and_then(|client| client.entry.as_ref());
@@ -267,7 +268,7 @@ impl RegistryDirectory {
         self.send_reply(lookup.peer, reply);
     }
 
-    /// Answers a lookup of a process that is there.
+    /// Answers a lookup of a registered process.
     fn answer_with_process(&mut self, lookup: &WaitingLookup, holder: PeerId) {
         let Some(provider) = self.clients.get(&holder).and_then(|client| client.entry.clone())
         else {
@@ -324,7 +325,7 @@ impl RegistryDirectory {
         }
     }
 
-    /// Withdraws all that a connection brought.
+    /// Removes a connection with its registration, outputs and lookups.
     fn forget_client(&mut self, peer: PeerId, reason: &str) {
         let Some(client) = self.clients.remove(&peer) else { return };
         self.lookups.forget_peer(peer);
@@ -334,11 +335,11 @@ impl RegistryDirectory {
         if let Some(entry) = client.entry {
             tracing::info!(name = %entry.name, pid = entry.pid, %reason, "gone");
             self.holders.remove(&entry.name);
-            self.tell_watchers(&RegistryReply::Gone { entry });
+            self.notify_watchers(&RegistryReply::Gone { entry });
         }
     }
 
-    fn tell_watchers(&mut self, reply: &RegistryReply) {
+    fn notify_watchers(&mut self, reply: &RegistryReply) {
         let watchers = self.clients.iter().filter(|(_, client)| client.watches);
         self.actions.extend(
             watchers.map(|(peer, _)| PeerAction::Send { peer: *peer, message: reply.clone() }),

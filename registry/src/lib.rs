@@ -1,5 +1,5 @@
-//! The registry: tells processes where each other's outputs are, and what time it is. Asked once per
-//! link, never on the way of data.
+//! The registry: answers where a process or an output is, and what time it is. It is asked once per
+//! link; data do not pass through it.
 //!
 //! Start with [`directory`], the pure state machine; [`serve`] puts it on a socket.
 

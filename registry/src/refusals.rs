@@ -1,4 +1,4 @@
-//! Every reason the registry gives for a "no", in words.
+//! Every refusal of the registry, with its explanation for people.
 
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::name::{MAX_NAME_LEN, is_name};
@@ -29,13 +29,13 @@ pub(crate) fn refuse_limit(what: &str, most: usize) -> Refusal {
     )
 }
 
-/// Where somebody runs: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
+/// Describes a process for people: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
 pub(crate) fn describe_process(entry: &ComponentEntry) -> String {
     let ComponentEntry { name, kind, pid, host, endpoint, .. } = entry;
     format!("`{name}` (kind {kind}, process {pid} on {host}, at {endpoint})")
 }
 
-/// Whether a process may register so.
+/// Checks whether a process may register under this entry.
 pub(crate) fn check_component(entry: &ComponentEntry) -> Result<(), Refusal> {
     for (what, name) in [("name", &entry.name), ("kind", &entry.kind)] {
         if !is_name(name) {
@@ -72,7 +72,7 @@ pub(crate) fn check_component(entry: &ComponentEntry) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Whether the process `owner` may publish this.
+/// Checks whether the process `owner` may publish this output.
 pub(crate) fn check_data(entry: &DataEntry, owner: &ComponentEntry) -> Result<(), Refusal> {
     let port = entry.data.strip_prefix(&owner.name).and_then(|rest| rest.strip_prefix('.'));
     if !port.is_some_and(is_name) {
@@ -143,9 +143,9 @@ pub(crate) fn refuse_unknown(
     near: &[&str],
     component: Option<&ComponentEntry>,
 ) -> Refusal {
-    let mut text = format!("nobody provides {}", quote_text(data));
+    let mut text = format!("no component provides {}", quote_text(data));
     if let Some(component) = component {
-        text += &format!("; {} is there without that output", describe_process(component));
+        text += &format!("; {} runs, but has no such output", describe_process(component));
     }
     if !near.is_empty() {
         text += &format!("; there is `{}`", near.join("`, `"));
@@ -153,7 +153,7 @@ pub(crate) fn refuse_unknown(
     build_refusal(RefusalCode::UnknownData, text)
 }
 
-/// What somebody sent, fit for a message: without control characters, and not too long.
+/// Returns text of a peer in a form that is safe to show: without control characters, and shortened.
 pub(crate) fn quote_text(text: &str) -> String {
     const SHOWN: usize = 80;
     let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();

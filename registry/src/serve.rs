@@ -16,7 +16,7 @@ use crate::directory::RegistryDirectory;
 pub struct RegistryOptions {
     /// Where it listens: a loopback address; port 0 for any free one.
     pub listen: SocketAddr,
-    /// What its peers may take of it.
+    /// Limits on what its peers cost.
     pub limits: ServerLimits,
 }
 
@@ -37,11 +37,11 @@ pub enum RegistryStartError {
     System(#[from] std::io::Error),
 }
 
-/// Serves until the future is dropped, which closes everything. `ready` is told the address once
+/// Serves until the future is dropped, which closes everything. `ready` gets the address once
 /// peers can connect to it.
 ///
 /// # Errors
-/// [`RegistryStartError`] if it cannot start; once ready it goes on whatever its peers do.
+/// [`RegistryStartError`] if it cannot start; once ready, no peer can end it.
 pub async fn serve(
     options: RegistryOptions,
     ready: impl FnOnce(SocketAddr),

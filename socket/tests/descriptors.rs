@@ -1,4 +1,5 @@
-//! Out of descriptors, a daemon rests and goes on. In a process of its own, for it takes them all.
+//! Without free descriptors a daemon pauses and then continues. A test process of its own, because it
+//! takes all descriptors.
 
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
@@ -15,7 +16,7 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 const DEADLINE: Duration = Duration::from_secs(20);
 
 #[test]
-fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
+fn a_client_that_connects_without_free_descriptors_is_served_once_there_are_some() {
     let limit = getrlimit(Resource::Nofile);
     setrlimit(Resource::Nofile, Rlimit { current: Some(64), ..limit }).unwrap();
     let mut runtime = tokio::runtime::Builder::new_current_thread();
@@ -36,7 +37,7 @@ fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
 
         let mut server = Server::<u64, u64>::new(listener, ServerLimits::default()).unwrap();
         let while_out = tokio::time::timeout(Duration::from_millis(500), server.next_event()).await;
-        assert!(while_out.is_err(), "nobody can have been accepted");
+        assert!(while_out.is_err(), "no connection can have been accepted");
         drop(hoard);
         let event = tokio::time::timeout(DEADLINE, server.next_event()).await.unwrap();
         assert!(matches!(event, armor_wire::peer::PeerEvent::Connected { .. }), "{event:?}");

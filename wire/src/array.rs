@@ -11,7 +11,7 @@ use bytemuck::Pod;
 use crate::message::WireType;
 use crate::schema::Schema;
 
-/// A growable array of plain numbers that travels as one little-endian blob.
+/// A growable array of plain numbers that is sent as one little-endian blob.
 ///
 /// On the wire it is the same as a `Vec<T>`: a `u64` count, then the elements.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,5 +1,5 @@
 //! One time for the system: each process estimates how far the registry's clock is from its own
-//! monotonic clock, from NTP's four stamps (RFC 5905, section 8), and knows how wrong it may be.
+//! monotonic clock, from NTP's four stamps (RFC 5905, section 8), with a bound on the error.
 
 use std::collections::VecDeque;
 
@@ -10,11 +10,11 @@ const WINDOW: usize = 8;
 /// How fast two clocks may drift apart, in seconds per second: 50 ppm of quartz each.
 const MAX_DRIFT: f64 = 100e-6;
 
-/// The time of a system that follows data, as its source says it (`rosgraph_msgs/Clock`).
+/// The time of a system that follows data, as its source publishes it (`rosgraph_msgs/Clock`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Clock {
-    /// Seconds since the Unix epoch, or since whatever the source counts from; not negative.
+    /// Seconds since the Unix epoch, or since another start that the source chooses; not negative.
     #[message(unit = "s")]
     pub clock: f64,
 }
@@ -52,8 +52,8 @@ pub struct ClockEstimate {
     pub error_s: f64,
 }
 
-/// Filters exchanges: of the last few, the one with the shortest round trip is believed (NTP's clock
-/// filter), because what delays a packet also makes it lie.
+/// Filters exchanges: of the last few, the one with the shortest round trip counts (NTP's clock
+/// filter), because the delay of a packet is also an error of its stamps.
 #[derive(Clone, Debug, Default)]
 pub struct ClockFilter {
     recent: VecDeque<Exchange>,

@@ -1,5 +1,5 @@
-//! How every connection begins: the one who connects says who it is and what for; the other welcomes
-//! or refuses it, with the reason in words.
+//! The handshake of every connection: the client sends its name and purpose; the server welcomes or
+//! refuses it, with a reason for people.
 
 use thiserror::Error;
 
@@ -15,10 +15,10 @@ use crate::registry::ComponentEntry;
 pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
-/// Version of the protocol. Ends of different versions do not talk.
+/// Version of the protocol. Ends of different versions refuse each other.
 pub const VERSION: u16 = 1;
 
-/// Who connects, and what for.
+/// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Hello {
@@ -26,11 +26,11 @@ pub struct Hello {
     pub magic: [u8; 4],
     /// [`VERSION`].
     pub version: u16,
-    /// Name of who connects: a component's, or a tool's with its process id.
+    /// The client's name: a component's, or a tool's with its process id.
     pub from: String,
     /// Its process start.
     pub instance: u64,
-    /// What it wants.
+    /// The purpose of the connection.
     pub purpose: Purpose,
 }
 
@@ -40,24 +40,24 @@ pub struct Hello {
 pub enum Purpose {
     /// To the registry: to register, or only to ask.
     Registry {
-        /// Who registers; `None` for an observer.
+        /// The process that registers; `None` for an observer.
         entry: Option<ComponentEntry>,
     },
     /// To configd: settings and parameters of the component that connects.
     Config,
     /// To a component: data of one of its outputs.
     Link {
-        /// Which, and how it should be sent.
+        /// The data, and how they should be sent.
         link: LinkRequest,
     },
     /// To a component: to command or to watch it.
     Control {
-        /// By what right.
+        /// Its role.
         role: Role,
     },
 }
 
-/// Asks for the data of an output.
+/// A request for the data of an output.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct LinkRequest {
@@ -69,19 +69,19 @@ pub struct LinkRequest {
     pub schema: String,
     /// Hash of that schema; 0 takes any.
     pub schema_hash: u64,
-    /// What the subscriber wants when it is slow.
+    /// Which data the subscriber gets when it is slow.
     pub keep: Keep,
     /// How both ends wait.
     pub wake: Wake,
-    /// Whether the subscriber is frozen: nothing is sent until it says `Resume`.
+    /// Whether the subscriber is frozen: nothing is sent until it sends `Resume`.
     pub paused: bool,
 }
 
-/// "Go on."
+/// Accepts a hello.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Welcome {
-    /// Name of who was connected to.
+    /// The server's name.
     pub name: String,
     /// Its process start.
     pub instance: u64,
@@ -111,14 +111,14 @@ pub enum RefusalCode {
     Malformed,
 }
 
-/// "No", and why.
+/// Refuses a hello or a request, with the reason.
 #[derive(Clone, Debug, PartialEq, Message, Error)]
 #[message(wire = "armor_wire")]
 #[error("{text}")]
 pub struct Refusal {
     /// For programs.
     pub code: RefusalCode,
-    /// For people: what was wrong, where, what to do.
+    /// For people: what is wrong, where, and what to do.
     pub text: String,
 }
 
@@ -138,7 +138,7 @@ pub enum HandshakeError {
     /// The body of the frame is not what it should be.
     #[error("a malformed handshake: {0}")]
     Body(#[from] codec::DecodeError),
-    /// The peer speaks something else.
+    /// The peer speaks another protocol.
     #[error("the peer does not speak Armor's protocol")]
     Magic,
     /// The peer refused, or must be refused.
@@ -155,7 +155,8 @@ impl Hello {
     /// Reads the first frame of a connection.
     ///
     /// # Errors
-    /// [`HandshakeError::Refused`] if the peer should be told why; any other: close without a word.
+    /// [`HandshakeError::Refused`] if the reason should be sent to the peer; on any other error the
+    /// connection should be closed without an answer.
     pub fn read(frame: &Frame<'_>) -> Result<Self, HandshakeError> {
         if frame.kind != FrameKind::Hello {
             return Err(FrameError::Unexpected { got: frame.kind, wanted: "hello" }.into());

@@ -1,4 +1,4 @@
-//! What a link does for a consumer that is slower than its provider, and how its ends wait.
+//! Which data a subscriber gets when it is slower than its publisher, and how a link's ends wait.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use crate::Message;
 /// Largest `keep="n"`.
 pub const MAX_KEEP: u32 = 65_536;
 
-/// What a slow consumer gets.
+/// Which data a slow subscriber gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Keep {
@@ -19,7 +19,7 @@ pub enum Keep {
     Latest,
     /// The newest `count`; the oldest is dropped and counted.
     Last {
-        /// How many wait at most.
+        /// Most data that wait.
         count: u32,
     },
     /// Everything; the sender waits, with a deadline.

@@ -11,7 +11,7 @@ use crate::quantity::{self, Unit};
 /// Version of the JSON form.
 pub const MANIFEST_VERSION: u32 = 1;
 
-/// Everything the rest of the system knows about a kind of component.
+/// The description of a kind of component, as the rest of the system uses it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -49,7 +49,7 @@ pub struct PortManifest {
     /// For an input: whether it must be fed.
     #[serde(default)]
     pub required: bool,
-    /// For an output: whether a late subscriber gets the last value at once.
+    /// For an output: whether a late subscriber gets the last value immediately.
     #[serde(default)]
     pub latched: bool,
 }
@@ -182,7 +182,8 @@ impl ParameterManifest {
         self.range_in(&self.unit)
     }
 
-    /// The default as a file's author writes it: `30deg`, also where the component says `30`.
+    /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the component
+    /// declares `30`.
     pub fn default_with_unit(&self) -> Option<String> {
         self.default.as_ref().map(|text| match quantity::parse(text) {
             Ok(quantity) if quantity.unit.is_none() => format!("{text}{}", self.unit),
@@ -245,7 +246,7 @@ fn is_colour(text: &str) -> bool {
     text.len() == 7 && text.starts_with('#') && text[1..].bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// A member that may be left out, but is no `null`.
+/// Deserializes a member that may be absent but not `null`.
 fn deserialize_given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
@@ -335,15 +336,15 @@ mod tests {
     }
 
     #[test]
-    fn defaults_are_said_with_their_unit() {
-        let said = |kind, unit, default: &str| {
+    fn defaults_are_shown_with_their_unit() {
+        let shown = |kind, unit, default: &str| {
             let default = Some(default.to_owned());
             ParameterManifest { default, ..parameter(kind, unit) }.default_with_unit()
         };
-        assert_eq!(said(ParameterType::Number, "deg", "30").as_deref(), Some("30deg"));
-        assert_eq!(said(ParameterType::Number, "deg", "0.5rad").as_deref(), Some("0.5rad"));
-        assert_eq!(said(ParameterType::Integer, "", "30").as_deref(), Some("30"));
-        assert_eq!(said(ParameterType::Text, "", "a text").as_deref(), Some("a text"));
+        assert_eq!(shown(ParameterType::Number, "deg", "30").as_deref(), Some("30deg"));
+        assert_eq!(shown(ParameterType::Number, "deg", "0.5rad").as_deref(), Some("0.5rad"));
+        assert_eq!(shown(ParameterType::Integer, "", "30").as_deref(), Some("30"));
+        assert_eq!(shown(ParameterType::Text, "", "a text").as_deref(), Some("a text"));
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! What can travel: every field type knows its layout and how it is read, every message type its
-//! name as well.
+//! The types that can be sent: a field type has a layout and is read by it; a message type has a name
+//! as well.
 //!
-//! Reading is ours, not bincode's, for the sake of lists: a count is believed only if the bytes that
-//! are left can hold that many values, so that a short frame never makes us allocate much.
+//! Reading is ours, not bincode's, for the sake of lists: a count is accepted only if the
+//! remaining bytes suffice for that many values, so that a short frame never causes a large allocation.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -15,17 +15,17 @@ use bincode::error::{DecodeError, EncodeError};
 
 use crate::schema::Schema;
 
-/// Largest `N` of a `[T; N]` that travels.
+/// Largest `N` of a `[T; N]` that can be sent.
 pub const MAX_FIXED_COUNT: usize = 1 << 16;
 
-/// A list of unknown size starts with room for so many bytes; it grows with what really arrives.
+/// A list of unknown size starts with room for so many bytes; it grows with the items that are read.
 const FIRST_LIST_LEN: usize = 4 << 10;
 
 /// A type that can be part of a message. Derived by `#[derive(Message)]`.
 ///
 /// A recursive type does not compile: its least length would depend on itself.
 pub trait WireType: Encode + Sized + 'static {
-    /// The fewest bytes a value takes. 0 only for a type without fields, which no list may hold.
+    /// The fewest bytes a value takes. 0 only for a type without fields, which cannot be the item of a list.
     const MIN_LEN: usize;
 
     /// The layout of the type.
@@ -37,7 +37,7 @@ pub trait WireType: Encode + Sized + 'static {
     /// If the bytes are not a value of this type or end too early.
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
 
-    /// Reads `count` values that the remaining bytes can hold.
+    /// Reads `count` values; the remaining bytes are known to suffice.
     #[doc(hidden)]
     fn read_items<D: Decoder>(decoder: &mut D, count: usize) -> Result<Vec<Self>, DecodeError> {
         let mut items = Vec::with_capacity(count.min(FIRST_LIST_LEN / size_of::<Self>().max(1)));

@@ -184,7 +184,7 @@ fn of(text: &str, dimension: Dimension, wanted: &'static str) -> Result<f64, Qua
 }
 
 /// Reads a duration, such as `0.2s` or `10min`, in seconds: from 0 to 1e9 s, which is 31 years and
-/// no overflow in anybody's arithmetic.
+/// no overflow in any arithmetic.
 ///
 /// # Errors
 /// [`QuantityError`] if it is not one.

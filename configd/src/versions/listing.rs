@@ -1,4 +1,4 @@
-//! What tools are told: the parameters, what changed between versions, and how things stand.
+//! Answers to tools: the list of parameters, the changes between versions, and the state notice.
 
 use armor_wire::config::{ChangeRecord, ConfigReply, ConfigurationState, MAX_RECORDS};
 use armor_wire::hello::{Refusal, RefusalCode};
@@ -40,7 +40,9 @@ impl Versions {
             let text = if oldest == newest {
                 format!("version {newest} is the only one there is: nothing has changed yet")
             } else {
-                format!("versions {from} and {to} are not both held; {oldest} to {newest} are")
+                format!(
+                    "versions {from} and {to} are not both kept; versions {oldest} to {newest} are"
+                )
             };
             let refusal = Refusal::new(RefusalCode::UnknownData, text);
             return ConfigReply::Refused { request, refusal };
@@ -49,7 +51,7 @@ impl Versions {
         ConfigReply::Differences { request, from, to, changes, left_out }
     }
 
-    /// What changed with a version; nothing if the one before it is not known.
+    /// Returns what changed with a version; nothing if the version before it is not kept.
     pub(super) fn changes_of(&self, version: u64) -> (Vec<ChangeRecord>, u32) {
         let one = |number| self.history.configuration(number);
         match (one(version.saturating_sub(1)), one(version)) {

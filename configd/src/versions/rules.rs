@@ -1,4 +1,4 @@
-//! What a version of the file is judged by.
+//! The rules by which a version of the file is checked.
 
 use std::path::PathBuf;
 
@@ -7,10 +7,10 @@ use tracing::warn;
 
 use crate::history::KeptVersion;
 
-/// What a version of the file is judged by. Only the kinds may become others while configd runs.
+/// The rules by which a version of the file is checked. Only the kinds can change while configd runs.
 #[derive(Clone, Debug, Default)]
 pub struct VersionRules {
-    /// Values that go over those of every version.
+    /// Values with priority over those of every version.
     pub overrides: Vec<Override>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
@@ -45,8 +45,8 @@ impl VersionRules {
         }
     }
 
-    /// The newest of the versions kept, the oldest first, that is still whole: a disk may have
-    /// damaged the last ones.
+    /// Returns the newest of the kept versions (oldest first) that is intact: a disk may have damaged the
+    /// last ones.
     pub(super) fn newest_good(
         &self,
         kept: &[KeptVersion],
@@ -64,8 +64,8 @@ impl VersionRules {
         None
     }
 
-    /// A version that was accepted by an earlier process start. What has become of its kinds since
-    /// is no reason to leave the running components without an answer.
+    /// Checks a version that an earlier process start accepted. If its kinds have changed since, it is
+    /// still taken, so that the running components get answers.
     fn judge_again(&self, kept: &KeptVersion) -> Result<(Configuration, Findings), Findings> {
         let judged = self.judge_reading(kept.read_files());
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
@@ -79,7 +79,7 @@ impl VersionRules {
         parameters.any(|known| known.name == parameter && known.live)
     }
 
-    /// Whether a value goes over whatever the file says.
+    /// Whether an override has priority over the file's value.
     pub(crate) fn is_overridden(&self, component: &str, parameter: &str) -> bool {
         let mut overrides = self.overrides.iter();
         overrides.any(|over| over.component.value == component && over.name.value == parameter)

@@ -1,5 +1,6 @@
-//! Setting a parameter: worked out and judged here, written elsewhere, in force when it is on the
-//! disk. One after the other, so that each is judged by what the one before it left.
+//! Setting a parameter: the edit is made and checked here, written by the watching task, and in force
+//! once it is on the disk. One after the other, so that each is checked against the result of the one
+//! before it.
 
 use std::collections::VecDeque;
 
@@ -11,10 +12,10 @@ use super::{ConfigdAction, Versions, Write, send_reply};
 use crate::history::KeptVersion;
 use crate::{answers, records};
 
-/// Wishes that wait for the one before them. A person has one, a script a few.
+/// Most requests that wait for the one before them. A person has one, a script a few.
 const MAX_WAITING: usize = 64;
 
-/// A wish to set a parameter.
+/// A request to set a parameter.
 pub(super) struct WantedSetting {
     pub(super) peer: PeerId,
     pub(super) request: u64,
@@ -23,15 +24,15 @@ pub(super) struct WantedSetting {
     pub(super) value: Option<String>,
 }
 
-/// The wishes that are not granted yet.
+/// The requests that are not finished yet.
 #[derive(Default)]
 pub(super) struct SettingQueue {
     waiting: VecDeque<WantedSetting>,
-    /// The one that is being written, and what will be in force with it.
+    /// The one that is being written, and the version that will be in force with it.
     writing: Option<(WantedSetting, Configuration, Findings)>,
 }
 
-/// What is to be written, and what will be in force then.
+/// A write, and the version that will be in force with it.
 struct Prepared {
     write: Write,
     configuration: Configuration,
@@ -51,7 +52,7 @@ impl Versions {
         self.settle_waiting()
     }
 
-    /// The write that was asked for is done, or why it is not.
+    /// Finishes the request whose write has ended, and starts the next one.
     pub(super) fn finish_write(&mut self, result: Result<(), String>) -> Vec<ConfigdAction> {
         let Some((wanted, configuration, warnings)) = self.settings.writing.take() else {
             return Vec::new();
@@ -71,7 +72,7 @@ impl Versions {
         actions
     }
 
-    /// Decides on the wishes up to the next that is to be written.
+    /// Handles the waiting requests up to the next one that needs a write.
     fn settle_waiting(&mut self) -> Vec<ConfigdAction> {
         let mut actions = Vec::new();
         while self.settings.writing.is_none() {
@@ -94,7 +95,7 @@ impl Versions {
         actions
     }
 
-    /// Works out what is to be written, if it is not so already, and judges it.
+    /// Prepares and checks the write, if the file does not have the value already.
     fn prepare_write(&self, wanted: &WantedSetting) -> Result<Option<Prepared>, Rejected> {
         let source = self.source_of(wanted)?;
         let text = edit_text(source, wanted)?;
@@ -105,8 +106,8 @@ impl Versions {
         let expected: Vec<_> =
             sources.map(|source| (source.path().to_path_buf(), source.text().to_owned())).collect();
         let mut files = expected.clone();
-        for (_, held) in files.iter_mut().filter(|(path, _)| path == source.path()) {
-            held.clone_from(&text);
+        for (_, old) in files.iter_mut().filter(|(path, _)| path == source.path()) {
+            old.clone_from(&text);
         }
         let reading = KeptVersion { number: self.number + 1, files }.read_files();
         let judged = self.rules.judge_reading(reading).map_err(|findings| {
@@ -117,13 +118,13 @@ impl Versions {
         Ok(Some(Prepared { write, configuration, warnings }))
     }
 
-    /// The file that holds the component, if a value may be written into it.
+    /// Returns the file that declares the component, if a value may be written into it.
     fn source_of(&self, wanted: &WantedSetting) -> Result<&Source, Rejected> {
         let WantedSetting { component, parameter, .. } = wanted;
         if let Some(findings) = &self.refused {
             let first = findings.iter().next().map(|first| format!(" ({first})"));
             let text = format!(
-                "the file on the disk is not valid{}; mend it before anything is set in it",
+                "the file on the disk is not valid{}; fix it before anything is set in it",
                 first.unwrap_or_default()
             );
             return Err(Rejected(text, findings.clone()));
@@ -157,7 +158,7 @@ fn edit_text(source: &Source, wanted: &WantedSetting) -> Result<String, Rejected
         |c: &char| (*c < ' ' && !"\t\n\r".contains(*c)) || matches!(c, '\u{fffe}' | '\u{ffff}');
     if let Some(c) = value.iter().flat_map(|value| value.chars()).find(refused) {
         let c = u32::from(c);
-        let text = format!("the value holds U+{c:04X}, a character that XML does not allow");
+        let text = format!("the value contains U+{c:04X}, a character that XML does not allow");
         return Err(Rejected(text, Findings::default()));
     }
     let mut document = Document::open(source.path(), source.text().as_bytes())

@@ -141,7 +141,7 @@ fn who_is_not_in_the_file_is_told_so_until_it_is() {
         ConfigReply::Refused { request: 5, refusal } => {
             assert_eq!(
                 refusal.text,
-                "m/a.xml holds no component called `plaier`; it holds: player, mapper, view"
+                "m/a.xml has no component called `plaier`; it has: player, mapper, view"
             );
         }
         other => panic!("{other:?}"),

@@ -9,7 +9,7 @@ use armor_wire::peer::PeerId;
 use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING, MAX_WAITING_PER_CONNECTION};
 use crate::refusals;
 
-/// Somebody's question.
+/// A lookup that waits for its provider.
 #[derive(Clone, Debug)]
 pub(super) struct WaitingLookup {
     pub(super) peer: PeerId,
@@ -23,12 +23,12 @@ pub(super) struct WaitingLookup {
 pub(super) struct Lookups {
     /// What each asker's waiting requests are for.
     wanted: BTreeMap<(PeerId, u64), String>,
-    /// Who waits for a data or a process, first come first.
+    /// The lookups of each data or process, oldest first.
     waiting: BTreeMap<String, Vec<WaitingLookup>>,
 }
 
 impl Lookups {
-    /// Keeps a lookup until its data or its process is there.
+    /// Keeps a lookup until its data or its process is registered.
     pub(super) fn add_lookup(
         &mut self,
         lookup: WaitingLookup,
@@ -71,7 +71,7 @@ impl Lookups {
         self.wanted.is_empty() && self.waiting.is_empty()
     }
 
-    /// The lookups that waited for `data`, which may be the name of a process.
+    /// Removes and returns the lookups of `data`, which may be the name of a process.
     pub(super) fn take_waiting(&mut self, data: &str) -> Vec<WaitingLookup> {
         let taken = self.waiting.remove(data).unwrap_or_default();
         for lookup in &taken {

@@ -1,5 +1,5 @@
-//! One connection from its first byte to its last: handshake, then reading, writing and beating side
-//! by side in one task, then the end.
+//! One connection from its first byte to its last: the handshake, then reading, writing and beating in
+//! one task, then the end.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::daemon::outgoing::{Next, Outgoing};
 use crate::daemon::stream::AsyncStream;
 use armor_wire::peer::{CloseReason, PeerId};
 
-/// What a connection tells the server.
+/// What a connection reports to the server.
 pub(crate) enum ConnectionEvent<Q> {
     /// A hello was read.
     Hello { address: SocketAddr, hello: Hello, outgoing: Arc<Outgoing> },
@@ -32,7 +32,7 @@ pub(crate) enum ConnectionEvent<Q> {
     Closed { reason: CloseReason },
 }
 
-/// Where a connection tells it.
+/// The channel to the server.
 pub(crate) type EventSender<Q> = mpsc::Sender<(PeerId, ConnectionEvent<Q>)>;
 
 /// One connection.
@@ -42,12 +42,12 @@ pub(crate) struct PeerConnection<Q> {
     pub(crate) limits: ServerLimits,
     /// When the server started.
     pub(crate) epoch: Instant,
-    pub(crate) telling: EventSender<Q>,
+    pub(crate) events: EventSender<Q>,
 }
 
 impl<Q: WireType + Send> PeerConnection<Q> {
-    /// Serves the connection until it ends. The server is told of the end if it was told of the
-    /// beginning and did not ask for the end itself.
+    /// Serves the connection until it ends. The end is reported to the server if the hello was, unless
+    /// the server itself ended the connection.
     pub(crate) async fn serve_peer(&self, stream: &AsyncStream, faults: &CloseLog) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
         let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
@@ -91,7 +91,7 @@ impl<Q: WireType + Send> PeerConnection<Q> {
     ) -> CloseReason {
         loop {
             loop {
-                let told = match frames.next_frame() {
+                let event = match frames.next_frame() {
                     Ok(None) => break,
                     Ok(Some(frame)) if frame.kind == FrameKind::Beat => ConnectionEvent::Beat,
                     Ok(Some(frame)) if frame.kind == FrameKind::Control => {
@@ -109,7 +109,7 @@ impl<Q: WireType + Send> PeerConnection<Q> {
                     Err(error) => return error.into(),
                 };
                 liveness.lock().heard(self.now());
-                self.send_event(told).await;
+                self.send_event(event).await;
             }
             match stream.read(frames.space()).await {
                 Ok(0) if frames.is_mid_frame() => return CloseReason::Truncated,
@@ -144,8 +144,8 @@ impl<Q: WireType + Send> PeerConnection<Q> {
     }
 
     async fn send_beats(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
-        // All connections look at the same moments, so that an idle daemon wakes four times a second
-        // however many there are.
+        // All connections look at the same moments, so that an idle daemon wakes four times a second,
+        // independent of their number.
         let looks = self.now().as_nanos() / LOOK.as_nanos() + 1;
         let first = self.epoch + LOOK * u32::try_from(looks).unwrap_or(u32::MAX);
         let mut look = time::interval_at(first, LOOK);
@@ -156,7 +156,7 @@ impl<Q: WireType + Send> PeerConnection<Q> {
             let now = self.now();
             let mut liveness = liveness.lock();
             if now.saturating_sub(before) > 2 * LOOK {
-                // It was us who were away; what the peer said meanwhile is yet to be read.
+                // This process itself was suspended; what the peer sent meanwhile is not read yet.
                 liveness.heard(now);
             }
             if liveness.is_silent(now) {
@@ -173,9 +173,9 @@ impl<Q: WireType + Send> PeerConnection<Q> {
         self.epoch.elapsed()
     }
 
-    async fn send_event(&self, told: ConnectionEvent<Q>) {
-        // The server is gone only when it takes this task with it.
-        let _ = self.telling.send((self.peer, told)).await;
+    async fn send_event(&self, event: ConnectionEvent<Q>) {
+        // Dropping the server also aborts this task.
+        let _ = self.events.send((self.peer, event)).await;
     }
 }
 
@@ -192,8 +192,8 @@ async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<He
     }
 }
 
-/// Lets the peer read the last words: closing a socket with unread bytes in it would reset the
-/// connection and take the words along.
+/// Waits until the peer has read the last frames: closing a socket that has unread bytes would reset
+/// the connection and discard them.
 async fn drain_and_close(stream: &AsyncStream) {
     let _ = stream.shutdown_writing();
     let mut waste = [0; 4 << 10];

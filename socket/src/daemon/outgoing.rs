@@ -1,5 +1,5 @@
-//! The bounded bytes that wait to be written to one peer. Filled by the daemon without waiting,
-//! emptied by the connection's task in as few writes as possible.
+//! The bounded buffer of bytes for one peer. The daemon fills it without waiting; the connection's task
+//! empties it in as few writes as possible.
 
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::message::WireType;
@@ -11,7 +11,7 @@ use armor_wire::peer::CloseReason;
 /// A buffer above this is given back after use instead of being kept for each connection.
 const KEPT_LEN: usize = 64 << 10;
 
-/// What waits for one peer.
+/// The bytes that wait for one peer.
 pub(crate) struct Outgoing {
     state: Mutex<OutgoingState>,
     changed: Notify,
@@ -26,13 +26,13 @@ struct OutgoingState {
 }
 
 enum PendingEnd {
-    /// At once; what waits is lost.
+    /// Immediately; waiting bytes are discarded.
     Now(CloseReason),
-    /// After all that waits is written.
+    /// After all waiting bytes are written.
     Written(CloseReason),
 }
 
-/// What the connection's task does next.
+/// The next step of the connection's task.
 pub(crate) enum Next {
     /// Writes the bytes it was given.
     Write,
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn who_lets_too_much_pile_up_is_ended_at_once_and_costs_no_more() {
+    fn a_peer_that_does_not_read_is_ended_and_its_buffer_stays_bounded() {
         let outgoing = Outgoing::new(100);
         for _ in 0..1000 {
             outgoing.push_frame(FrameKind::Control, &[0u64; 5]);

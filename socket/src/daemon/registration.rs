@@ -1,5 +1,4 @@
-//! Being found under a name: keeps a process registered at the registry for as long as it runs,
-//! whatever happens to the registry.
+//! Keeps a process registered at the registry for as long as it runs, also when the registry restarts.
 
 use std::convert::Infallible;
 use std::io;
@@ -25,30 +24,30 @@ use crate::daemon::stream::AsyncStream;
 use crate::stream::Stream;
 use crate::tuning::tune;
 
-/// Pause after the first failure. A registry that is restarted at once is found again at once.
+/// Pause after the first failure. A registry that restarts immediately is found again immediately.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Longest pause. A registry that is back is found within 2 s, connecting included.
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 /// How long connecting and the handshake may take each; a host that is cut off answers neither.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Where a registration stands.
+/// The status of a registration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RegistrationStatus {
-    /// The registry is not there, or not any more; it is tried on.
+    /// The registry cannot be reached; further attempts are made.
     Away,
-    /// The registry knows the process.
+    /// The registry has registered the process.
     Registered {
         /// The registry's process start.
         registry: u64,
     },
-    /// The registry says no; it is tried on, because a name can become free.
+    /// The registry refuses the process; further attempts are made, because a name can become free.
     Refused(Refusal),
 }
 
 /// A registration that is kept up. Dropping it ends it.
 pub struct Registration {
-    standing: watch::Receiver<RegistrationStatus>,
+    status: watch::Receiver<RegistrationStatus>,
     task: JoinHandle<()>,
 }
 
@@ -58,23 +57,23 @@ impl Registration {
     /// # Panics
     /// Outside a tokio runtime.
     pub fn keep(registry: SocketAddr, entry: ComponentEntry) -> Self {
-        let (telling, standing) = watch::channel(RegistrationStatus::Away);
-        let task = tokio::spawn(stay_registered(registry, entry, telling));
-        Self { standing, task }
+        let (status_sender, status) = watch::channel(RegistrationStatus::Away);
+        let task = tokio::spawn(stay_registered(registry, entry, status_sender));
+        Self { status, task }
     }
 
-    /// Where it stands now.
-    pub fn standing(&self) -> RegistrationStatus {
-        self.standing.borrow().clone()
+    /// Returns the current status.
+    pub fn status(&self) -> RegistrationStatus {
+        self.status.borrow().clone()
     }
 
-    /// Waits until it stands differently than at the last call.
+    /// Waits until the status differs from that of the last call.
     pub async fn changed(&mut self) -> RegistrationStatus {
-        if self.standing.changed().await.is_err() {
+        if self.status.changed().await.is_err() {
             // The task ends only with `self`.
             std::future::pending::<()>().await;
         }
-        self.standing.borrow_and_update().clone()
+        self.status.borrow_and_update().clone()
     }
 }
 
@@ -102,30 +101,30 @@ enum SessionError {
 async fn stay_registered(
     registry: SocketAddr,
     entry: ComponentEntry,
-    telling: watch::Sender<RegistrationStatus>,
+    status: watch::Sender<RegistrationStatus>,
 ) {
     let mut backoff = Backoff::new(FIRST_PAUSE, LONGEST_PAUSE, entry.instance);
     let mut logged = String::new();
     loop {
-        let Err(error) = run_session(registry, &entry, &telling).await;
-        if matches!(*telling.borrow(), RegistrationStatus::Registered { .. }) {
+        let Err(error) = run_session(registry, &entry, &status).await;
+        if matches!(*status.borrow(), RegistrationStatus::Registered { .. }) {
             backoff.reset();
             logged.clear();
         }
         let text = error.to_string();
         if logged != text {
-            warn!(%registry, name = %entry.name, %error, "not registered; trying on");
+            warn!(%registry, name = %entry.name, %error, "not registered; trying again");
             logged = text;
         }
-        let standing = match error {
+        let new = match error {
             SessionError::Handshake(HandshakeError::Refused(refusal)) => {
                 RegistrationStatus::Refused(refusal)
             }
             _ => RegistrationStatus::Away,
         };
-        telling.send_if_modified(|before| {
-            let is_news = *before != standing;
-            *before = standing;
+        status.send_if_modified(|before| {
+            let is_news = *before != new;
+            *before = new;
             is_news
         });
         time::sleep(backoff.delay()).await;
@@ -136,7 +135,7 @@ async fn stay_registered(
 async fn run_session(
     registry: SocketAddr,
     entry: &ComponentEntry,
-    telling: &watch::Sender<RegistrationStatus>,
+    status: &watch::Sender<RegistrationStatus>,
 ) -> Result<Infallible, SessionError> {
     let stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??.into_std()?;
     reject_self_connection(&stream)?;
@@ -153,7 +152,7 @@ async fn run_session(
     });
     let welcome = welcome.await??;
     info!(%registry, name = %entry.name, "registered");
-    telling.send_replace(RegistrationStatus::Registered { registry: welcome.instance });
+    status.send_replace(RegistrationStatus::Registered { registry: welcome.instance });
     exchange_beats(&stream, &mut frames).await
 }
 

@@ -1,4 +1,4 @@
-//! Counts connections, in total and per address; a seat is given back when it is dropped.
+//! Counts connections, in total and per address. A seat is returned when it is dropped.
 
 use std::collections::HashMap;
 use std::net::IpAddr;
@@ -25,7 +25,7 @@ impl Seats {
         Self { taken: Arc::default(), most, most_per_address }
     }
 
-    /// A seat for a peer, if there is one left.
+    /// Returns a seat for a peer, if one is free.
     pub(crate) fn take_seat(&self, address: IpAddr) -> Option<Seat> {
         let mut taken = self.lock();
         let here = taken.get(&address).copied().unwrap_or(0);

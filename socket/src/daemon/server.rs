@@ -61,13 +61,13 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     /// Outside a tokio runtime.
     pub fn new(listener: Listener, limits: ServerLimits) -> io::Result<Self> {
         let listener = AsyncListener::new(listener)?;
-        let (telling, events) = mpsc::channel(MAX_EVENTS);
+        let (sender, events) = mpsc::channel(MAX_EVENTS);
         let epoch = Instant::now();
         let seats = Seats::new(limits.connections, limits.connections_per_address);
         let mut acceptor = Acceptor {
             limits,
             epoch,
-            telling,
+            events_sender: sender,
             seats,
             faults: Arc::default(),
             connections: JoinSet::new(),
@@ -85,12 +85,12 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     /// Waits for the next event. Nothing is lost if the wait is given up.
     pub async fn next_event(&mut self) -> PeerEvent<Q> {
         loop {
-            let Some((peer, told)) = self.events.recv().await else {
+            let Some((peer, event)) = self.events.recv().await else {
                 // Every sender is gone: the acceptor has ended, and it never does by itself.
                 std::future::pending::<()>().await;
                 continue;
             };
-            match told {
+            match event {
                 ConnectionEvent::Hello { address, hello, outgoing } => {
                     self.peers.insert(peer, outgoing);
                     return PeerEvent::Connected { peer, address, hello };
@@ -109,7 +109,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
         }
     }
 
-    /// Carries an action out, without waiting.
+    /// Performs an action, without waiting.
     pub fn perform(&mut self, action: PeerAction<R>) {
         match action {
             PeerAction::Welcome { peer, welcome } => {
@@ -150,7 +150,7 @@ impl<Q, R> Drop for Server<Q, R> {
 struct Acceptor<Q> {
     limits: ServerLimits,
     epoch: Instant,
-    telling: mpsc::Sender<(PeerId, ConnectionEvent<Q>)>,
+    events_sender: mpsc::Sender<(PeerId, ConnectionEvent<Q>)>,
     seats: Seats,
     faults: Arc<CloseLog>,
     connections: JoinSet<()>,
@@ -169,7 +169,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
                     }
                     Err(problem) => {
                         if !std::mem::replace(&mut resting, true) {
-                            error!(%problem, "cannot accept connections; trying on");
+                            error!(%problem, "cannot accept connections; trying again");
                         }
                         time::sleep(ACCEPT_REST).await;
                     }
@@ -197,7 +197,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
             address,
             limits: self.limits,
             epoch: self.epoch,
-            telling: self.telling.clone(),
+            events: self.events_sender.clone(),
         };
         let faults = Arc::clone(&self.faults);
         self.connections.spawn(async move {

@@ -9,7 +9,7 @@ use syn::{
     Attribute, Data, DeriveInput, Error, Field, Fields, Ident, LitStr, Result, parse_macro_input,
 };
 
-/// What schema text calls the types that need no definition.
+/// Names of the types that schema text uses without a definition.
 const PRIMITIVES: [&str; 12] =
     ["bool", "u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64", "string"];
 
@@ -18,7 +18,7 @@ const PRIMITIVES: [&str; 12] =
 /// `#[message(name = "…")]` on the type names it otherwise than the Rust type;
 /// `#[message(unit = "m")]` on a field states the unit of its number;
 /// `#[message(text)]` on a field sends its value as the string that `Display` writes and `FromStr` reads;
-/// `#[message(wire = "path::to::armor_wire")]` tells where the wire crate is found.
+/// `#[message(wire = "path::to::armor_wire")]` names the path of the wire crate.
 #[proc_macro_derive(Message, attributes(message))]
 pub fn derive_message(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -57,7 +57,7 @@ fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
     Ok(options)
 }
 
-/// A field's or variant's name, if schema text can hold it.
+/// Returns a field's or variant's name, if schema text allows it.
 fn field_label(ident: &Ident) -> Result<String> {
     let label = ident.to_string().trim_start_matches("r#").to_owned();
     check_name(&label).map_err(|why| Error::new_spanned(ident, why))?;

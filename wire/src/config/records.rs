@@ -1,14 +1,14 @@
-//! What configd tells of its versions: parameters, findings and changes, as records that every tool
-//! can read. All of them are bounded, so that any answer fits a frame.
+//! Parameters, findings and changes of configd's versions, as records that every tool can read. Their
+//! lengths are bounded, so that every answer fits into a frame.
 
 use crate::Message;
 
 /// Most parameters, findings or changes in one answer.
 pub const MAX_RECORDS: usize = 128;
-/// Longest text in one of them, in bytes; longer ones are cut and end in `…`.
+/// Longest text of a record, in bytes; a longer one is cut and ends in `…`.
 pub const MAX_RECORD_TEXT_LEN: usize = 1024;
 
-/// The text, cut to [`MAX_RECORD_TEXT_LEN`].
+/// Cuts the text to [`MAX_RECORD_TEXT_LEN`].
 pub fn cut_text(text: impl Into<String>) -> String {
     let mut text = text.into();
     if text.len() > MAX_RECORD_TEXT_LEN {
@@ -33,11 +33,11 @@ pub struct ListedParameter {
     pub value: String,
     /// The unit of a bare number; empty without.
     pub unit: String,
-    /// Where the value is from: `file:line:column`, `--set`, or `default`.
+    /// Origin of the value: `file:line:column`, `--set`, or `default`.
     pub origin: String,
     /// Whether a change reaches the running component.
     pub live: bool,
-    /// What it may be, such as `0.1 to 500`, in the unit, or the choices; empty if it is free.
+    /// Its allowed values, such as `0.1 to 500`, in the unit, or the choices; empty if it is free.
     pub range: String,
     /// What it does, in one line; may be empty.
     pub doc: String,
@@ -46,7 +46,7 @@ pub struct ListedParameter {
     pub places: String,
 }
 
-/// Something that is wrong with a file. Lines and columns count from 1, columns in characters, ends
+/// A problem in a file. Lines and columns count from 1, columns in characters, ends
 /// exclusive; all 0 if it is about no text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire", name = "Finding")]
@@ -75,7 +75,7 @@ pub struct FindingRecord {
     pub source_line: String,
 }
 
-/// One thing that is not as it was in an earlier version.
+/// A difference from an earlier version.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire", name = "Change")]
 pub struct ChangeRecord {
@@ -88,36 +88,36 @@ pub struct ChangeRecord {
     pub change: String,
     /// Which attribute of it changed; empty for a parameter's value.
     pub aspect: String,
-    /// What it said; empty if it said nothing.
+    /// Its value before; empty if it had none.
     pub before: String,
-    /// What it says; empty if it says nothing.
+    /// Its value now; empty if it has none.
     pub after: String,
-    /// All of that in words.
+    /// A sentence that describes the change.
     pub text: String,
     /// When it takes effect, in words; empty if there is nothing to take effect.
     pub effect: String,
 }
 
-/// How the configuration of a running system stands: the latched data `configuration.state`.
+/// The state of a running system's configuration: the latched data `configuration.state`.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct ConfigurationState {
-    /// System time in seconds at which it became so.
+    /// System time of the change of state, in seconds.
     #[message(unit = "s")]
     pub stamp: f64,
     /// The version in force; counts the accepted versions from 1.
     pub version: u64,
     /// The files of that version, the one that was asked for first.
     pub files: Vec<String>,
-    /// Whether the files on the disk are others, and refused.
+    /// Whether the files on the disk differ from that version and are refused.
     pub refused: bool,
     /// What is wrong with the files on the disk; of an accepted version its warnings and notes.
     pub findings: Vec<FindingRecord>,
-    /// How many more findings there are.
+    /// Number of further findings.
     pub findings_left_out: u32,
     /// What changed with the version in force; empty for the first.
     pub changes: Vec<ChangeRecord>,
-    /// How many more changes there are.
+    /// Number of further changes.
     pub changes_left_out: u32,
 }
 

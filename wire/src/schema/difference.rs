@@ -1,15 +1,15 @@
-//! Says in words how two schemas differ, field by field.
+//! Describes for people how two schemas differ, field by field.
 
 use std::collections::BTreeMap;
 
 use super::{Field, Schema, Variant};
 
-/// More lines than this help nobody.
+/// Most lines of a description; further ones do not help a reader.
 const MAX_LINES: usize = 8;
-/// A type longer than this is cut in a line, in characters.
+/// Longest type in a line, in bytes; the rest is cut.
 const MAX_TYPE_LEN: usize = 160;
 
-/// The first few differences between two schemas given as text, one per line, for people.
+/// Describes the first differences between two schemas given as text, one per line.
 ///
 /// `ours` and `theirs` name the two sides. Empty if the texts are equal.
 pub fn difference(ours: (&str, &str), theirs: (&str, &str)) -> String {
@@ -110,7 +110,7 @@ impl SchemaComparison<'_> {
         }
     }
 
-    /// The first place at which two lists of names part.
+    /// Describes the first position at which two lists of names differ.
     fn first_difference<'n>(
         &mut self,
         place: &str,

@@ -1,5 +1,5 @@
-//! One value out of an encoded message, without its Rust type: a field is found by its names once,
-//! then read from every payload. What lies before it is stepped over, not decoded.
+//! Reads one value of an encoded message without its Rust type: the field is located once by its
+//! names, then read from every payload. The bytes before it are skipped, not decoded.
 
 mod glimpse;
 #[cfg(test)]
@@ -11,7 +11,8 @@ use super::{Field, Schema};
 
 pub use glimpse::{Glimpse, GlimpsedValue, ValuePath, glimpse_message};
 
-/// The field that a message may have beside its one value without being asked for it.
+/// The field that does not count when a message with a single other value is read without a field
+/// name.
 const STAMP: &str = "stamp";
 
 /// A value that a field of a message can have.
@@ -25,17 +26,17 @@ pub enum Scalar {
     Text(String),
 }
 
-/// Where a single value lies in the messages of one schema.
+/// The location of a single value in the messages of one schema.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPath<'a> {
     steps: Vec<usize>,
-    /// Its layout: a number, `bool`, text or an enum; of an optional field what is inside.
+    /// Its layout: a number, `bool`, text or an enum; for an optional field the layout within the option.
     pub schema: &'a Schema,
     /// The unit of its number.
     pub unit: Option<&'a str>,
 }
 
-/// Why names lead to no single value.
+/// Why names do not lead to a single value.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FieldError {
     /// There is no such field.
@@ -45,10 +46,10 @@ pub enum FieldError {
         index: usize,
         /// The name.
         name: String,
-        /// What is there.
+        /// The fields that exist.
         known: Vec<String>,
     },
-    /// What the names so far lead to has no fields.
+    /// The names so far lead to a value without fields.
     #[error("what comes before `{name}` has no fields")]
     NoFields {
         /// Which of the names, from 0.
@@ -78,8 +79,8 @@ pub struct PayloadError {
 }
 
 impl<'a> FieldPath<'a> {
-    /// Follows `names` from field to field. Where they end at a struct that has, beside `stamp`,
-    /// one number or `bool` and no second one, that is the value.
+    /// Follows `names` from field to field. If they end at a struct that has exactly one number or
+    /// `bool` besides `stamp`, that one is the value.
     ///
     /// # Errors
     /// [`FieldError`] if they lead to no single value.
@@ -115,8 +116,8 @@ impl<'a> FieldPath<'a> {
         (self.schema, self.unit) = (without_options(&field.schema), field.unit.as_deref());
     }
 
-    /// Reads the value from one payload of `schema`, the one it was found in; none if it, or what
-    /// it is in, is optional and not there.
+    /// Reads the value from one payload of `schema`, in which it was found; `None` if it is, or lies
+    /// within, an absent optional value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.
@@ -151,7 +152,7 @@ fn without_options(mut schema: &Schema) -> &Schema {
     schema
 }
 
-/// What may be left unnamed: a number or `bool` other than the stamp.
+/// Whether a field can be read without being named: a number or `bool` other than the stamp.
 fn is_value(field: &Field) -> bool {
     use Schema::{Enum, Fixed, List, Struct, Text};
     let schema = without_options(&field.schema);
@@ -159,7 +160,7 @@ fn is_value(field: &Field) -> bool {
     !is_other && field.name != STAMP
 }
 
-/// The length of every value of a schema, if they all have one.
+/// Returns the encoded length of a schema's values, if it is the same for all of them.
 fn fixed_len(schema: &Schema) -> Option<usize> {
     match schema {
         Schema::Option(_) | Schema::List(_) | Schema::Text | Schema::Enum { .. } => None,
@@ -244,7 +245,7 @@ impl<'a> Cursor<'a> {
         }))
     }
 
-    /// Steps over `count` values.
+    /// Skips `count` values.
     fn skip_items(&mut self, item: &Schema, count: usize) -> Result<(), PayloadError> {
         match fixed_len(item) {
             Some(len) => {

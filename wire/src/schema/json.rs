@@ -8,8 +8,8 @@ use thiserror::Error;
 
 use super::{Field, Schema};
 
-/// Most memory that a message may take as JSON, in bytes, by our reckoning: a `bool` of the payload
-/// becomes a value of 32 bytes, a struct a map of names.
+/// Most memory that a message may take as JSON, in bytes, estimated: a `bool` of the payload becomes
+/// a value of 32 bytes, a struct a map of names.
 pub const MAX_JSON_LEN: usize = 1 << 30;
 
 const VALUE_LEN: usize = size_of::<Value>();
@@ -28,7 +28,8 @@ pub struct JsonError {
     pub problem: &'static str,
 }
 
-/// Decodes `payload` by `schema`. Takes memory for what is in the payload, whatever it claims.
+/// Decodes `payload` by `schema`. The memory it takes depends on the payload's length, not on the counts
+/// in it.
 ///
 /// # Errors
 /// [`JsonError`] if the payload is not exactly one value of the schema, or its JSON would be larger
@@ -154,7 +155,7 @@ impl<'a> JsonReader<'a> {
     }
 
     fn read_items(&mut self, item: &'a Schema, count: usize) -> Result<Value, JsonError> {
-        // Grows with what is there: a count proves nothing.
+        // Grows with the values that are read: a peer can send any count.
         let mut items = Vec::new();
         for _ in 0..count {
             self.take_room(VALUE_LEN)?;

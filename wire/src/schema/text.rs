@@ -94,7 +94,7 @@ pub struct ParseError {
 ///
 /// # Errors
 /// [`ParseError`] if the text is not canonical, deeper than [`MAX_DEPTH`], longer than
-/// [`MAX_TEXT_LEN`], or of a value that [`MAX_DATA_LEN`] bytes cannot hold.
+/// [`MAX_TEXT_LEN`], or of a value that does not fit into [`MAX_DATA_LEN`] bytes.
 pub fn parse(text: &str) -> Result<Schema, ParseError> {
     if text.len() > MAX_TEXT_LEN {
         return Err(ParseError { at: MAX_TEXT_LEN, problem: "the text is too long" });
@@ -157,7 +157,7 @@ impl<'a> SchemaParser<'a> {
         }
     }
 
-    /// The name of a field or variant that `taken` does not hold yet.
+    /// Parses the name of a field or variant that is not in `taken` yet.
     fn parse_label(&mut self, taken: &mut BTreeSet<&'a str>) -> Result<String, ParseError> {
         let at = self.at;
         let name = self.parse_name()?;

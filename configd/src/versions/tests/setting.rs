@@ -60,7 +60,7 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     match replies(&actions).as_slice() {
         [ConfigReply::Set { request: 8, version: 2, changes }] => {
             assert_eq!(changes[0].text, "parameter player.speed: 2 → 5");
-            assert_eq!(changes[0].effect, "reaches player at once");
+            assert_eq!(changes[0].effect, "reaches player immediately");
         }
         other => panic!("{other:?}"),
     }
@@ -100,7 +100,7 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     let invalid = "nothing was written: the file would not be valid";
     assert_eq!(rejected(&mut versions, "player.sped", "1"), format!("{invalid} [E0110]"));
     let nobody = rejected(&mut versions, "nobody.speed", "1");
-    assert!(nobody.contains("no component called `nobody`; it holds: player, mapper"), "{nobody}");
+    assert!(nobody.contains("no component called `nobody`; it has: player, mapper"), "{nobody}");
     let over = rejected(&mut versions, "mapper.speed", "1");
     assert!(over.starts_with("mapper.speed is given by --set"), "{over}");
     let control = rejected(&mut versions, "player.file", "a\u{1}b");

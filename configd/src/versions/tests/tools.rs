@@ -46,7 +46,7 @@ fn a_change_says_when_it_takes_effect() {
         let taken = state(&versions.handle(saved(&FILE.replace(old, new))));
         taken.changes.into_iter().map(|change| change.effect).collect::<Vec<_>>().join("; ")
     };
-    assert_eq!(effect("value=\"2\"", "value=\"3\""), "reaches player at once");
+    assert_eq!(effect("value=\"2\"", "value=\"3\""), "reaches player immediately");
     assert_eq!(effect("a.log", "c.log"), "has no effect: --set gives player.file its value");
     let again = "takes effect when the system is run again";
     assert_eq!(effect("kind=\"view\"", "kind=\"mapper\""), again);
@@ -79,12 +79,12 @@ fn what_changed_between_versions_can_be_asked() {
     assert_eq!(diff(&mut versions, Some(1), None), format!("1 to 3: {rate} 10Hz → 30Hz"));
     assert_eq!(diff(&mut versions, Some(3), Some(1)), format!("3 to 1: {rate} 30Hz → 10Hz"));
     assert_eq!(diff(&mut versions, Some(2), Some(2)), "2 to 2: ");
-    let gone = "versions 1 and 9 are not both held; 1 to 3 are";
+    let gone = "versions 1 and 9 are not both kept; versions 1 to 3 are";
     assert_eq!(diff(&mut versions, Some(1), Some(9)), gone);
     for round in 0..40 {
         versions.handle(saved(&FILE.replace("10Hz", &format!("{}Hz", 40 + round))));
     }
-    let held = "versions 1 and 43 are not both held; 12 to 43 are";
+    let held = "versions 1 and 43 are not both kept; versions 12 to 43 are";
     assert_eq!(diff(&mut versions, Some(1), None), held);
 }
 

@@ -45,7 +45,7 @@ async fn server() -> (Server<u64, u64>, std::net::SocketAddr) {
     (Server::new(listener, ServerLimits::default()).unwrap(), address)
 }
 
-/// A peer that has said hello, and its name at the server.
+/// A peer that has sent its hello, and its number at the server.
 async fn join(server: &mut Server<u64, u64>, address: std::net::SocketAddr) -> (Peer, PeerId) {
     let stream = TcpStream::connect(address).await.unwrap();
     let mut peer = Peer { stream, frames: FrameReader::new() };
@@ -63,7 +63,7 @@ fn welcome(peer: PeerId) -> PeerAction<u64> {
 }
 
 #[test]
-fn what_is_said_arrives_in_order_both_ways() {
+fn messages_arrive_in_order_in_both_directions() {
     run(async {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
@@ -86,7 +86,7 @@ fn what_is_said_arrives_in_order_both_ways() {
 }
 
 #[test]
-fn a_refused_peer_hears_why_and_is_heard_no_more() {
+fn a_refused_peer_gets_the_reason_and_causes_no_further_event() {
     run(async {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
@@ -104,7 +104,7 @@ fn a_refused_peer_hears_why_and_is_heard_no_more() {
 }
 
 #[test]
-fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
+fn an_idle_peer_gets_beats_and_is_closed_when_it_sends_none() {
     run(async {
         let (mut server, address) = server().await;
         let (mut silent, id) = join(&mut server, address).await;
@@ -121,7 +121,7 @@ fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
 }
 
 #[test]
-fn who_leaves_is_reported_once_with_the_reason() {
+fn a_peer_that_leaves_is_reported_once_with_the_reason() {
     run(async {
         let (mut server, address) = server().await;
         let (whole, first) = join(&mut server, address).await;
@@ -143,7 +143,7 @@ fn who_leaves_is_reported_once_with_the_reason() {
 }
 
 #[test]
-fn an_answer_that_no_frame_holds_ends_the_connection_and_says_so() {
+fn an_answer_too_long_for_a_frame_ends_the_connection_with_that_reason() {
     run(async {
         let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();

@@ -1,35 +1,35 @@
-//! A message in a few lines, and any single value of it by its path, from its schema alone: for
-//! tools that show and plot what they have never heard of.
+//! The first values of a message as lines, and any single value by its path, from the schema alone:
+//! for tools that show and plot messages of types that they do not know.
 
 use super::{Cursor, PayloadError, Scalar, without_options};
 use crate::schema::Schema;
 
-/// How many of the values of a list are shown.
+/// Values of a list that are shown.
 const SHOWN_ITEMS: usize = 3;
 
 /// One value of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glimpse {
-    /// Where it is, such as `pose.position.x` or `ranges[0]`; empty if it is all there is.
+    /// Its path, such as `pose.position.x` or `ranges[0]`; empty if it is the whole message.
     pub path: String,
-    /// What is there.
+    /// The value.
     pub seen: GlimpsedValue,
     /// The unit of its number.
     pub unit: Option<String>,
 }
 
-/// What is at a place in a message.
+/// The value at a path of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GlimpsedValue {
     /// A value.
     Value(Scalar),
-    /// So many values, of which the first follow.
+    /// A list of this many values; glimpses of the first ones follow.
     Many(usize),
-    /// An optional value that is not there.
+    /// An optional value that is absent.
     Nothing,
 }
 
-/// The first `lines` values of a message; of a list only the first few, after their number.
+/// Returns the first `lines` values of a message; of a list its length and its first few values.
 ///
 /// # Errors
 /// [`PayloadError`] if the payload, as far as it was read, is not one of the schema.
@@ -60,7 +60,7 @@ impl GlimpseReader<'_> {
         }
     }
 
-    /// Goes on for as long as there is room: what comes after is of no interest then.
+    /// Adds the value and those within it while there is room. Returns early without reading the rest.
     fn walk_value(
         &mut self,
         schema: &Schema,
@@ -143,14 +143,15 @@ fn join_path(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// The way to one value of the messages of a schema.
+/// The path to one value in the messages of a schema.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValuePath {
     steps: Vec<usize>,
 }
 
 impl ValuePath {
-    /// Follows a path as [`Glimpse::path`] has it; none if it leads to no number or `bool`.
+    /// Resolves a path of the form of [`Glimpse::path`]; `None` if it does not lead to a number or
+    /// `bool`.
     pub fn find(schema: &Schema, path: &str) -> Option<Self> {
         let (mut schema, mut steps) = (without_options(schema), Vec::new());
         for part in path.split(['.', '[']).filter(|part| !part.is_empty()) {
@@ -182,8 +183,8 @@ impl ValuePath {
         is_plain.then_some(Self { steps })
     }
 
-    /// Reads the value from one payload of the schema it was found in, `true` as 1; none if it, or
-    /// what it is in, is not there.
+    /// Reads the value from one payload of the schema in which it was found, `true` as 1; `None` if it
+    /// is, or lies within, an absent value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.
@@ -265,7 +266,7 @@ mod tests {
         codec::encode(&scan).expect("it fits")
     }
 
-    fn said(payload: &[u8], lines: usize) -> Vec<String> {
+    fn describe(payload: &[u8], lines: usize) -> Vec<String> {
         let seen = glimpse_message(&Scan::schema(), payload, lines).expect("it fits its schema");
         let word = |glimpse: &Glimpse| {
             let unit = glimpse.unit.as_deref().unwrap_or_default();
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_is_told_value_by_value_and_a_list_by_its_first() {
+    fn a_message_is_listed_value_by_value_and_a_list_by_its_first_values() {
         let expected = [
             "name=front",
             "hit -",
@@ -300,8 +301,8 @@ mod tests {
             "last=9",
         ];
         let payload = scan(None);
-        assert_eq!(said(&payload, 100), expected);
-        assert_eq!(said(&payload, 5), expected[..5]);
+        assert_eq!(describe(&payload, 100), expected);
+        assert_eq!(describe(&payload, 5), expected[..5]);
     }
 
     #[test]
@@ -326,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_off_is_an_error_and_no_panic() {
+    fn a_truncated_payload_is_an_error_and_no_panic() {
         let (schema, payload) = (Scan::schema(), scan(Some(Point { x: 7.0, y: 0.1 })));
         let pick = ValuePath::find(&schema, "last").expect("it is there");
         for len in 0..payload.len() {
