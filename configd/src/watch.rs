@@ -31,7 +31,7 @@ const POLL: Duration = Duration::from_secs(2);
 /// A save is over when nothing happens for this long: longer than the pauses within one, and short
 /// enough that a fault is reported within half a second.
 const QUIET: Duration = Duration::from_millis(100);
-/// WatchedFiles that are never quiet, or stay away, are taken as they are after this long.
+/// Files that are never quiet, or stay missing, are taken as they are after this time.
 const MAX_WAIT: Duration = Duration::from_millis(350);
 
 /// What the watching task reports, in the order in which it happened on the disk.

@@ -348,7 +348,7 @@ fn a_restart_goes_on_with_what_was_kept() {
     ));
     assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
     assert_eq!(start(FILE, damaged()).unwrap().0.number(), 6);
-    // KeptVersion bytes that nobody can read any more do not stand in for a valid file.
+    // A kept version that cannot be read any more does not replace a valid file.
     assert_eq!(start(FILE, vec![kept(3, "<armor")]).unwrap().0.number(), 1);
     assert!(start("<armor", vec![kept(3, "<armor")]).is_err());
 }
