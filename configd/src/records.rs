@@ -5,7 +5,7 @@ use armor_robotfile::{
 };
 use armor_wire::config::{self, MAX_RECORDS, cut_text};
 
-use crate::versions::VersionRules;
+use crate::versions::rules::VersionRules;
 
 /// Returns the first [`MAX_RECORDS`] findings, and the number of further ones.
 pub(crate) fn finding_records(findings: &Findings) -> (Vec<config::FindingRecord>, u32) {

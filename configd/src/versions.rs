@@ -3,7 +3,7 @@
 
 mod listing;
 mod roles;
-mod rules;
+pub(crate) mod rules;
 mod setting;
 
 use std::collections::{BTreeMap, BTreeSet};

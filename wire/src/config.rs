@@ -4,8 +4,8 @@
 mod records;
 
 use crate::Message;
-use crate::hello::Refusal;
 use crate::keep::{Keep, Wake};
+use crate::refusal::Refusal;
 use crate::transport::Transport;
 
 pub use records::{

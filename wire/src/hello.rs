@@ -9,6 +9,7 @@ use crate::control::Role;
 use crate::frame::{Frame, FrameError, FrameKind};
 use crate::keep::{Keep, MAX_KEEP, Wake};
 use crate::name::split_data;
+pub use crate::refusal::{Refusal, RefusalCode};
 use crate::registry::ComponentEntry;
 
 /// The first bytes of the first frame's body.
@@ -87,46 +88,6 @@ pub struct Welcome {
     pub instance: u64,
     /// For a link: the schema of the data, as canonical text; otherwise empty.
     pub schema: String,
-}
-
-/// Why a connection or a request is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub enum RefusalCode {
-    /// The protocol version differs.
-    Version,
-    /// The one asked is another process start than the one meant.
-    WrongInstance,
-    /// There is no such data here.
-    UnknownData,
-    /// The two ends mean different types.
-    TypeMismatch,
-    /// The name is taken.
-    DuplicateName,
-    /// A limit is reached.
-    Limit,
-    /// This port does not serve that purpose.
-    WrongPurpose,
-    /// A name or another part of the request is malformed.
-    Malformed,
-}
-
-/// Refuses a hello or a request, with the reason.
-#[derive(Clone, Debug, PartialEq, Message, Error)]
-#[message(wire = "armor_wire")]
-#[error("{text}")]
-pub struct Refusal {
-    /// For programs.
-    pub code: RefusalCode,
-    /// For people: what is wrong, where, and what to do.
-    pub text: String,
-}
-
-impl Refusal {
-    /// A refusal with its reason in words.
-    pub fn new(code: RefusalCode, text: impl Into<String>) -> Self {
-        Self { code, text: text.into() }
-    }
 }
 
 /// Why a handshake failed.

@@ -13,10 +13,8 @@ use bincode::de::{Decode, Decoder};
 use bincode::enc::Encoder;
 use bincode::error::{DecodeError, EncodeError};
 
+pub use crate::limits::MAX_FIXED_COUNT;
 use crate::schema::Schema;
-
-/// Largest `N` of a `[T; N]` that can be sent.
-pub const MAX_FIXED_COUNT: usize = 1 << 16;
 
 /// A list of unknown size starts with room for so many bytes; it grows with the items that are read.
 const FIRST_LIST_LEN: usize = 4 << 10;

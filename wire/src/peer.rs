@@ -8,7 +8,8 @@ use thiserror::Error;
 
 use crate::codec::DecodeError;
 use crate::frame::{FrameError, FrameKind};
-use crate::hello::{HandshakeError, Hello, Refusal, Welcome};
+use crate::hello::{HandshakeError, Hello, Welcome};
+use crate::refusal::Refusal;
 
 /// Identifies a connection. The number is not reused while the daemon runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -2,7 +2,7 @@
 //! and the time.
 
 use crate::Message;
-use crate::hello::Refusal;
+use crate::refusal::Refusal;
 
 /// Port on which the registry listens by default. Below the ephemeral range, so that a client
 /// that connects to a dead registry cannot connect to itself.

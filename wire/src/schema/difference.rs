@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{Field, Schema, Variant};
+use super::layout::{Field, Schema, Variant};
+use super::text::parse;
 
 /// Most lines of a description; further ones do not help a reader.
 const MAX_LINES: usize = 8;
@@ -17,7 +18,7 @@ pub fn difference(ours: (&str, &str), theirs: (&str, &str)) -> String {
         return String::new();
     }
     let mut found = SchemaComparison { ours: ours.0, theirs: theirs.0, lines: Vec::new() };
-    match (super::parse(ours.1), super::parse(theirs.1)) {
+    match (parse(ours.1), parse(theirs.1)) {
         (Ok(a), Ok(b)) => found.compare_types("", &a, &b),
         (a, b) => {
             for (who, result) in [(ours.0, a), (theirs.0, b)] {

@@ -7,7 +7,7 @@ mod tests;
 
 use thiserror::Error;
 
-use super::{Field, Schema};
+use super::layout::{Field, Schema};
 
 pub use glimpse::{Glimpse, GlimpsedValue, ValuePath, glimpse_message};
 

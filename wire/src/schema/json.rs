@@ -6,7 +6,7 @@
 use serde_json::{Map, Value};
 use thiserror::Error;
 
-use super::{Field, Schema};
+use super::layout::{Field, Schema};
 
 /// Most memory that a message may take as JSON, in bytes, estimated: a `bool` of the payload becomes
 /// a value of 32 bytes, a struct a map of names.

@@ -9,9 +9,8 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::{Field, Schema, Variant};
-use crate::codec::MAX_DATA_LEN;
-use crate::message::MAX_FIXED_COUNT;
+use super::layout::{Field, Schema, Variant};
+use crate::limits::{MAX_DATA_LEN, MAX_FIXED_COUNT};
 
 /// Deepest nesting of a schema that is read.
 pub const MAX_DEPTH: usize = 16;

@@ -2,7 +2,7 @@
 //! for tools that show and plot messages of types that they do not know.
 
 use super::{Cursor, PayloadError, Scalar, without_options};
-use crate::schema::Schema;
+use crate::schema::layout::Schema;
 
 /// Values of a list that are shown.
 const SHOWN_ITEMS: usize = 3;
