@@ -69,7 +69,7 @@ impl RegistryDirectory {
     pub fn handle(&mut self, event: PeerEvent<RegistryRequest>, now: Duration) -> Actions {
         match event {
             PeerEvent::Connected { peer, address, hello } => {
-                self.welcome_client(peer, address, hello, now)
+                self.welcome_client(peer, address, hello, now);
             }
             PeerEvent::Message { peer, arrived, message } => {
                 if let Some(client) = self.clients.get_mut(&peer) {

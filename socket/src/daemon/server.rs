@@ -113,10 +113,10 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
     pub fn perform(&mut self, action: PeerAction<R>) {
         match action {
             PeerAction::Welcome { peer, welcome } => {
-                self.send_frame(peer, FrameKind::Welcome, &welcome)
+                self.send_frame(peer, FrameKind::Welcome, &welcome);
             }
             PeerAction::Send { peer, message } => {
-                self.send_frame(peer, FrameKind::Control, &message)
+                self.send_frame(peer, FrameKind::Control, &message);
             }
             PeerAction::Refuse { peer, refusal } => {
                 self.send_frame(peer, FrameKind::Refusal, &refusal);
