@@ -1,21 +1,21 @@
 //! Findings and changes as the records of the protocol, and when a change takes effect.
 
 use armor_robotfile::{
-    Change, Configuration, Difference, Findings, Location, Subject, differences,
+    Change, Configuration, Difference, Findings, Location, Severity, Subject, differences,
 };
-use armor_wire::config::{self, MAX_RECORDS, cut_text};
+use armor_wire::config::{self, ChangeKind, ChangeSubject, FindingSeverity, MAX_RECORDS, cut_text};
 
 use crate::versions::rules::VersionRules;
 
 /// Returns the first [`MAX_RECORDS`] findings, and the number of further ones.
 pub(crate) fn finding_records(findings: &Findings) -> (Vec<config::FindingRecord>, u32) {
     let records = findings.iter().take(MAX_RECORDS).map(|finding| {
-        let mut record = config::FindingRecordRecord {
-            severity: finding.severity().to_string(),
+        let mut record = config::FindingRecord {
+            severity: severity_of(finding.severity()),
             code: finding.code.as_str().into(),
             message: cut_text(&*finding.message),
             remedy: cut_text(&*finding.remedy),
-            ..config::FindingRecordRecord::default()
+            ..config::FindingRecord::default()
         };
         if let Some(at) = &finding.at {
             set_location(at, &mut record);
@@ -27,7 +27,7 @@ pub(crate) fn finding_records(findings: &Findings) -> (Vec<config::FindingRecord
     (records.collect(), left_out(findings.iter().len()))
 }
 
-fn set_location(at: &Location, record: &mut config::FindingRecordRecord) {
+fn set_location(at: &Location, record: &mut config::FindingRecord) {
     let number = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     let (line, column) = at.line_column();
     let (end_line, end_column) = at.source.line_column(at.span.end());
@@ -48,16 +48,16 @@ pub(crate) fn change_records(
     let differences = differences(before, after);
     let records = differences.iter().take(MAX_RECORDS).map(|difference| {
         let (change, aspect, before, after_it) = match &difference.change {
-            Change::Added { what } => ("added", "", "", what.as_str()),
-            Change::Removed { what } => ("removed", "", what.as_str(), ""),
+            Change::Added { what } => (ChangeKind::Added, "", "", what.as_str()),
+            Change::Removed { what } => (ChangeKind::Removed, "", what.as_str(), ""),
             Change::Changed { aspect, before, after } => {
-                ("changed", aspect.as_str(), before.as_str(), after.as_str())
+                (ChangeKind::Changed, aspect.as_str(), before.as_str(), after.as_str())
             }
         };
         config::ChangeRecord {
-            subject: difference.subject.to_string(),
+            subject: subject_of(difference.subject),
             name: cut_text(&*difference.name),
-            change: change.into(),
+            change,
             aspect: cut_text(aspect),
             before: cut_text(before),
             after: cut_text(after_it),
@@ -66,6 +66,29 @@ pub(crate) fn change_records(
         }
     });
     (records.collect(), left_out(differences.len()))
+}
+
+fn severity_of(severity: Severity) -> FindingSeverity {
+    match severity {
+        Severity::Error => FindingSeverity::Error,
+        Severity::Warning => FindingSeverity::Warning,
+        Severity::Note => FindingSeverity::Note,
+    }
+}
+
+fn subject_of(subject: Subject) -> ChangeSubject {
+    match subject {
+        Subject::System => ChangeSubject::System,
+        Subject::Component => ChangeSubject::Component,
+        Subject::Parameter => ChangeSubject::Parameter,
+        Subject::Link => ChangeSubject::Link,
+        Subject::Mission => ChangeSubject::Mission,
+        Subject::Variable => ChangeSubject::Variable,
+        Subject::Place => ChangeSubject::Place,
+        Subject::Exclusive => ChangeSubject::Exclusive,
+        Subject::Transition => ChangeSubject::Transition,
+        Subject::Submission => ChangeSubject::Submission,
+    }
 }
 
 fn left_out(len: usize) -> u32 {

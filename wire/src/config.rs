@@ -9,8 +9,8 @@ use crate::refusal::Refusal;
 use crate::transport::Transport;
 
 pub use records::{
-    ChangeRecord, ConfigurationState, FindingRecord, ListedParameter, MAX_RECORD_TEXT_LEN,
-    MAX_RECORDS, cut_text,
+    ChangeKind, ChangeRecord, ChangeSubject, ConfigurationState, FindingRecord, FindingSeverity,
+    ListedParameter, MAX_RECORD_TEXT_LEN, MAX_RECORDS, cut_text,
 };
 
 /// From a component or a tool to configd.

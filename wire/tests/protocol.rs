@@ -169,9 +169,9 @@ fn set() -> config::ConfigRequest {
 
 fn was_set() -> config::ConfigReply {
     let change = config::ChangeRecord {
-        subject: "parameter".into(),
+        subject: config::ChangeSubject::Parameter,
         name: "driver.speed".into(),
-        change: "changed".into(),
+        change: config::ChangeKind::Changed,
         aspect: String::new(),
         before: "2m/s".into(),
         after: "1m/s".into(),

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use armor_robotfile::{Feature, Manifests, Override, read};
-use armor_wire::config::{Assigned, InputSettings, Settings};
+use armor_wire::config::{Assigned, ComponentSettings, FindingSeverity, InputSettings};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;
 use armor_wire::peer::CloseReason;
@@ -79,7 +79,7 @@ fn ask(versions: &mut Versions, peer: u64, message: ConfigRequest) -> ConfigRepl
     }
 }
 
-fn settings(versions: &mut Versions, from: &str) -> Settings {
+fn settings(versions: &mut Versions, from: &str) -> ComponentSettings {
     connect(versions, 1, from, Purpose::Config);
     match ask(versions, 1, ConfigRequest::Settings { request: 3 }) {
         ConfigReply::Settings { request: 3, settings } => settings,
@@ -105,7 +105,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
         wake,
         transport: if wake == Wake::Spin { Transport::Tcp } else { Transport::Auto },
     };
-    let wanted = Settings {
+    let wanted = ComponentSettings {
         version: 1,
         rate_hz: Some(10.0),
         controlled: false,

@@ -3,7 +3,7 @@
 use std::fs;
 
 use armor_configd::BackgroundConfigd;
-use armor_wire::config::{ConfigReply, ConfigRequest};
+use armor_wire::config::{ConfigReply, ConfigRequest, FindingSeverity};
 
 use crate::bench::*;
 
@@ -41,7 +41,9 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
     fs::write(folder.file(), "<armor").unwrap();
     expect_refused(&configd, 3);
     match set(&configd, "picture", Some("d.png")) {
-        ConfigReply::Rejected { findings, .. } => assert_eq!(findings[0].severity, "error"),
+        ConfigReply::Rejected { findings, .. } => {
+            assert_eq!(findings[0].severity, FindingSeverity::Error)
+        }
         other => panic!("{other:?}"),
     }
     assert_eq!(fs::read_to_string(folder.file()).unwrap(), "<armor");

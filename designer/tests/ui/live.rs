@@ -9,7 +9,7 @@ use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking
 use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::Change;
-use armor_wire::config::{FindingRecord, ListedParameter};
+use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter};
 use armor_wire::registry::ComponentEntry;
 use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
 use egui_kittest::kittest::Queryable;
@@ -413,7 +413,7 @@ fn the_panel_beneath_is_as_high_whatever_it_shows() {
 #[test]
 fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
     let finding = FindingRecord {
-        severity: "error".into(),
+        severity: FindingSeverity::Error,
         code: "E0113".into(),
         message: "900 m/s is too fast".into(),
         ..FindingRecord::default()

@@ -27,9 +27,6 @@ use crate::kinds::{Catalogue, Identity};
 
 /// How long one try to register may take before the reason is told; then it is tried on.
 const REGISTER_WITHIN: Duration = Duration::from_secs(20);
-/// What the executive plays, or does not.
-const OF_THE_MISSION: [&str; 6] =
-    ["mission", "variable", "place", "exclusive", "transition", "submission"];
 /// Changes and findings that are written out; a log is no place for five hundred.
 const MAX_SAID: usize = 20;
 
@@ -118,7 +115,7 @@ fn say(notice: &Notice) {
                 if changes.is_empty() { "; it means what the last one meant" } else { "" };
             // What is played stands in the mission's own words: it may be refused from where it
             // stands, or wait.
-            let mission = changes.iter().any(|change| OF_THE_MISSION.contains(&&*change.subject));
+            let mission = changes.iter().any(|change| change.subject.is_of_mission());
             let mission =
                 if mission { "; the executive says what becomes of its mission" } else { "" };
             info!("version {version} of the file is valid and in force{meaning}{mission}");

@@ -90,7 +90,7 @@ mod tests {
         let at = Location::new(&source, Span::new(start, start + 2));
         let found = Finding::new(Code::BadValue, &at, "no").remedy("yes");
         let told = config::FindingRecord {
-            severity: "error".into(),
+            severity: config::FindingSeverity::Error,
             code: "E0019".into(),
             message: "no".into(),
             remedy: "yes".into(),

@@ -1,6 +1,9 @@
 //! Parameters, findings and changes of configd's versions, as records that every tool can read. Their
 //! lengths are bounded, so that every answer fits into a frame.
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::Message;
 
 /// Most parameters, findings or changes in one answer.
@@ -16,6 +19,106 @@ pub fn cut_text(text: impl Into<String>) -> String {
         text.push('…');
     }
     text
+}
+
+/// Defines an enum that is sent as a text: its variants with their texts. The first one is the default.
+macro_rules! text_enum {
+    ($(#[$doc:meta])* $name:ident {
+        $(#[$first_doc:meta])* $first:ident = $first_text:literal,
+        $($(#[$variant_doc:meta])* $variant:ident = $text:literal,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub enum $name {
+            $(#[$first_doc])* #[default] $first,
+            $($(#[$variant_doc])* $variant,)*
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self {
+                    Self::$first => $first_text,
+                    $(Self::$variant => $text,)*
+                })
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = &'static str;
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                match text {
+                    $first_text => Ok(Self::$first),
+                    $($text => Ok(Self::$variant),)*
+                    _ => Err("an unknown word"),
+                }
+            }
+        }
+    };
+}
+
+text_enum! {
+    /// How severe a finding is.
+    FindingSeverity {
+        /// The file is refused.
+        Error = "error",
+        /// The file is accepted, but something is probably not as intended.
+        Warning = "warning",
+        /// For information.
+        Note = "note",
+    }
+}
+
+text_enum! {
+    /// The kind of thing that a change is about.
+    ChangeSubject {
+        /// The system itself.
+        System = "system",
+        /// A component.
+        Component = "component",
+        /// A parameter.
+        Parameter = "parameter",
+        /// A link.
+        Link = "link",
+        /// The mission itself.
+        Mission = "mission",
+        /// A variable of the mission.
+        Variable = "variable",
+        /// A place.
+        Place = "place",
+        /// A set of exclusive components.
+        Exclusive = "exclusive",
+        /// A transition.
+        Transition = "transition",
+        /// A submission.
+        Submission = "submission",
+    }
+}
+
+impl ChangeSubject {
+    /// Whether it is part of the mission, of which the executive decides when to take a change.
+    pub fn is_of_mission(self) -> bool {
+        match self {
+            Self::System | Self::Component | Self::Parameter | Self::Link => false,
+            Self::Mission
+            | Self::Variable
+            | Self::Place
+            | Self::Exclusive
+            | Self::Transition
+            | Self::Submission => true,
+        }
+    }
+}
+
+text_enum! {
+    /// What happened to the subject of a change.
+    ChangeKind {
+        /// It is new.
+        Added = "added",
+        /// It is gone.
+        Removed = "removed",
+        /// One of its attributes differs.
+        Changed = "changed",
+    }
 }
 
 /// A parameter of a component of the system.
@@ -51,8 +154,9 @@ pub struct ListedParameter {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire", name = "Finding")]
 pub struct FindingRecord {
-    /// `error`, `warning` or `note`.
-    pub severity: String,
+    /// How severe it is.
+    #[message(text)]
+    pub severity: FindingSeverity,
     /// The stable code, such as `E0113`.
     pub code: String,
     /// What is wrong, in one sentence.
@@ -79,13 +183,14 @@ pub struct FindingRecord {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire", name = "Change")]
 pub struct ChangeRecord {
-    /// `system`, `component`, `parameter`, `link`, `mission`, `variable`, `place`, `exclusive`,
-    /// `transition` or `submission`.
-    pub subject: String,
+    /// The kind of thing that changed.
+    #[message(text)]
+    pub subject: ChangeSubject,
     /// Which one: `driver`, `driver.speed`, `laser.scan -> slam.scan`; empty for system and mission.
     pub name: String,
-    /// `added`, `removed` or `changed`.
-    pub change: String,
+    /// What happened to it.
+    #[message(text)]
+    pub change: ChangeKind,
     /// Which attribute of it changed; empty for a parameter's value.
     pub aspect: String,
     /// Its value before; empty if it had none.

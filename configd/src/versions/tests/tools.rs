@@ -9,7 +9,7 @@ fn how_things_stand_is_told_as_data() {
     assert_eq!((refused.version, refused.refused), (1, true));
     assert_eq!(refused.files, ["/robot/m/a.xml"]);
     let [finding] = refused.findings.as_slice() else { panic!("{refused:?}") };
-    assert_eq!((finding.code.as_str(), finding.severity.as_str()), ("E0019", "error"));
+    assert_eq!((finding.code.as_str(), finding.severity), ("E0019", FindingSeverity::Error));
     assert_eq!((finding.file.as_str(), finding.line, finding.column), ("m/a.xml", 7, 50));
     assert_eq!((finding.end_line, finding.end_column, finding.text.as_str()), (7, 52, "10"));
     assert!(finding.source_line.contains("rate=\"10\""), "{finding:?}");
