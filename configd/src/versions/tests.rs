@@ -363,7 +363,7 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
         actions.first(),
         Some(ConfigdAction::Tell(Notice::Refused { kept: None, .. }))
     ));
-    assert!(state(&actions).refused && versions.kept().is_none());
+    assert!(state(&actions).refused && versions.newest_kept().is_none());
     connect(&mut versions, 1, "mapper", Purpose::Config);
     let asked = [
         ConfigRequest::Settings { request: 1 },
