@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_was_set_is_noticed_at_once() {
+    fn a_clock_that_was_set_is_noticed_immediately() {
         let known =
             filter(&[exchange(0.0, 0.001, 0.001, 1000.0), exchange(1.0, 0.010, 0.010, 4600.0)]);
         assert!((known.estimate().expect("one left").offset_s - 4600.0).abs() < 0.001);

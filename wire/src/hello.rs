@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_told_so_whatever_follows() {
+    fn another_version_is_refused_whatever_follows() {
         let body = [&MAGIC[..], &2_u16.to_le_bytes(), b"anything"].concat();
         let error = read(FrameKind::Hello, &body).expect_err("another version");
         assert_eq!(error.to_string(), "you speak version 2 of the protocol, this is version 1");

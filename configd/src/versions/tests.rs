@@ -1,7 +1,7 @@
 //! The state machine in memory: readings instead of a disk, events instead of sockets.
 
+mod listing;
 mod setting;
-mod tools;
 
 use std::path::Path;
 use std::time::Duration;
@@ -134,7 +134,7 @@ fn a_parameter_comes_with_its_folder_and_place_or_is_not_assigned() {
 }
 
 #[test]
-fn who_is_not_in_the_file_is_told_so_until_it_is() {
+fn a_component_is_refused_until_it_is_in_the_file() {
     let mut versions = versions();
     connect(&mut versions, 1, "plaier", Purpose::Config);
     match ask(&mut versions, 1, ConfigRequest::Settings { request: 5 }) {
@@ -152,7 +152,7 @@ fn who_is_not_in_the_file_is_told_so_until_it_is() {
 }
 
 #[test]
-fn who_comes_for_something_else_is_refused() {
+fn a_client_with_another_purpose_is_refused() {
     let action = connect(&mut versions(), 1, "tool", Purpose::Registry { entry: None });
     assert!(matches!(action, armor_wire::peer::PeerAction::Refuse { .. }), "{action:?}");
 }
@@ -282,7 +282,7 @@ fn an_invalid_first_version_is_refused_with_its_findings() {
     assert!(refused.err().is_some_and(|findings| findings.has_errors()));
 }
 
-/// The state that was told last.
+/// The last state notice.
 fn state(actions: &[ConfigdAction]) -> ConfigurationState {
     let mut states = actions.iter().rev().filter_map(|action| match action {
         ConfigdAction::Tell(Notice::State(state)) => Some((**state).clone()),
@@ -292,7 +292,7 @@ fn state(actions: &[ConfigdAction]) -> ConfigurationState {
 }
 
 #[test]
-fn who_is_commanded_by_the_mission_stays_so_while_the_system_runs() {
+fn a_component_commanded_by_the_mission_stays_so_while_the_system_runs() {
     // A mission is not taken over a component that it commands no more: told otherwise by its next
     // start, the component would be active beside what excludes it.
     let free = FILE.replace(r#" components="player""#, "");
@@ -310,7 +310,7 @@ fn who_is_commanded_by_the_mission_stays_so_while_the_system_runs() {
 }
 
 #[test]
-fn a_restart_goes_on_with_what_was_kept() {
+fn a_restart_continues_with_the_kept_versions() {
     let kept =
         |number, text: &str| KeptVersion { number, files: vec![("m/a.xml".into(), text.into())] };
     let start = |first: &str, kept: Vec<KeptVersion>| {
@@ -395,13 +395,13 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
     let actions = versions.handle(saved(FILE));
     assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 4, .. }))));
     // Who had asked for a live one, and runs with its last value, hears of it.
-    let told = |action: &ConfigdAction| {
+    let is_answer = |action: &ConfigdAction| {
         let ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { message, .. }) = action else {
             return false;
         };
         matches!(message, ConfigReply::Parameter { request: 0, name, .. } if name == "speed")
     };
-    assert!(actions.iter().any(told), "{actions:?}");
+    assert!(actions.iter().any(is_answer), "{actions:?}");
     assert_eq!(settings(&mut versions, "mapper").version, 4);
 }
 

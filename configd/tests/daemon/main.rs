@@ -64,7 +64,7 @@ fn it_does_not_start_over_an_invalid_file() {
 }
 
 #[test]
-fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
+fn a_restart_over_an_invalid_file_continues_with_the_last_good_version() {
     let folder = Folder::new("restart");
     let kept = folder.0.join("out/configd");
     let options =

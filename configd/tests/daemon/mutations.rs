@@ -113,7 +113,7 @@ fn is_valid(folder: &Folder, bytes: &[u8]) -> bool {
     check(reading, &[], None).is_valid()
 }
 
-/// The version that is in force once `wanted` is seen, and when that was told.
+/// The version that is in force once `wanted` is seen, and when that was reported.
 fn settled(configd: &BackgroundConfigd, version: &mut u64, wanted: bool) -> Instant {
     loop {
         match configd.notices().recv_timeout(DEADLINE).unwrap() {
@@ -164,15 +164,15 @@ fn spoiled_files_are_refused_however_they_are_saved() {
         let valid = is_valid(&folder, &bytes);
         save(&folder, round, &bytes);
         let saved = Instant::now();
-        let told = settled(&configd, &mut version, valid);
-        took.push(told - saved);
+        let reported = settled(&configd, &mut version, valid);
+        took.push(reported - saved);
         refused += u64::from(!valid);
         save(&folder, round / 10, EXAMPLE.as_bytes());
         settled(&configd, &mut version, true);
     }
     took.sort_unstable();
     println!(
-        "{refused} of {} refused; told after {:?} (half of them), {:?} (longest)",
+        "{refused} of {} refused; reported after {:?} (half of them), {:?} (longest)",
         took.len(),
         took[took.len() / 2],
         took[took.len() - 1]

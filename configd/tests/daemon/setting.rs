@@ -50,7 +50,7 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
 }
 
 #[test]
-fn a_value_never_overwrites_what_somebody_else_just_saved() {
+fn a_value_never_overwrites_what_another_program_just_saved() {
     let folder = Folder::new("race");
     let configd = folder.configd();
     for round in 2..10 {
@@ -59,7 +59,7 @@ fn a_value_never_overwrites_what_somebody_else_just_saved() {
         let was_set = match set(&configd, "picture", Some(&picture)) {
             ConfigReply::Set { .. } => true,
             ConfigReply::Rejected { text, .. } => {
-                assert!(text.contains("changed by somebody else"), "{text}");
+                assert!(text.contains("changed by another program"), "{text}");
                 false
             }
             other => panic!("{other:?}"),

@@ -146,7 +146,7 @@ fn a_lookup_of_nothing_names_what_is_near() {
 }
 
 #[test]
-fn a_mismatch_is_refused_at_once_or_after_waiting_and_names_both_sides() {
+fn a_mismatch_is_refused_immediately_or_after_waiting_and_names_both_sides() {
     let mut bench = Bench::new();
     let (lidar, mapper) = (bench.component("lidar"), bench.component("mapper"));
     let wanted = |request| RegistryRequest::Lookup {
@@ -185,9 +185,9 @@ fn a_holder_gives_way_to_its_own_process_and_to_others_once_it_is_silent() {
     bench.provide(first, data("lidar.scan"));
     let (second, actions) = bench.register(&entry("lidar"));
     assert!(actions.iter().any(|a| matches!(a, PeerAction::Close { peer, .. } if *peer == first)));
-    let told: Vec<_> = actions.iter().filter(|a| matches!(a, PeerAction::Send { .. })).collect();
+    let sent: Vec<_> = actions.iter().filter(|a| matches!(a, PeerAction::Send { .. })).collect();
     assert!(matches!(
-        told[..],
+        sent[..],
         [
             PeerAction::Send { message: RegistryReply::Gone { .. }, .. },
             PeerAction::Send { message: RegistryReply::Appeared { .. }, .. }
@@ -221,12 +221,12 @@ fn all_of_a_connection_goes_with_it() {
     assert_eq!(refusal(&unknown).code, RefusalCode::UnknownData);
     let provided =
         PeerAction::Send { peer: mapper, message: RegistryReply::Provided { request: 1 } };
-    assert_eq!(bench.provide(mapper, data("mapper.map")), [provided], "nobody waits any more");
+    assert_eq!(bench.provide(mapper, data("mapper.map")), [provided], "no lookup waits any more");
     bench.component("lidar");
 }
 
 #[test]
-fn a_watcher_is_told_of_the_present_first_and_once() {
+fn a_watcher_is_notified_of_the_present_processes_first_and_once() {
     let mut bench = Bench::new();
     bench.component("lidar");
     let watcher = bench.observer();

@@ -1,4 +1,4 @@
-//! A plain blocking client that beats by itself once it has said hello.
+//! A plain blocking client that beats by itself once it has sent its hello.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -57,14 +57,14 @@ impl Client {
         self.next(|frame| Some(hello::read_answer(&frame)))
     }
 
-    /// Beats from now on, once the hello is said.
+    /// Beats from now on, once the hello is sent.
     pub fn beat(&self) {
         let mut beating = BEATING.lock().unwrap();
         beating.retain(|stream| stream.strong_count() > 0);
         beating.push(Arc::downgrade(&self.stream));
     }
 
-    /// A connection on which nothing was said yet.
+    /// A connection on which nothing was sent yet.
     pub fn stranger(address: SocketAddr) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(DEADLINE)).unwrap();
@@ -93,7 +93,7 @@ impl Client {
         })
     }
 
-    /// Reads until the registry closes the connection; whatever it says before does not matter.
+    /// Reads until the registry closes the connection; what it sends before does not matter.
     pub fn expect_closed(self) {
         let mut bytes = Vec::new();
         match (&*self.stream).read_to_end(&mut bytes) {

@@ -59,7 +59,7 @@ fn a_name_is_free_again_when_its_process_has_gone() {
 }
 
 #[test]
-fn who_wants_something_else_is_told_so() {
+fn a_client_with_another_purpose_is_refused() {
     let (_registry, address) = registry();
     let error = Client::connect(address, Purpose::Config).err().unwrap();
     let HandshakeError::Refused(refusal) = error else { panic!("{error}") };

@@ -57,7 +57,7 @@ fn a_refused_registration_gets_the_name_once_it_is_free() {
 }
 
 #[test]
-fn a_registry_that_accepts_and_says_nothing_is_left() {
+fn a_registry_that_accepts_and_sends_nothing_is_given_up() {
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = silent.local_addr().unwrap();
     run(async {

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_an_order_is_told_why() {
+    fn a_malformed_order_is_refused_with_the_reason() {
         let fire = |name: &str| Order::Fire { transition: name.to_owned() };
         let it = TokenMove { from: "a".into(), to: "b".into(), tokens: 1 };
         let moves = |count| Order::Move { moves: vec![it.clone(); count] };

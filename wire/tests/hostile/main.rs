@@ -145,7 +145,7 @@ fn from_environment(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-// One test, so that nobody else's memory is counted.
+// One test, so that the memory of no other test is counted.
 #[test]
 fn damaged_input_neither_panics_nor_takes_much_memory() {
     let seed = from_environment("HOSTILE_SEED", 0x5eed);

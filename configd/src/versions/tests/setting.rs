@@ -69,9 +69,11 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     let gone = "      <parameter name=\"file\" value=\"logs/a.log\"/>\n";
     assert_eq!(second.text, write.text.replace(gone, ""));
     // Somebody else was faster: nothing is taken, and the watching tells what they did.
-    let actions = versions.handle(ConfigdEvent::Written(Err("changed by somebody".into())));
+    let actions = versions.handle(ConfigdEvent::Written(Err("changed by another program".into())));
     match replies(&actions).as_slice() {
-        [ConfigReply::Rejected { request: 9, text, .. }] => assert_eq!(text, "changed by somebody"),
+        [ConfigReply::Rejected { request: 9, text, .. }] => {
+            assert_eq!(text, "changed by another program")
+        }
         other => panic!("{other:?}"),
     }
     assert_eq!(versions.number(), 2);

@@ -63,7 +63,7 @@ struct Peer {
     id: PeerId,
     entry: Option<(String, u64)>,
     heard: Duration,
-    /// What it has been told by watching; `None` if it does not watch.
+    /// What it knows from watching; `None` if it does not watch.
     sees: Option<BTreeSet<String>>,
 }
 
@@ -93,7 +93,7 @@ impl Model {
         Some(if float.is_none_or(|f| f == *is_float) { Answer::Found } else { Answer::Mismatch })
     }
 
-    /// Checks actions against what the model says must be answered, and follows the watchers.
+    /// Checks actions against the model's answers, and follows the watchers.
     fn check(
         &mut self,
         actions: &[PeerAction<RegistryReply>],
@@ -135,9 +135,9 @@ impl Model {
     }
 }
 
-/// Plays one step on both; what the directory does must be what the model says.
+/// Plays one step on both; the directory must do what the model does.
 fn step(bench: &mut Bench, model: &mut Model, op: Op) {
-    let says = |model: &mut Model, who: usize, now: Duration| {
+    let model_client = |model: &mut Model, who: usize, now: Duration| {
         let len = model.peers.len();
         (len > 0).then(|| {
             let peer = &mut model.peers[who % len];
@@ -158,7 +158,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             model.check(&actions, Vec::new());
         }
         Op::Provide(name, who, float) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             let is_own = model
                 .peers
@@ -184,7 +184,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             model.check(&actions, due);
         }
         Op::Withdraw(name, who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             if model.data.get(&data).is_some_and(|(holder, _)| *holder == id) {
                 model.data.remove(&data);
@@ -193,7 +193,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             model.check(&actions, Vec::new());
         }
         Op::Lookup { who, name, float, wait } => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             model.next_request += 1;
             let request = model.next_request;
@@ -210,20 +210,20 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             model.check(&actions, due);
         }
         Op::Cancel(who, request) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             model.pending.retain(|(asker, r, ..)| (*asker, *r) != (id, request));
             let actions = bench.say(id, RegistryRequest::Cancel { request });
             model.check(&actions, Vec::new());
         }
         Op::Watch(who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let peer = model.peers.iter_mut().find(|peer| peer.id == id).expect("just found");
             peer.sees.get_or_insert_default();
             let actions = bench.say(id, RegistryRequest::Watch);
             model.check(&actions, Vec::new());
         }
         Op::List(who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let mut present: Vec<_> =
                 model.peers.iter().filter_map(|peer| Some(peer.entry.clone()?.0)).collect();
             present.sort();

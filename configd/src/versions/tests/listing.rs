@@ -1,9 +1,9 @@
-//! What tools are told.
+//! Answers to tools.
 
 use super::*;
 
 #[test]
-fn how_things_stand_is_told_as_data() {
+fn the_state_is_published_as_data() {
     let mut versions = versions();
     let refused = state(&versions.handle(saved(&FILE.replace("10Hz", "10"))));
     assert_eq!((refused.version, refused.refused), (1, true));
@@ -19,7 +19,7 @@ fn how_things_stand_is_told_as_data() {
     let edited = FILE.replace("10Hz", "20Hz").replace("\"2\"", "\"3\"").replace("all", "latest");
     let taken = state(&versions.handle(saved(&edited)));
     assert_eq!((taken.version, taken.refused), (2, false));
-    let said: Vec<_> =
+    let described: Vec<_> =
         taken.changes.iter().map(|change| (change.text.as_str(), change.effect.as_str())).collect();
     let expected = [
         ("component mapper: rate 10Hz → 20Hz", "takes effect when mapper is started again"),
@@ -29,11 +29,11 @@ fn how_things_stand_is_told_as_data() {
             "takes effect when mapper is started again",
         ),
     ];
-    assert_eq!(said, expected);
+    assert_eq!(described, expected);
 }
 
 #[test]
-fn a_change_says_when_it_takes_effect() {
+fn a_change_states_when_it_takes_effect() {
     let over = Override::parse("player.file=b.log", Path::new("/home")).unwrap();
     let rules = VersionRules {
         manifests: Some(live_manifests()),
