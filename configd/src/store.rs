@@ -19,7 +19,7 @@ const INDEX: &str = "index";
 
 /// The files of the versions of `file` that are kept in `folder`, each once; none if none is.
 pub fn kept_files(folder: &Path, file: &Path) -> BTreeSet<PathBuf> {
-    let versions = VersionStore::new(folder.to_path_buf()).load(file);
+    let versions = VersionStore::new(folder.to_path_buf()).load_versions(file);
     versions.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
 }
 

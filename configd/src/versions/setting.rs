@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
-use armor_wire::config::Reply;
+use armor_wire::config::ConfigReply;
 use armor_wire::peer::PeerId;
 
 use super::{ConfigdAction, Versions, Write, send_reply};

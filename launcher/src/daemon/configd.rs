@@ -16,7 +16,7 @@ use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::prelude::Latched;
 use armor_socket::Registration;
-use armor_wire::config::Change;
+use armor_wire::config::ChangeRecord;
 use tracing::{debug, error, info, warn};
 
 use super::{entry, until_asked};

@@ -10,7 +10,7 @@ mod restart;
 use std::net::SocketAddr;
 
 use armor_registry::{BackgroundRegistry, RegistryOptions};
-use armor_socket::Limits;
+use armor_socket::ServerLimits;
 use armor_wire::hello::{HandshakeError, Purpose, RefusalCode};
 use armor_wire::registry::{RegistryReply, RegistryRequest};
 use client::{Client, entry, scan};
