@@ -37,7 +37,7 @@ pub(crate) enum Next {
     /// Writes the bytes it was given.
     Write,
     /// Ends the connection.
-    PendingEnd(CloseReason),
+    End(CloseReason),
 }
 
 impl Outgoing {
@@ -97,7 +97,7 @@ impl Outgoing {
         if let Some(PendingEnd::Now(reason)) =
             state.end.take_if(|end| matches!(end, PendingEnd::Now(_)))
         {
-            return Some(Next::PendingEnd(reason));
+            return Some(Next::End(reason));
         }
         if !state.bytes.is_empty() {
             std::mem::swap(&mut state.bytes, bytes);
@@ -105,7 +105,7 @@ impl Outgoing {
         }
         match state.end.take() {
             Some(PendingEnd::Now(reason) | PendingEnd::Written(reason)) => {
-                Some(Next::PendingEnd(reason))
+                Some(Next::End(reason))
             }
             None => None,
         }
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(bytes[4], FrameKind::Refusal as u8);
         assert!(matches!(
             outgoing.take_step(&mut bytes),
-            Some(Next::PendingEnd(CloseReason::Daemon(reason))) if reason == "full"
+            Some(Next::End(CloseReason::Daemon(reason))) if reason == "full"
         ));
     }
 
@@ -163,7 +163,7 @@ mod tests {
         let mut bytes = Vec::new();
         assert!(matches!(
             outgoing.take_step(&mut bytes),
-            Some(Next::PendingEnd(CloseReason::NotReading))
+            Some(Next::End(CloseReason::NotReading))
         ));
     }
 }
