@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use armor_socket::{listen::PORTS, random_id};
+use armor_socket::{PORTS, random_id};
 use rustix::process::{Pid, Signal, kill_process};
 
 pub use program::{Dialogue, run_to_end};

@@ -4,7 +4,7 @@
 use std::net::SocketAddr;
 use std::process::{Child, Stdio};
 
-use armor_registry::{Background, Options};
+use armor_registry::{BackgroundRegistry, RegistryOptions};
 use serde_json::Value;
 
 use crate::fixture::{Folder, run_to_end, wait_for};
@@ -60,7 +60,7 @@ fn lamp(name: &str) -> System {
 fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
     let system = lamp("param-live");
     let out = told(&system, &["set", "lamp.mark", "two"]);
-    assert_eq!(out, "version 2: parameter lamp.mark: one → two; it reaches lamp at once\n");
+    assert_eq!(out, "version 2: parameter lamp.mark: one → two; it reaches lamp immediately\n");
     marked(&system, "two");
     let out = told(&system, &["set", "lamp.burst", "2"]);
     assert!(out.ends_with("; it takes effect when lamp is started again\n"), "{out}");
@@ -76,7 +76,10 @@ fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
     stands(&system, "version 4: they are counted on", |state| state["version"] == 4);
     let out = told(&system, &["diff", "1"]);
     assert!(out.starts_with("from version 1 to version 4:\n"), "{out}");
-    assert!(out.contains("parameter lamp.mark: one → three; it reaches lamp at once\n"), "{out}");
+    assert!(
+        out.contains("parameter lamp.mark: one → three; it reaches lamp immediately\n"),
+        "{out}"
+    );
 }
 
 #[test]
@@ -103,7 +106,7 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
     system.traced("lamp", "another start", |trace| (trace.count("mark two") == 2).then_some(()));
     assert_eq!(told(&system, &["get", "lamp.burst"]), "1\n");
     let (code, _, err) = param(&system, &["set", "lamp.burst", "3"]);
-    assert!(code == 1 && err.contains("error[E0113]") && err.contains("mend it"), "{err}");
+    assert!(code == 1 && err.contains("error[E0113]") && err.contains("fix it"), "{err}");
     assert_eq!(file(&system), broken, "nothing was written");
 
     save(&system, &good);
@@ -165,7 +168,9 @@ impl Drop for Started {
 fn a_component_may_start_before_configd() {
     let folder = Folder::new("param-before");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-    let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
+    let registry =
+        BackgroundRegistry::start(RegistryOptions { listen, ..RegistryOptions::default() })
+            .expect("it listens");
     let at = registry.address().to_string();
     let file = "<armor version='1'><system><component name='lamp' kind='probe' rate='20Hz'>\
                 <parameter name='trace' value='lamp.trace'/><parameter name='mark' value='one'/>\

@@ -18,7 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
     ("armor-sdk-derive", &[]),
-    ("armor-sdk", &["armor-sdk-derive", "armor-wire"]),
+    ("armor-sdk", &["armor-sdk-derive", "armor-socket", "armor-wire"]),
     ("armor-marking", &["armor-wire"]),
     ("armor-plan", &["armor-petri", "armor-robotfile"]),
     ("armor-proof", &["armor-petri", "armor-plan", "armor-robotfile"]),

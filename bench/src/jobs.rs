@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
-use armor_registry::Background;
+use armor_registry::BackgroundRegistry;
 
 use crate::options::Options;
 use crate::process::Process;
@@ -125,7 +125,7 @@ impl Job {
 
 /// Does the jobs. Its registry serves all of them.
 pub struct Bench {
-    registry: Background,
+    registry: BackgroundRegistry,
     window: Duration,
     same_core: bool,
     runs: u32,
@@ -137,9 +137,9 @@ pub const FIRST_CORE: usize = 0;
 impl Bench {
     pub fn new(options: &Options) -> Result<Self> {
         let listen: SocketAddr = ([127, 0, 0, 1], 0).into();
-        let registry = armor_registry::Options { listen, ..Default::default() };
+        let registry = armor_registry::RegistryOptions { listen, ..Default::default() };
         Ok(Self {
-            registry: Background::start(registry)?,
+            registry: BackgroundRegistry::start(registry)?,
             window: options.window,
             same_core: options.same_core,
             runs: 0,

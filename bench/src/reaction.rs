@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use armor_registry::Background;
+use armor_registry::BackgroundRegistry;
 
 use crate::jobs::{Bench, FIRST_CORE, Goal, Reading, Side, reading};
 use crate::process::Process;
@@ -61,7 +61,7 @@ impl Bench {
 
     /// Two components that take turns, with an executive and a configd of their own.
     fn turns(&self, scratch: &Path) -> Result<Vec<Firing>> {
-        let registry = Background::start(armor_registry::Options {
+        let registry = BackgroundRegistry::start(armor_registry::RegistryOptions {
             listen: ([127, 0, 0, 1], 0).into(),
             ..Default::default()
         })?;

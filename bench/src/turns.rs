@@ -125,7 +125,7 @@ pub fn serve(registry: SocketAddr, file: &Path) -> Result<()> {
             registrations.push(Registration::keep(registry, entry(address)));
         }
     };
-    let serving = armor_configd::serve(armor_configd::Options::new(file), tell);
+    let serving = armor_configd::serve(armor_configd::ConfigdOptions::new(file), tell);
     runtime.block_on(serving).map(|never| match never {}).map_err(Into::into)
 }
 
@@ -135,7 +135,7 @@ fn entry(address: SocketAddr) -> ComponentEntry {
         kind: "configd".into(),
         instance: monotonic_ns(),
         pid: std::process::id(),
-        host: rustix::system::uname().nodename().to_string_lossy().into_owned(),
+        host: armor_socket::host_name(),
         endpoint: address.to_string(),
     }
 }

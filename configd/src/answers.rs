@@ -1,27 +1,27 @@
-//! The model in the words of the protocol.
+//! Answers to components, from the model to the messages of the protocol.
 
 use std::path::Path;
 
 use armor_robotfile::mission::PlaceParameter;
 use armor_robotfile::model::{self, Component};
 use armor_robotfile::{Configuration, Manifests, Mission};
-use armor_wire::config::{Assigned, InputSettings, ListedParameter, Settings, cut};
+use armor_wire::config::{Assigned, ComponentSettings, InputSettings, ListedParameter, cut_text};
 use armor_wire::hello::{Refusal, RefusalCode};
-use armor_wire::keep::Transport;
+use armor_wire::transport::Transport;
 
-/// Names listed to a component that the file does not hold.
+/// Most names that are listed to a component that is not in the file.
 const MAX_LISTED: usize = 20;
-/// Where a value is from that nobody gave.
+/// Origin of a default.
 const DEFAULT: &str = "default";
 
-/// How the component runs and is connected; `commanded` says whether the mission activates and
+/// Returns how the component runs and is connected. `commanded`: whether the mission activates and
 /// freezes it.
-pub(crate) fn settings(
+pub(crate) fn component_settings(
     component: &Component,
     configuration: &Configuration,
     commanded: bool,
     version: u64,
-) -> Settings {
+) -> ComponentSettings {
     let name = &component.name.value;
     let links = configuration.system.links.iter().filter(|link| link.to.component.value == *name);
     let inputs = links.map(|link| InputSettings {
@@ -31,28 +31,36 @@ pub(crate) fn settings(
         wake: link.wake,
         transport: match link.transport {
             model::Transport::Tcp => Transport::Tcp,
-            _ => Transport::Auto,
+            // A file that asks for shared memory or UDP is refused by the check.
+            model::Transport::Auto | model::Transport::Shm | model::Transport::Udp => {
+                Transport::Auto
+            }
         },
     });
-    Settings {
+    ComponentSettings {
         version,
         rate_hz: component.rate_hz.as_ref().map(|rate| rate.value),
         controlled: commanded,
         inputs: inputs.collect(),
-        clock: clock(name, configuration),
+        clock: clock_source(name, configuration),
         watchdog_s: component.watchdog.as_ref().map(|watchdog| watchdog.value.as_secs_f64()),
     }
 }
 
-/// The data that the component's time follows. Whoever provides it lives by the host's clock.
-fn clock(component: &str, configuration: &Configuration) -> Option<String> {
+/// Returns the data that the component's time follows; none for its provider, which uses the host's
+/// clock.
+fn clock_source(component: &str, configuration: &Configuration) -> Option<String> {
     let source = &configuration.system.clock.as_ref()?.source;
     (source.component.value != component).then(|| source.data())
 }
 
 /// What the file, or `--set`, gives a parameter; nothing if it leaves it to its default. Relative
 /// folders of the file start from `root`.
-pub(crate) fn assigned(component: &Component, parameter: &str, root: &Path) -> Option<Assigned> {
+pub(crate) fn assigned_value(
+    component: &Component,
+    parameter: &str,
+    root: &Path,
+) -> Option<Assigned> {
     let parameter = component.parameter(parameter)?;
     Some(Assigned {
         text: parameter.value.value.clone(),
@@ -61,7 +69,7 @@ pub(crate) fn assigned(component: &Component, parameter: &str, root: &Path) -> O
     })
 }
 
-/// Why a component that the file does not hold gets nothing.
+/// Returns the refusal for a component that is not in the file.
 pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal {
     let components = &configuration.system.components;
     let mut names: Vec<_> =
@@ -71,7 +79,7 @@ pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal
     }
     let file = configuration.sources.last().map(|source| source.path().display().to_string());
     let text = format!(
-        "{} holds no component called `{name}`; it holds: {}",
+        "{} has no component called `{name}`; it has: {}",
         file.as_deref().unwrap_or("the system"),
         names.join(", ")
     );
@@ -99,12 +107,13 @@ pub(crate) fn no_parameter(
 }
 
 /// The parameters of a component: those of its kind, then what else the file assigns.
-pub(crate) fn listed(
+pub(crate) fn list_parameters(
     component: &Component,
     mission: Option<&Mission>,
     manifests: Option<&Manifests>,
 ) -> Vec<ListedParameter> {
-    let places = |parameter: &str| cut(given_by_places(&component.name.value, parameter, mission));
+    let places =
+        |parameter: &str| cut_text(given_by_places(&component.name.value, parameter, mission));
     let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
     let declared: Vec<_> = manifest.iter().flat_map(|manifest| &manifest.parameters).collect();
     let assigned = |name: &str| {
@@ -120,13 +129,13 @@ pub(crate) fn listed(
         ListedParameter {
             component: component.name.value.clone(),
             name: known.name.clone(),
-            kind: format!("{:?}", known.kind).to_lowercase(),
-            value: cut(value),
+            kind: known.kind.to_string(),
+            value: cut_text(value),
             unit: known.unit.clone(),
-            origin: cut(origin),
+            origin: cut_text(origin),
             live: known.live,
-            range: cut(range),
-            doc: cut(&*known.doc),
+            range: cut_text(range),
+            doc: cut_text(&*known.doc),
             places: places(&known.name),
         }
     });
@@ -137,8 +146,8 @@ pub(crate) fn listed(
         Some(ListedParameter {
             component: component.name.value.clone(),
             name: name.clone(),
-            value: cut(value),
-            origin: cut(origin),
+            value: cut_text(value),
+            origin: cut_text(origin),
             places: places(name),
             ..ListedParameter::default()
         })

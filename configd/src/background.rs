@@ -7,33 +7,33 @@ use std::time::Duration;
 
 use tokio::sync::oneshot;
 
-use crate::serve::{Options, ServeError, serve};
+use crate::serve::{ConfigdOptions, ConfigdStartError, serve};
 use crate::versions::Notice;
 
 /// How long stopping waits for a disk that does not answer.
 const DISK_PATIENCE: Duration = Duration::from_secs(1);
 
 /// A running configd. Dropping it stops it and closes all its connections.
-pub struct Background {
+pub struct BackgroundConfigd {
     address: SocketAddr,
     notices: Receiver<Notice>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Background {
+impl BackgroundConfigd {
     /// Starts configd and waits until components can connect to it.
     ///
     /// # Errors
-    /// [`ServeError`] if it cannot start; the file's findings among it.
-    pub fn start(options: Options) -> Result<Self, ServeError> {
+    /// [`ConfigdStartError`] if it cannot start; the file's findings among it.
+    pub fn start(options: ConfigdOptions) -> Result<Self, ConfigdStartError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
         let (starting, started) = mpsc::channel();
         let (noticing, notices) = mpsc::channel();
         let thread = thread::Builder::new().name("configd".into()).spawn(move || {
             let ready = starting.clone();
-            // Whoever does not listen any more needs no notices.
+            // A receiver that has been dropped needs no notices.
             let serving = serve(options, move |notice| match notice {
                 Notice::Ready { address } => drop(ready.send(Ok(address))),
                 other => drop(noticing.send(other)),
@@ -62,11 +62,11 @@ impl Background {
     }
 }
 
-impl Drop for Background {
+impl Drop for BackgroundConfigd {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // It cannot panic; and if it did there is nobody to tell.
+            // The thread does not panic; if it did, its error could not be reported here.
             let _ = thread.join();
         }
     }

@@ -1,5 +1,5 @@
-//! The file and those that it names, on the disk: parsed again only when their bytes are others, and
-//! written only over what is known to be there.
+//! The file and those that it includes, on the disk: parsed again only when their bytes have changed,
+//! and written only if they still have the expected bytes.
 
 use std::path::{Path, PathBuf};
 
@@ -9,29 +9,29 @@ use armor_robotfile::{Reading, read, read_bytes};
 use crate::versions::Write;
 
 /// Each file with its bytes; none if it could not be read.
-pub(crate) type Snapshot = Vec<(PathBuf, Option<Vec<u8>>)>;
+pub(crate) type FileSnapshot = Vec<(PathBuf, Option<Vec<u8>>)>;
 
 /// What is known of the files.
 #[derive(Clone)]
-pub(crate) struct Files {
+pub(crate) struct WatchedFiles {
     file: PathBuf,
-    known: Snapshot,
+    known: FileSnapshot,
 }
 
-impl Files {
+impl WatchedFiles {
     /// Nothing is read yet. A relative path starts from the current folder.
     pub(crate) fn new(file: PathBuf) -> Self {
-        Self { file, known: Snapshot::new() }
+        Self { file, known: FileSnapshot::new() }
     }
 
-    /// Reads the files; nothing if they are what is known.
-    pub(crate) fn look(&self) -> Option<(Snapshot, Reading)> {
+    /// Reads the files; `None` if their bytes are the known ones.
+    pub(crate) fn read_if_changed(&self) -> Option<(FileSnapshot, Reading)> {
         // The bytes decide which files are named: the same bytes are the same files.
         let same = |(path, bytes): &(PathBuf, Option<Vec<u8>>)| read_bytes(path).ok() == *bytes;
         if !self.known.is_empty() && self.known.iter().all(same) {
             return None;
         }
-        let mut snapshot = Snapshot::new();
+        let mut snapshot = FileSnapshot::new();
         let reading = read(&self.file, &mut |path| {
             let bytes = read_bytes(path);
             snapshot.push((path.to_path_buf(), bytes.as_ref().ok().cloned()));
@@ -40,8 +40,8 @@ impl Files {
         (snapshot != self.known).then_some((snapshot, reading))
     }
 
-    /// Takes what was seen as known.
-    pub(crate) fn know(&mut self, snapshot: Snapshot) {
+    /// Sets the known bytes.
+    pub(crate) fn set_known(&mut self, snapshot: FileSnapshot) {
         self.known = snapshot;
     }
 
@@ -54,7 +54,7 @@ impl Files {
     ///
     /// # Errors
     /// As [`write`].
-    pub(crate) fn write(&mut self, wanted: &Write) -> Result<(), String> {
+    pub(crate) fn write_file(&mut self, wanted: &Write) -> Result<(), String> {
         write(wanted)?;
         let known = wanted.expected.iter().map(|(path, expected)| {
             let text = if *path == wanted.file { &wanted.text } else { expected };
@@ -74,7 +74,7 @@ pub fn write(wanted: &Write) -> Result<(), String> {
     for (path, expected) in expected {
         if read_bytes(path).ok().as_deref() != Some(expected.as_bytes()) {
             return Err(format!(
-                "{} is being changed by somebody else; look at it and set the value again",
+                "{} was changed by another program in the meantime; look at it and set the value again",
                 path.display()
             ));
         }
@@ -82,8 +82,8 @@ pub fn write(wanted: &Write) -> Result<(), String> {
     save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())
 }
 
-/// Whether every file is there and has something in it. One that is not may be between two steps of
-/// a save.
-pub(crate) fn is_whole(snapshot: &Snapshot) -> bool {
+/// Whether every file exists and is not empty. A missing or empty file may be between two steps of a
+/// save.
+pub(crate) fn is_whole(snapshot: &FileSnapshot) -> bool {
     snapshot.iter().all(|(_, bytes)| bytes.as_ref().is_some_and(|bytes| !bytes.is_empty()))
 }

@@ -7,23 +7,23 @@ use std::sync::Arc;
 
 use armor_robotfile::{Configuration, Source, read};
 
-/// Accepted versions that are held: enough to see what a day of tuning did.
+/// Accepted versions that are kept: enough to see the changes of a day of tuning.
 pub const MAX_VERSIONS: usize = 32;
-/// Bytes of their files that are held in all; beyond it the oldest go first.
-const MAX_HELD_LEN: usize = 32 << 20;
+/// Bytes of their files that are kept in total; beyond it the oldest versions are dropped.
+const MAX_KEPT_LEN: usize = 32 << 20;
 
 /// An accepted version: the bytes of its files, the one that was asked for first.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct KeptVersion {
     /// Its number.
     pub number: u64,
-    /// The path of each file, and what it held.
+    /// The path and text of each file.
     pub files: Vec<(PathBuf, String)>,
 }
 
-impl Kept {
-    /// What these files say. They were valid once, so something is there.
-    pub(crate) fn reading(&self) -> armor_robotfile::Reading {
+impl KeptVersion {
+    /// Reads these files again. They were valid once, so the list is not empty.
+    pub(crate) fn read_files(&self) -> armor_robotfile::Reading {
         let first = self.files.first().map_or(Path::new(""), |(path, _)| path);
         read(first, &mut |path| {
             let found = self.files.iter().find(|(known, _)| known == path);
@@ -35,40 +35,41 @@ impl Kept {
 
 /// Versions in a row, the newest last.
 #[derive(Debug, Default)]
-pub(crate) struct History {
+pub(crate) struct VersionHistory {
     versions: VecDeque<(u64, Vec<Arc<Source>>)>,
 }
 
-impl History {
-    /// Adds the newest version, and lets go of what is too much.
-    pub(crate) fn add(&mut self, number: u64, sources: Vec<Arc<Source>>) {
+impl VersionHistory {
+    /// Adds the newest version, and drops the oldest ones beyond the limits.
+    pub(crate) fn add_version(&mut self, number: u64, sources: Vec<Arc<Source>>) {
         self.versions.push_back((number, sources));
         let len = |sources: &[Arc<Source>]| -> usize {
             sources.iter().map(|source| source.text().len()).sum()
         };
-        let mut held: usize = self.versions.iter().map(|(_, sources)| len(sources)).sum();
-        while self.versions.len() > MAX_VERSIONS || (held > MAX_HELD_LEN && self.versions.len() > 2)
+        let mut len_in_total: usize = self.versions.iter().map(|(_, sources)| len(sources)).sum();
+        while self.versions.len() > MAX_VERSIONS
+            || (len_in_total > MAX_KEPT_LEN && self.versions.len() > 2)
         {
-            held -= self.versions.pop_front().map_or(0, |(_, sources)| len(&sources));
+            len_in_total -= self.versions.pop_front().map_or(0, |(_, sources)| len(&sources));
         }
     }
 
-    /// The number of the oldest that is held.
-    pub(crate) fn oldest(&self) -> u64 {
+    /// Returns the number of the oldest version that is kept.
+    pub(crate) fn oldest_number(&self) -> u64 {
         self.versions.front().map_or(0, |(number, _)| *number)
     }
 
     /// The bytes of a version.
-    pub(crate) fn kept(&self, number: u64) -> Option<Kept> {
+    pub(crate) fn kept_version(&self, number: u64) -> Option<KeptVersion> {
         let (number, sources) = self.versions.iter().find(|(known, _)| *known == number)?;
         let files = sources.iter();
         let files = files.map(|source| (source.path().to_path_buf(), source.text().to_owned()));
-        Some(Kept { number: *number, files: files.collect() })
+        Some(KeptVersion { number: *number, files: files.collect() })
     }
 
-    /// What a version says, without anything over it.
+    /// Returns the configuration of a version, without overrides.
     pub(crate) fn configuration(&self, number: u64) -> Option<Configuration> {
-        self.kept(number)?.reading().configuration
+        self.kept_version(number)?.read_files().configuration
     }
 }
 
@@ -78,15 +79,15 @@ mod tests {
 
     #[test]
     fn it_is_bounded_in_number_and_in_bytes() {
-        let mut history = History::default();
+        let mut history = VersionHistory::default();
         for number in 1..=40 {
-            history.add(number, vec![Source::new("a.xml", "<armor/>")]);
+            history.add_version(number, vec![Source::new("a.xml", "<armor/>")]);
         }
-        assert_eq!((history.oldest(), history.versions.len()), (9, MAX_VERSIONS));
+        assert_eq!((history.oldest_number(), history.versions.len()), (9, MAX_VERSIONS));
         for number in 41..=60 {
-            history.add(number, vec![Source::new("a.xml", "x".repeat(4 << 20))]);
+            history.add_version(number, vec![Source::new("a.xml", "x".repeat(4 << 20))]);
         }
         assert_eq!(history.versions.len(), 8);
-        assert!(history.kept(52).is_none() && history.kept(53).is_some());
+        assert!(history.kept_version(52).is_none() && history.kept_version(53).is_some());
     }
 }

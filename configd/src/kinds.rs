@@ -6,27 +6,27 @@ use std::sync::Arc;
 
 use armor_robotfile::Manifests;
 
-/// Looks for kinds beside the files given, and elsewhere.
-type Look = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
+/// Looks for kinds in the folders of the given files, and elsewhere.
+type LookForKinds = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
 
-/// Says which kinds there are. It is asked beside the loop, so it may take its time.
+/// Provides the kinds of components. It is called on a thread of its own, so it may be slow.
 #[derive(Clone)]
-pub struct Kinds(Arc<Look>);
+pub struct KindSource(Arc<LookForKinds>);
 
-impl Kinds {
-    /// Asks `look`, with the files that configd knows, for all kinds there are; it says nothing if
-    /// they are what they were when it was asked last.
+impl KindSource {
+    /// Uses `look`, which gets the files that configd knows and returns all kinds; `None` if they have
+    /// not changed since its last call.
     pub fn new(look: impl Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync + 'static) -> Self {
         Self(Arc::new(look))
     }
 
-    pub(crate) fn look(&self, files: &[PathBuf]) -> Option<Manifests> {
+    pub(crate) fn look_again(&self, files: &[PathBuf]) -> Option<Manifests> {
         (self.0)(files)
     }
 }
 
-impl fmt::Debug for Kinds {
+impl fmt::Debug for KindSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Kinds")
+        f.write_str("KindSource")
     }
 }

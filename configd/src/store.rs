@@ -1,7 +1,7 @@
-//! The accepted versions on the disk, from which a restarted configd goes on when the file is not
-//! valid: a folder per version, with the bytes of its files and an index that says what they are.
+//! The accepted versions on the disk, from which a restarted configd continues when the file is not
+//! valid: a folder per version, with the bytes of its files and an index of their paths.
 //!
-//! A version is there whole or not at all: it is written beside, synced, and renamed.
+//! A version is complete or absent: it is written into a temporary folder, synced, and renamed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,55 +12,55 @@ use armor_files::save_folder_atomically;
 use armor_robotfile::read_bytes;
 use tracing::warn;
 
-use crate::history::{Kept, MAX_VERSIONS};
+use crate::history::{KeptVersion, MAX_VERSIONS};
 
 /// The file of a version that lists the others: a line for each, its name, a tab, its path.
 const INDEX: &str = "index";
 
 /// The files of the versions of `file` that are kept in `folder`, each once; none if none is.
 pub fn kept_files(folder: &Path, file: &Path) -> BTreeSet<PathBuf> {
-    let versions = Store::new(folder.to_path_buf()).load(file);
+    let versions = VersionStore::new(folder.to_path_buf()).load_versions(file);
     versions.into_iter().flat_map(|kept| kept.files).map(|(path, _)| path).collect()
 }
 
 /// The newest version of `file` that is kept in `folder`, if its number is above `known`. Costs
 /// little while there is none.
-pub fn newer_than(known: u64, folder: &Path, file: &Path) -> Option<Kept> {
+pub fn newer_than(known: u64, folder: &Path, file: &Path) -> Option<KeptVersion> {
     let names = fs::read_dir(folder).ok()?.filter_map(|it| it.ok()?.file_name().into_string().ok());
     let numbers = names.filter_map(|name| name.parse().ok());
     let mut numbers: Vec<u64> = numbers.filter(|number| *number > known).collect();
     numbers.sort_unstable();
-    let store = Store::new(folder.to_path_buf());
-    let mut newer = numbers.into_iter().rev().filter_map(|number| store.version(number).ok());
+    let store = VersionStore::new(folder.to_path_buf());
+    let mut newer = numbers.into_iter().rev().filter_map(|number| store.load_version(number).ok());
     newer.find(|kept| kept.files.first().is_some_and(|(path, _)| path == file))
 }
 
 /// A folder of versions.
 #[derive(Clone, Debug)]
-pub(crate) struct Store {
+pub(crate) struct VersionStore {
     folder: PathBuf,
 }
 
-impl Store {
+impl VersionStore {
     pub(crate) fn new(folder: PathBuf) -> Self {
         Self { folder }
     }
 
     /// The versions of `file` that are kept, the oldest first. What cannot be read is passed over.
-    pub(crate) fn load(&self, file: &Path) -> Vec<Kept> {
+    pub(crate) fn load_versions(&self, file: &Path) -> Vec<KeptVersion> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let mut numbers: Vec<u64> = names.filter_map(|name| name.parse().ok()).collect();
         numbers.sort_unstable();
         let newest = numbers.split_off(numbers.len().saturating_sub(MAX_VERSIONS));
         let versions = newest.into_iter().filter_map(|number| {
-            let version = self.version(number);
+            let version = self.load_version(number);
             version.inspect_err(|error| warn!(number, %error, "a kept version is not read")).ok()
         });
         versions.filter(|kept| kept.files.first().is_some_and(|(path, _)| path == file)).collect()
     }
 
-    fn version(&self, number: u64) -> io::Result<Kept> {
+    fn load_version(&self, number: u64) -> io::Result<KeptVersion> {
         let folder = self.folder.join(number.to_string());
         let text = |name: &str| -> io::Result<String> {
             String::from_utf8(read_bytes(&folder.join(name))?).map_err(io::Error::other)
@@ -73,19 +73,19 @@ impl Store {
             }
             files.push((PathBuf::from(path), text(name)?));
         }
-        Ok(Kept { number, files })
+        Ok(KeptVersion { number, files })
     }
 
-    /// Whether a version is there as it should be.
-    pub(crate) fn holds(&self, kept: &Kept) -> bool {
-        self.version(kept.number).is_ok_and(|there| there == *kept)
+    /// Whether a version is stored completely.
+    pub(crate) fn is_stored(&self, kept: &KeptVersion) -> bool {
+        self.load_version(kept.number).is_ok_and(|there| there == *kept)
     }
 
-    /// Keeps a version, and lets go of the oldest.
+    /// Stores a version, and removes the oldest one beyond the limit.
     ///
     /// # Errors
-    /// As the operating system says; what was kept before is untouched.
-    pub(crate) fn keep(&self, kept: &Kept) -> io::Result<()> {
+    /// The error of the operating system; the versions stored before are untouched.
+    pub(crate) fn store_version(&self, kept: &KeptVersion) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let mut index = String::new();
         let mut files = Vec::new();
@@ -94,7 +94,11 @@ impl Store {
             // Two files of different folders may have one name.
             let name = format!("{}-{file_name}", number + 1);
             let path = path.to_str().filter(|path| !path.contains(['\n', '\t']));
-            let path = path.ok_or_else(|| io::Error::other("a path that no index can hold"))?;
+            let path = path.ok_or_else(|| {
+                io::Error::other(
+                    "a path with a line break or tab, which the index cannot represent",
+                )
+            })?;
             index += &format!("{name}\t{path}\n");
             files.push((name, text.clone().into_bytes()));
         }
@@ -102,13 +106,13 @@ impl Store {
         save_folder_atomically(&self.folder.join(kept.number.to_string()), &files)
             .map_err(|error| error.reason)?;
         match kept.number.checked_sub(MAX_VERSIONS as u64) {
-            Some(old) => remove(&self.folder.join(old.to_string())),
+            Some(old) => remove_folder(&self.folder.join(old.to_string())),
             None => Ok(()),
         }
     }
 }
 
-fn remove(folder: &Path) -> io::Result<()> {
+fn remove_folder(folder: &Path) -> io::Result<()> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
@@ -119,38 +123,38 @@ fn remove(folder: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    fn kept(number: u64, text: &str) -> Kept {
+    fn kept(number: u64, text: &str) -> KeptVersion {
         let files = ["m/a.xml", "m/parts/a.xml"].map(|path| (path.into(), text.to_owned()));
-        Kept { number, files: files.into() }
+        KeptVersion { number, files: files.into() }
     }
 
     #[test]
     fn whole_versions_of_the_same_file_come_back() {
         let folder = std::env::temp_dir().join(format!("armor-store-{}", std::process::id()));
-        remove(&folder).expect("ours");
-        let store = Store::new(folder.clone());
-        assert!(store.load(Path::new("m/a.xml")).is_empty(), "nothing is there yet");
+        remove_folder(&folder).expect("ours");
+        let store = VersionStore::new(folder.clone());
+        assert!(store.load_versions(Path::new("m/a.xml")).is_empty(), "nothing is there yet");
         for number in 1..=MAX_VERSIONS as u64 + 2 {
-            store.keep(&kept(number, &format!("text {number}"))).expect("writable");
+            store.store_version(&kept(number, &format!("text {number}"))).expect("writable");
         }
-        store.keep(&kept(9, "again")).expect("writable");
-        assert!(store.holds(&kept(12, "text 12")) && !store.holds(&kept(12, "else")));
+        store.store_version(&kept(9, "again")).expect("writable");
+        assert!(store.is_stored(&kept(12, "text 12")) && !store.is_stored(&kept(12, "else")));
         // Cut off in the middle of keeping, and damaged.
         fs::create_dir(folder.join(".40.new")).expect("writable");
         fs::remove_file(folder.join("12/2-a.xml")).expect("it is there");
-        let loaded = store.load(Path::new("m/a.xml"));
+        let loaded = store.load_versions(Path::new("m/a.xml"));
         let numbers: Vec<_> = loaded.iter().map(|kept| kept.number).collect();
         let wanted: Vec<_> = (3..=MAX_VERSIONS as u64 + 2).filter(|number| *number != 12).collect();
         assert_eq!(numbers, wanted);
-        assert!(!store.holds(&kept(12, "text 12")));
+        assert!(!store.is_stored(&kept(12, "text 12")));
         assert_eq!(loaded[6], kept(9, "again"));
-        assert!(store.load(Path::new("m/b.xml")).is_empty(), "of another file");
+        assert!(store.load_versions(Path::new("m/b.xml")).is_empty(), "of another file");
         let newer = |known| newer_than(known, &folder, Path::new("m/a.xml"));
         let newest = MAX_VERSIONS as u64 + 2;
         assert_eq!(newer(newest - 1).map(|kept| kept.number), Some(newest));
         assert_eq!(newer(newest), None);
         fs::remove_file(folder.join(format!("{newest}/index"))).expect("it is there");
         assert_eq!(newer(newest - 2).map(|kept| kept.number), Some(newest - 1), "whole ones only");
-        remove(&folder).expect("ours");
+        remove_folder(&folder).expect("ours");
     }
 }

@@ -1,10 +1,10 @@
-//! Which version of the file is in force, and who is told what: configd without sockets, disk or
-//! clock.
+//! The version of the file that is in force, and the answers that follow from it: configd without
+//! sockets, disk or clock.
 
+mod listing;
 mod roles;
-mod rules;
+pub(crate) mod rules;
 mod setting;
-mod tools;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
@@ -12,54 +12,54 @@ use std::path::PathBuf;
 
 use armor_robotfile::model::System;
 use armor_robotfile::{Configuration, Findings, Manifests, Reading};
-use armor_socket::PeerId;
-use armor_wire::config::{Assigned, Change, ConfigurationState, Reply, Request};
+use armor_wire::config::{Assigned, ChangeRecord, ConfigReply, ConfigRequest, ConfigurationState};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
+use armor_wire::peer::PeerId;
 
-use crate::history::{History, Kept};
-use crate::{answers, told};
+use crate::history::{KeptVersion, VersionHistory};
+use crate::{answers, records};
 use roles::Roles;
-pub use rules::Rules;
-use setting::Settings;
+pub use rules::VersionRules;
+use setting::SettingQueue;
 
-/// What happens to configd.
+/// An event of configd.
 #[derive(Debug)]
-pub enum Event {
-    /// Something on a connection.
-    Peer(armor_socket::Event<Request>),
+pub enum ConfigdEvent {
+    /// About a connection.
+    Peer(armor_wire::peer::PeerEvent<ConfigRequest>),
     /// The file was read again, because it is not what it was.
     Read(Box<Reading>),
     /// There are other kinds of components than before.
     Kinds(Manifests),
-    /// The last [`Action::Write`] is done, or why it is not.
+    /// The last [`ConfigdAction::Write`] is done, or why it is not.
     Written(Result<(), String>),
 }
 
-/// What configd does.
+/// An action of configd.
 #[derive(Debug)]
-pub enum Action {
-    /// Something on a connection.
-    Peer(armor_socket::Action<Reply>),
-    /// Tells whoever runs it.
+pub enum ConfigdAction {
+    /// About a connection.
+    Peer(armor_wire::peer::PeerAction<ConfigReply>),
+    /// Passes a notice to the caller.
     Tell(Notice),
-    /// Writes into a file, and says in [`Event::Written`] what came of it. One at a time.
+    /// Writes a file; [`ConfigdEvent::Written`] reports the result. One at a time.
     Write(Write),
     /// Keeps a version on the disk.
-    Keep(Kept),
+    Keep(KeptVersion),
 }
 
 /// A file to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
-    /// What all the files must hold for it to be written.
+    /// The text that every file must have for the write to happen.
     pub expected: Vec<(PathBuf, String)>,
     /// Which of them is written.
     pub file: PathBuf,
-    /// What it will hold.
+    /// Its new text.
     pub text: String,
 }
 
-/// What whoever runs configd is told; it is for them to log it.
+/// A notice for the program that runs configd, which may log it.
 #[derive(Clone, Debug)]
 pub enum Notice {
     /// Components can connect.
@@ -74,7 +74,7 @@ pub enum Notice {
         /// Warnings and notes about it.
         findings: Findings,
         /// What changed with it, and when that takes effect; empty for the first.
-        changes: Vec<Change>,
+        changes: Vec<ChangeRecord>,
     },
     /// The file is not valid; what was in force stays so.
     Refused {
@@ -88,7 +88,7 @@ pub enum Notice {
         /// The version in force.
         version: u64,
     },
-    /// How things stand, after any of the three; its stamp is left open.
+    /// The state after any of the three; its stamp is not set.
     State(Box<ConfigurationState>),
 }
 
@@ -96,25 +96,25 @@ pub enum Notice {
 pub struct Versions {
     /// This process start.
     instance: u64,
-    rules: Rules,
+    rules: VersionRules,
     number: u64,
     in_force: Configuration,
     /// Warnings and notes about the version in force.
     warnings: Findings,
     /// What changed with the version in force, and how much more.
-    changes: (Vec<Change>, u32),
+    changes: (Vec<ChangeRecord>, u32),
     /// What is wrong with the file, as last read, if it was refused.
     refused: Option<Findings>,
     /// It, as it was read.
     refused_reading: Option<Reading>,
-    history: History,
+    history: VersionHistory,
     roles: Roles,
-    clients: BTreeMap<PeerId, Client>,
-    settings: Settings,
+    clients: BTreeMap<PeerId, ConfigdClient>,
+    settings: SettingQueue,
 }
 
 /// One component's or tool's connection.
-struct Client {
+struct ConfigdClient {
     component: String,
     /// The live parameters it asked for: their changes are sent to it.
     live: BTreeSet<String>,
@@ -128,38 +128,42 @@ impl Versions {
     /// What is wrong with the file, if nothing is kept.
     pub fn new(
         instance: u64,
-        rules: Rules,
+        rules: VersionRules,
         first: Reading,
-        kept: Vec<Kept>,
-    ) -> Result<(Self, Vec<Action>), Findings> {
-        let mut history = History::default();
+        kept: Vec<KeptVersion>,
+    ) -> Result<(Self, Vec<ConfigdAction>), Findings> {
+        let mut history = VersionHistory::default();
         let mut roles = Roles::default();
         let (number, in_force, warnings, first) = match rules.newest_good(&kept) {
             Some((number, (configuration, warnings))) => {
                 for version in kept.iter().filter(|version| version.number <= number) {
-                    let read = version.reading().configuration;
-                    read.iter().for_each(|read| roles.add(read));
+                    let read = version.read_files().configuration;
+                    read.iter().for_each(|read| roles.add_roles(read));
                     let sources = read.map(|read| read.sources);
-                    history.add(version.number, sources.unwrap_or_default());
+                    history.add_version(version.number, sources.unwrap_or_default());
                 }
                 (number, configuration, warnings, Some(first))
             }
             None => {
-                let (configuration, warnings) = rules.judge(first)?;
+                let (configuration, warnings) = rules.judge_reading(first)?;
                 (1, configuration, warnings, None)
             }
         };
-        let mut versions =
-            Self { warnings, history, roles, ..Self::with(instance, rules, number, in_force) };
+        let mut versions = Self {
+            warnings,
+            history,
+            roles,
+            ..Self::with_version(instance, rules, number, in_force)
+        };
         let mut actions = match first {
             Some(first) => {
                 versions.changes = versions.changes_of(number);
-                versions.read(first)
+                versions.take_reading(first)
             }
-            None => versions.took(),
+            None => versions.announce_version(),
         };
         if actions.is_empty() {
-            actions.push(versions.state());
+            actions.push(versions.state_notice());
         }
         Ok((versions, actions))
     }
@@ -169,10 +173,10 @@ impl Versions {
     /// version there was.
     pub(crate) fn waiting(
         instance: u64,
-        rules: Rules,
+        rules: VersionRules,
         number: u64,
         findings: Findings,
-    ) -> (Self, Vec<Action>) {
+    ) -> (Self, Vec<ConfigdAction>) {
         let nothing = Configuration {
             sources: Vec::new(),
             system: System::default(),
@@ -180,13 +184,18 @@ impl Versions {
             included: BTreeMap::new(),
         };
         let refused = Some(findings.clone());
-        let versions = Self { refused, ..Self::with(instance, rules, number, nothing) };
+        let versions = Self { refused, ..Self::with_version(instance, rules, number, nothing) };
         let refused = Notice::Refused { kept: None, findings };
-        let actions = vec![Action::Tell(refused), versions.state()];
+        let actions = vec![ConfigdAction::Tell(refused), versions.state_notice()];
         (versions, actions)
     }
 
-    fn with(instance: u64, rules: Rules, number: u64, in_force: Configuration) -> Self {
+    fn with_version(
+        instance: u64,
+        rules: VersionRules,
+        number: u64,
+        in_force: Configuration,
+    ) -> Self {
         Self {
             instance,
             rules,
@@ -196,16 +205,16 @@ impl Versions {
             changes: (Vec::new(), 0),
             refused: None,
             refused_reading: None,
-            history: History::default(),
+            history: VersionHistory::default(),
             roles: Roles::default(),
             clients: BTreeMap::new(),
-            settings: Settings::default(),
+            settings: SettingQueue::default(),
         }
     }
 
     /// The version in force with its bytes; nothing while there is none.
-    pub(crate) fn kept(&self) -> Option<Kept> {
-        self.history.kept(self.number)
+    pub(crate) fn newest_kept(&self) -> Option<KeptVersion> {
+        self.history.kept_version(self.number)
     }
 
     /// Whether there is a version at all.
@@ -223,138 +232,153 @@ impl Versions {
         &self.in_force
     }
 
-    /// Takes an event in and says what is to be done.
-    pub fn handle(&mut self, event: Event) -> Vec<Action> {
-        use armor_socket::Event::{Beat, Closed, Connected, Message};
+    /// Handles an event and returns the resulting actions.
+    pub fn handle(&mut self, event: ConfigdEvent) -> Vec<ConfigdAction> {
+        use armor_wire::peer::PeerEvent::{Beat, Closed, Connected, Message};
         match event {
-            Event::Peer(Connected { peer, address, hello }) => {
-                vec![self.connected(peer, address, &hello)]
+            ConfigdEvent::Peer(Connected { peer, address, hello }) => {
+                vec![self.welcome_client(peer, address, &hello)]
             }
-            Event::Peer(Message { peer, message, .. }) => self.request(peer, message),
-            Event::Peer(Closed { peer, .. }) => {
+            ConfigdEvent::Peer(Message { peer, message, .. }) => self.answer_request(peer, message),
+            ConfigdEvent::Peer(Closed { peer, .. }) => {
                 self.clients.remove(&peer);
                 Vec::new()
             }
-            Event::Peer(Beat { .. }) => Vec::new(),
-            Event::Read(reading) => self.read(*reading),
-            Event::Kinds(manifests) => self.kinds(manifests),
-            Event::Written(result) => self.written(result),
+            ConfigdEvent::Peer(Beat { .. }) => Vec::new(),
+            ConfigdEvent::Read(reading) => self.take_reading(*reading),
+            ConfigdEvent::Kinds(manifests) => self.take_kinds(manifests),
+            ConfigdEvent::Written(result) => self.finish_write(result),
         }
     }
 
-    fn connected(&mut self, peer: PeerId, address: SocketAddr, hello: &Hello) -> Action {
+    fn welcome_client(
+        &mut self,
+        peer: PeerId,
+        address: SocketAddr,
+        hello: &Hello,
+    ) -> ConfigdAction {
         if !matches!(hello.purpose, Purpose::Config) {
             tracing::warn!(%address, from = %hello.from, "refused: it did not come for configuration");
             let text = "this is configd; it serves configuration and nothing else";
             let refusal = Refusal::new(RefusalCode::WrongPurpose, text);
-            return Action::Peer(armor_socket::Action::Refuse { peer, refusal });
+            return ConfigdAction::Peer(armor_wire::peer::PeerAction::Refuse { peer, refusal });
         }
-        // A component that the file does not hold yet may be there in its next version.
-        self.clients.insert(peer, Client { component: hello.from.clone(), live: BTreeSet::new() });
+        // A component that is not in the file yet may be in its next version.
+        self.clients
+            .insert(peer, ConfigdClient { component: hello.from.clone(), live: BTreeSet::new() });
         let welcome =
             Welcome { name: "configd".into(), instance: self.instance, schema: String::new() };
-        Action::Peer(armor_socket::Action::Welcome { peer, welcome })
+        ConfigdAction::Peer(armor_wire::peer::PeerAction::Welcome { peer, welcome })
     }
 
-    fn request(&mut self, peer: PeerId, message: Request) -> Vec<Action> {
+    fn answer_request(&mut self, peer: PeerId, message: ConfigRequest) -> Vec<ConfigdAction> {
         if !self.is_in_force() {
-            if let (Request::Parameter { name, .. }, Some(client)) =
+            if let (ConfigRequest::Parameter { name, .. }, Some(client)) =
                 (&message, self.clients.get_mut(&peer))
             {
-                // It may be a live one; who runs already hears of it with the next version.
+                // It may be live: a component that runs already then gets it with the next version.
                 client.live.insert(name.clone());
             }
-            return self.no_version(&message).map(|reply| send(peer, reply)).into_iter().collect();
+            return self
+                .no_version(&message)
+                .map(|reply| send_reply(peer, reply))
+                .into_iter()
+                .collect();
         }
         let reply = match message {
-            Request::Settings { request } => self.component(peer, request, None),
-            Request::Parameter { request, name } => self.component(peer, request, Some(name)),
-            Request::List { request, component, from } => {
-                Some(self.list(request, component.as_deref(), from))
+            ConfigRequest::Settings { request } => self.answer_component(peer, request, None),
+            ConfigRequest::Parameter { request, name } => {
+                self.answer_component(peer, request, Some(name))
             }
-            Request::Diff { request, from, to } => Some(self.diff(request, from, to)),
-            Request::Set { request, component, parameter, value } => {
-                let wanted = setting::Wanted { peer, request, component, parameter, value };
-                return self.set(wanted);
+            ConfigRequest::List { request, component, from } => {
+                Some(self.list_parameters(request, component.as_deref(), from))
             }
-            Request::Beat => None,
+            ConfigRequest::Diff { request, from, to } => {
+                Some(self.diff_versions(request, from, to))
+            }
+            ConfigRequest::Set { request, component, parameter, value } => {
+                let wanted = setting::WantedSetting { peer, request, component, parameter, value };
+                return self.set_parameter(wanted);
+            }
+            ConfigRequest::Beat => None,
         };
-        reply.map(|reply| send(peer, reply)).into_iter().collect()
+        reply.map(|reply| send_reply(peer, reply)).into_iter().collect()
     }
 
-    /// The answer to whatever is asked while no version is in force.
-    fn no_version(&self, message: &Request) -> Option<Reply> {
+    /// Returns the answer to any request while no version is in force.
+    fn no_version(&self, message: &ConfigRequest) -> Option<ConfigReply> {
         let request = match message {
-            Request::Settings { request }
-            | Request::Parameter { request, .. }
-            | Request::List { request, .. }
-            | Request::Diff { request, .. }
-            | Request::Set { request, .. } => *request,
-            Request::Beat => return None,
+            ConfigRequest::Settings { request }
+            | ConfigRequest::Parameter { request, .. }
+            | ConfigRequest::List { request, .. }
+            | ConfigRequest::Diff { request, .. }
+            | ConfigRequest::Set { request, .. } => *request,
+            ConfigRequest::Beat => return None,
         };
         let first = self.refused.iter().flatten().next();
         let why = first.map(|finding| format!("; {finding}")).unwrap_or_default();
-        let text = format!("there is no valid version of the file: mend it, and ask again{why}");
+        let text = format!("there is no valid version of the file: fix it, and ask again{why}");
         Some(match message {
-            Request::Set { .. } => {
+            ConfigRequest::Set { .. } => {
                 let found = self.refused.clone().unwrap_or_default();
-                let (findings, left_out) = told::findings(&found);
-                Reply::Rejected { request, text, findings, left_out }
+                let (findings, left_out) = records::finding_records(&found);
+                ConfigReply::Rejected { request, text, findings, left_out }
             }
             _ => {
                 let refusal = Refusal::new(RefusalCode::UnknownData, text);
-                Reply::Refused { request, refusal }
+                ConfigReply::Refused { request, refusal }
             }
         })
     }
 
-    /// What a component asks of itself.
-    fn component(
+    /// Answers a component's request about itself.
+    fn answer_component(
         &mut self,
         peer: PeerId,
         request: u64,
         parameter: Option<String>,
-    ) -> Option<Reply> {
+    ) -> Option<ConfigReply> {
         let client = self.clients.get_mut(&peer)?;
         let name = &client.component;
         let Some(component) = self.in_force.system.component(name) else {
             let refusal = answers::no_component(name, &self.in_force);
-            return Some(Reply::Refused { request, refusal });
+            return Some(ConfigReply::Refused { request, refusal });
         };
         let Some(parameter) = parameter else {
             let commanded = self.roles.is_commanded(name);
-            let settings = answers::settings(component, &self.in_force, commanded, self.number);
-            return Some(Reply::Settings { request, settings });
+            let settings =
+                answers::component_settings(component, &self.in_force, commanded, self.number);
+            return Some(ConfigReply::Settings { request, settings });
         };
         let manifests = self.rules.manifests.as_ref();
         if let Some(refusal) = answers::no_parameter(component, &parameter, manifests) {
-            return Some(Reply::Refused { request, refusal });
+            return Some(ConfigReply::Refused { request, refusal });
         }
-        let assigned = answers::assigned(component, &parameter, &self.rules.root);
+        let assigned = answers::assigned_value(component, &parameter, &self.rules.root);
         if self.rules.is_live(&component.kind.value, &parameter) {
             client.live.insert(parameter.clone());
         }
-        Some(Reply::Parameter { request, name: parameter, assigned })
+        Some(ConfigReply::Parameter { request, name: parameter, assigned })
     }
 
-    /// Judges by other kinds from now on; what was refused may be fine by them. What is in force
-    /// stays so: the running components are those of then.
-    fn kinds(&mut self, manifests: Manifests) -> Vec<Action> {
+    /// Checks by other kinds from now on; a refused file may be valid by them. The version in force
+    /// stays, because the running components were started by the earlier kinds.
+    fn take_kinds(&mut self, manifests: Manifests) -> Vec<ConfigdAction> {
         self.rules.manifests = Some(manifests);
         let reading = self.refused_reading.take();
-        reading.map(|reading| self.read(reading)).unwrap_or_default()
+        reading.map(|reading| self.take_reading(reading)).unwrap_or_default()
     }
 
-    fn read(&mut self, reading: Reading) -> Vec<Action> {
+    fn take_reading(&mut self, reading: Reading) -> Vec<ConfigdAction> {
         self.refused_reading = None;
-        let (configuration, findings) = match self.rules.judge(reading.clone()) {
+        let (configuration, findings) = match self.rules.judge_reading(reading.clone()) {
             Ok(valid) => valid,
             Err(findings) => {
                 self.refused_reading = Some(reading);
                 self.refused = Some(findings.clone());
                 let kept = self.is_in_force().then_some(self.number);
                 let refused = Notice::Refused { kept, findings };
-                return vec![Action::Tell(refused), self.state()];
+                return vec![ConfigdAction::Tell(refused), self.state_notice()];
             }
         };
         if rules::is_same(&configuration, &self.in_force) {
@@ -362,38 +386,42 @@ impl Versions {
                 return Vec::new();
             }
             let restored = Notice::Restored { version: self.number };
-            return vec![Action::Tell(restored), self.state()];
+            return vec![ConfigdAction::Tell(restored), self.state_notice()];
         }
-        self.take(configuration, findings)
+        self.take_version(configuration, findings)
     }
 
     /// Puts a valid version in force.
-    fn take(&mut self, configuration: Configuration, warnings: Findings) -> Vec<Action> {
+    fn take_version(
+        &mut self,
+        configuration: Configuration,
+        warnings: Findings,
+    ) -> Vec<ConfigdAction> {
         self.number += 1;
         self.refused = None;
         self.refused_reading = None;
         self.warnings = warnings;
         let before = std::mem::replace(&mut self.in_force, configuration);
-        let mut actions = self.took();
+        let mut actions = self.announce_version();
         actions.extend(self.changes_of_live_parameters(&before));
         actions
     }
 
-    /// What follows when the version in force is a new one.
-    fn took(&mut self) -> Vec<Action> {
+    /// Returns the actions that announce the version in force.
+    fn announce_version(&mut self) -> Vec<ConfigdAction> {
         let version = self.number;
-        self.roles.add(&self.in_force);
-        self.history.add(version, self.in_force.sources.clone());
+        self.roles.add_roles(&self.in_force);
+        self.history.add_version(version, self.in_force.sources.clone());
         self.changes = self.changes_of(version);
         let (findings, changes) = (self.warnings.clone(), self.changes.0.clone());
-        let mut actions = vec![Action::Tell(Notice::Taken { version, findings, changes })];
-        actions.extend(self.history.kept(version).map(Action::Keep));
-        actions.push(self.state());
+        let mut actions = vec![ConfigdAction::Tell(Notice::Taken { version, findings, changes })];
+        actions.extend(self.history.kept_version(version).map(ConfigdAction::Keep));
+        actions.push(self.state_notice());
         actions
     }
 
     /// Sends each live parameter that a component asked for and that is another one now.
-    fn changes_of_live_parameters(&self, before: &Configuration) -> Vec<Action> {
+    fn changes_of_live_parameters(&self, before: &Configuration) -> Vec<ConfigdAction> {
         let mut actions = Vec::new();
         for (peer, client) in &self.clients {
             let component = |of: &Configuration| of.system.component(&client.component).cloned();
@@ -403,14 +431,15 @@ impl Versions {
             let live = client.live.iter();
             for name in live.filter(|name| self.rules.is_live(&new.kind.value, name)) {
                 let was = old.as_ref();
-                let was = was.map(|old| answers::assigned(old, name, &self.rules.root));
-                let is = answers::assigned(&new, name, &self.rules.root);
+                let was = was.map(|old| answers::assigned_value(old, name, &self.rules.root));
+                let is = answers::assigned_value(&new, name, &self.rules.root);
                 let value = |assigned: &Option<Assigned>| {
                     assigned.as_ref().map(|assigned| (assigned.text.clone(), assigned.base.clone()))
                 };
                 if was.is_none_or(|was| value(&was) != value(&is)) {
-                    let message = Reply::Parameter { request: 0, name: name.clone(), assigned: is };
-                    actions.push(send(*peer, message));
+                    let message =
+                        ConfigReply::Parameter { request: 0, name: name.clone(), assigned: is };
+                    actions.push(send_reply(*peer, message));
                 }
             }
         }
@@ -418,8 +447,8 @@ impl Versions {
     }
 }
 
-fn send(peer: PeerId, message: Reply) -> Action {
-    Action::Peer(armor_socket::Action::Send { peer, message })
+fn send_reply(peer: PeerId, message: ConfigReply) -> ConfigdAction {
+    ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { peer, message })
 }
 
 #[cfg(test)]

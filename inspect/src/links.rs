@@ -96,7 +96,7 @@ fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
         from: data.into(),
         to: to.into(),
         type_name: end.type_name.into(),
-        keep: end.link.keep.clone(),
+        keep: end.link.keep.to_string(),
         connected: true,
         paused: end.link.paused,
         sent: end.link.sent,
@@ -120,7 +120,7 @@ fn component_link(
         from: input.data.clone(),
         to: format!("{}.{}", consumer.name, input.id),
         type_name: end.map(|end| end.type_name).unwrap_or_default().into(),
-        keep: link.map(|link| link.keep.clone()).unwrap_or_default(),
+        keep: link.map(|link| link.keep.to_string()).unwrap_or_default(),
         connected: input.connected,
         paused: link.is_some_and(|link| link.paused),
         sent: link.map_or(0, |link| link.sent),
@@ -154,11 +154,12 @@ fn rate_between(passed_s: Option<f64>, before: Option<u64>, now: u64) -> Option<
 mod tests {
     use super::*;
     use armor_sdk::control::{OutputStatus, RunState};
+    use armor_wire::keep::Keep;
 
     fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         let link = |to: &str| LinkStatus {
             to: to.into(),
-            keep: "latest".into(),
+            keep: Keep::Latest,
             sent,
             dropped: 3,
             queued: 1,

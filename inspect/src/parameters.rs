@@ -10,7 +10,7 @@ use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Parameters, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
-use armor_wire::config::Finding;
+use armor_wire::config::FindingRecord;
 use parking_lot::Mutex;
 
 use crate::wake::{WakeCallback, spawn_detached};
@@ -30,7 +30,7 @@ pub struct SetReport {
     /// What changed and when that takes effect, or why nothing was written.
     pub text: String,
     /// Findings about the file as it would be, or as it is.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<FindingRecord>,
 }
 
 /// Lists and sets parameters.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::{Tap, TapData};
 use armor_wire::keep::Keep;
-use armor_wire::schema::{Glimpse, PayloadError, Pick, Schema, glance};
+use armor_wire::schema::{Glimpse, PayloadError, Schema, ValuePath, glimpse_message};
 use parking_lot::Mutex;
 
 use crate::series::Series;
@@ -82,7 +82,7 @@ impl ValueLook {
     /// If the data do not fit their own schema.
     pub fn glance(&self, lines: usize) -> Result<Vec<Glimpse>, PayloadError> {
         match (&self.schema, &self.data) {
-            (Some(schema), Some(data)) => glance(schema, &data.payload, lines),
+            (Some(schema), Some(data)) => glimpse_message(schema, &data.payload, lines),
             _ => Ok(Vec::new()),
         }
     }
@@ -221,7 +221,7 @@ impl Channel {
 
     fn add_data(&mut self, schema: &Schema, data: TapData) {
         for (path, series) in &mut self.series {
-            let value = Pick::find(schema, path).map(|pick| pick.read(schema, &data.payload));
+            let value = ValuePath::find(schema, path).map(|pick| pick.read(schema, &data.payload));
             if let Some(Ok(Some(value))) = value {
                 series.push(data.header.stamp_s, value);
             }

@@ -26,8 +26,10 @@ pub use executive::run as executive;
 /// If it cannot listen.
 pub fn registry(arguments: &arguments::Registry) -> Result<Ending> {
     armor_sdk::log::init();
-    let options =
-        armor_registry::Options { listen: arguments.listen, ..armor_registry::Options::default() };
+    let options = armor_registry::RegistryOptions {
+        listen: arguments.listen,
+        ..armor_registry::RegistryOptions::default()
+    };
     until_asked(async {
         Ok(armor_registry::serve(options, |_| {}).await.map(|never| match never {})?)
     })
@@ -49,7 +51,7 @@ fn asked_to_end() -> Result<&'static AtomicBool> {
 
 /// How a daemon is found.
 fn entry(name: &str, address: SocketAddr) -> ComponentEntry {
-    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let host = armor_socket::host_name();
     ComponentEntry {
         name: name.into(),
         kind: name.into(),

@@ -7,7 +7,7 @@ mod told;
 
 use anyhow::{Result, bail};
 use armor_sdk::configuration::{Differences, Parameters, SetOutcome};
-use armor_wire::config::{Change, ListedParameter};
+use armor_wire::config::{ChangeRecord, ListedParameter};
 use serde_json::json;
 
 use crate::arguments::Format;
@@ -106,7 +106,7 @@ fn set(arguments: &Set, format: Format) -> Result<Ending> {
     }
 }
 
-fn in_words(change: &Change) -> String {
+fn in_words(change: &ChangeRecord) -> String {
     match change.effect.as_str() {
         "" => change.text.clone(),
         effect => format!("{}; it {effect}", change.text),

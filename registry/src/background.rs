@@ -6,26 +6,26 @@ use std::thread::{self, JoinHandle};
 
 use tokio::sync::oneshot;
 
-use crate::serve::{Options, ServeError, serve};
+use crate::serve::{RegistryOptions, RegistryStartError, serve};
 
 /// A running registry. Dropping it stops it and closes all its connections.
-pub struct Background {
+pub struct BackgroundRegistry {
     address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Background {
+impl BackgroundRegistry {
     /// Starts a registry and waits until peers can connect to it.
     ///
     /// # Errors
-    /// [`ServeError`] if it cannot start.
-    pub fn start(options: Options) -> Result<Self, ServeError> {
+    /// [`RegistryStartError`] if it cannot start.
+    pub fn start(options: RegistryOptions) -> Result<Self, RegistryStartError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
-        let (telling, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let thread = thread::Builder::new().name("registry".into()).spawn(move || {
-            let ready = telling.clone();
+            let ready = sender.clone();
             let serving = serve(options, move |address| {
                 // The other end waits for exactly one message.
                 let _ = ready.send(Ok(address));
@@ -33,27 +33,28 @@ impl Background {
             runtime.block_on(async {
                 tokio::select! {
                     Err(error) = serving => {
-                        let _ = telling.send(Err(error));
+                        let _ = sender.send(Err(error));
                     }
                     _ = stopped => {}
                 }
             });
         })?;
-        let address = told.recv().map_err(|_| std::io::Error::other("its thread has ended"))??;
+        let address =
+            receiver.recv().map_err(|_| std::io::Error::other("its thread has ended"))??;
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Returns the address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 }
 
-impl Drop for Background {
+impl Drop for BackgroundRegistry {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // It cannot panic; and if it did there is nobody to tell.
+            // The thread does not panic; if it did, its error could not be reported here.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,5 @@
-//! Who is there, what they publish, who waits for what: the registry without sockets or clocks.
+//! The registered processes, their outputs, and the lookups that wait: the registry without sockets or
+//! clocks.
 
 mod lookups;
 
@@ -6,29 +7,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use armor_socket::{Action, Event, PeerId};
 use armor_wire::codec::encoded_len;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::peer::{PeerAction, PeerEvent, PeerId};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 
 use crate::limits::{
     GIVE_UP, MAX_COMPONENTS, MAX_DATA, MAX_DATA_PER_COMPONENT, MAX_LISTING_LEN, MAX_WATCHERS,
 };
-use crate::texts;
-use lookups::{Lookup, Lookups};
+use crate::refusals;
+use lookups::{Lookups, WaitingLookup};
 
-/// What the registry does.
-pub type Actions = Vec<Action<Reply>>;
+/// The actions that follow from an event.
+pub type Actions = Vec<PeerAction<RegistryReply>>;
 
 /// The registry's state. Everything in it belongs to a connection and goes with it.
-pub struct Directory {
+pub struct RegistryDirectory {
     /// This process start.
     instance: u64,
     /// System time when the clock behind `now` was 0, in seconds since the Unix epoch. Read once:
-    /// whoever sets the host's clock does not move the system's time.
+    /// setting the host's clock does not change the system's time.
     epoch_s: f64,
-    clients: BTreeMap<PeerId, Client>,
-    /// Who holds a name.
+    clients: BTreeMap<PeerId, RegistryClient>,
+    /// The connection that holds each name.
     holders: BTreeMap<String, PeerId>,
     /// What is provided, by name.
     data: BTreeMap<String, (DataEntry, PeerId)>,
@@ -37,19 +38,19 @@ pub struct Directory {
 }
 
 /// One connection.
-struct Client {
+struct RegistryClient {
     /// Name as it introduced itself.
     from: String,
     /// What it registered as; nothing for an observer.
     entry: Option<ComponentEntry>,
-    /// When it last said anything.
+    /// When it last sent a frame.
     heard: Duration,
     /// Names of the data it provides.
     provides: BTreeSet<String>,
     watches: bool,
 }
 
-impl Directory {
+impl RegistryDirectory {
     /// An empty registry. `epoch_s` is the system time, in seconds since the Unix epoch, when the
     /// clock behind the later `now` was 0.
     pub fn new(instance: u64, epoch_s: f64) -> Self {
@@ -64,30 +65,34 @@ impl Directory {
         }
     }
 
-    /// Takes an event in and says what is to be done.
-    pub fn handle(&mut self, event: Event<Request>, now: Duration) -> Actions {
+    /// Handles an event and returns the resulting actions.
+    pub fn handle(&mut self, event: PeerEvent<RegistryRequest>, now: Duration) -> Actions {
         match event {
-            Event::Connected { peer, address, hello } => self.connected(peer, address, hello, now),
-            Event::Message { peer, arrived, message } => {
+            PeerEvent::Connected { peer, address, hello } => {
+                self.welcome_client(peer, address, hello, now);
+            }
+            PeerEvent::Message { peer, arrived, message } => {
                 if let Some(client) = self.clients.get_mut(&peer) {
                     client.heard = now;
-                    self.request(peer, message, arrived, now);
+                    self.answer_request(peer, message, arrived, now);
                 }
             }
-            Event::Beat { peer } => {
+            PeerEvent::Beat { peer } => {
                 if let Some(client) = self.clients.get_mut(&peer) {
                     client.heard = now;
                 }
             }
-            Event::Closed { peer, reason } => self.forget(peer, &reason.to_string()),
+            PeerEvent::Closed { peer, reason } => self.forget_client(peer, &reason.to_string()),
         }
         std::mem::take(&mut self.actions)
     }
 
-    fn connected(&mut self, peer: PeerId, address: SocketAddr, hello: Hello, now: Duration) {
+    fn welcome_client(&mut self, peer: PeerId, address: SocketAddr, hello: Hello, now: Duration) {
         let admitted = match hello.purpose {
-            Purpose::Registry { entry } => self.admit(entry.as_ref(), now).map(|()| entry),
-            _ => Err(texts::refusal(
+            Purpose::Registry { entry } => {
+                self.check_admission(entry.as_ref(), now).map(|()| entry)
+            }
+            _ => Err(refusals::build_refusal(
                 RefusalCode::WrongPurpose,
                 "this is the registry; it serves neither links, configuration nor control".into(),
             )),
@@ -95,113 +100,126 @@ impl Directory {
         let entry = match admitted {
             Ok(entry) => entry,
             Err(refusal) => {
-                tracing::warn!(%address, from = %texts::quoted(&hello.from), %refusal, "refused");
-                self.actions.push(Action::Refuse { peer, refusal });
+                tracing::warn!(%address, from = %refusals::quote_text(&hello.from), %refusal, "refused");
+                self.actions.push(PeerAction::Refuse { peer, refusal });
                 return;
             }
         };
         let welcome =
             Welcome { name: "registry".into(), instance: self.instance, schema: String::new() };
-        self.actions.push(Action::Welcome { peer, welcome });
+        self.actions.push(PeerAction::Welcome { peer, welcome });
         if let Some(entry) = &entry {
             tracing::info!(name = %entry.name, kind = %entry.kind, pid = entry.pid,
                 endpoint = %entry.endpoint, "registered");
             self.holders.insert(entry.name.clone(), peer);
-            self.tell_watchers(&Reply::Appeared { entry: entry.clone() });
+            self.notify_watchers(&RegistryReply::Appeared { entry: entry.clone() });
         }
-        let (from, provides) = (texts::quoted(&hello.from), BTreeSet::new());
+        let (from, provides) = (refusals::quote_text(&hello.from), BTreeSet::new());
         let name = entry.as_ref().map(|entry| entry.name.clone());
-        let client = Client { from, entry, heard: now, provides, watches: false };
+        let client = RegistryClient { from, entry, heard: now, provides, watches: false };
         self.clients.insert(peer, client);
-        for lookup in name.map(|name| self.lookups.take(&name)).unwrap_or_default() {
-            self.introduce(&lookup, peer);
+        for lookup in name.map(|name| self.lookups.take_waiting(&name)).unwrap_or_default() {
+            self.answer_with_process(&lookup, peer);
         }
     }
 
-    /// Makes room for who comes, or says why there is none.
-    fn admit(&mut self, entry: Option<&ComponentEntry>, now: Duration) -> Result<(), Refusal> {
+    /// Checks whether a process can register; a holder of its name that has fallen silent loses the name.
+    fn check_admission(
+        &mut self,
+        entry: Option<&ComponentEntry>,
+        now: Duration,
+    ) -> Result<(), Refusal> {
         let Some(entry) = entry else { return Ok(()) };
-        texts::check_component(entry)?;
-        if let Some((peer, holder, heard)) = self.holder(&entry.name) {
+        refusals::check_component(entry)?;
+        if let Some((peer, holder, heard)) = self.find_holder(&entry.name) {
             let is_same_process = holder.instance == entry.instance;
             if !is_same_process && now.saturating_sub(heard) < GIVE_UP {
-                return Err(texts::duplicate_component(holder));
+                return Err(refusals::refuse_duplicate_component(holder));
             }
-            let reason = format!("replaced by {}", texts::whereabouts(entry));
-            self.forget(peer, &reason);
-            self.actions.push(Action::Close { peer, reason });
+            let reason = format!("replaced by {}", refusals::describe_process(entry));
+            self.forget_client(peer, &reason);
+            self.actions.push(PeerAction::Close { peer, reason });
         } else if self.holders.len() >= MAX_COMPONENTS {
-            return Err(texts::limit("components", MAX_COMPONENTS));
+            return Err(refusals::refuse_limit("components", MAX_COMPONENTS));
         }
         Ok(())
     }
 
-    fn holder(&self, name: &str) -> Option<(PeerId, &ComponentEntry, Duration)> {
+    fn find_holder(&self, name: &str) -> Option<(PeerId, &ComponentEntry, Duration)> {
         let peer = *self.holders.get(name)?;
         let client = self.clients.get(&peer)?;
         Some((peer, client.entry.as_ref()?, client.heard))
     }
 
-    fn request(&mut self, peer: PeerId, request: Request, arrived: Duration, now: Duration) {
+    fn answer_request(
+        &mut self,
+        peer: PeerId,
+        request: RegistryRequest,
+        arrived: Duration,
+        now: Duration,
+    ) {
         match request {
-            Request::Provide { request, entry } => self.provide(peer, request, entry),
-            Request::Withdraw { data } => self.withdraw(peer, &data),
-            Request::Lookup { request, data, schema, wait } => {
-                self.lookup(Lookup { peer, request, schema }, data, wait);
+            RegistryRequest::Provide { request, entry } => self.provide_data(peer, request, entry),
+            RegistryRequest::Withdraw { data } => self.withdraw_data(peer, &data),
+            RegistryRequest::Lookup { request, data, schema, wait } => {
+                self.look_up_data(WaitingLookup { peer, request, schema }, data, wait);
             }
-            Request::Cancel { request } => self.lookups.cancel(peer, request),
-            Request::List { request } => self.list(peer, request),
-            Request::Watch => self.watch(peer),
-            Request::Time { asked_s } => {
+            RegistryRequest::Cancel { request } => self.lookups.cancel_lookup(peer, request),
+            RegistryRequest::List { request } => self.send_listing(peer, request),
+            RegistryRequest::Watch => self.add_watcher(peer),
+            RegistryRequest::Time { asked_s } => {
                 let received_s = self.epoch_s + arrived.as_secs_f64();
                 let sent_s = self.epoch_s + now.as_secs_f64();
-                self.send(peer, Reply::Time { asked_s, received_s, sent_s });
+                self.send_reply(peer, RegistryReply::Time { asked_s, received_s, sent_s });
             }
-            Request::Beat => {}
+            RegistryRequest::Beat => {}
         }
     }
 
-    fn provide(&mut self, peer: PeerId, request: u64, entry: DataEntry) {
+    fn provide_data(&mut self, peer: PeerId, request: u64, entry: DataEntry) {
         let reply = match self.check_provided(peer, &entry) {
-            Ok(()) => Reply::Provided { request },
+            Ok(()) => RegistryReply::Provided { request },
             Err(refusal) => {
-                self.send(peer, Reply::Refused { request, refusal });
+                self.send_reply(peer, RegistryReply::Refused { request, refusal });
                 return;
             }
         };
-        self.send(peer, reply);
+        self.send_reply(peer, reply);
         if let Some(client) = self.clients.get_mut(&peer) {
             client.provides.insert(entry.data.clone());
         }
-        let waiting = self.lookups.take(&entry.data);
+        let waiting = self.lookups.take_waiting(&entry.data);
         let name = entry.data.clone();
         self.data.insert(name.clone(), (entry, peer));
         for lookup in waiting {
-            self.answer(&lookup, &name);
+            self.answer_lookup(&lookup, &name);
         }
     }
 
     fn check_provided(&self, peer: PeerId, entry: &DataEntry) -> Result<(), Refusal> {
         let client = self.clients.get(&peer);
         let Some((client, owner)) = client.and_then(|c| Some((c, c.entry.as_ref()?))) else {
-            let text = "an observer cannot provide data; say hello with an entry first";
-            return Err(texts::refusal(RefusalCode::WrongPurpose, text.into()));
+            let text = "an observer cannot provide data; send a hello with an entry first";
+            return Err(refusals::build_refusal(RefusalCode::WrongPurpose, text.into()));
         };
-        texts::check_data(entry, owner)?;
+        refusals::check_data(entry, owner)?;
         if self.data.contains_key(&entry.data) {
-            // Data bears its component's name, so the holder is the asker itself.
-            return Err(texts::duplicate_data(&entry.data, owner));
+            // The name of data begins with its component's name, so the asker itself provides it already.
+            return Err(refusals::refuse_duplicate_data(&entry.data, owner));
         }
         if client.provides.len() >= MAX_DATA_PER_COMPONENT {
-            return Err(texts::limit("outputs of this component", MAX_DATA_PER_COMPONENT));
+            return Err(refusals::refuse_limit(
+                "outputs of this component",
+                MAX_DATA_PER_COMPONENT,
+            ));
         }
         if self.data.len() >= MAX_DATA {
-            return Err(texts::limit("outputs", MAX_DATA));
+            return Err(refusals::refuse_limit("outputs", MAX_DATA));
         }
         Ok(())
     }
 
-    fn withdraw(&mut self, peer: PeerId, data: &str) {
+    fn withdraw_data(&mut self, peer: PeerId, data: &str) {
         if let Some(client) = self.clients.get_mut(&peer)
             && client.provides.remove(data)
         {
@@ -209,31 +227,31 @@ impl Directory {
         }
     }
 
-    fn lookup(&mut self, lookup: Lookup, data: String, wait: bool) {
+    fn look_up_data(&mut self, lookup: WaitingLookup, data: String, wait: bool) {
         if self.data.contains_key(&data) {
-            return self.answer(&lookup, &data);
+            return self.answer_lookup(&lookup, &data);
         }
-        if let Some((holder, ..)) = self.holder(&data) {
-            return self.introduce(&lookup, holder);
+        if let Some((holder, ..)) = self.find_holder(&data) {
+            return self.answer_with_process(&lookup, holder);
         }
         let (peer, request) = (lookup.peer, lookup.request);
         let outcome = if wait {
-            self.lookups.wait(lookup, data)
+            self.lookups.add_lookup(lookup, data)
         } else {
-            let near = crate::similar::similar(
+            let near = crate::similar::find_similar(
                 &data[..data.floor_char_boundary(2 * armor_wire::name::MAX_NAME_LEN)],
                 self.data.keys().map(String::as_str),
             );
-            let component = data.split_once('.').and_then(|(name, _)| self.holder(name));
-            Err(texts::unknown(&data, &near, component.map(|(_, entry, _)| entry)))
+            let component = data.split_once('.').and_then(|(name, _)| self.find_holder(name));
+            Err(refusals::refuse_unknown(&data, &near, component.map(|(_, entry, _)| entry)))
         };
         if let Err(refusal) = outcome {
-            self.send(peer, Reply::Refused { request, refusal });
+            self.send_reply(peer, RegistryReply::Refused { request, refusal });
         }
     }
 
-    /// Answers a lookup of data that is there.
-    fn answer(&mut self, lookup: &Lookup, data: &str) {
+    /// Answers a lookup of registered data.
+    fn answer_lookup(&mut self, lookup: &WaitingLookup, data: &str) {
         let Some((entry, holder)) = self.data.get(data) else { return };
         let provider = self.clients.get(holder).and_then(|client| client.entry.as_ref());
         let (Some(provider), Some(asker)) = (provider, self.clients.get(&lookup.peer)) else {
@@ -241,87 +259,95 @@ impl Directory {
         };
         let request = lookup.request;
         let reply = if lookup.schema.is_empty() || lookup.schema == entry.schema {
-            Reply::Found { request, entry: entry.clone(), provider: provider.clone() }
+            RegistryReply::Found { request, entry: entry.clone(), provider: provider.clone() }
         } else {
             let asker = asker.entry.as_ref().map_or(asker.from.as_str(), |entry| &entry.name);
-            let refusal = texts::mismatch((asker, &lookup.schema), entry, provider);
-            Reply::Refused { request, refusal }
+            let refusal = refusals::refuse_mismatch((asker, &lookup.schema), entry, provider);
+            RegistryReply::Refused { request, refusal }
         };
-        self.send(lookup.peer, reply);
+        self.send_reply(lookup.peer, reply);
     }
 
-    /// Answers a lookup of a process that is there.
-    fn introduce(&mut self, lookup: &Lookup, holder: PeerId) {
+    /// Answers a lookup of a registered process.
+    fn answer_with_process(&mut self, lookup: &WaitingLookup, holder: PeerId) {
         let Some(provider) = self.clients.get(&holder).and_then(|client| client.entry.clone())
         else {
             return;
         };
         let (data, nothing) = (provider.name.clone(), String::new());
         let entry = DataEntry { data, type_name: nothing.clone(), schema: nothing, latched: false };
-        self.send(lookup.peer, Reply::Found { request: lookup.request, entry, provider });
+        self.send_reply(
+            lookup.peer,
+            RegistryReply::Found { request: lookup.request, entry, provider },
+        );
     }
 
-    fn list(&mut self, peer: PeerId, request: u64) {
-        let components: Vec<_> =
-            self.holders.keys().filter_map(|name| Some(self.holder(name)?.1.clone())).collect();
+    fn send_listing(&mut self, peer: PeerId, request: u64) {
+        let components: Vec<_> = self
+            .holders
+            .keys()
+            .filter_map(|name| Some(self.find_holder(name)?.1.clone()))
+            .collect();
         let data: Vec<_> = self.data.values().map(|(entry, _)| entry.clone()).collect();
-        let fits = |listing: &Reply| encoded_len(listing).is_ok_and(|len| len <= MAX_LISTING_LEN);
-        let mut listing = Reply::Listing { request, components, data };
+        let fits =
+            |listing: &RegistryReply| encoded_len(listing).is_ok_and(|len| len <= MAX_LISTING_LEN);
+        let mut listing = RegistryReply::Listing { request, components, data };
         if !fits(&listing)
-            && let Reply::Listing { data, .. } = &mut listing
+            && let RegistryReply::Listing { data, .. } = &mut listing
         {
             data.iter_mut().for_each(|entry| entry.schema.clear());
         }
         if !fits(&listing) {
             let text = format!("the listing is longer than {MAX_LISTING_LEN} bytes; watch instead");
-            let refusal = texts::refusal(RefusalCode::Limit, text);
-            listing = Reply::Refused { request, refusal };
+            let refusal = refusals::build_refusal(RefusalCode::Limit, text);
+            listing = RegistryReply::Refused { request, refusal };
         }
-        self.send(peer, listing);
+        self.send_reply(peer, listing);
     }
 
-    fn watch(&mut self, peer: PeerId) {
+    fn add_watcher(&mut self, peer: PeerId) {
         let watchers = self.clients.values().filter(|client| client.watches).count();
         let Some(client) = self.clients.get_mut(&peer) else { return };
         if client.watches {
             return;
         }
         if watchers >= MAX_WATCHERS {
-            let reason = texts::limit("watchers", MAX_WATCHERS).text;
-            self.forget(peer, &reason);
-            self.actions.push(Action::Close { peer, reason });
+            let reason = refusals::refuse_limit("watchers", MAX_WATCHERS).text;
+            self.forget_client(peer, &reason);
+            self.actions.push(PeerAction::Close { peer, reason });
             return;
         }
         client.watches = true;
         let present: Vec<_> =
             self.clients.values().filter_map(|client| client.entry.clone()).collect();
         for entry in present {
-            self.send(peer, Reply::Appeared { entry });
+            self.send_reply(peer, RegistryReply::Appeared { entry });
         }
     }
 
-    /// Withdraws all that a connection brought.
-    fn forget(&mut self, peer: PeerId, reason: &str) {
+    /// Removes a connection with its registration, outputs and lookups.
+    fn forget_client(&mut self, peer: PeerId, reason: &str) {
         let Some(client) = self.clients.remove(&peer) else { return };
-        self.lookups.forget(peer);
+        self.lookups.forget_peer(peer);
         for data in &client.provides {
             self.data.remove(data);
         }
         if let Some(entry) = client.entry {
             tracing::info!(name = %entry.name, pid = entry.pid, %reason, "gone");
             self.holders.remove(&entry.name);
-            self.tell_watchers(&Reply::Gone { entry });
+            self.notify_watchers(&RegistryReply::Gone { entry });
         }
     }
 
-    fn tell_watchers(&mut self, reply: &Reply) {
+    fn notify_watchers(&mut self, reply: &RegistryReply) {
         let watchers = self.clients.iter().filter(|(_, client)| client.watches);
-        self.actions
-            .extend(watchers.map(|(peer, _)| Action::Send { peer: *peer, message: reply.clone() }));
+        self.actions.extend(
+            watchers.map(|(peer, _)| PeerAction::Send { peer: *peer, message: reply.clone() }),
+        );
     }
 
-    fn send(&mut self, peer: PeerId, message: Reply) {
-        self.actions.push(Action::Send { peer, message });
+    fn send_reply(&mut self, peer: PeerId, message: RegistryReply) {
+        self.actions.push(PeerAction::Send { peer, message });
     }
 }
 

@@ -1,15 +1,15 @@
-//! The registry: tells processes where each other's outputs are, and what time it is. Asked once per
-//! link, never on the way of data.
+//! The registry: answers where a process or an output is, and what time it is. It is asked once per
+//! link; data do not pass through it.
 //!
 //! Start with [`directory`], the pure state machine; [`serve`] puts it on a socket.
 
 mod background;
 pub mod directory;
 pub mod limits;
+mod refusals;
 mod serve;
 mod similar;
-mod texts;
 
-pub use background::Background;
-pub use directory::Directory;
-pub use serve::{Options, ServeError, serve};
+pub use background::BackgroundRegistry;
+pub use directory::RegistryDirectory;
+pub use serve::{RegistryOptions, RegistryStartError, serve};

@@ -1,4 +1,4 @@
-//! How much the registry keeps, every number with its reason.
+//! The limits on what the registry keeps, each with its reason.
 //!
 //! Together they bound its memory to some 150 MB under the worst clients; a robot of 200 components
 //! and 1000 links needs 1 MB.
@@ -43,9 +43,9 @@ pub const MAX_LISTING_LEN: usize = MAX_CONTROL_LEN / 3;
 /// Length of the text of a refusal in bytes: a screenful. The types of others appear in it.
 pub const MAX_REFUSAL_LEN: usize = 2048;
 
-/// How many names are offered to who asked for one that is not there.
+/// Most names that are suggested for a name that is not registered.
 pub const MAX_SIMILAR: usize = 3;
 
 /// A holder of a name that was not heard for this long, two beats and a half, gives it up when
-/// somebody else comes under it: a restarted component does not wait for its dead predecessor.
+/// another process registers under it: a restarted component does not wait for its dead predecessor.
 pub const GIVE_UP: Duration = BEAT.saturating_mul(2).saturating_add(Duration::from_millis(250));

@@ -4,31 +4,31 @@ use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use armor_socket::{Limits, ListenError, Server, listen, random_id};
-use armor_wire::registry::{DEFAULT_PORT, Reply, Request};
+use armor_socket::{ListenError, Server, ServerLimits, listen, random_id};
+use armor_wire::registry::{DEFAULT_PORT, RegistryReply, RegistryRequest};
 use thiserror::Error;
 use tracing::info;
 
-use crate::directory::Directory;
+use crate::directory::RegistryDirectory;
 
 /// How the registry is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct RegistryOptions {
     /// Where it listens: a loopback address; port 0 for any free one.
     pub listen: SocketAddr,
-    /// What its peers may take of it.
-    pub limits: Limits,
+    /// Limits on what its peers cost.
+    pub limits: ServerLimits,
 }
 
-impl Default for Options {
+impl Default for RegistryOptions {
     fn default() -> Self {
-        Self { listen: (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into(), limits: Limits::default() }
+        Self { listen: (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into(), limits: ServerLimits::default() }
     }
 }
 
 /// Why the registry cannot serve.
 #[derive(Debug, Error)]
-pub enum ServeError {
+pub enum RegistryStartError {
     /// It cannot listen where it should.
     #[error(transparent)]
     Listen(#[from] ListenError),
@@ -37,27 +37,27 @@ pub enum ServeError {
     System(#[from] std::io::Error),
 }
 
-/// Serves until the future is dropped, which closes everything. `ready` is told the address once
+/// Serves until the future is dropped, which closes everything. `ready` gets the address once
 /// peers can connect to it.
 ///
 /// # Errors
-/// [`ServeError`] if it cannot start; once ready it goes on whatever its peers do.
+/// [`RegistryStartError`] if it cannot start; once ready, no peer can end it.
 pub async fn serve(
-    options: Options,
+    options: RegistryOptions,
     ready: impl FnOnce(SocketAddr),
-) -> Result<Infallible, ServeError> {
-    let listener = listen(options.listen).await?;
+) -> Result<Infallible, RegistryStartError> {
+    let listener = listen(options.listen)?;
     let address = listener.local_addr()?;
-    let mut server = Server::<Request, Reply>::new(listener, options.limits);
+    let mut server = Server::<RegistryRequest, RegistryReply>::new(listener, options.limits)?;
     let wall_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
     let instance = random_id();
-    let mut directory = Directory::new(instance, wall_s - server.now().as_secs_f64());
+    let mut directory = RegistryDirectory::new(instance, wall_s - server.now().as_secs_f64());
     info!(%address, instance, "the registry listens");
     ready(address);
     loop {
-        let event = server.event().await;
+        let event = server.next_event().await;
         for action in directory.handle(event, server.now()) {
-            server.act(action);
+            server.perform(action);
         }
     }
 }

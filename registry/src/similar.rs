@@ -2,9 +2,9 @@
 
 use crate::limits::MAX_SIMILAR;
 
-/// The names nearest to `wanted`, nearest first: with at most a third of their letters different, or
+/// Returns the names nearest to `wanted`, nearest first: those with at most a third of their letters different, or
 /// with the same output or the same component.
-pub(crate) fn similar<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+pub(crate) fn find_similar<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let parts = |name: &str| name.split_once('.').map(|(a, b)| (a.to_owned(), b.to_owned()));
     let wanted_parts = parts(wanted);
     let mut near: Vec<(usize, &str)> = names
@@ -28,7 +28,7 @@ mod tests {
     #[test]
     fn the_nearest_names_come_first_and_strangers_not_at_all() {
         let names = ["lidar.scan", "lidar.scans", "base.odometry", "camera.image", "rear.scan"];
-        let near = |wanted| similar(wanted, names.into_iter());
+        let near = |wanted| find_similar(wanted, names.into_iter());
         assert_eq!(near("lidra.scan"), ["lidar.scan", "lidar.scans", "rear.scan"]);
         assert_eq!(near("base.odom"), ["base.odometry"]);
         assert!(near("arm.joints").is_empty());

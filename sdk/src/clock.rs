@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use armor_wire::clock::{ClockFilter, Estimate, Exchange};
+use armor_wire::clock::{ClockEstimate, ClockFilter, Exchange};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::timeline::{Passage, Reading, Timeline};
@@ -112,7 +112,7 @@ impl Clock {
     }
 
     /// The best estimate of the registry's clock, if it has been heard.
-    pub fn estimate(&self) -> Option<Estimate> {
+    pub fn estimate(&self) -> Option<ClockEstimate> {
         self.filter.lock().ok()?.estimate()
     }
 

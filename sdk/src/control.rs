@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
+use armor_socket::random_id;
 use armor_wire::codec;
 use armor_wire::frame::FrameKind;
 use armor_wire::hello::{Hello, Purpose};
-use armor_wire::keep::Transport;
 use armor_wire::registry::ComponentEntry;
+use armor_wire::transport::Transport;
 use thiserror::Error;
 
 pub use armor_wire::config::Assigned;
@@ -18,8 +19,8 @@ pub use armor_wire::control::{
     Role, RunState, Status, TokenMove,
 };
 
+use crate::dial::{self, ConnectError};
 use crate::session::{self, Writer};
-use crate::socket::{self, ConnectError, fresh_instance};
 
 /// What happens on a control connection.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +62,7 @@ impl ControlConnection {
         from: &str,
         sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
-        Self::connect_as(entry, role, from, fresh_instance(), sink)
+        Self::connect_as(entry, role, from, random_id(), sink)
     }
 
     /// The same for a process that is known by its `instance` over all its connections.
@@ -73,7 +74,7 @@ impl ControlConnection {
         mut sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
         let hello = Hello::new(from, instance, Purpose::Control { role });
-        let dialled = socket::dial_component(entry, &hello, Transport::Auto)?;
+        let dialled = dial::dial_component(entry, &hello, Transport::Auto)?;
         let unreachable =
             |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
         let writer = Writer::new(&dialled.stream).map_err(unreachable)?;

@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
+use armor_socket::random_id;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
-use armor_wire::registry::{ComponentEntry, DataEntry, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
 use thiserror::Error;
 
 use crate::clock::Clock;
-use crate::socket::fresh_instance;
 use background::{Inner, Lookup, LookupAnswer, State, wait};
 
 /// A refusal stands when it still does after this long: the holder of a name may just have died.
@@ -79,7 +79,7 @@ pub struct Directory {
 impl Directory {
     /// Connects in the background, only to ask; `name` says who asks.
     pub fn observer(address: &str, name: &str) -> Self {
-        Self::start(address, name, fresh_instance(), None, Arc::default())
+        Self::start(address, name, random_id(), None, Arc::default())
     }
 
     /// Connects in the background and registers `entry`.
@@ -140,7 +140,7 @@ impl Directory {
     pub(crate) fn provide(&self, entry: DataEntry) {
         let mut state = self.inner.lock();
         let request = state.fresh_request();
-        state.send(&Request::Provide { request, entry: entry.clone() });
+        state.send(&RegistryRequest::Provide { request, entry: entry.clone() });
         state.provided.push(entry);
     }
 
@@ -159,7 +159,7 @@ impl Directory {
         let mut state = self.inner.lock();
         let id = state.fresh_request();
         let request =
-            Request::Lookup { request: id, data: data.into(), schema: schema.into(), wait };
+            RegistryRequest::Lookup { request: id, data: data.into(), schema: schema.into(), wait };
         state.send(&request);
         state.lookups.insert(id, Lookup { request, answer });
         id
@@ -194,7 +194,7 @@ impl Directory {
             Err(_) => {
                 let mut state = self.inner.lock();
                 state.lookups.remove(&id);
-                state.send(&Request::Cancel { request: id });
+                state.send(&RegistryRequest::Cancel { request: id });
                 if state.writer.is_some() {
                     let text = format!("nobody {verb} `{name}`; `armor ps` shows who is there");
                     return Err(Refusal::new(RefusalCode::UnknownData, text).into());
@@ -212,7 +212,7 @@ impl Directory {
         let (answer, receiver) = mpsc::channel();
         let mut state = self.inner.lock();
         let request = state.fresh_request();
-        state.send(&Request::List { request });
+        state.send(&RegistryRequest::List { request });
         state.lists.insert(request, answer);
         drop(state);
         receiver.recv_timeout(timeout).map_err(|_| {
@@ -232,7 +232,7 @@ impl Directory {
             }
         } else {
             state.present = Some(Vec::new());
-            state.send(&Request::Watch);
+            state.send(&RegistryRequest::Watch);
         }
         state.watchers.push(sender);
         receiver

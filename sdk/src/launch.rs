@@ -8,11 +8,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_wire::config::{InputSettings, Settings};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_socket::random_id;
+use armor_wire::config::{ComponentSettings, InputSettings};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::name;
 use armor_wire::quantity;
 use armor_wire::registry::DEFAULT_PORT;
+use armor_wire::transport::Transport;
 use lexopt::prelude::{Long, ValueExt};
 
 use crate::armor::Armor;
@@ -27,7 +29,6 @@ use crate::log;
 use crate::node;
 use crate::participant::Participant;
 use crate::runtime::Runtime;
-use crate::socket::fresh_instance;
 
 /// How long the registry and configd may take at the start.
 const START_LIMIT: Duration = Duration::from_secs(20);
@@ -165,7 +166,7 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
 
 fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
     let (name, kind) = (options.name.clone(), C::KIND.into());
-    let identity = ProcessIdentity { name, kind, instance: fresh_instance() };
+    let identity = ProcessIdentity { name, kind, instance: random_id() };
     let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), false)?);
     end_on_signals(&participant)?;
     node::connect(&participant, &options.registry, START_LIMIT)?;
@@ -180,11 +181,11 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
         Some(settings) => settings
             .recv_timeout(START_LIMIT)
             .map_err(|_| format!("configd has not told how `{}` is connected", options.name))??,
-        None => Settings {
+        None => ComponentSettings {
             rate_hz: options.rate_hz,
             inputs: options.links.clone(),
             clock: options.clock.clone(),
-            ..Settings::default()
+            ..ComponentSettings::default()
         },
     };
     apply_settings(&participant, &settings)?;
@@ -221,7 +222,7 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
     Ok(())
 }
 
-fn apply_settings(participant: &Participant, settings: &Settings) -> Result<(), Fault> {
+fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Result<(), Fault> {
     participant.lifecycle.set_controlled(settings.controlled);
     let (name, kind) = (&participant.identity.name, &participant.identity.kind);
     let inputs = participant.ports.inputs();

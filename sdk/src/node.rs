@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
+use armor_socket::{ComponentListeners, host_name, random_id};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
@@ -16,7 +17,6 @@ use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
 use crate::participant::Participant;
 use crate::service;
-use crate::socket::{self, fresh_instance};
 use crate::timeline::{Passage, Reading};
 
 /// Who a [`Node`] is and where it registers.
@@ -53,7 +53,7 @@ impl Node {
         declare: impl FnOnce(&Armor) -> Result<(), Fault>,
     ) -> Result<Self, Fault> {
         let (name, kind) = (options.name.clone(), options.kind.clone());
-        let identity = ProcessIdentity { name, kind, instance: fresh_instance() };
+        let identity = ProcessIdentity { name, kind, instance: random_id() };
         let participant = Arc::new(Participant::new(identity, Vec::new(), false)?);
         participant.lifecycle.set_non_controllable();
         declare(&Armor { participant: Arc::clone(&participant) })?;
@@ -116,18 +116,18 @@ pub(crate) fn connect(
     limit: Duration,
 ) -> Result<(), Fault> {
     let identity = &participant.identity;
-    let listener = socket::listen(identity.instance)?;
+    let listeners = ComponentListeners::open(identity.instance)?;
     let entry = ComponentEntry {
         name: identity.name.clone(),
         kind: identity.kind.clone(),
         instance: identity.instance,
         pid: std::process::id(),
-        host: socket::host_name(),
-        endpoint: listener.local_addr()?.to_string(),
+        host: host_name(),
+        endpoint: listeners.endpoint()?,
     };
     let directory = Directory::register(registry, entry, Arc::clone(&participant.clock));
     participant.set_directory(directory.clone());
-    service::start(participant, listener)?;
+    service::start(participant, listeners)?;
     directory.wait_connected(limit)?;
     Ok(())
 }

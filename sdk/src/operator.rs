@@ -4,13 +4,13 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use armor_socket::random_id;
 use armor_wire::control::{Answer, Command, Order, Role};
 use armor_wire::hello::Refusal;
 use thiserror::Error;
 
 use crate::control::{ControlConnection, ControlEvent};
 use crate::directory::{Directory, DirectoryError};
-use crate::socket::fresh_instance;
 
 /// The name under which the executive is registered.
 const EXECUTIVE: &str = "executive";
@@ -72,7 +72,7 @@ impl Operator {
     /// the first order.
     pub fn new(directory: Directory, from: &str, author: &str) -> Self {
         let (author, from) = (author.to_owned(), from.to_owned());
-        let instance = fresh_instance();
+        let instance = random_id();
         Self { directory, author, from, instance, connected: None, holds: false, lost: None }
     }
 
@@ -89,7 +89,7 @@ impl Operator {
         order: &Order,
         limit: Duration,
     ) -> Result<Verdict, OrderError> {
-        let request = fresh_instance();
+        let request = random_id();
         let start = Instant::now();
         let left = || limit.saturating_sub(start.elapsed());
         let mut why = String::new();
@@ -181,7 +181,7 @@ impl Operator {
         if !self.holds || matches!(first, Command::Order { order, .. } if about_it(order)) {
             return Ok(connected);
         }
-        let (request, author) = (fresh_instance(), self.author.clone());
+        let (request, author) = (random_id(), self.author.clone());
         let command = Command::Order { request, author, take: false, order: Order::Rejoin };
         let (verdict, connected) = self.exchange(connected, &command, request, left)?;
         if verdict.accepted {

@@ -5,17 +5,15 @@ mod control;
 mod handshake;
 
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::os::fd::AsFd;
-use std::os::unix::net::UnixListener;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use armor_socket::{ComponentListeners, Stream};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::liveness::BEAT;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::local;
 use crate::participant::Participant;
 use control::ControlServer;
 use handshake::Handshakes;
@@ -24,15 +22,15 @@ use handshake::Handshakes;
 const GATHER_PERIOD: Duration = Duration::from_millis(1);
 
 /// Starts the thread.
-pub(crate) fn start(participant: &Arc<Participant>, listener: TcpListener) -> io::Result<()> {
-    listener.set_nonblocking(true)?;
-    let local = local::listen(participant.identity.instance)?;
+pub(crate) fn start(
+    participant: &Arc<Participant>,
+    listeners: ComponentListeners,
+) -> io::Result<()> {
     let participant = Arc::clone(participant);
     let service = Service {
         handshakes: Handshakes::new(Arc::clone(&participant)),
         control: ControlServer::new(Arc::clone(&participant)),
-        listener,
-        local,
+        listeners,
         participant,
         last_beat: Instant::now(),
         accept_after: None,
@@ -46,9 +44,7 @@ pub(crate) fn start(participant: &Arc<Participant>, listener: TcpListener) -> io
 
 struct Service {
     participant: Arc<Participant>,
-    listener: TcpListener,
-    /// For links within this host.
-    local: UnixListener,
+    listeners: ComponentListeners,
     handshakes: Handshakes,
     control: ControlServer,
     last_beat: Instant,
@@ -87,8 +83,7 @@ impl Service {
             PollFlags::IN,
         ));
         if self.accept_after.is_none_or(|after| Instant::now() >= after) {
-            fds.push(PollFd::from_borrowed_fd(self.listener.as_fd(), PollFlags::IN));
-            fds.push(PollFd::from_borrowed_fd(self.local.as_fd(), PollFlags::IN));
+            fds.extend(self.listeners.sockets().map(|socket| PollFd::new(socket, PollFlags::IN)));
         }
         self.handshakes.watch(&mut fds);
         self.control.watch(&mut fds);
@@ -106,17 +101,10 @@ impl Service {
 
     fn accept(&mut self) {
         self.accept_after = None;
-        let here = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         loop {
-            let accepted = match self.listener.accept() {
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    local::accept(&self.local).map(|stream| (stream, here))
-                }
-                accepted => accepted,
-            };
-            match accepted {
-                Ok((stream, peer)) => self.handshakes.add(stream, peer),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+            match self.listeners.accept() {
+                Ok(Some(stream)) => self.handshakes.add(stream),
+                Ok(None) => return,
                 Err(error) => {
                     // No descriptors left: existing connections go on; try again in a while.
                     tracing::error!("cannot accept a connection: {error}");
@@ -147,7 +135,7 @@ impl Service {
 }
 
 /// How a stream with or without waiting bytes is watched.
-fn watched(stream: &TcpStream, waits: bool) -> PollFd<'_> {
+fn watched(stream: &Stream, waits: bool) -> PollFd<'_> {
     let flags = if waits { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
     PollFd::from_borrowed_fd(stream.as_fd(), flags)
 }

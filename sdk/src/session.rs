@@ -2,23 +2,24 @@
 //! the end when the other side falls silent.
 
 use std::io::{self, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::Shutdown;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use armor_socket::{Stream, is_temporary};
 use armor_wire::frame::{self, Frame, FrameKind};
 use armor_wire::liveness::{BEAT, Liveness};
 use armor_wire::message::WireType;
 
-use crate::socket::Dialled;
+use crate::dial::Dialled;
 
 /// The writing half of a connection; threads share it.
 #[derive(Clone)]
-pub(crate) struct Writer(Arc<Mutex<TcpStream>>);
+pub(crate) struct Writer(Arc<Mutex<Stream>>);
 
 impl Writer {
     /// The writing half of `stream`. Writing gives up after two seconds.
-    pub fn new(stream: &TcpStream) -> io::Result<Self> {
+    pub fn new(stream: &Stream) -> io::Result<Self> {
         let stream = stream.try_clone()?;
         stream.set_write_timeout(Some(Duration::from_secs(2)))?;
         Ok(Self(Arc::new(Mutex::new(stream))))
@@ -97,14 +98,8 @@ pub(crate) fn converse(
                 dialled.reader.filled(len);
                 liveness.heard(start.elapsed());
             }
-            Err(error) if is_timeout(&error) => {}
+            Err(error) if is_temporary(&error) => {}
             Err(error) => return error.to_string(),
         }
     }
-}
-
-/// Whether a read only ran into its time limit.
-pub(crate) fn is_timeout(error: &io::Error) -> bool {
-    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-    matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
 }

@@ -3,16 +3,17 @@
 use std::io::Read;
 use std::time::{Duration, Instant};
 
+use armor_socket::{is_temporary, random_id};
 use armor_wire::frame::{self, DataHeader, FrameError, FrameKind};
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::schema::{self, Schema};
+use armor_wire::transport::Transport;
 use thiserror::Error;
 
+use crate::dial::{self, ConnectError, Dialled};
 use crate::directory::{Directory, DirectoryError};
-use crate::session::is_timeout;
-use crate::socket::{self, ConnectError, Dialled, fresh_instance};
 
 /// Why data cannot be looked at.
 #[derive(Debug, Error)]
@@ -66,7 +67,7 @@ impl Tap {
         keep: Keep,
         timeout: Duration,
     ) -> Result<Self, TapError> {
-        let from = (format!("tool-{}", std::process::id()), fresh_instance());
+        let from = (format!("tool-{}", std::process::id()), random_id());
         Self::open_from(directory, data, from, keep, timeout)
     }
 
@@ -89,7 +90,7 @@ impl Tap {
             paused: false,
         };
         let hello = Hello::new(&from, instance, Purpose::Link { link });
-        let dialled = socket::dial_component(&found.provider, &hello, Transport::Auto)?;
+        let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();
         let type_name = found.entry.type_name;
@@ -144,8 +145,8 @@ impl Tap {
                     self.dialled.reader.filled(len);
                     self.heard = Instant::now();
                 }
-                Err(error) if is_timeout(&error) && self.heard.elapsed() < SILENCE => {}
-                Err(error) if is_timeout(&error) => {
+                Err(error) if is_temporary(&error) && self.heard.elapsed() < SILENCE => {}
+                Err(error) if is_temporary(&error) => {
                     return Err(ended("the provider fell silent".into()));
                 }
                 Err(error) => return Err(ended(error.to_string())),

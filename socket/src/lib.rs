@@ -1,23 +1,24 @@
-//! The sockets of the daemons: accepts, reads and writes frames, beats, closes who misbehaves, and
-//! hands the daemon nothing but typed events.
+//! The sockets of Armor: one [`Stream`] and one [`Listener`] whatever the transport, where processes
+//! listen, how they connect, and how a socket is tuned.
 //!
-//! Start with [`server`]: a daemon is a loop over [`Server::event`] and [`Server::act`] around a pure
-//! state machine. [`registration`] is the other direction: being found under a name.
+//! Start with [`stream`]. The daemons' server of typed messages, which needs an async runtime, is in
+//! [`daemon`] and exists with the feature `daemon` only.
 
-mod connection;
-pub mod event;
-mod faults;
-pub mod limits;
-pub mod listen;
-mod outgoing;
-mod random;
-pub mod registration;
-mod seats;
-pub mod server;
+pub mod connect;
+#[cfg(feature = "daemon")]
+pub mod daemon;
+pub mod faults;
+mod identity;
+pub mod listener;
+mod proxy;
+pub mod stream;
+mod tuning;
 
-pub use event::{Action, CloseReason, Event, PeerId};
-pub use limits::Limits;
-pub use listen::{ListenError, listen};
-pub use random::random_id;
-pub use registration::{Registration, Standing};
-pub use server::Server;
+pub use connect::{connect, connect_component};
+#[cfg(feature = "daemon")]
+pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
+pub use faults::{FaultTable, is_temporary};
+pub use identity::{host_name, random_id};
+pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
+pub use stream::Stream;
+pub use tuning::{enlarge_send_buffer, tune};

@@ -1,4 +1,5 @@
-//! Out of descriptors, a daemon rests and goes on. In a process of its own, for it takes them all.
+//! Without free descriptors a daemon pauses and then continues. A test process of its own, because it
+//! takes all descriptors.
 
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
@@ -7,7 +8,7 @@ use std::io::Write;
 use std::net::TcpStream;
 use std::time::Duration;
 
-use armor_socket::{Limits, Server, listen};
+use armor_socket::{Server, ServerLimits, listen};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -15,12 +16,12 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 const DEADLINE: Duration = Duration::from_secs(20);
 
 #[test]
-fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
+fn a_client_that_connects_without_free_descriptors_is_served_once_there_are_some() {
     let limit = getrlimit(Resource::Nofile);
     setrlimit(Resource::Nofile, Rlimit { current: Some(64), ..limit }).unwrap();
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     runtime.enable_all().build().unwrap().block_on(async {
-        let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+        let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();
         let mut hoard = Vec::new();
         while let Ok(file) = File::open("/dev/null") {
@@ -34,11 +35,11 @@ fn who_connects_while_descriptors_are_out_is_served_once_there_are_some() {
         let bytes = frame::to_bytes(FrameKind::Hello, &hello).unwrap();
         client.write_all(&bytes).unwrap();
 
-        let mut server = Server::<u64, u64>::new(listener, Limits::default());
-        let while_out = tokio::time::timeout(Duration::from_millis(500), server.event()).await;
-        assert!(while_out.is_err(), "nobody can have been accepted");
+        let mut server = Server::<u64, u64>::new(listener, ServerLimits::default()).unwrap();
+        let while_out = tokio::time::timeout(Duration::from_millis(500), server.next_event()).await;
+        assert!(while_out.is_err(), "no connection can have been accepted");
         drop(hoard);
-        let event = tokio::time::timeout(DEADLINE, server.event()).await.unwrap();
-        assert!(matches!(event, armor_socket::Event::Connected { .. }), "{event:?}");
+        let event = tokio::time::timeout(DEADLINE, server.next_event()).await.unwrap();
+        assert!(matches!(event, armor_wire::peer::PeerEvent::Connected { .. }), "{event:?}");
     });
 }

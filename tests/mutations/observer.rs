@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::Tap;
 use armor_wire::codec;
-use armor_wire::config::{ConfigurationState, ListedParameter, Reply, Request};
+use armor_wire::config::{ConfigReply, ConfigRequest, ConfigurationState, ListedParameter};
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{self, Hello, Purpose};
 use armor_wire::keep::Keep;
@@ -64,8 +64,8 @@ impl Observer {
         let mut all = Vec::new();
         loop {
             let from = u32::try_from(all.len()).expect("few");
-            match self.ask(&Request::List { request: 1, component: None, from }) {
-                Reply::Listed { version, refused, parameters, total, .. } => {
+            match self.ask(&ConfigRequest::List { request: 1, component: None, from }) {
+                ConfigReply::Listed { version, refused, parameters, total, .. } => {
                     all.extend(parameters);
                     if all.len() >= total as usize {
                         return (version, refused, all);
@@ -77,7 +77,7 @@ impl Observer {
     }
 
     /// Connects, asks once, and leaves.
-    fn ask(&self, request: &Request) -> Reply {
+    fn ask(&self, request: &ConfigRequest) -> ConfigReply {
         let mut stream = TcpStream::connect(self.configd).expect("configd listens");
         stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
         let hello = Hello::new("observer", 1, Purpose::Config);
@@ -93,7 +93,7 @@ impl Observer {
                         welcome = hello::read_answer(&frame).map(|_| true).expect("yes");
                     }
                     _ => match codec::decode_control(frame.body).expect("a reply") {
-                        Reply::Beat => {}
+                        ConfigReply::Beat => {}
                         reply => return reply,
                     },
                 }

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::process::Command;
 
-use armor_registry::{Background, Options};
+use armor_registry::{BackgroundRegistry, RegistryOptions};
 
 use super::system::{Draft, System, probe};
 use super::trace::check_nothing_lost;
@@ -80,7 +80,9 @@ fn a_component_that_dies_too_often_is_given_up_and_reported_to_the_executive() {
 fn without_configd_a_component_reports_it_and_ends() {
     let folder = Folder::new("no-configd");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-    let registry = Background::start(Options { listen, ..Options::default() }).expect("it listens");
+    let registry =
+        BackgroundRegistry::start(RegistryOptions { listen, ..RegistryOptions::default() })
+            .expect("it listens");
     let mut lonely = Command::new(probe());
     let lonely = lonely.args(["--name", "lonely", "--registry", &registry.address().to_string()]);
     let (code, _, err) = run_to_end(lonely.current_dir(folder.path()));

@@ -2,17 +2,16 @@
 //! every port: closed, bounded, logged once, while data flows.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpStream};
-use std::os::fd::OwnedFd;
-use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr as UnixAddr, UnixStream};
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use armor_socket::Stream;
 use armor_wire::control::Role;
 use armor_wire::frame::{FrameKind, FrameReader, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::ComponentEntry;
+use armor_wire::transport::Endpoint;
 
 use super::system::{Draft, System, proc_number};
 use super::trace::check_nothing_lost;
@@ -37,22 +36,18 @@ enum Port {
     Local(u64),
 }
 
-fn connect(port: Port) -> TcpStream {
-    let stream = match port {
-        Port::Tcp(address) => TcpStream::connect(address).expect("it listens"),
-        Port::Local(instance) => {
-            let name = format!("armor-{instance:016x}");
-            let address = UnixAddr::from_abstract_name(name).expect("a name");
-            let stream = UnixStream::connect_addr(&address).expect("it listens");
-            TcpStream::from(OwnedFd::from(stream))
-        }
+fn connect(port: Port) -> Stream {
+    let endpoint = match port {
+        Port::Tcp(address) => Endpoint::Tcp(address.to_string()),
+        Port::Local(instance) => Endpoint::Unix(instance),
     };
+    let stream = armor_socket::connect(&endpoint, DEADLINE).expect("it listens");
     stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     stream
 }
 
 /// Reads to the end; returns the bytes, or nothing if the connection was reset.
-fn rest(mut stream: &TcpStream) -> Vec<u8> {
+fn rest(mut stream: &Stream) -> Vec<u8> {
     let mut said = Vec::new();
     match stream.read_to_end(&mut said) {
         Ok(_) => {}

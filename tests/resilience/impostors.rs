@@ -11,7 +11,7 @@ use armor_wire::codec::decode_control;
 use armor_wire::frame::{DataHeader, FrameKind, FrameReader, signal, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::keep::{Keep, Wake};
-use armor_wire::registry::{ComponentEntry, DataEntry, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
 use armor_wire::schema;
 
 use super::system::Draft;
@@ -171,7 +171,7 @@ fn register(registry: SocketAddr, address: SocketAddr, schema: &str) {
         schema: schema.into(),
         latched: false,
     };
-    let provide = to_bytes(FrameKind::Control, &Request::Provide { request: 1, entry });
+    let provide = to_bytes(FrameKind::Control, &RegistryRequest::Provide { request: 1, entry });
     stream.write_all(&provide.expect("it fits")).expect("it listens");
     std::thread::spawn(move || {
         while stream.write_all(&signal(FrameKind::Beat)).is_ok() {

@@ -11,24 +11,24 @@ use bytemuck::Pod;
 use crate::message::WireType;
 use crate::schema::Schema;
 
-/// A growable array of plain numbers that travels as one little-endian blob.
+/// A growable array of plain numbers that is sent as one little-endian blob.
 ///
 /// On the wire it is the same as a `Vec<T>`: a `u64` count, then the elements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Array<T>(Vec<T>);
 
 /// A number that may be the element of an [`Array`]. All are plain old data.
-pub trait Element: Pod + WireType {}
-impl Element for u8 {}
-impl Element for i8 {}
-impl Element for u16 {}
-impl Element for i16 {}
-impl Element for u32 {}
-impl Element for i32 {}
-impl Element for u64 {}
-impl Element for i64 {}
-impl Element for f32 {}
-impl Element for f64 {}
+pub trait ArrayElement: Pod + WireType {}
+impl ArrayElement for u8 {}
+impl ArrayElement for i8 {}
+impl ArrayElement for u16 {}
+impl ArrayElement for i16 {}
+impl ArrayElement for u32 {}
+impl ArrayElement for i32 {}
+impl ArrayElement for u64 {}
+impl ArrayElement for i64 {}
+impl ArrayElement for f32 {}
+impl ArrayElement for f64 {}
 
 // The blob is the memory of the array; a big-endian host would have to swap each element.
 const _: () = assert!(cfg!(target_endian = "little"), "Armor's arrays need a little-endian host");
@@ -64,19 +64,19 @@ impl<T> DerefMut for Array<T> {
     }
 }
 
-impl<T: Element> Encode for Array<T> {
+impl<T: ArrayElement> Encode for Array<T> {
     fn encode<E: Encoder>(&self, encoder: &mut E) -> Result<(), EncodeError> {
         (self.0.len() as u64).encode(encoder)?;
         encoder.writer().write(bytemuck::cast_slice(&self.0))
     }
 }
 
-impl<T: Element> WireType for Array<T> {
+impl<T: ArrayElement> WireType for Array<T> {
     const MIN_LEN: usize = 8;
     fn schema() -> Schema {
         Schema::List(Box::new(T::schema()))
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
-        Vec::read(decoder).map(Self)
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        Vec::read_value(decoder).map(Self)
     }
 }

@@ -1,4 +1,4 @@
-//! How long to wait before the next try: doubling, bounded, and different for everyone.
+//! The delay before the next attempt: doubling, bounded, and different in each process.
 
 use std::time::Duration;
 

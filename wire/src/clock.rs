@@ -1,5 +1,5 @@
 //! One time for the system: each process estimates how far the registry's clock is from its own
-//! monotonic clock, from NTP's four stamps (RFC 5905, section 8), and knows how wrong it may be.
+//! monotonic clock, from NTP's four stamps (RFC 5905, section 8), with a bound on the error.
 
 use std::collections::VecDeque;
 
@@ -10,11 +10,11 @@ const WINDOW: usize = 8;
 /// How fast two clocks may drift apart, in seconds per second: 50 ppm of quartz each.
 const MAX_DRIFT: f64 = 100e-6;
 
-/// The time of a system that follows data, as its source says it (`rosgraph_msgs/Clock`).
+/// The time of a system that follows data, as its source publishes it (`rosgraph_msgs/Clock`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Clock {
-    /// Seconds since the Unix epoch, or since whatever the source counts from; not negative.
+    /// Seconds since the Unix epoch, or since another start that the source chooses; not negative.
     #[message(unit = "s")]
     pub clock: f64,
 }
@@ -44,7 +44,7 @@ impl Exchange {
 
 /// The offset as known now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct ClockEstimate {
     /// System time minus own monotonic clock, in seconds.
     pub offset_s: f64,
     /// Half the round trip it was measured with and the drift since, in seconds: the error is at
@@ -52,8 +52,8 @@ pub struct Estimate {
     pub error_s: f64,
 }
 
-/// Filters exchanges: of the last few, the one with the shortest round trip is believed (NTP's clock
-/// filter), because what delays a packet also makes it lie.
+/// Filters exchanges: of the last few, the one with the shortest round trip counts (NTP's clock
+/// filter), because the delay of a packet is also an error of its stamps.
 #[derive(Clone, Debug, Default)]
 pub struct ClockFilter {
     recent: VecDeque<Exchange>,
@@ -69,7 +69,7 @@ impl ClockFilter {
         if backwards || !(exchange.offset_s() + exchange.round_trip_s()).is_finite() {
             return;
         }
-        let contradicts = |known: Estimate| {
+        let contradicts = |known: ClockEstimate| {
             let error_s = known.error_s + exchange.round_trip_s() / 2.0;
             (known.offset_s - exchange.offset_s()).abs() > error_s
         };
@@ -88,16 +88,16 @@ impl ClockFilter {
     }
 
     /// The best estimate, as of the last exchange.
-    pub fn estimate(&self) -> Option<Estimate> {
+    pub fn estimate(&self) -> Option<ClockEstimate> {
         self.estimate_at(self.recent.back()?.answered_s)
     }
 
-    fn estimate_at(&self, now_s: f64) -> Option<Estimate> {
+    fn estimate_at(&self, now_s: f64) -> Option<ClockEstimate> {
         let error_s = |exchange: &Exchange| {
             exchange.round_trip_s() / 2.0 + (now_s - exchange.answered_s).max(0.0) * MAX_DRIFT
         };
         let best = self.recent.iter().min_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
-        Some(Estimate { offset_s: best.offset_s(), error_s: error_s(best) })
+        Some(ClockEstimate { offset_s: best.offset_s(), error_s: error_s(best) })
     }
 }
 
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_was_set_is_noticed_at_once() {
+    fn a_clock_that_was_set_is_noticed_immediately() {
         let known =
             filter(&[exchange(0.0, 0.001, 0.001, 1000.0), exchange(1.0, 0.010, 0.010, 4600.0)]);
         assert!((known.estimate().expect("one left").offset_s - 4600.0).abs() < 0.001);

@@ -7,14 +7,8 @@ use bincode::de::{Decoder, DecoderImpl};
 use bincode::enc::write::{SizeWriter, Writer};
 use thiserror::Error;
 
+pub use crate::limits::{MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN};
 use crate::message::WireType;
-
-/// Largest handshake or control body in bytes. It carries at most two schemas and a status.
-pub const MAX_CONTROL_LEN: usize = 1 << 20;
-/// Largest first frame of a connection in bytes: nothing bigger is read from a stranger.
-pub const MAX_HELLO_LEN: usize = 64 << 10;
-/// Largest data payload in bytes: an 8 MiB image or a 4096 x 4096 map with room to spare.
-pub const MAX_DATA_LEN: usize = 64 << 20;
 
 /// Why bytes are not a value of the wanted type.
 #[derive(Debug, Error)]
@@ -109,7 +103,7 @@ fn decode_within<T: WireType>(bytes: &[u8], limit: usize) -> Result<T, DecodeErr
         return Err(DecodeError::Layout(bincode::error::DecodeError::LimitExceeded));
     }
     let mut decoder = DecoderImpl::new(Payload(bytes), config::legacy(), ());
-    let value = T::read(&mut decoder).map_err(DecodeError::Layout)?;
+    let value = T::read_value(&mut decoder).map_err(DecodeError::Layout)?;
     match decoder.reader().0.len() {
         0 => Ok(value),
         left => Err(DecodeError::LeftOver(left)),

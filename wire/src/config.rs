@@ -1,44 +1,46 @@
-//! What is said to configd and by it. A component asks, configd answers (ArMoR 2.3); only parameters
-//! marked live are sent unasked. Tools list and set parameters and ask what changed.
+//! The messages between configd and components or tools. A component asks, configd answers (ArMoR 2.3);
+//! only parameters marked live are sent unasked. Tools list and set parameters and request changes.
 
-mod told;
+mod records;
 
 use crate::Message;
-use crate::hello::Refusal;
-use crate::keep::{Keep, Transport, Wake};
+use crate::keep::{Keep, Wake};
+use crate::refusal::Refusal;
+use crate::transport::Transport;
 
-pub use told::{
-    Change, ConfigurationState, Finding, ListedParameter, MAX_TOLD, MAX_TOLD_TEXT_LEN, cut,
+pub use records::{
+    ChangeKind, ChangeRecord, ChangeSubject, ConfigurationState, FindingRecord, FindingSeverity,
+    ListedParameter, MAX_RECORD_TEXT_LEN, MAX_RECORDS, cut_text,
 };
 
 /// From a component or a tool to configd.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Request {
-    /// "How am I connected, and how do I run?"
+#[message(wire = "armor_wire", name = "Request")]
+pub enum ConfigRequest {
+    /// How the component is connected and how it runs.
     Settings {
         /// Names the answer.
         request: u64,
     },
-    /// "What is this parameter of mine?"
+    /// The value of a parameter of the component.
     Parameter {
         /// Names the answer.
         request: u64,
         /// Its name.
         name: String,
     },
-    /// "I am alive."
+    /// A sign of life.
     Beat,
-    /// "Which parameters are there?" All of them, in the order of the file and the manifests.
+    /// Lists the parameters, in the order of the file and the manifests.
     List {
         /// Names the answer.
         request: u64,
         /// Only of this component.
         component: Option<String>,
-        /// How many of them to pass over: at most [`MAX_TOLD`] come at once.
+        /// Number of parameters to skip: an answer has at most [`MAX_RECORDS`].
         from: u32,
     },
-    /// "Write this value into the file."
+    /// Writes a value into the file.
     Set {
         /// Names the answer.
         request: u64,
@@ -46,10 +48,10 @@ pub enum Request {
         component: String,
         /// Its parameter.
         parameter: String,
-        /// The value as it is to be written; `None` takes it out, so that the default holds.
+        /// The value as it is to be written; `None` removes it, so that the default applies.
         value: Option<String>,
     },
-    /// "What changed between two versions?"
+    /// Lists the changes between two versions.
     Diff {
         /// Names the answer.
         request: u64,
@@ -62,14 +64,14 @@ pub enum Request {
 
 /// From configd to a component or a tool.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Reply {
+#[message(wire = "armor_wire", name = "Reply")]
+pub enum ConfigReply {
     /// The component's place in the system.
     Settings {
         /// The request.
         request: u64,
         /// How it runs and is connected.
-        settings: Settings,
+        settings: ComponentSettings,
     },
     /// A parameter.
     Parameter {
@@ -77,7 +79,7 @@ pub enum Reply {
         request: u64,
         /// Its name.
         name: String,
-        /// What the file says; `None` if it does not assign it.
+        /// The value in the file; `None` if the file does not assign it.
         assigned: Option<Assigned>,
     },
     /// The request cannot be answered.
@@ -87,7 +89,7 @@ pub enum Reply {
         /// Why.
         refusal: Refusal,
     },
-    /// "I am alive."
+    /// A sign of life.
     Beat,
     /// Parameters of the version in force.
     Listed {
@@ -95,11 +97,11 @@ pub enum Reply {
         request: u64,
         /// The version in force.
         version: u64,
-        /// Whether the file on the disk is another one, and refused.
+        /// Whether the file on the disk differs from that version and is refused.
         refused: bool,
         /// The parameters, from the one asked for on.
         parameters: Vec<ListedParameter>,
-        /// How many there are in all.
+        /// Their total number.
         total: u32,
     },
     /// The value is in the file, and in force.
@@ -108,8 +110,8 @@ pub enum Reply {
         request: u64,
         /// The version that has it.
         version: u64,
-        /// What changed by it, and when that takes effect; empty if it was there already.
-        changes: Vec<Change>,
+        /// What changed with it, and when that takes effect; empty if the file had the value already.
+        changes: Vec<ChangeRecord>,
     },
     /// The value was not written.
     Rejected {
@@ -117,9 +119,9 @@ pub enum Reply {
         request: u64,
         /// Why, and what to do.
         text: String,
-        /// What is wrong with the file as it would be, or as it is.
-        findings: Vec<Finding>,
-        /// How many more findings there are.
+        /// The problems of the file as it would be, or as it is.
+        findings: Vec<FindingRecord>,
+        /// Number of further findings.
         left_out: u32,
     },
     /// What changed between two versions.
@@ -131,8 +133,8 @@ pub enum Reply {
         /// The later version.
         to: u64,
         /// What changed, and when that takes or took effect.
-        changes: Vec<Change>,
-        /// How many more changes there are.
+        changes: Vec<ChangeRecord>,
+        /// Number of further changes.
         left_out: u32,
     },
 }
@@ -151,11 +153,11 @@ pub struct Assigned {
 
 /// How a component runs and is connected.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub struct Settings {
+#[message(wire = "armor_wire", name = "Settings")]
+pub struct ComponentSettings {
     /// Counts the accepted versions of the file, from 1.
     pub version: u64,
-    /// How often `exec` is called, in hertz; `None`: after each data.
+    /// Rate at which `exec` is called, in hertz; `None`: after each data.
     pub rate_hz: Option<f64>,
     /// Whether the mission activates and freezes the component. If not it is always active.
     pub controlled: bool,

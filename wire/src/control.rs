@@ -1,16 +1,19 @@
-//! What is said on a control connection to a component: the executive's commands, the component's
-//! reports, what observers want to know, and what an operator orders of the executive.
+//! The messages of a control connection to a component: the executive's commands, the component's
+//! reports, the questions of observers, and an operator's orders to the executive.
 
 mod order;
+
+use std::fmt;
 
 use serde::Serialize;
 
 use crate::Message;
 use crate::config::Assigned;
+use crate::keep::Keep;
 
 pub use order::{MAX_AUTHOR_LEN, MAX_MOVES, MAX_ORDER_NAME_LEN, Order, OrderFault, TokenMove};
 
-/// By what right a control connection is used.
+/// The role in which a control connection is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Role {
@@ -18,13 +21,13 @@ pub enum Role {
     Executive,
     /// Watches beats and may end the process.
     Launcher,
-    /// Looks.
+    /// Reads the component's status.
     Observer,
     /// Commands the mission: gives orders to the executive.
     Operator,
 }
 
-/// What a component is doing.
+/// The state of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Message, Serialize)]
 #[message(wire = "armor_wire")]
 #[serde(rename_all = "lowercase")]
@@ -73,19 +76,19 @@ pub enum Command {
     Beat,
     /// From an operator to the executive. Answered by `Ordered`.
     Order {
-        /// Names the order wherever it is told again, on another connection too: drawn at random,
-        /// not 0. Who repeats an order gets its answer again.
+        /// Identifies the order, also when it is sent again on another connection: a random number other
+        /// than 0. A repeated order gets the answer of the first one.
         request: u64,
-        /// Who gives it: a person, such as `ruth@station`.
+        /// The person who gives it, such as `ruth@station`.
         author: String,
-        /// Whether to take the command over from whoever holds it.
+        /// Whether to take the command over from its holder.
         take: bool,
-        /// What is to be done.
+        /// The order.
         order: Order,
     },
 }
 
-/// A value for as long as an activation lasts, over what configd says.
+/// A parameter's value for the duration of an activation; it has priority over configd's.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct GivenParameter {
@@ -99,25 +102,25 @@ pub struct GivenParameter {
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Answer {
-    /// What it is doing; sent first, and at every change.
+    /// Its state; sent first, and at every change.
     State {
-        /// What.
+        /// The state.
         state: RunState,
-        /// In which activation.
+        /// The activation it belongs to.
         activation: u64,
         /// Whether it can be activated and frozen.
         controllable: bool,
     },
-    /// What user code reports. Sent again until acknowledged.
+    /// A report of user code. Sent again until acknowledged.
     Report {
         /// Counts the reports of this process start, from 1.
         report: u64,
         /// The activation it belongs to.
         activation: u64,
-        /// What is reported.
+        /// The report.
         outcome: ReportKind,
     },
-    /// All about it.
+    /// Its status.
     Status {
         /// The request.
         request: u64,
@@ -129,18 +132,18 @@ pub enum Answer {
         /// How long the running call of user code has taken, in seconds; 0 if none runs.
         call_s: f64,
     },
-    /// What became of an order.
+    /// The result of an order.
     Ordered {
-        /// The order. 0: none of its orders, but its command was taken over.
+        /// The order. 0: not the answer to an order; the operator's command was taken over.
         request: u64,
         /// Whether it is carried out.
         accepted: bool,
-        /// What follows from it, or why it is refused.
+        /// The consequence, or why it is refused.
         text: String,
     },
 }
 
-/// What a component tells the executive.
+/// A component's report to the executive.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub enum ReportKind {
@@ -160,7 +163,7 @@ pub enum ReportKind {
     },
 }
 
-/// All about a component, as `armor ps`, `graph` and the designer show it.
+/// The status of a component, as `armor ps`, `graph` and the designer show it.
 #[derive(Clone, Debug, PartialEq, Message, Serialize)]
 #[message(wire = "armor_wire")]
 pub struct Status {
@@ -168,9 +171,9 @@ pub struct Status {
     pub name: String,
     /// Its kind.
     pub kind: String,
-    /// What it is doing.
+    /// Its state.
     pub state: RunState,
-    /// In which activation.
+    /// The activation it belongs to.
     pub activation: u64,
     /// Whether it can be activated and frozen.
     pub controllable: bool,
@@ -200,7 +203,7 @@ pub struct OutputStatus {
     pub data: String,
     /// Name of its type.
     pub type_name: String,
-    /// How many were published.
+    /// Number of data published.
     pub published: u64,
     /// Its links.
     pub links: Vec<LinkStatus>,
@@ -210,10 +213,11 @@ pub struct OutputStatus {
 #[derive(Clone, Debug, PartialEq, Message, Serialize)]
 #[message(wire = "armor_wire")]
 pub struct LinkStatus {
-    /// Who subscribes.
+    /// The subscriber.
     pub to: String,
-    /// What it gets when slow.
-    pub keep: String,
+    /// Which data it gets when it is slow; sent as the text that the file has for it.
+    #[message(text)]
+    pub keep: Keep,
     /// Data given to the network.
     pub sent: u64,
     /// Data dropped here because the subscriber was slow.
@@ -242,8 +246,20 @@ pub struct InputStatus {
     pub lost: u64,
     /// Data dropped in this process because the component was busy.
     pub dropped: u64,
-    /// How often the link came up.
+    /// Number of times the link came up.
     pub connections: u64,
     /// Why the link is down, in words; empty if it is up.
     pub problem: String,
+}
+
+impl fmt::Display for RunState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Starting => "starting",
+            Self::Frozen => "frozen",
+            Self::Active => "active",
+            Self::Done => "done",
+            Self::Failed => "failed",
+        })
+    }
 }

@@ -20,19 +20,19 @@ pub const DATA_HEADER_LEN: usize = PREFIX_LEN + 24;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum FrameKind {
-    /// The first frame of a connection, from the one who connected.
+    /// The first frame of a connection, from the client.
     Hello = 1,
-    /// The answer to a hello: go on.
+    /// Accepts a hello.
     Welcome = 2,
-    /// The answer to a hello: no, and why.
+    /// Refuses a hello, with the reason.
     Refusal = 3,
     /// Data of an output.
     Data = 4,
-    /// "I am alive."
+    /// A sign of life.
     Beat = 5,
     /// From a subscriber: send nothing until `Resume`.
     Pause = 6,
-    /// From a subscriber: go on sending.
+    /// From a subscriber: continue sending.
     Resume = 7,
     /// A request, command or answer of the protocol that the hello named.
     Control = 8,
@@ -57,13 +57,13 @@ impl FrameKind {
     }
 }
 
-/// Flag of a data frame: the jump of its sequence number is meant, nothing was lost before it.
+/// Flag of a data frame: its sequence number jumps on purpose; no data were lost before it.
 pub const FLAG_FRESH: u8 = 1;
 
-/// Why bytes are not frames of this protocol. The connection is of no more use.
+/// Why bytes are not frames of this protocol. The connection must be closed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
-    /// The kind is none of ours: it is not our protocol that is spoken.
+    /// The kind does not exist: the peer speaks another protocol.
     #[error("a frame of unknown kind {0}")]
     UnknownKind(u8),
     /// The length exceeds what such a frame may have.
@@ -107,7 +107,7 @@ pub struct DataHeader {
     pub stamp_s: f64,
     /// Process start that published it.
     pub instance: u64,
-    /// The sequence jump before it is meant ([`FLAG_FRESH`]).
+    /// Whether the sequence jumps on purpose before it ([`FLAG_FRESH`]).
     pub fresh: bool,
 }
 

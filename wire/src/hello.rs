@@ -1,5 +1,5 @@
-//! How every connection begins: the one who connects says who it is and what for; the other welcomes
-//! or refuses it, with the reason in words.
+//! The handshake of every connection: the client sends its name and purpose; the server welcomes or
+//! refuses it, with a reason for people.
 
 use thiserror::Error;
 
@@ -9,16 +9,17 @@ use crate::control::Role;
 use crate::frame::{Frame, FrameError, FrameKind};
 use crate::keep::{Keep, MAX_KEEP, Wake};
 use crate::name::split_data;
+pub use crate::refusal::{Refusal, RefusalCode};
 use crate::registry::ComponentEntry;
 
 /// The first bytes of the first frame's body.
 pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
-/// Version of the protocol. Ends of different versions do not talk.
+/// Version of the protocol. Ends of different versions refuse each other.
 pub const VERSION: u16 = 1;
 
-/// Who connects, and what for.
+/// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Hello {
@@ -26,11 +27,11 @@ pub struct Hello {
     pub magic: [u8; 4],
     /// [`VERSION`].
     pub version: u16,
-    /// Name of who connects: a component's, or a tool's with its process id.
+    /// The client's name: a component's, or a tool's with its process id.
     pub from: String,
     /// Its process start.
     pub instance: u64,
-    /// What it wants.
+    /// The purpose of the connection.
     pub purpose: Purpose,
 }
 
@@ -40,24 +41,24 @@ pub struct Hello {
 pub enum Purpose {
     /// To the registry: to register, or only to ask.
     Registry {
-        /// Who registers; `None` for an observer.
+        /// The process that registers; `None` for an observer.
         entry: Option<ComponentEntry>,
     },
     /// To configd: settings and parameters of the component that connects.
     Config,
     /// To a component: data of one of its outputs.
     Link {
-        /// Which, and how it should be sent.
+        /// The data, and how they should be sent.
         link: LinkRequest,
     },
     /// To a component: to command or to watch it.
     Control {
-        /// By what right.
+        /// Its role.
         role: Role,
     },
 }
 
-/// Asks for the data of an output.
+/// A request for the data of an output.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct LinkRequest {
@@ -69,64 +70,24 @@ pub struct LinkRequest {
     pub schema: String,
     /// Hash of that schema; 0 takes any.
     pub schema_hash: u64,
-    /// What the subscriber wants when it is slow.
+    /// Which data the subscriber gets when it is slow.
     pub keep: Keep,
     /// How both ends wait.
     pub wake: Wake,
-    /// Whether the subscriber is frozen: nothing is sent until it says `Resume`.
+    /// Whether the subscriber is frozen: nothing is sent until it sends `Resume`.
     pub paused: bool,
 }
 
-/// "Go on."
+/// Accepts a hello.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Welcome {
-    /// Name of who was connected to.
+    /// The server's name.
     pub name: String,
     /// Its process start.
     pub instance: u64,
     /// For a link: the schema of the data, as canonical text; otherwise empty.
     pub schema: String,
-}
-
-/// Why a connection or a request is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub enum RefusalCode {
-    /// The protocol version differs.
-    Version,
-    /// The one asked is another process start than the one meant.
-    WrongInstance,
-    /// There is no such data here.
-    UnknownData,
-    /// The two ends mean different types.
-    TypeMismatch,
-    /// The name is taken.
-    DuplicateName,
-    /// A limit is reached.
-    Limit,
-    /// This port does not serve that purpose.
-    WrongPurpose,
-    /// A name or another part of the request is malformed.
-    Malformed,
-}
-
-/// "No", and why.
-#[derive(Clone, Debug, PartialEq, Message, Error)]
-#[message(wire = "armor_wire")]
-#[error("{text}")]
-pub struct Refusal {
-    /// For programs.
-    pub code: RefusalCode,
-    /// For people: what was wrong, where, what to do.
-    pub text: String,
-}
-
-impl Refusal {
-    /// A refusal with its reason in words.
-    pub fn new(code: RefusalCode, text: impl Into<String>) -> Self {
-        Self { code, text: text.into() }
-    }
 }
 
 /// Why a handshake failed.
@@ -138,7 +99,7 @@ pub enum HandshakeError {
     /// The body of the frame is not what it should be.
     #[error("a malformed handshake: {0}")]
     Body(#[from] codec::DecodeError),
-    /// The peer speaks something else.
+    /// The peer speaks another protocol.
     #[error("the peer does not speak Armor's protocol")]
     Magic,
     /// The peer refused, or must be refused.
@@ -155,7 +116,8 @@ impl Hello {
     /// Reads the first frame of a connection.
     ///
     /// # Errors
-    /// [`HandshakeError::Refused`] if the peer should be told why; any other: close without a word.
+    /// [`HandshakeError::Refused`] if the reason should be sent to the peer; on any other error the
+    /// connection should be closed without an answer.
     pub fn read(frame: &Frame<'_>) -> Result<Self, HandshakeError> {
         if frame.kind != FrameKind::Hello {
             return Err(FrameError::Unexpected { got: frame.kind, wanted: "hello" }.into());
@@ -259,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_told_so_whatever_follows() {
+    fn another_version_is_refused_whatever_follows() {
         let body = [&MAGIC[..], &2_u16.to_le_bytes(), b"anything"].concat();
         let error = read(FrameKind::Hello, &body).expect_err("another version");
         assert_eq!(error.to_string(), "you speak version 2 of the protocol, this is version 1");

@@ -1,14 +1,16 @@
-//! What a link does for a consumer that is slower than its provider, and how its ends wait.
+//! Which data a subscriber gets when it is slower than its publisher, and how a link's ends wait.
 
 use std::fmt;
 use std::str::FromStr;
+
+use serde::{Serialize, Serializer};
 
 use crate::Message;
 
 /// Largest `keep="n"`.
 pub const MAX_KEEP: u32 = 65_536;
 
-/// What a slow consumer gets.
+/// Which data a slow subscriber gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Keep {
@@ -17,7 +19,7 @@ pub enum Keep {
     Latest,
     /// The newest `count`; the oldest is dropped and counted.
     Last {
-        /// How many wait at most.
+        /// Most data that wait.
         count: u32,
     },
     /// Everything; the sender waits, with a deadline.
@@ -33,17 +35,6 @@ pub enum Wake {
     Sleep,
     /// They poll: a tenth of the latency for a whole core.
     Spin,
-}
-
-/// What a link's data travels on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Transport {
-    /// Whatever fits its two ends.
-    #[default]
-    Auto,
-    /// TCP, also within one host.
-    Tcp,
 }
 
 impl Keep {
@@ -79,6 +70,12 @@ impl fmt::Display for Keep {
     }
 }
 
+impl Serialize for Keep {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 impl FromStr for Wake {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
@@ -96,17 +93,6 @@ impl fmt::Display for Wake {
             Self::Sleep => "sleep",
             Self::Spin => "spin",
         })
-    }
-}
-
-impl FromStr for Transport {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "tcp" => Ok(Self::Tcp),
-            _ => Err("transport is auto or tcp".into()),
-        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! The Armor protocol without IO and without a clock: what travels, in which bytes, and the small
-//! state machines that both ends of a connection run.
+//! The Armor protocol without IO and without a clock: the messages, their bytes, and the small state
+//! machines that both ends of a connection run.
 //!
 //! Start with [`frame`] (how bytes become frames), then [`hello`] (how a connection begins), then
 //! [`message`] and [`schema`] (how data is typed). The normative text is `docs/protocol.md`.
@@ -16,13 +16,17 @@ pub mod control;
 pub mod frame;
 pub mod hello;
 pub mod keep;
+pub mod limits;
 pub mod liveness;
 pub mod manifest;
 pub mod message;
 pub mod name;
+pub mod peer;
 pub mod quantity;
+pub mod refusal;
 pub mod registry;
 pub mod schema;
+pub mod transport;
 
 pub use armor_wire_derive::Message;
 pub use array::Array;

@@ -1,10 +1,10 @@
-//! Who says nothing for three beats is suspected. Times are durations since any fixed moment.
+//! A peer that is silent for three beats is taken for dead. Times are durations since any fixed moment.
 
 use std::time::Duration;
 
-/// How often each end of a quiet connection says that it is alive.
+/// Period with which each end of a quiet connection sends a beat.
 pub const BEAT: Duration = Duration::from_millis(500);
-/// How many beats may be missed before the other end is taken for dead.
+/// Beats that may be missed before the other end is taken for dead.
 pub const MISSED_BEATS: u32 = 3;
 /// Silence after which the other end is taken for dead; `TCP_USER_TIMEOUT` is the same.
 pub const SILENCE: Duration = Duration::from_millis(1750);
@@ -22,12 +22,12 @@ impl Liveness {
         Self { heard: now, spoke: now }
     }
 
-    /// Something arrived.
+    /// Records that bytes have arrived.
     pub fn heard(&mut self, now: Duration) {
         self.heard = now;
     }
 
-    /// Something was sent.
+    /// Records that bytes were sent.
     pub fn spoke(&mut self, now: Duration) {
         self.spoke = now;
     }

@@ -2,6 +2,8 @@
 
 mod validate;
 
+use std::fmt;
+
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::quantity::{self, Unit};
@@ -9,7 +11,7 @@ use crate::quantity::{self, Unit};
 /// Version of the JSON form.
 pub const MANIFEST_VERSION: u32 = 1;
 
-/// Everything the rest of the system knows about a kind of component.
+/// The description of a kind of component, as the rest of the system uses it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -47,7 +49,7 @@ pub struct PortManifest {
     /// For an input: whether it must be fed.
     #[serde(default)]
     pub required: bool,
-    /// For an output: whether a late subscriber gets the last value at once.
+    /// For an output: whether a late subscriber gets the last value immediately.
     #[serde(default)]
     pub latched: bool,
 }
@@ -72,6 +74,20 @@ pub enum ParameterType {
     Colour,
 }
 
+impl fmt::Display for ParameterType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Number => "number",
+            Self::Integer => "integer",
+            Self::Text => "text",
+            Self::Choice => "choice",
+            Self::Path => "path",
+            Self::Flag => "flag",
+            Self::Colour => "colour",
+        })
+    }
+}
+
 /// A parameter of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,13 +101,25 @@ pub struct ParameterManifest {
     #[serde(default)]
     pub unit: String,
     /// What it is when the file does not assign it; without one it must be assigned.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub default: Option<String>,
     /// Smallest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub minimum: Option<f64>,
     /// Largest value, in SI.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
     pub maximum: Option<f64>,
     /// The choices of a [`ParameterType::Choice`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -124,8 +152,8 @@ impl ParameterManifest {
     /// What is wrong with the text and what would be right, in words.
     pub fn parse(&self, text: &str) -> Result<ParameterValue, String> {
         match self.kind {
-            ParameterType::Number => self.number(text).map(ParameterValue::Number),
-            ParameterType::Integer => self.integer(text).map(ParameterValue::Integer),
+            ParameterType::Number => self.parse_number(text).map(ParameterValue::Number),
+            ParameterType::Integer => self.parse_integer(text).map(ParameterValue::Integer),
             ParameterType::Flag => match text {
                 "true" => Ok(ParameterValue::Flag(true)),
                 "false" => Ok(ParameterValue::Flag(false)),
@@ -154,7 +182,8 @@ impl ParameterManifest {
         self.range_in(&self.unit)
     }
 
-    /// The default as a file's author writes it: `30deg`, also where the component says `30`.
+    /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the component
+    /// declares `30`.
     pub fn default_with_unit(&self) -> Option<String> {
         self.default.as_ref().map(|text| match quantity::parse(text) {
             Ok(quantity) if quantity.unit.is_none() => format!("{text}{}", self.unit),
@@ -176,7 +205,7 @@ impl ParameterManifest {
         }
     }
 
-    fn number(&self, text: &str) -> Result<f64, String> {
+    fn parse_number(&self, text: &str) -> Result<f64, String> {
         let quantity = quantity::parse(text).map_err(|e| e.to_string())?;
         if let Some(given) = quantity.unit {
             let wanted = Unit::named(&self.unit)
@@ -194,7 +223,7 @@ impl ParameterManifest {
         self.in_range(quantity.si * scale, text)
     }
 
-    fn integer(&self, text: &str) -> Result<i64, String> {
+    fn parse_integer(&self, text: &str) -> Result<i64, String> {
         let number: i64 = text.parse().map_err(|_| format!("`{text}` is not a whole number"))?;
         self.in_range(number as f64, text)?;
         Ok(number)
@@ -217,8 +246,8 @@ fn is_colour(text: &str) -> bool {
     text.len() == 7 && text.starts_with('#') && text[1..].bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// A member that may be left out, but is no `null`.
-fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+/// Deserializes a member that may be absent but not `null`.
+fn deserialize_given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
     T::deserialize(deserializer).map(Some)
@@ -307,15 +336,15 @@ mod tests {
     }
 
     #[test]
-    fn defaults_are_said_with_their_unit() {
-        let said = |kind, unit, default: &str| {
+    fn defaults_are_shown_with_their_unit() {
+        let shown = |kind, unit, default: &str| {
             let default = Some(default.to_owned());
             ParameterManifest { default, ..parameter(kind, unit) }.default_with_unit()
         };
-        assert_eq!(said(ParameterType::Number, "deg", "30").as_deref(), Some("30deg"));
-        assert_eq!(said(ParameterType::Number, "deg", "0.5rad").as_deref(), Some("0.5rad"));
-        assert_eq!(said(ParameterType::Integer, "", "30").as_deref(), Some("30"));
-        assert_eq!(said(ParameterType::Text, "", "a text").as_deref(), Some("a text"));
+        assert_eq!(shown(ParameterType::Number, "deg", "30").as_deref(), Some("30deg"));
+        assert_eq!(shown(ParameterType::Number, "deg", "0.5rad").as_deref(), Some("0.5rad"));
+        assert_eq!(shown(ParameterType::Integer, "", "30").as_deref(), Some("30"));
+        assert_eq!(shown(ParameterType::Text, "", "a text").as_deref(), Some("a text"));
     }
 
     #[test]

@@ -1,27 +1,29 @@
-//! What can travel: every field type knows its layout and how it is read, every message type its
-//! name as well.
+//! The types that can be sent: a field type has a layout and is read by it; a message type has a name
+//! as well.
 //!
-//! Reading is ours, not bincode's, for the sake of lists: a count is believed only if the bytes that
-//! are left can hold that many values, so that a short frame never makes us allocate much.
+//! Reading is ours, not bincode's, for the sake of lists: a count is accepted only if the
+//! remaining bytes suffice for that many values, so that a short frame never causes a large allocation.
+
+use std::fmt::Display;
+use std::str::FromStr;
 
 use bincode::Encode;
 use bincode::de::read::Reader;
 use bincode::de::{Decode, Decoder};
-use bincode::error::DecodeError;
+use bincode::enc::Encoder;
+use bincode::error::{DecodeError, EncodeError};
 
+pub use crate::limits::MAX_FIXED_COUNT;
 use crate::schema::Schema;
 
-/// Largest `N` of a `[T; N]` that travels.
-pub const MAX_FIXED_COUNT: usize = 1 << 16;
-
-/// A list of unknown size starts with room for so many bytes; it grows with what really arrives.
+/// A list of unknown size starts with room for so many bytes; it grows with the items that are read.
 const FIRST_LIST_LEN: usize = 4 << 10;
 
 /// A type that can be part of a message. Derived by `#[derive(Message)]`.
 ///
 /// A recursive type does not compile: its least length would depend on itself.
 pub trait WireType: Encode + Sized + 'static {
-    /// The fewest bytes a value takes. 0 only for a type without fields, which no list may hold.
+    /// The fewest bytes a value takes. 0 only for a type without fields, which cannot be the item of a list.
     const MIN_LEN: usize;
 
     /// The layout of the type.
@@ -31,14 +33,14 @@ pub trait WireType: Encode + Sized + 'static {
     ///
     /// # Errors
     /// If the bytes are not a value of this type or end too early.
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
 
-    /// Reads `count` values that the remaining bytes can hold.
+    /// Reads `count` values; the remaining bytes are known to suffice.
     #[doc(hidden)]
     fn read_items<D: Decoder>(decoder: &mut D, count: usize) -> Result<Vec<Self>, DecodeError> {
         let mut items = Vec::with_capacity(count.min(FIRST_LIST_LEN / size_of::<Self>().max(1)));
         for _ in 0..count {
-            items.push(Self::read(decoder)?);
+            items.push(Self::read_value(decoder)?);
         }
         Ok(items)
     }
@@ -71,6 +73,19 @@ pub(crate) fn read_count<D: Decoder>(
     Ok(count as usize)
 }
 
+/// Encodes a value as the string it is displayed as: a field marked `#[message(text)]`.
+#[doc(hidden)]
+pub fn encode_text<T: Display, E: Encoder>(value: &T, encoder: &mut E) -> Result<(), EncodeError> {
+    value.to_string().encode(encoder)
+}
+
+/// Reads a value from the string it is displayed as.
+#[doc(hidden)]
+pub fn read_text<T: FromStr, D: Decoder>(decoder: &mut D) -> Result<T, DecodeError> {
+    let text = String::read_value(decoder)?;
+    text.parse().map_err(|_| DecodeError::Other("a text that is not one of those allowed"))
+}
+
 /// The least of some lengths, at compile time.
 #[doc(hidden)]
 pub const fn least(lengths: &[usize]) -> usize {
@@ -89,7 +104,7 @@ impl WireType for bool {
     fn schema() -> Schema {
         Schema::Bool
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         Self::decode(decoder)
     }
 }
@@ -101,7 +116,7 @@ macro_rules! numbers {
             fn schema() -> Schema {
                 Schema::$schema
             }
-            fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+            fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
                 Self::decode(decoder)
             }
             // Numbers travel as they lie in memory (array.rs): one copy for all of them.
@@ -146,7 +161,7 @@ impl WireType for String {
     fn schema() -> Schema {
         Schema::Text
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         let len = read_count(decoder, 1)?;
         let bytes = u8::read_items(decoder, len)?;
         Self::from_utf8(bytes).map_err(|e| DecodeError::Utf8 { inner: e.utf8_error() })
@@ -161,7 +176,7 @@ impl<T: WireType> WireType for Vec<T> {
     fn schema() -> Schema {
         Schema::List(Box::new(T::schema()))
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         let count = read_count(decoder, T::MIN_LEN)?;
         T::read_items(decoder, count)
     }
@@ -176,8 +191,8 @@ impl<T: WireType> WireType for Option<T> {
     fn schema() -> Schema {
         Schema::Option(Box::new(T::schema()))
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
-        if bool::decode(decoder)? { T::read(decoder).map(Some) } else { Ok(None) }
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        if bool::decode(decoder)? { T::read_value(decoder).map(Some) } else { Ok(None) }
     }
 }
 
@@ -190,7 +205,7 @@ impl<T: WireType, const N: usize> WireType for [T; N] {
     fn schema() -> Schema {
         Schema::Fixed(Box::new(T::schema()), N)
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         if decoder.reader().peek_read(Self::MIN_LEN).is_none() {
             return Err(DecodeError::UnexpectedEnd { additional: Self::MIN_LEN });
         }
@@ -203,7 +218,7 @@ impl<T: WireType> WireType for Box<T> {
     fn schema() -> Schema {
         T::schema()
     }
-    fn read<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
-        T::read(decoder).map(Self::new)
+    fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
+        T::read_value(decoder).map(Self::new)
     }
 }

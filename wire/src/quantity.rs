@@ -116,7 +116,7 @@ pub enum QuantityError {
         most: &'static str,
     },
     /// What follows the number is no unit.
-    #[error("`{unit}` in `{text}` is not a unit; known are {}", known())]
+    #[error("`{unit}` in `{text}` is not a unit; known are {}", list_units())]
     UnknownUnit {
         /// The text as given.
         text: String,
@@ -133,7 +133,7 @@ pub enum QuantityError {
     },
 }
 
-fn known() -> String {
+fn list_units() -> String {
     UNITS.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" ")
 }
 
@@ -184,7 +184,7 @@ fn of(text: &str, dimension: Dimension, wanted: &'static str) -> Result<f64, Qua
 }
 
 /// Reads a duration, such as `0.2s` or `10min`, in seconds: from 0 to 1e9 s, which is 31 years and
-/// no overflow in anybody's arithmetic.
+/// no overflow in any arithmetic.
 ///
 /// # Errors
 /// [`QuantityError`] if it is not one.

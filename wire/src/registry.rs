@@ -1,9 +1,10 @@
-//! What is said between a process and the registry: name to endpoint, type and instance, and the time.
+//! The messages between a process and the registry: lookups from name to endpoint, type and instance,
+//! and the time.
 
 use crate::Message;
-use crate::hello::Refusal;
+use crate::refusal::Refusal;
 
-/// Port the registry listens on unless told otherwise. Below the ephemeral range, so that a client
+/// Port on which the registry listens by default. Below the ephemeral range, so that a client
 /// that connects to a dead registry cannot connect to itself.
 pub const DEFAULT_PORT: u16 = 7411;
 
@@ -35,27 +36,27 @@ pub struct DataEntry {
     pub type_name: String,
     /// Schema of its type, as canonical text.
     pub schema: String,
-    /// Whether a late subscriber gets the last value at once.
+    /// Whether a late subscriber gets the last value immediately.
     pub latched: bool,
 }
 
 /// From a process to the registry.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Request {
-    /// "I publish this."
+#[message(wire = "armor_wire", name = "Request")]
+pub enum RegistryRequest {
+    /// Registers an output.
     Provide {
         /// Names the answer.
         request: u64,
         /// What is published.
         entry: DataEntry,
     },
-    /// "I publish this no more."
+    /// Withdraws an output.
     Withdraw {
         /// Unique name of the data.
         data: String,
     },
-    /// "Who publishes this?" Answered by `Found` as soon as somebody does.
+    /// Which process publishes this? Answered by `Found` as soon as one does.
     Lookup {
         /// Names the answer.
         request: u64,
@@ -63,34 +64,35 @@ pub enum Request {
         data: String,
         /// Schema the asker expects; empty takes any.
         schema: String,
-        /// Whether to wait for a provider that is not there yet.
+        /// Whether to wait for a provider that has not registered yet.
         wait: bool,
     },
-    /// "I do not want that answer any more."
+    /// Cancels a lookup.
     Cancel {
         /// The request.
         request: u64,
     },
-    /// "What is there?" Answered by `Listing`.
+    /// Lists everything that is registered. Answered by `Listing`.
     List {
         /// Names the answer.
         request: u64,
     },
-    /// "Tell me of every process that comes and goes." All present ones are told at once.
+    /// Reports every process that appears or goes from now on; the present ones are reported
+    /// immediately.
     Watch,
-    /// "What time is it?"
+    /// Asks for the system time.
     Time {
         /// The asker's monotonic clock in seconds when it asked.
         asked_s: f64,
     },
-    /// "I am alive."
+    /// A sign of life.
     Beat,
 }
 
 /// From the registry to a process.
 #[derive(Clone, Debug, PartialEq, Message)]
-#[message(wire = "armor_wire")]
-pub enum Reply {
+#[message(wire = "armor_wire", name = "Reply")]
+pub enum RegistryReply {
     /// The data is registered.
     Provided {
         /// The request.
@@ -103,13 +105,13 @@ pub enum Reply {
         /// Why.
         refusal: Refusal,
     },
-    /// Somebody publishes the data.
+    /// A process publishes the data.
     Found {
         /// The request.
         request: u64,
         /// What is published.
         entry: DataEntry,
-        /// By whom.
+        /// Its provider.
         provider: ComponentEntry,
     },
     /// All that is registered.
@@ -140,6 +142,6 @@ pub enum Reply {
         /// System time in seconds when this was sent.
         sent_s: f64,
     },
-    /// "I am alive."
+    /// A sign of life.
     Beat,
 }

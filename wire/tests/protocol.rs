@@ -48,10 +48,10 @@ fn the_schemas_are_those_of_the_types() {
             ("Hello", text::<Hello>()),
             ("Welcome", text::<Welcome>()),
             ("Refusal", text::<Refusal>()),
-            ("registry::Request", text::<registry::Request>()),
-            ("registry::Reply", text::<registry::Reply>()),
-            ("config::Request", text::<config::Request>()),
-            ("config::Reply", text::<config::Reply>()),
+            ("registry::Request", text::<registry::RegistryRequest>()),
+            ("registry::Reply", text::<registry::RegistryReply>()),
+            ("config::Request", text::<config::ConfigRequest>()),
+            ("config::Reply", text::<config::ConfigReply>()),
             ("ConfigurationState", text::<config::ConfigurationState>()),
             ("control::Command", text::<control::Command>()),
             ("control::Answer", text::<control::Answer>()),
@@ -118,8 +118,8 @@ fn hello() -> Hello {
     Hello::new("echo-12", 7, Purpose::Link { link })
 }
 
-fn lookup() -> registry::Request {
-    registry::Request::Lookup {
+fn lookup() -> registry::RegistryRequest {
+    registry::RegistryRequest::Lookup {
         request: 1,
         data: "laser.scan".into(),
         schema: String::new(),
@@ -127,14 +127,14 @@ fn lookup() -> registry::Request {
     }
 }
 
-fn found() -> registry::Reply {
+fn found() -> registry::RegistryReply {
     let entry_of_data = DataEntry {
         data: "laser.scan".into(),
         type_name: "Count".into(),
         schema: "Count{count:u64}".into(),
         latched: false,
     };
-    registry::Reply::Found { request: 1, entry: entry_of_data, provider: entry() }
+    registry::RegistryReply::Found { request: 1, entry: entry_of_data, provider: entry() }
 }
 
 fn welcome() -> Welcome {
@@ -149,17 +149,17 @@ fn header() -> DataHeader {
     DataHeader { sequence: 3, stamp_s: 1.5, instance: 0x0123_4567_89ab_cdef, fresh: true }
 }
 
-fn parameter() -> config::Reply {
+fn parameter() -> config::ConfigReply {
     let assigned = config::Assigned {
         text: "10Hz".into(),
         base: "/srv".into(),
         origin: "rover.xml:4:7".into(),
     };
-    config::Reply::Parameter { request: 2, name: "rate".into(), assigned: Some(assigned) }
+    config::ConfigReply::Parameter { request: 2, name: "rate".into(), assigned: Some(assigned) }
 }
 
-fn set() -> config::Request {
-    config::Request::Set {
+fn set() -> config::ConfigRequest {
+    config::ConfigRequest::Set {
         request: 3,
         component: "driver".into(),
         parameter: "speed".into(),
@@ -167,18 +167,18 @@ fn set() -> config::Request {
     }
 }
 
-fn was_set() -> config::Reply {
-    let change = config::Change {
-        subject: "parameter".into(),
+fn was_set() -> config::ConfigReply {
+    let change = config::ChangeRecord {
+        subject: config::ChangeSubject::Parameter,
         name: "driver.speed".into(),
-        change: "changed".into(),
+        change: config::ChangeKind::Changed,
         aspect: String::new(),
         before: "2m/s".into(),
         after: "1m/s".into(),
         text: "slower".into(),
         effect: "now".into(),
     };
-    config::Reply::Set { request: 3, version: 2, changes: vec![change] }
+    config::ConfigReply::Set { request: 3, version: 2, changes: vec![change] }
 }
 
 fn report() -> control::Answer {
@@ -311,8 +311,8 @@ fn the_limits_are_the_constants() {
         ("MAX_AUTHOR_LEN", control::MAX_AUTHOR_LEN),
         ("MAX_ORDER_NAME_LEN", control::MAX_ORDER_NAME_LEN),
         ("MAX_MOVES", control::MAX_MOVES),
-        ("MAX_TOLD", config::MAX_TOLD),
-        ("MAX_TOLD_TEXT_LEN", config::MAX_TOLD_TEXT_LEN),
+        ("MAX_RECORDS", config::MAX_RECORDS),
+        ("MAX_RECORD_TEXT_LEN", config::MAX_RECORD_TEXT_LEN),
         ("MAX_KEEP", armor_wire::keep::MAX_KEEP as usize),
         ("BEAT", armor_wire::liveness::BEAT.as_millis() as usize),
         ("MISSED_BEATS", armor_wire::liveness::MISSED_BEATS as usize),

@@ -1,5 +1,5 @@
 //! The Python subscriber of `docs/examples` against a registry and a publisher played here: what the
-//! document says is enough to talk to this crate.
+//! document suffices to talk to this crate.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,7 +9,7 @@ use std::time::Duration;
 use armor_wire::frame::{DataHeader, FrameKind, FrameReader, signal, to_bytes};
 use armor_wire::hello::{Hello, Purpose, Welcome};
 use armor_wire::keep::Keep;
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 use armor_wire::{Array, Message, WireType, codec};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/subscribe.py");
@@ -74,14 +74,15 @@ impl Peer {
 fn serve_registry(listener: &TcpListener, endpoint: String) {
     let mut peer = Peer::accept(listener);
     assert_eq!(peer.welcome(String::new()).purpose, Purpose::Registry { entry: None });
-    let request = peer.receive(|frame| codec::decode_control::<Request>(frame.body).expect("one"));
-    let Request::Lookup { request, data, schema, wait: true } = request else {
+    let request =
+        peer.receive(|frame| codec::decode_control::<RegistryRequest>(frame.body).expect("one"));
+    let RegistryRequest::Lookup { request, data, schema, wait: true } = request else {
         panic!("{request:?} instead of a lookup that waits");
     };
     let entry = DataEntry { data, type_name: "Sample".into(), schema, latched: false };
     let (name, kind, host) = ("fake".into(), "fake".into(), "here".into());
     let provider = ComponentEntry { name, kind, instance: INSTANCE, pid: 1, host, endpoint };
-    let reply = Reply::Found { request, entry, provider };
+    let reply = RegistryReply::Found { request, entry, provider };
     peer.send(&signal(FrameKind::Beat));
     peer.send(&to_bytes(FrameKind::Control, &reply).expect("short"));
 }

@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use armor_registry::{Background, Options};
+use armor_registry::{BackgroundRegistry, RegistryOptions};
 use armor_sdk::prelude::*;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -121,9 +121,11 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-fn registry() -> (Background, String) {
+fn registry() -> (BackgroundRegistry, String) {
     let listen = "127.0.0.1:0".parse().unwrap();
-    let registry = Background::start(Options { listen, ..Options::default() }).unwrap();
+    let registry =
+        BackgroundRegistry::start(RegistryOptions { listen, ..RegistryOptions::default() })
+            .unwrap();
     let address = registry.address().to_string();
     (registry, address)
 }

@@ -1,19 +1,19 @@
 //! Which components the mission commands. A component learns it once, when it starts, and the
 //! executive refuses a version of the file that would have it otherwise while the system runs. A
-//! process that is started again under such a version must therefore be told what it was told
-//! before: else it would be active by itself beside components that exclude it.
+//! process that restarts under such a version must therefore get the same answer as before:
+//! otherwise it would be active by itself together with components that exclude it.
 
 use std::collections::BTreeMap;
 
 use armor_robotfile::Configuration;
 
-/// Whether the mission commands each component, by the first version that held it.
+/// Whether the mission commands each component, by the first version that had it.
 #[derive(Debug, Default)]
 pub(super) struct Roles(BTreeMap<String, bool>);
 
 impl Roles {
-    /// Adds what a version says of components that none before it held.
-    pub(super) fn add(&mut self, configuration: &Configuration) {
+    /// Adds the roles of components that no earlier version had.
+    pub(super) fn add_roles(&mut self, configuration: &Configuration) {
         for component in &configuration.system.components {
             let name = &component.name.value;
             if !self.0.contains_key(name) {

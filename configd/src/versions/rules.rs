@@ -1,16 +1,16 @@
-//! What a version of the file is judged by.
+//! The rules by which a version of the file is checked.
 
 use std::path::PathBuf;
 
 use armor_robotfile::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
 use tracing::warn;
 
-use crate::history::Kept;
+use crate::history::KeptVersion;
 
-/// What a version of the file is judged by. Only the kinds may become others while configd runs.
+/// The rules by which a version of the file is checked. Only the kinds can change while configd runs.
 #[derive(Clone, Debug, Default)]
-pub struct Rules {
-    /// Values that go over those of every version.
+pub struct VersionRules {
+    /// Values with priority over those of every version.
     pub overrides: Vec<Override>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
@@ -22,9 +22,12 @@ pub struct Rules {
     pub root: PathBuf,
 }
 
-impl Rules {
+impl VersionRules {
     /// The configuration with its warnings if all of it is valid, else what is wrong.
-    pub(super) fn judge(&self, reading: Reading) -> Result<(Configuration, Findings), Findings> {
+    pub(super) fn judge_reading(
+        &self,
+        reading: Reading,
+    ) -> Result<(Configuration, Findings), Findings> {
         let mut reading = check(reading, &self.overrides, self.manifests.as_ref());
         if let (Some(played), Some(configuration)) = (&self.played, &reading.configuration) {
             configuration.refuse_unplayed(played, &mut reading.findings);
@@ -42,11 +45,14 @@ impl Rules {
         }
     }
 
-    /// The newest of the versions kept, the oldest first, that is still whole: a disk may have
-    /// damaged the last ones.
-    pub(super) fn newest_good(&self, kept: &[Kept]) -> Option<(u64, (Configuration, Findings))> {
+    /// Returns the newest of the kept versions (oldest first) that is intact: a disk may have damaged the
+    /// last ones.
+    pub(super) fn newest_good(
+        &self,
+        kept: &[KeptVersion],
+    ) -> Option<(u64, (Configuration, Findings))> {
         for version in kept.iter().rev() {
-            match self.again(version) {
+            match self.judge_again(version) {
                 Ok(good) => return Some((version.number, good)),
                 Err(findings) => {
                     let why = findings.iter().next().map(ToString::to_string).unwrap_or_default();
@@ -58,12 +64,12 @@ impl Rules {
         None
     }
 
-    /// A version that was accepted by an earlier process start. What has become of its kinds since
-    /// is no reason to leave the running components without an answer.
-    fn again(&self, kept: &Kept) -> Result<(Configuration, Findings), Findings> {
-        let judged = self.judge(kept.reading());
+    /// Checks a version that an earlier process start accepted. If its kinds have changed since, it is
+    /// still taken, so that the running components get answers.
+    fn judge_again(&self, kept: &KeptVersion) -> Result<(Configuration, Findings), Findings> {
+        let judged = self.judge_reading(kept.read_files());
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
-        judged.or_else(|_| lenient.judge(kept.reading()))
+        judged.or_else(|_| lenient.judge_reading(kept.read_files()))
     }
 
     /// Whether changes of a parameter reach the running components of a kind.
@@ -73,7 +79,7 @@ impl Rules {
         parameters.any(|known| known.name == parameter && known.live)
     }
 
-    /// Whether a value goes over whatever the file says.
+    /// Whether an override has priority over the file's value.
     pub(crate) fn is_overridden(&self, component: &str, parameter: &str) -> bool {
         let mut overrides = self.overrides.iter();
         overrides.any(|over| over.component.value == component && over.name.value == parameter)

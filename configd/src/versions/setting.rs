@@ -1,21 +1,22 @@
-//! Setting a parameter: worked out and judged here, written elsewhere, in force when it is on the
-//! disk. One after the other, so that each is judged by what the one before it left.
+//! Setting a parameter: the edit is made and checked here, written by the watching task, and in force
+//! once it is on the disk. One after the other, so that each is checked against the result of the one
+//! before it.
 
 use std::collections::VecDeque;
 
 use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
-use armor_socket::PeerId;
-use armor_wire::config::Reply;
+use armor_wire::config::ConfigReply;
+use armor_wire::peer::PeerId;
 
-use super::{Action, Versions, Write, send};
-use crate::history::Kept;
-use crate::{answers, told};
+use super::{ConfigdAction, Versions, Write, send_reply};
+use crate::history::KeptVersion;
+use crate::{answers, records};
 
-/// Wishes that wait for the one before them. A person has one, a script a few.
+/// Most requests that wait for the one before them. A person has one, a script a few.
 const MAX_WAITING: usize = 64;
 
-/// A wish to set a parameter.
-pub(super) struct Wanted {
+/// A request to set a parameter.
+pub(super) struct WantedSetting {
     pub(super) peer: PeerId,
     pub(super) request: u64,
     pub(super) component: String,
@@ -23,15 +24,15 @@ pub(super) struct Wanted {
     pub(super) value: Option<String>,
 }
 
-/// The wishes that are not granted yet.
+/// The requests that are not finished yet.
 #[derive(Default)]
-pub(super) struct Settings {
-    waiting: VecDeque<Wanted>,
-    /// The one that is being written, and what will be in force with it.
-    writing: Option<(Wanted, Configuration, Findings)>,
+pub(super) struct SettingQueue {
+    waiting: VecDeque<WantedSetting>,
+    /// The one that is being written, and the version that will be in force with it.
+    writing: Option<(WantedSetting, Configuration, Findings)>,
 }
 
-/// What is to be written, and what will be in force then.
+/// A write, and the version that will be in force with it.
 struct Prepared {
     write: Write,
     configuration: Configuration,
@@ -42,59 +43,62 @@ struct Prepared {
 struct Rejected(String, Findings);
 
 impl Versions {
-    pub(super) fn set(&mut self, wanted: Wanted) -> Vec<Action> {
+    pub(super) fn set_parameter(&mut self, wanted: WantedSetting) -> Vec<ConfigdAction> {
         if self.settings.waiting.len() >= MAX_WAITING {
             let text = format!("{MAX_WAITING} other values are waiting to be written; try again");
-            return vec![rejected(&wanted, text, &Findings::default())];
+            return vec![reject_setting(&wanted, text, &Findings::default())];
         }
         self.settings.waiting.push_back(wanted);
-        self.settle()
+        self.settle_waiting()
     }
 
-    /// The write that was asked for is done, or why it is not.
-    pub(super) fn written(&mut self, result: Result<(), String>) -> Vec<Action> {
+    /// Finishes the request whose write has ended, and starts the next one.
+    pub(super) fn finish_write(&mut self, result: Result<(), String>) -> Vec<ConfigdAction> {
         let Some((wanted, configuration, warnings)) = self.settings.writing.take() else {
             return Vec::new();
         };
         let mut actions = match result {
-            Err(reason) => vec![rejected(&wanted, reason, &Findings::default())],
+            Err(reason) => vec![reject_setting(&wanted, reason, &Findings::default())],
             Ok(()) => {
-                let mut actions = self.take(configuration, warnings);
+                let mut actions = self.take_version(configuration, warnings);
                 let (request, version) = (wanted.request, self.number);
                 let changes = self.changes.0.clone();
-                actions.push(send(wanted.peer, Reply::Set { request, version, changes }));
+                actions
+                    .push(send_reply(wanted.peer, ConfigReply::Set { request, version, changes }));
                 actions
             }
         };
-        actions.extend(self.settle());
+        actions.extend(self.settle_waiting());
         actions
     }
 
-    /// Decides on the wishes up to the next that is to be written.
-    fn settle(&mut self) -> Vec<Action> {
+    /// Handles the waiting requests up to the next one that needs a write.
+    fn settle_waiting(&mut self) -> Vec<ConfigdAction> {
         let mut actions = Vec::new();
         while self.settings.writing.is_none() {
             let Some(wanted) = self.settings.waiting.pop_front() else { break };
-            match self.prepare(&wanted) {
+            match self.prepare_write(&wanted) {
                 Ok(None) => {
                     let (request, version) = (wanted.request, self.number);
-                    let reply = Reply::Set { request, version, changes: Vec::new() };
-                    actions.push(send(wanted.peer, reply));
+                    let reply = ConfigReply::Set { request, version, changes: Vec::new() };
+                    actions.push(send_reply(wanted.peer, reply));
                 }
-                Err(Rejected(text, findings)) => actions.push(rejected(&wanted, text, &findings)),
+                Err(Rejected(text, findings)) => {
+                    actions.push(reject_setting(&wanted, text, &findings))
+                }
                 Ok(Some(Prepared { write, configuration, warnings })) => {
                     self.settings.writing = Some((wanted, configuration, warnings));
-                    actions.push(Action::Write(write));
+                    actions.push(ConfigdAction::Write(write));
                 }
             }
         }
         actions
     }
 
-    /// Works out what is to be written, if it is not so already, and judges it.
-    fn prepare(&self, wanted: &Wanted) -> Result<Option<Prepared>, Rejected> {
+    /// Prepares and checks the write, if the file does not have the value already.
+    fn prepare_write(&self, wanted: &WantedSetting) -> Result<Option<Prepared>, Rejected> {
         let source = self.source_of(wanted)?;
-        let text = edited(source, wanted)?;
+        let text = edit_text(source, wanted)?;
         if text == source.text() {
             return Ok(None);
         }
@@ -102,11 +106,11 @@ impl Versions {
         let expected: Vec<_> =
             sources.map(|source| (source.path().to_path_buf(), source.text().to_owned())).collect();
         let mut files = expected.clone();
-        for (_, held) in files.iter_mut().filter(|(path, _)| path == source.path()) {
-            held.clone_from(&text);
+        for (_, old) in files.iter_mut().filter(|(path, _)| path == source.path()) {
+            old.clone_from(&text);
         }
-        let reading = Kept { number: self.number + 1, files }.reading();
-        let judged = self.rules.judge(reading).map_err(|findings| {
+        let reading = KeptVersion { number: self.number + 1, files }.read_files();
+        let judged = self.rules.judge_reading(reading).map_err(|findings| {
             Rejected("nothing was written: the file would not be valid".into(), findings)
         });
         let (configuration, warnings) = judged?;
@@ -114,13 +118,13 @@ impl Versions {
         Ok(Some(Prepared { write, configuration, warnings }))
     }
 
-    /// The file that holds the component, if a value may be written into it.
-    fn source_of(&self, wanted: &Wanted) -> Result<&Source, Rejected> {
-        let Wanted { component, parameter, .. } = wanted;
+    /// Returns the file that declares the component, if a value may be written into it.
+    fn source_of(&self, wanted: &WantedSetting) -> Result<&Source, Rejected> {
+        let WantedSetting { component, parameter, .. } = wanted;
         if let Some(findings) = &self.refused {
             let first = findings.iter().next().map(|first| format!(" ({first})"));
             let text = format!(
-                "the file on the disk is not valid{}; mend it before anything is set in it",
+                "the file on the disk is not valid{}; fix it before anything is set in it",
                 first.unwrap_or_default()
             );
             return Err(Rejected(text, findings.clone()));
@@ -148,13 +152,13 @@ impl Versions {
 }
 
 /// The text of the file with the value in it.
-fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
-    let Wanted { component, parameter, value, .. } = wanted;
+fn edit_text(source: &Source, wanted: &WantedSetting) -> Result<String, Rejected> {
+    let WantedSetting { component, parameter, value, .. } = wanted;
     let refused =
         |c: &char| (*c < ' ' && !"\t\n\r".contains(*c)) || matches!(c, '\u{fffe}' | '\u{ffff}');
     if let Some(c) = value.iter().flat_map(|value| value.chars()).find(refused) {
         let c = u32::from(c);
-        let text = format!("the value holds U+{c:04X}, a character that XML does not allow");
+        let text = format!("the value contains U+{c:04X}, a character that XML does not allow");
         return Err(Rejected(text, Findings::default()));
     }
     let mut document = Document::open(source.path(), source.text().as_bytes())
@@ -165,7 +169,10 @@ fn edited(source: &Source, wanted: &Wanted) -> Result<String, Rejected> {
     Ok(String::from_utf8_lossy(document.bytes()).into_owned())
 }
 
-fn rejected(wanted: &Wanted, text: String, findings: &Findings) -> Action {
-    let (findings, left_out) = told::findings(findings);
-    send(wanted.peer, Reply::Rejected { request: wanted.request, text, findings, left_out })
+fn reject_setting(wanted: &WantedSetting, text: String, findings: &Findings) -> ConfigdAction {
+    let (findings, left_out) = records::finding_records(findings);
+    send_reply(
+        wanted.peer,
+        ConfigReply::Rejected { request: wanted.request, text, findings, left_out },
+    )
 }

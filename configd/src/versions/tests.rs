@@ -1,16 +1,17 @@
 //! The state machine in memory: readings instead of a disk, events instead of sockets.
 
+mod listing;
 mod setting;
-mod tools;
 
 use std::path::Path;
 use std::time::Duration;
 
 use armor_robotfile::{Feature, Manifests, Override, read};
-use armor_socket::CloseReason;
-use armor_wire::config::{Assigned, InputSettings, Settings};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::config::{Assigned, ComponentSettings, FindingSeverity, InputSettings};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;
+use armor_wire::peer::CloseReason;
+use armor_wire::transport::Transport;
 
 use super::*;
 
@@ -36,19 +37,19 @@ fn reading(text: &str) -> Reading {
     read(Path::new("m/a.xml"), &mut |_| Ok(text.into()))
 }
 
-fn saved(text: &str) -> Event {
-    Event::Read(Box::new(reading(text)))
+fn saved(text: &str) -> ConfigdEvent {
+    ConfigdEvent::Read(Box::new(reading(text)))
 }
 
-fn versions_under(rules: Rules) -> Versions {
-    let rules = Rules { root: "/robot".into(), ..rules };
+fn versions_under(rules: VersionRules) -> Versions {
+    let rules = VersionRules { root: "/robot".into(), ..rules };
     Versions::new(7, rules, reading(FILE), Vec::new())
         .unwrap_or_else(|findings| panic!("{findings:?}"))
         .0
 }
 
 fn versions() -> Versions {
-    versions_under(Rules::default())
+    versions_under(VersionRules::default())
 }
 
 fn connect(
@@ -56,21 +57,21 @@ fn connect(
     peer: u64,
     from: &str,
     purpose: Purpose,
-) -> armor_socket::Action<Reply> {
+) -> armor_wire::peer::PeerAction<ConfigReply> {
     let (peer, address) = (PeerId(peer), ([127, 0, 0, 1], 4000).into());
     let hello = Hello::new(from, 1, purpose);
-    let connected = armor_socket::Event::Connected { peer, address, hello };
-    match versions.handle(Event::Peer(connected)).pop() {
-        Some(Action::Peer(action)) => action,
+    let connected = armor_wire::peer::PeerEvent::Connected { peer, address, hello };
+    match versions.handle(ConfigdEvent::Peer(connected)).pop() {
+        Some(ConfigdAction::Peer(action)) => action,
         other => panic!("{other:?}"),
     }
 }
 
-fn ask(versions: &mut Versions, peer: u64, message: Request) -> Reply {
+fn ask(versions: &mut Versions, peer: u64, message: ConfigRequest) -> ConfigReply {
     let (peer, arrived) = (PeerId(peer), Duration::ZERO);
-    let asked = armor_socket::Event::Message { peer, arrived, message };
-    match versions.handle(Event::Peer(asked)).pop() {
-        Some(Action::Peer(armor_socket::Action::Send { peer: to, message })) => {
+    let asked = armor_wire::peer::PeerEvent::Message { peer, arrived, message };
+    match versions.handle(ConfigdEvent::Peer(asked)).pop() {
+        Some(ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { peer: to, message })) => {
             assert_eq!(to, peer);
             message
         }
@@ -78,18 +79,18 @@ fn ask(versions: &mut Versions, peer: u64, message: Request) -> Reply {
     }
 }
 
-fn settings(versions: &mut Versions, from: &str) -> Settings {
+fn settings(versions: &mut Versions, from: &str) -> ComponentSettings {
     connect(versions, 1, from, Purpose::Config);
-    match ask(versions, 1, Request::Settings { request: 3 }) {
-        Reply::Settings { request: 3, settings } => settings,
+    match ask(versions, 1, ConfigRequest::Settings { request: 3 }) {
+        ConfigReply::Settings { request: 3, settings } => settings,
         other => panic!("{other:?}"),
     }
 }
 
 fn parameter(versions: &mut Versions, from: &str, name: &str) -> Option<Assigned> {
     connect(versions, 1, from, Purpose::Config);
-    match ask(versions, 1, Request::Parameter { request: 4, name: name.into() }) {
-        Reply::Parameter { request: 4, name: given, assigned } if given == name => assigned,
+    match ask(versions, 1, ConfigRequest::Parameter { request: 4, name: name.into() }) {
+        ConfigReply::Parameter { request: 4, name: given, assigned } if given == name => assigned,
         other => panic!("{other:?}"),
     }
 }
@@ -104,7 +105,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
         wake,
         transport: if wake == Wake::Spin { Transport::Tcp } else { Transport::Auto },
     };
-    let wanted = Settings {
+    let wanted = ComponentSettings {
         version: 1,
         rate_hz: Some(10.0),
         controlled: false,
@@ -133,27 +134,27 @@ fn a_parameter_comes_with_its_folder_and_place_or_is_not_assigned() {
 }
 
 #[test]
-fn who_is_not_in_the_file_is_told_so_until_it_is() {
+fn a_component_is_refused_until_it_is_in_the_file() {
     let mut versions = versions();
     connect(&mut versions, 1, "plaier", Purpose::Config);
-    match ask(&mut versions, 1, Request::Settings { request: 5 }) {
-        Reply::Refused { request: 5, refusal } => {
+    match ask(&mut versions, 1, ConfigRequest::Settings { request: 5 }) {
+        ConfigReply::Refused { request: 5, refusal } => {
             assert_eq!(
                 refusal.text,
-                "m/a.xml holds no component called `plaier`; it holds: player, mapper, view"
+                "m/a.xml has no component called `plaier`; it has: player, mapper, view"
             );
         }
         other => panic!("{other:?}"),
     }
     versions.handle(saved(&FILE.replace("\"view\" ", "\"plaier\" ")));
-    let answer = ask(&mut versions, 1, Request::Settings { request: 6 });
-    assert!(matches!(answer, Reply::Settings { request: 6, .. }), "{answer:?}");
+    let answer = ask(&mut versions, 1, ConfigRequest::Settings { request: 6 });
+    assert!(matches!(answer, ConfigReply::Settings { request: 6, .. }), "{answer:?}");
 }
 
 #[test]
-fn who_comes_for_something_else_is_refused() {
+fn a_client_with_another_purpose_is_refused() {
     let action = connect(&mut versions(), 1, "tool", Purpose::Registry { entry: None });
-    assert!(matches!(action, armor_socket::Action::Refuse { .. }), "{action:?}");
+    assert!(matches!(action, armor_wire::peer::PeerAction::Refuse { .. }), "{action:?}");
 }
 
 #[test]
@@ -161,9 +162,9 @@ fn only_a_valid_version_is_taken() {
     let mut versions = versions();
     let mut read = |text: &str| match versions.handle(saved(text)).into_iter().next() {
         None => "nothing".to_owned(),
-        Some(Action::Tell(Notice::Taken { version, .. })) => format!("taken {version}"),
-        Some(Action::Tell(Notice::Restored { version })) => format!("restored {version}"),
-        Some(Action::Tell(Notice::Refused { kept, findings })) => {
+        Some(ConfigdAction::Tell(Notice::Taken { version, .. })) => format!("taken {version}"),
+        Some(ConfigdAction::Tell(Notice::Restored { version })) => format!("restored {version}"),
+        Some(ConfigdAction::Tell(Notice::Refused { kept, findings })) => {
             let codes: Vec<_> = findings.iter().map(|finding| finding.code.as_str()).collect();
             format!("refused, kept {}: {}", kept.unwrap(), codes.join(" "))
         }
@@ -184,7 +185,8 @@ fn only_a_valid_version_is_taken() {
 #[test]
 fn overrides_go_over_every_version() {
     let over = Override::parse("player.file=b.log", Path::new("/home")).unwrap();
-    let mut versions = versions_under(Rules { overrides: vec![over], ..Rules::default() });
+    let mut versions =
+        versions_under(VersionRules { overrides: vec![over], ..VersionRules::default() });
     let wanted = Assigned { text: "b.log".into(), base: "/home".into(), origin: "--set".into() };
     assert_eq!(parameter(&mut versions, "player", "file").as_ref(), Some(&wanted));
     versions.handle(saved(&FILE.replace("a.log", "c.log")));
@@ -197,7 +199,7 @@ fn overrides_go_over_every_version() {
 
 #[test]
 fn what_is_not_played_is_not_taken() {
-    let rules = Rules { played: Some(vec![Feature::Priority]), ..Rules::default() };
+    let rules = VersionRules { played: Some(vec![Feature::Priority]), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     versions.handle(saved(&FILE.replace("on=\"player.done\"", "priority=\"2\" timeout=\"1s\"")));
     assert_eq!(versions.number(), 2);
@@ -240,19 +242,21 @@ fn live_manifests() -> Manifests {
 
 #[test]
 fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     for (peer, name) in [(1, "player"), (2, "player"), (3, "mapper")] {
         connect(&mut versions, peer, name, Purpose::Config);
     }
     for name in ["file", "speed"] {
         for peer in [1, 3] {
-            ask(&mut versions, peer, Request::Parameter { request: 1, name: name.into() });
+            ask(&mut versions, peer, ConfigRequest::Parameter { request: 1, name: name.into() });
         }
     }
-    let sent = |actions: Vec<Action>| -> Vec<_> {
+    let sent = |actions: Vec<ConfigdAction>| -> Vec<_> {
         let messages = actions.into_iter().filter_map(|action| match action {
-            Action::Peer(armor_socket::Action::Send { peer, message }) => Some((peer.0, message)),
+            ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { peer, message }) => {
+                Some((peer.0, message))
+            }
             _ => None,
         });
         messages.collect()
@@ -260,12 +264,12 @@ fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
     let changed = FILE.replace("value=\"2\"", "value=\"3\"").replace("a.log", "b.log");
     let messages = sent(versions.handle(saved(&changed)));
     match messages.as_slice() {
-        [(1, Reply::Parameter { request: 0, name, assigned: Some(assigned) })] => {
+        [(1, ConfigReply::Parameter { request: 0, name, assigned: Some(assigned) })] => {
             assert_eq!((name.as_str(), assigned.text.as_str()), ("speed", "3"));
         }
         other => panic!("{other:?}"),
     }
-    versions.handle(Event::Peer(armor_socket::Event::Closed {
+    versions.handle(ConfigdEvent::Peer(armor_wire::peer::PeerEvent::Closed {
         peer: PeerId(1),
         reason: CloseReason::Ended,
     }));
@@ -274,30 +278,31 @@ fn a_live_parameter_that_was_asked_for_is_sent_when_it_changes() {
 
 #[test]
 fn an_invalid_first_version_is_refused_with_its_findings() {
-    let refused = Versions::new(7, Rules::default(), reading("<armor"), Vec::new());
+    let refused = Versions::new(7, VersionRules::default(), reading("<armor"), Vec::new());
     assert!(refused.err().is_some_and(|findings| findings.has_errors()));
 }
 
-/// The state that was told last.
-fn state(actions: &[Action]) -> ConfigurationState {
+/// The last state notice.
+fn state(actions: &[ConfigdAction]) -> ConfigurationState {
     let mut states = actions.iter().rev().filter_map(|action| match action {
-        Action::Tell(Notice::State(state)) => Some((**state).clone()),
+        ConfigdAction::Tell(Notice::State(state)) => Some((**state).clone()),
         _ => None,
     });
     states.next().unwrap_or_else(|| panic!("no state in {actions:?}"))
 }
 
 #[test]
-fn who_is_commanded_by_the_mission_stays_so_while_the_system_runs() {
-    // A mission is not taken over a component that it commands no more: told otherwise by its next
-    // start, the component would be active beside what excludes it.
+fn a_component_commanded_by_the_mission_stays_so_while_the_system_runs() {
+    // A mission that no longer commands a component is not taken while the component runs: with another
+    // answer at its next start, the component would be active together with those that exclude it.
     let free = FILE.replace(r#" components="player""#, "");
     let mut versions = versions();
     versions.handle(saved(&free));
     assert_eq!(versions.number(), 2);
     assert!(settings(&mut versions, "player").controlled, "as when it was started first");
-    let kept = |number, text: &str| Kept { number, files: vec![("m/a.xml".into(), text.into())] };
-    let rules = Rules { root: "/robot".into(), ..Rules::default() };
+    let kept =
+        |number, text: &str| KeptVersion { number, files: vec![("m/a.xml".into(), text.into())] };
+    let rules = VersionRules { root: "/robot".into(), ..VersionRules::default() };
     let two = vec![kept(1, FILE), kept(2, &free)];
     let (mut again, _) = Versions::new(9, rules, reading(&free), two).unwrap();
     assert!(settings(&mut again, "player").controlled, "also by a configd that was killed");
@@ -305,10 +310,11 @@ fn who_is_commanded_by_the_mission_stays_so_while_the_system_runs() {
 }
 
 #[test]
-fn a_restart_goes_on_with_what_was_kept() {
-    let kept = |number, text: &str| Kept { number, files: vec![("m/a.xml".into(), text.into())] };
-    let start = |first: &str, kept: Vec<Kept>| {
-        let rules = Rules { root: "/robot".into(), ..Rules::default() };
+fn a_restart_continues_with_the_kept_versions() {
+    let kept =
+        |number, text: &str| KeptVersion { number, files: vec![("m/a.xml".into(), text.into())] };
+    let start = |first: &str, kept: Vec<KeptVersion>| {
+        let rules = VersionRules { root: "/robot".into(), ..VersionRules::default() };
         Versions::new(9, rules, reading(first), kept)
     };
     let two = vec![kept(4, FILE), kept(5, &FILE.replace("10Hz", "20Hz"))];
@@ -316,15 +322,18 @@ fn a_restart_goes_on_with_what_was_kept() {
     let (mut versions, actions) = start(&FILE.replace("10Hz", "20Hz"), two.clone()).unwrap();
     assert_eq!((versions.number(), state(&actions).refused), (5, false));
     connect(&mut versions, 1, "param-7", Purpose::Config);
-    let diff = ask(&mut versions, 1, Request::Diff { request: 1, from: None, to: None });
-    assert!(matches!(diff, Reply::Differences { from: 4, to: 5, .. }), "{diff:?}");
+    let diff = ask(&mut versions, 1, ConfigRequest::Diff { request: 1, from: None, to: None });
+    assert!(matches!(diff, ConfigReply::Differences { from: 4, to: 5, .. }), "{diff:?}");
     // Another valid one: the next version.
     let (versions, actions) = start(&FILE.replace("10Hz", "30Hz"), two.clone()).unwrap();
     assert_eq!((versions.number(), state(&actions).changes.len()), (6, 1));
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 6, .. }))));
+    assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 6, .. }))));
     // An invalid one: the last good one goes on.
     let (mut versions, actions) = start("<armor", two).unwrap();
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: Some(5), .. }))));
+    assert!(matches!(
+        actions.first(),
+        Some(ConfigdAction::Tell(Notice::Refused { kept: Some(5), .. }))
+    ));
     assert!(state(&actions).refused && state(&actions).changes.len() == 1);
     assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
     // The newest were damaged: the newest that is whole goes on, and the next takes its number.
@@ -333,31 +342,38 @@ fn a_restart_goes_on_with_what_was_kept() {
         vec![kept(4, FILE), kept(5, &five), kept(6, &FILE[..200]), kept(7, "")]
     };
     let (mut versions, actions) = start("<armor", damaged()).unwrap();
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: Some(5), .. }))));
+    assert!(matches!(
+        actions.first(),
+        Some(ConfigdAction::Tell(Notice::Refused { kept: Some(5), .. }))
+    ));
     assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
     assert_eq!(start(FILE, damaged()).unwrap().0.number(), 6);
-    // Kept bytes that nobody can read any more do not stand in for a valid file.
+    // A kept version that cannot be read any more does not replace a valid file.
     assert_eq!(start(FILE, vec![kept(3, "<armor")]).unwrap().0.number(), 1);
     assert!(start("<armor", vec![kept(3, "<armor")]).is_err());
 }
 
 #[test]
 fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
-    let findings = Versions::new(7, Rules::default(), reading("<armor"), Vec::new()).err().unwrap();
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let findings =
+        Versions::new(7, VersionRules::default(), reading("<armor"), Vec::new()).err().unwrap();
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let (mut versions, actions) = Versions::waiting(7, rules, 3, findings);
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: None, .. }))));
-    assert!(state(&actions).refused && versions.kept().is_none());
+    assert!(matches!(
+        actions.first(),
+        Some(ConfigdAction::Tell(Notice::Refused { kept: None, .. }))
+    ));
+    assert!(state(&actions).refused && versions.newest_kept().is_none());
     connect(&mut versions, 1, "mapper", Purpose::Config);
     let asked = [
-        Request::Settings { request: 1 },
-        Request::Parameter { request: 1, name: "speed".into() },
-        Request::List { request: 1, component: None, from: 0 },
-        Request::Diff { request: 1, from: None, to: None },
+        ConfigRequest::Settings { request: 1 },
+        ConfigRequest::Parameter { request: 1, name: "speed".into() },
+        ConfigRequest::List { request: 1, component: None, from: 0 },
+        ConfigRequest::Diff { request: 1, from: None, to: None },
     ];
     for request in asked {
         match ask(&mut versions, 1, request) {
-            Reply::Refused { request: 1, refusal } => {
+            ConfigReply::Refused { request: 1, refusal } => {
                 assert!(refusal.text.contains("no valid version"), "{}", refusal.text);
                 assert!(refusal.text.contains("E0004"), "{}", refusal.text);
             }
@@ -365,26 +381,34 @@ fn without_any_version_everybody_is_refused_until_the_file_is_valid() {
         }
     }
     let (component, parameter) = ("mapper".into(), "speed".into());
-    let set = Request::Set { request: 1, component, parameter, value: None };
+    let set = ConfigRequest::Set { request: 1, component, parameter, value: None };
     let set = ask(&mut versions, 1, set);
-    assert!(matches!(&set, Reply::Rejected { findings, .. } if !findings.is_empty()), "{set:?}");
+    assert!(
+        matches!(&set, ConfigReply::Rejected { findings, .. } if !findings.is_empty()),
+        "{set:?}"
+    );
     let actions = versions.handle(saved("<armor version"));
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Refused { kept: None, .. }))));
+    assert!(matches!(
+        actions.first(),
+        Some(ConfigdAction::Tell(Notice::Refused { kept: None, .. }))
+    ));
     let actions = versions.handle(saved(FILE));
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 4, .. }))));
+    assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 4, .. }))));
     // Who had asked for a live one, and runs with its last value, hears of it.
-    let told = |action: &Action| {
-        let Action::Peer(armor_socket::Action::Send { message, .. }) = action else { return false };
-        matches!(message, Reply::Parameter { request: 0, name, .. } if name == "speed")
+    let is_answer = |action: &ConfigdAction| {
+        let ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { message, .. }) = action else {
+            return false;
+        };
+        matches!(message, ConfigReply::Parameter { request: 0, name, .. } if name == "speed")
     };
-    assert!(actions.iter().any(told), "{actions:?}");
+    assert!(actions.iter().any(is_answer), "{actions:?}");
     assert_eq!(settings(&mut versions, "mapper").version, 4);
 }
 
 #[test]
 fn a_file_that_cannot_be_read_is_named() {
     let missing = read(Path::new("m/a.xml"), &mut |_| Err(std::io::ErrorKind::NotFound.into()));
-    let state = state(&versions().handle(Event::Read(Box::new(missing))));
+    let state = state(&versions().handle(ConfigdEvent::Read(Box::new(missing))));
     assert_eq!(
         (state.findings[0].code.as_str(), state.findings[0].file.as_str()),
         ("E0003", "m/a.xml")
@@ -394,17 +418,17 @@ fn a_file_that_cannot_be_read_is_named() {
 
 #[test]
 fn a_file_is_judged_by_the_kinds_there_are_when_it_is_saved_or_later() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     let with_arm = FILE.replace("kind=\"view\"", "kind=\"arm\"");
     assert!(state(&versions.handle(saved(&with_arm))).refused);
     let mut manifests = live_manifests();
     manifests.insert("arm".into(), Manifest { kind: "arm".into(), ..manifests["view"].clone() });
-    let actions = versions.handle(Event::Kinds(manifests.clone()));
-    assert!(matches!(actions.first(), Some(Action::Tell(Notice::Taken { version: 2, .. }))));
+    let actions = versions.handle(ConfigdEvent::Kinds(manifests.clone()));
+    assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 2, .. }))));
     // Nothing is refused now, so other kinds are no news; the next version is judged by them.
     manifests.remove("arm");
-    assert!(versions.handle(Event::Kinds(manifests)).is_empty());
+    assert!(versions.handle(ConfigdEvent::Kinds(manifests)).is_empty());
     assert_eq!(versions.number(), 2);
     assert!(state(&versions.handle(saved(&with_arm.replace("10Hz", "20Hz")))).refused);
 }

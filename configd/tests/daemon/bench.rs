@@ -7,9 +7,9 @@ use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use armor_configd::{Background, Notice, Options};
+use armor_configd::{BackgroundConfigd, ConfigdOptions, Notice};
 use armor_wire::codec;
-use armor_wire::config::{Reply, Request, Settings};
+use armor_wire::config::{ComponentSettings, ConfigReply, ConfigRequest};
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{self, Hello, Purpose};
 
@@ -39,12 +39,12 @@ impl Folder {
         self.0.join("robot.xml")
     }
 
-    pub fn configd(&self) -> Background {
+    pub fn configd(&self) -> BackgroundConfigd {
         self.configd_of(&self.file())
     }
 
-    pub fn configd_of(&self, file: &Path) -> Background {
-        let configd = Background::start(Options::new(file)).unwrap();
+    pub fn configd_of(&self, file: &Path) -> BackgroundConfigd {
+        let configd = BackgroundConfigd::start(ConfigdOptions::new(file)).unwrap();
         expect_taken(&configd, 1);
         configd
     }
@@ -69,7 +69,7 @@ pub fn wait_for(what: &str, is_so: impl Fn() -> bool) {
 }
 
 /// The next that is no mere state.
-pub fn notice(configd: &Background) -> Notice {
+pub fn notice(configd: &BackgroundConfigd) -> Notice {
     loop {
         match configd.notices().recv_timeout(DEADLINE).unwrap() {
             Notice::State(_) => {}
@@ -78,7 +78,7 @@ pub fn notice(configd: &Background) -> Notice {
     }
 }
 
-pub fn expect_taken(configd: &Background, wanted: u64) {
+pub fn expect_taken(configd: &BackgroundConfigd, wanted: u64) {
     match notice(configd) {
         Notice::Taken { version, .. } => assert_eq!(version, wanted),
         other => panic!("{other:?}"),
@@ -86,7 +86,7 @@ pub fn expect_taken(configd: &Background, wanted: u64) {
 }
 
 /// As [`expect_taken`], after a save that may be caught half-written first.
-pub fn expect_taken_in_the_end(configd: &Background, wanted: u64) {
+pub fn expect_taken_in_the_end(configd: &BackgroundConfigd, wanted: u64) {
     loop {
         match notice(configd) {
             Notice::Refused { .. } => {}
@@ -96,7 +96,7 @@ pub fn expect_taken_in_the_end(configd: &Background, wanted: u64) {
     }
 }
 
-pub fn expect_refused(configd: &Background, wanted: u64) {
+pub fn expect_refused(configd: &BackgroundConfigd, wanted: u64) {
     match notice(configd) {
         Notice::Refused { kept, findings } => {
             assert!(kept == Some(wanted) && findings.has_errors());
@@ -105,7 +105,7 @@ pub fn expect_refused(configd: &Background, wanted: u64) {
     }
 }
 
-pub fn expect_restored(configd: &Background, wanted: u64) {
+pub fn expect_restored(configd: &BackgroundConfigd, wanted: u64) {
     match notice(configd) {
         Notice::Restored { version } => assert_eq!(version, wanted),
         other => panic!("{other:?}"),
@@ -113,7 +113,7 @@ pub fn expect_restored(configd: &Background, wanted: u64) {
 }
 
 /// Connects as the component, asks once, and leaves.
-pub fn ask(address: SocketAddr, from: &str, request: &Request) -> Reply {
+pub fn ask(address: SocketAddr, from: &str, request: &ConfigRequest) -> ConfigReply {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
     let hello = Hello::new(from, 1, Purpose::Config);
@@ -139,9 +139,9 @@ pub fn ask(address: SocketAddr, from: &str, request: &Request) -> Reply {
     }
 }
 
-pub fn settings(configd: &Background) -> Settings {
-    match ask(configd.address(), "lamp", &Request::Settings { request: 9 }) {
-        Reply::Settings { request: 9, settings } => settings,
+pub fn settings(configd: &BackgroundConfigd) -> ComponentSettings {
+    match ask(configd.address(), "lamp", &ConfigRequest::Settings { request: 9 }) {
+        ConfigReply::Settings { request: 9, settings } => settings,
         other => panic!("{other:?}"),
     }
 }

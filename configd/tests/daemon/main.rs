@@ -11,8 +11,8 @@ mod setting;
 use std::fs;
 use std::path::Path;
 
-use armor_configd::{Background, Options, ServeError};
-use armor_wire::config::{Assigned, Reply, Request};
+use armor_configd::{BackgroundConfigd, ConfigdOptions, ConfigdStartError};
+use armor_wire::config::{Assigned, ConfigReply, ConfigRequest};
 
 use bench::*;
 
@@ -21,8 +21,8 @@ fn components_are_answered_and_changes_show() {
     let folder = Folder::new("answers");
     let configd = folder.configd();
     assert_eq!((settings(&configd).version, settings(&configd).rate_hz), (1, Some(1.0)));
-    let request = Request::Parameter { request: 1, name: "picture".into() };
-    let Reply::Parameter { assigned: Some(Assigned { text, base, origin }), .. } =
+    let request = ConfigRequest::Parameter { request: 1, name: "picture".into() };
+    let ConfigReply::Parameter { assigned: Some(Assigned { text, base, origin }), .. } =
         ask(configd.address(), "lamp", &request)
     else {
         panic!("not assigned");
@@ -57,25 +57,26 @@ fn the_system_file_of_a_mission_is_watched_too() {
 fn it_does_not_start_over_an_invalid_file() {
     let folder = Folder::new("invalid");
     fs::write(folder.file(), "<armor version=\"1\"><system/>").unwrap();
-    match Background::start(Options::new(folder.file())).err() {
-        Some(ServeError::Refused(findings)) => assert!(findings.has_errors()),
+    match BackgroundConfigd::start(ConfigdOptions::new(folder.file())).err() {
+        Some(ConfigdStartError::Refused(findings)) => assert!(findings.has_errors()),
         other => panic!("{other:?}"),
     }
 }
 
 #[test]
-fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
+fn a_restart_over_an_invalid_file_continues_with_the_last_good_version() {
     let folder = Folder::new("restart");
     let kept = folder.0.join("out/configd");
-    let options = || Options { versions: Some(kept.clone()), ..Options::new(folder.file()) };
-    let configd = Background::start(options()).unwrap();
+    let options =
+        || ConfigdOptions { versions: Some(kept.clone()), ..ConfigdOptions::new(folder.file()) };
+    let configd = BackgroundConfigd::start(options()).unwrap();
     expect_taken(&configd, 1);
     folder.save(&file(2));
     expect_taken(&configd, 2);
     wait_for("version 2 on the disk", || kept.join("2/index").exists());
     drop(configd);
     fs::write(folder.file(), "<armor").unwrap();
-    let configd = Background::start(options()).unwrap();
+    let configd = BackgroundConfigd::start(options()).unwrap();
     expect_refused(&configd, 2);
     assert_eq!((settings(&configd).version, settings(&configd).rate_hz), (2, Some(2.0)));
     folder.save(&file(3));
@@ -84,16 +85,20 @@ fn a_restart_over_an_invalid_file_goes_on_with_the_last_good_version() {
     assert_eq!(fs::read_to_string(kept.join("2/1-robot.xml")).unwrap(), file(2));
     drop(configd);
     fs::write(folder.file(), "<armor").unwrap();
-    let refused = Background::start(Options::new(folder.file())).err();
-    assert!(matches!(refused, Some(ServeError::Refused(_))), "without the versions it cannot");
+    let refused = BackgroundConfigd::start(ConfigdOptions::new(folder.file())).err();
+    assert!(
+        matches!(refused, Some(ConfigdStartError::Refused(_))),
+        "without the versions it cannot"
+    );
 }
 
 #[test]
 fn a_version_that_vanished_is_kept_again() {
     let folder = Folder::new("vanished");
     let kept = folder.0.join("out/configd");
-    let options = || Options { versions: Some(kept.clone()), ..Options::new(folder.file()) };
-    let configd = Background::start(options()).unwrap();
+    let options =
+        || ConfigdOptions { versions: Some(kept.clone()), ..ConfigdOptions::new(folder.file()) };
+    let configd = BackgroundConfigd::start(options()).unwrap();
     expect_taken(&configd, 1);
     let whole = || {
         wait_for("a whole version", || {
@@ -110,10 +115,10 @@ fn a_version_that_vanished_is_kept_again() {
     drop(configd);
     fs::write(folder.file(), "<armor").unwrap();
     let empty = Some(folder.0.join("out/empty"));
-    let options = Options { wait: true, versions: empty, ..options() };
-    let configd = Background::start(options).unwrap();
-    let refused = ask(configd.address(), "lamp", &Request::Settings { request: 1 });
-    assert!(matches!(refused, Reply::Refused { .. }), "{refused:?}");
+    let options = ConfigdOptions { wait: true, versions: empty, ..options() };
+    let configd = BackgroundConfigd::start(options).unwrap();
+    let refused = ask(configd.address(), "lamp", &ConfigRequest::Settings { request: 1 });
+    assert!(matches!(refused, ConfigReply::Refused { .. }), "{refused:?}");
     folder.save(&file(2));
     expect_taken_in_the_end(&configd, 1);
 }

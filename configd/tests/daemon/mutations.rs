@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use armor_configd::{Background, Notice, Options};
+use armor_configd::{BackgroundConfigd, ConfigdOptions, Notice};
 use armor_robotfile::{check, read};
 
 use crate::bench::{DEADLINE, Folder};
@@ -111,8 +111,8 @@ fn is_valid(folder: &Folder, bytes: &[u8]) -> bool {
     check(reading, &[], None).is_valid()
 }
 
-/// The version that is in force once `wanted` is seen, and when that was told.
-fn settled(configd: &Background, version: &mut u64, wanted: bool) -> Instant {
+/// The version that is in force once `wanted` is seen, and when that was reported.
+fn settled(configd: &BackgroundConfigd, version: &mut u64, wanted: bool) -> Instant {
     loop {
         match configd.notices().recv_timeout(DEADLINE).unwrap() {
             Notice::Taken { version: taken, .. } => {
@@ -149,7 +149,7 @@ fn spoiled_files_are_refused_however_they_are_saved() {
     println!("ARMOR_SEED={seed} ARMOR_MUTATIONS={rounds}");
     let folder = Folder::new("mutations");
     fs::write(folder.file(), EXAMPLE).unwrap();
-    let configd = Background::start(Options::new(folder.file())).unwrap();
+    let configd = BackgroundConfigd::start(ConfigdOptions::new(folder.file())).unwrap();
     let mut version = 0;
     settled(&configd, &mut version, true);
     let mut dice = Dice(fastrand::Rng::with_seed(seed));
@@ -162,15 +162,15 @@ fn spoiled_files_are_refused_however_they_are_saved() {
         let valid = is_valid(&folder, &bytes);
         save(&folder, round, &bytes);
         let saved = Instant::now();
-        let told = settled(&configd, &mut version, valid);
-        took.push(told - saved);
+        let reported = settled(&configd, &mut version, valid);
+        took.push(reported - saved);
         refused += u64::from(!valid);
         save(&folder, round / 10, EXAMPLE.as_bytes());
         settled(&configd, &mut version, true);
     }
     took.sort_unstable();
     println!(
-        "{refused} of {} refused; told after {:?} (half of them), {:?} (longest)",
+        "{refused} of {} refused; reported after {:?} (half of them), {:?} (longest)",
         took.len(),
         took[took.len() / 2],
         took[took.len() - 1]

@@ -2,13 +2,13 @@
 
 use std::fs;
 
-use armor_configd::Background;
-use armor_wire::config::{Reply, Request};
+use armor_configd::BackgroundConfigd;
+use armor_wire::config::{ConfigReply, ConfigRequest, FindingSeverity};
 
 use crate::bench::*;
 
-fn set(configd: &Background, parameter: &str, value: Option<&str>) -> Reply {
-    let request = Request::Set {
+fn set(configd: &BackgroundConfigd, parameter: &str, value: Option<&str>) -> ConfigReply {
+    let request = ConfigRequest::Set {
         request: 5,
         component: "lamp".into(),
         parameter: parameter.into(),
@@ -26,7 +26,7 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
     std::os::unix::fs::symlink("real.xml", folder.file()).unwrap();
     let configd = folder.configd();
     match set(&configd, "picture", Some("b & c.png")) {
-        Reply::Set { request: 5, version: 2, changes } => {
+        ConfigReply::Set { request: 5, version: 2, changes } => {
             assert_eq!(changes[0].text, "parameter lamp.picture: a.png → \"b & c.png\"");
         }
         other => panic!("{other:?}"),
@@ -41,23 +41,25 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
     fs::write(folder.file(), "<armor").unwrap();
     expect_refused(&configd, 3);
     match set(&configd, "picture", Some("d.png")) {
-        Reply::Rejected { findings, .. } => assert_eq!(findings[0].severity, "error"),
+        ConfigReply::Rejected { findings, .. } => {
+            assert_eq!(findings[0].severity, FindingSeverity::Error)
+        }
         other => panic!("{other:?}"),
     }
     assert_eq!(fs::read_to_string(folder.file()).unwrap(), "<armor");
 }
 
 #[test]
-fn a_value_never_overwrites_what_somebody_else_just_saved() {
+fn a_value_never_overwrites_what_another_program_just_saved() {
     let folder = Folder::new("race");
     let configd = folder.configd();
     for round in 2..10 {
         folder.save(&file(round));
         let picture = format!("{round}.png");
         let was_set = match set(&configd, "picture", Some(&picture)) {
-            Reply::Set { .. } => true,
-            Reply::Rejected { text, .. } => {
-                assert!(text.contains("changed by somebody else"), "{text}");
+            ConfigReply::Set { .. } => true,
+            ConfigReply::Rejected { text, .. } => {
+                assert!(text.contains("changed by another program"), "{text}");
                 false
             }
             other => panic!("{other:?}"),

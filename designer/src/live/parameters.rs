@@ -2,7 +2,7 @@
 //! be, writes it and says when the change takes effect.
 
 use armor_inspect::{ParameterClient, SetReport};
-use armor_wire::config::ListedParameter;
+use armor_wire::config::{FindingSeverity, ListedParameter};
 use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, vec2};
 
 use super::watched::Watched;
@@ -157,7 +157,7 @@ fn remark(ui: &mut egui::Ui, parameter: &ListedParameter) {
 /// Why a value was refused, and what it may be.
 fn complain(ui: &mut egui::Ui, told: &SetReport, parameter: &ListedParameter) {
     let colours = Colours::of(ui.visuals());
-    let found = told.findings.iter().filter(|finding| finding.severity == "error");
+    let found = told.findings.iter().filter(|finding| finding.severity == FindingSeverity::Error);
     let found: Vec<_> = found.collect();
     if found.is_empty() {
         ui.colored_label(colours.error, said(ui, &told.text));

@@ -1,7 +1,7 @@
 //! The values of one output, as they arrive.
 
 use armor_inspect::{ValueLook, WatchedValues};
-use armor_wire::schema::{Glimpse, Scalar, Seen};
+use armor_wire::schema::{Glimpse, GlimpsedValue, Scalar};
 use eframe::egui::{self, Grid};
 
 use super::plots::Plots;
@@ -82,19 +82,19 @@ pub fn in_brief(look: &ValueLook) -> String {
 }
 
 fn can_be_plotted(glimpse: &Glimpse) -> bool {
-    matches!(glimpse.seen, Seen::Value(Scalar::Number(_) | Scalar::Flag(_)))
+    matches!(glimpse.seen, GlimpsedValue::Value(Scalar::Number(_) | Scalar::Flag(_)))
 }
 
 fn in_words(glimpse: &Glimpse) -> String {
     match &glimpse.seen {
-        Seen::Value(Scalar::Number(value)) => match &glimpse.unit {
+        GlimpsedValue::Value(Scalar::Number(value)) => match &glimpse.unit {
             Some(unit) => format!("{} {unit}", number(*value)),
             None => number(*value),
         },
-        Seen::Value(Scalar::Flag(flag)) => if *flag { "yes" } else { "no" }.into(),
-        Seen::Value(Scalar::Text(text)) => crate::text::short(text, 60).into_owned(),
-        Seen::Many(count) => format!("{count} values"),
-        Seen::Nothing => "none".into(),
+        GlimpsedValue::Value(Scalar::Flag(flag)) => if *flag { "yes" } else { "no" }.into(),
+        GlimpsedValue::Value(Scalar::Text(text)) => crate::text::short(text, 60).into_owned(),
+        GlimpsedValue::Many(count) => format!("{count} values"),
+        GlimpsedValue::Nothing => "none".into(),
     }
 }
 

@@ -11,7 +11,7 @@ use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking
 use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::Change;
-use armor_wire::config::{Finding, ListedParameter};
+use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter};
 use armor_wire::registry::ComponentEntry;
 use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
 use egui_kittest::kittest::Queryable;
@@ -57,7 +57,7 @@ fn entry(name: &str) -> ComponentEntry {
 fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
     let link = LinkStatus {
         to: "arm".into(),
-        keep: "10".into(),
+        keep: armor_wire::keep::Keep::Last { count: 10 },
         sent,
         dropped: 0,
         queued: 0,
@@ -418,11 +418,11 @@ fn the_panel_beneath_is_as_high_whatever_it_shows() {
 
 #[test]
 fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
-    let finding = Finding {
-        severity: "error".into(),
+    let finding = FindingRecord {
+        severity: FindingSeverity::Error,
         code: "E0113".into(),
         message: "900 m/s is too fast".into(),
-        ..Finding::default()
+        ..FindingRecord::default()
     };
     let told = SetReport {
         parameter: "arm.speed".into(),

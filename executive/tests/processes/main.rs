@@ -6,7 +6,7 @@ mod worker;
 use armor_executive::journal::{self, Journal};
 use armor_executive::{ExecutiveOptions, JournalEntry, Ledger, MissionOutcome, run};
 use armor_plan::Plan;
-use armor_registry::Background;
+use armor_registry::BackgroundRegistry;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
 fn configd(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let mut next = || arguments.next().expect("an argument");
     let registry = next().into_string().expect("an address").parse().expect("an address");
-    let options = armor_configd::Options::new(next());
+    let options = armor_configd::ConfigdOptions::new(next());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let mut registrations = Vec::new();
     let tell = |notice| {
@@ -118,7 +118,7 @@ struct Processes {
 }
 
 impl Processes {
-    fn start(registry: &Background, folder: &Path) -> Self {
+    fn start(registry: &BackgroundRegistry, folder: &Path) -> Self {
         let registry = registry.address().to_string();
         let mut all = Self {
             registry,
@@ -200,11 +200,11 @@ impl Drop for Processes {
 fn a_mission_outlives_its_executive() {
     let folder = std::env::temp_dir().join(format!("armor-executive-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
-    let listen = armor_registry::Options {
+    let listen = armor_registry::RegistryOptions {
         listen: "127.0.0.1:0".parse().expect("an address"),
         ..Default::default()
     };
-    let registry = Background::start(listen).expect("a registry");
+    let registry = BackgroundRegistry::start(listen).expect("a registry");
     let mut processes = Processes::start(&registry, &folder);
     let (began, mut executives, mut workers) = (Instant::now(), 0, 0);
     // Counted in records, so that they die at any stage of a firing.

@@ -225,7 +225,7 @@ fn an_ended_system_keeps_the_links_that_it_had() {
     let mut scene = Scene::default();
     let link = LinkStatus {
         to: "map".into(),
-        keep: "10".into(),
+        keep: armor_wire::keep::Keep::Last { count: 10 },
         sent: 7,
         dropped: 0,
         queued: 0,

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use armor_configd::{Kinds, Notice, Options};
+use armor_configd::{ConfigdOptions, KindSource, Notice};
 use armor_inspect::CONFIGURATION;
 use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Finding, Severity};
@@ -16,7 +16,7 @@ use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::prelude::Latched;
 use armor_socket::Registration;
-use armor_wire::config::Change;
+use armor_wire::config::ChangeRecord;
 use tracing::{debug, error, info, warn};
 
 use super::{entry, until_asked};
@@ -27,9 +27,6 @@ use crate::kinds::{Catalogue, Identity};
 
 /// How long one try to register may take before the reason is told; then it is tried on.
 const REGISTER_WITHIN: Duration = Duration::from_secs(20);
-/// What the executive plays, or does not.
-const OF_THE_MISSION: [&str; 6] =
-    ["mission", "variable", "place", "exclusive", "transition", "submission"];
 /// Changes and findings that are written out; a log is no place for five hundred.
 const MAX_SAID: usize = 20;
 
@@ -54,7 +51,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
     // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
     kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
-    let options = Options {
+    let options = ConfigdOptions {
         overrides,
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
@@ -62,7 +59,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
         further: Some(check::of_the_mission_soon),
         versions,
         wait: arguments.wait,
-        ..Options::new(&arguments.file)
+        ..ConfigdOptions::new(&arguments.file)
     };
     let registry = arguments.registry;
     let publisher = publisher(registry)?;
@@ -86,9 +83,9 @@ fn watched(
     directories: Vec<PathBuf>,
     first: Vec<PathBuf>,
     known: Vec<(PathBuf, Option<Identity>)>,
-) -> Kinds {
+) -> KindSource {
     let known = Mutex::new(known);
-    Kinds::new(move |files| {
+    KindSource::new(move |files| {
         let files = || first.iter().chain(files).map(AsRef::as_ref);
         let now = Catalogue::sources(&directories, files());
         let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,11 +115,11 @@ fn say(notice: &Notice) {
                 if changes.is_empty() { "; it means what the last one meant" } else { "" };
             // What is played stands in the mission's own words: it may be refused from where it
             // stands, or wait.
-            let mission = changes.iter().any(|change| OF_THE_MISSION.contains(&&*change.subject));
+            let mission = changes.iter().any(|change| change.subject.is_of_mission());
             let mission =
                 if mission { "; the executive says what becomes of its mission" } else { "" };
             info!("version {version} of the file is valid and in force{meaning}{mission}");
-            for Change { text, effect, .. } in changes.iter().take(MAX_SAID) {
+            for ChangeRecord { text, effect, .. } in changes.iter().take(MAX_SAID) {
                 info!("{text}; it {effect}");
             }
             if changes.len() > MAX_SAID {

@@ -94,7 +94,7 @@ fn port(port: &PortManifest) -> Vec<String> {
 
 /// Values as they are written into a file.
 fn parameter(parameter: &ParameterManifest) -> Vec<String> {
-    let kind = format!("{:?}", parameter.kind).to_lowercase();
+    let kind = parameter.kind.to_string();
     let range = match parameter.range_with_unit() {
         range if range.is_empty() => parameter.choices.join(" | "),
         range => range,

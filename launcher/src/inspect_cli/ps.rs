@@ -29,7 +29,7 @@ fn row(sighting: &Sighting) -> Vec<String> {
     let entry = &sighting.entry;
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
-            format!("{:?}", status.state).to_lowercase(),
+            status.state.to_string(),
             format_duration(status.uptime_s),
             status.exec_calls.to_string(),
             status.clock_error_s.map_or("-".into(), format_short_time),

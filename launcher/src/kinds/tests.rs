@@ -58,7 +58,7 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
         ("garbage", "#!/bin/sh\necho hello", "W0119", "no manifest"),
         ("bytes", "#!/bin/sh\nprintf '\\377\\376'", "W0119", "not UTF-8"),
         ("newer", &format!("#!/bin/sh\necho '{newer}'"), "W0127", "version 2"),
-        ("twice", &format!("#!/bin/sh\necho '{twice}'"), "W0119", "a is there twice"),
+        ("twice", &format!("#!/bin/sh\necho '{twice}'"), "W0119", "a occurs twice"),
         ("alien", "#!/no/such/python\n", "W0119", "missing"),
         ("README", "A text file from a stick without modes.", "W0128", "no program"),
     ];

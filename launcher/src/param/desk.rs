@@ -5,16 +5,16 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_configd::{Action, Event, Notice, Rules, Versions, write};
+use armor_configd::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions, write};
 use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Findings};
 use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Differences, Parameters, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
-use armor_socket::PeerId;
-use armor_wire::config::{Reply, Request};
+use armor_wire::config::{ConfigReply, ConfigRequest};
 use armor_wire::hello::{Hello, Purpose};
+use armor_wire::peer::PeerId;
 
 use super::arguments::Where;
 use crate::arguments::{Kinds, Running};
@@ -54,8 +54,8 @@ impl Desk {
     pub fn between(old: &Path, new: &Path, kinds: &Kinds) -> Result<Differences> {
         let mut alone = Alone::open(old, &[new], kinds)?;
         let reading = armor_robotfile::load(new);
-        for action in alone.versions.handle(Event::Read(Box::new(reading))) {
-            if let Action::Tell(Notice::Refused { findings, .. }) = action {
+        for action in alone.versions.handle(ConfigdEvent::Read(Box::new(reading))) {
+            if let ConfigdAction::Tell(Notice::Refused { findings, .. }) = action {
                 return Err(invalid(new, &findings));
             }
         }
@@ -115,19 +115,19 @@ impl Alone {
         let files: Vec<_> =
             reading.files.iter().map(AsRef::as_ref).chain(others.iter().copied()).collect();
         let catalogue = Catalogue::gather(&kinds.directories, files)?;
-        let rules = Rules {
+        let rules = VersionRules {
             manifests: Some(catalogue.manifests()),
             played: Some(PLAYED.to_vec()),
             further: Some(check::of_the_mission),
             root: std::env::current_dir().context("the current folder is gone")?,
-            ..Rules::default()
+            ..VersionRules::default()
         };
         let (mut versions, _) = Versions::new(1, rules, reading, Vec::new())
             .map_err(|findings| invalid(file, &findings))?;
         let hello = Hello::new("param", 1, Purpose::Config);
         let address = ([127, 0, 0, 1], 0).into();
-        let connected = armor_socket::Event::Connected { peer: US, address, hello };
-        versions.handle(Event::Peer(connected));
+        let connected = armor_wire::peer::PeerEvent::Connected { peer: US, address, hello };
+        versions.handle(ConfigdEvent::Peer(connected));
         Ok(Self { versions })
     }
 }
@@ -136,22 +136,24 @@ impl Questions for Alone {
     type Error = anyhow::Error;
 
     /// Asks, and writes what is to be written.
-    fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply> {
+    fn ask(&mut self, request: impl FnOnce(u64) -> ConfigRequest) -> Result<ConfigReply> {
         let (arrived, message) = (Duration::ZERO, request(1));
-        let asked = armor_socket::Event::Message { peer: US, arrived, message };
-        let mut actions = self.versions.handle(Event::Peer(asked));
+        let asked = armor_wire::peer::PeerEvent::Message { peer: US, arrived, message };
+        let mut actions = self.versions.handle(ConfigdEvent::Peer(asked));
         loop {
             let mut next = Vec::new();
             for action in actions {
                 match action {
-                    Action::Peer(armor_socket::Action::Send { message, .. }) => {
+                    ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { message, .. }) => {
                         return match message {
-                            Reply::Refused { refusal, .. } => Err(anyhow!("{}", refusal.text)),
+                            ConfigReply::Refused { refusal, .. } => {
+                                Err(anyhow!("{}", refusal.text))
+                            }
                             reply => Ok(reply),
                         };
                     }
-                    Action::Write(wanted) => {
-                        next = self.versions.handle(Event::Written(write(&wanted)));
+                    ConfigdAction::Write(wanted) => {
+                        next = self.versions.handle(ConfigdEvent::Written(write(&wanted)));
                     }
                     _ => {}
                 }

@@ -21,7 +21,7 @@ pub fn json_of<T: Message + WireType>(record: &T) -> Result<Value> {
 /// Says why a value was not written: findings as `armor check` shows them, then the reason.
 pub fn say_rejected(
     text: &str,
-    findings: &[config::Finding],
+    findings: &[config::FindingRecord],
     left_out: u32,
     format: Format,
 ) -> Result<()> {
@@ -47,10 +47,10 @@ pub fn say_rejected(
 }
 
 /// The finding with its line underlined, as where it was found.
-fn in_words(told: &config::Finding, colours: Colours) -> String {
+fn in_words(told: &config::FindingRecord, colours: Colours) -> String {
     let Some(code) = Code::ALL.iter().find(|code| code.as_str() == told.code) else {
         // Of a newer configd than this program.
-        let config::Finding { severity, code, message, remedy, .. } = told;
+        let config::FindingRecord { severity, code, message, remedy, .. } = told;
         return format!("{severity}[{code}]: {message} ({remedy})");
     };
     let finding = match location(told) {
@@ -61,7 +61,7 @@ fn in_words(told: &config::Finding, colours: Colours) -> String {
 }
 
 /// The place in a text of which only the one line is known; the lines before it are empty.
-fn location(told: &config::Finding) -> Option<Location> {
+fn location(told: &config::FindingRecord) -> Option<Location> {
     let lines_before = (told.line as usize).checked_sub(1)?;
     let line_start = lines_before;
     let source = Source::new(
@@ -89,8 +89,8 @@ mod tests {
         let start = text.find("xy").expect("it is there");
         let at = Location::new(&source, Span::new(start, start + 2));
         let found = Finding::new(Code::BadValue, &at, "no").remedy("yes");
-        let told = config::Finding {
-            severity: "error".into(),
+        let told = config::FindingRecord {
+            severity: config::FindingSeverity::Error,
             code: "E0019".into(),
             message: "no".into(),
             remedy: "yes".into(),
@@ -103,9 +103,9 @@ mod tests {
             source_line: "\t<b ä=\"xy\"/>".into(),
         };
         assert_eq!(in_words(&told, Colours::No), found.render(Colours::No));
-        let nowhere = config::Finding { line: 0, ..told.clone() };
+        let nowhere = config::FindingRecord { line: 0, ..told.clone() };
         assert_eq!(in_words(&nowhere, Colours::No), "error[E0019]: no\n = help: yes\n");
-        let newer = config::Finding { code: "E9999".into(), ..told };
+        let newer = config::FindingRecord { code: "E9999".into(), ..told };
         assert_eq!(in_words(&newer, Colours::No), "error[E9999]: no (yes)");
     }
 }

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use armor_socket::PeerId;
 use armor_wire::hello::Refusal;
 use armor_wire::name::{is_name, split_data};
+use armor_wire::peer::PeerId;
 
 use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING, MAX_WAITING_PER_CONNECTION};
-use crate::texts;
+use crate::refusals;
 
-/// Somebody's question.
+/// A lookup that waits for its provider.
 #[derive(Clone, Debug)]
-pub(super) struct Lookup {
+pub(super) struct WaitingLookup {
     pub(super) peer: PeerId,
     pub(super) request: u64,
     /// What the asker expects; empty takes any.
@@ -23,33 +23,43 @@ pub(super) struct Lookup {
 pub(super) struct Lookups {
     /// What each asker's waiting requests are for.
     wanted: BTreeMap<(PeerId, u64), String>,
-    /// Who waits for a data or a process, first come first.
-    waiting: BTreeMap<String, Vec<Lookup>>,
+    /// The lookups of each data or process, oldest first.
+    waiting: BTreeMap<String, Vec<WaitingLookup>>,
 }
 
 impl Lookups {
-    /// Keeps a lookup until its data or its process is there.
-    pub(super) fn wait(&mut self, lookup: Lookup, data: String) -> Result<(), Refusal> {
+    /// Keeps a lookup until its data or its process is registered.
+    pub(super) fn add_lookup(
+        &mut self,
+        lookup: WaitingLookup,
+        data: String,
+    ) -> Result<(), Refusal> {
         if split_data(&data).is_none() && !is_name(&data) {
-            return Err(texts::malformed(format!(
+            return Err(refusals::refuse_malformed(format!(
                 "data is named `COMPONENT.OUTPUT` and a process `COMPONENT`, not {}",
-                texts::quoted(&data)
+                refusals::quote_text(&data)
             )));
         }
         if lookup.schema.len() > MAX_SCHEMA_LEN {
             let text = format!("a schema longer than {MAX_SCHEMA_LEN} bytes matches nothing");
-            return Err(texts::malformed(text));
+            return Err(refusals::refuse_malformed(text));
         }
         let key = (lookup.peer, lookup.request);
         if self.wanted.contains_key(&key) {
-            return Err(texts::malformed(format!("request {} waits already", lookup.request)));
+            return Err(refusals::refuse_malformed(format!(
+                "request {} waits already",
+                lookup.request
+            )));
         }
         let own = self.wanted.range((lookup.peer, 0)..=(lookup.peer, u64::MAX)).count();
         if own >= MAX_WAITING_PER_CONNECTION {
-            return Err(texts::limit("waiting lookups of yours", MAX_WAITING_PER_CONNECTION));
+            return Err(refusals::refuse_limit(
+                "waiting lookups of yours",
+                MAX_WAITING_PER_CONNECTION,
+            ));
         }
         if self.wanted.len() >= MAX_WAITING {
-            return Err(texts::limit("waiting lookups", MAX_WAITING));
+            return Err(refusals::refuse_limit("waiting lookups", MAX_WAITING));
         }
         self.wanted.insert(key, data.clone());
         self.waiting.entry(data).or_default().push(lookup);
@@ -61,8 +71,8 @@ impl Lookups {
         self.wanted.is_empty() && self.waiting.is_empty()
     }
 
-    /// The lookups that waited for `data`, which may be the name of a process.
-    pub(super) fn take(&mut self, data: &str) -> Vec<Lookup> {
+    /// Removes and returns the lookups of `data`, which may be the name of a process.
+    pub(super) fn take_waiting(&mut self, data: &str) -> Vec<WaitingLookup> {
         let taken = self.waiting.remove(data).unwrap_or_default();
         for lookup in &taken {
             self.wanted.remove(&(lookup.peer, lookup.request));
@@ -71,7 +81,7 @@ impl Lookups {
     }
 
     /// Drops one lookup.
-    pub(super) fn cancel(&mut self, peer: PeerId, request: u64) {
+    pub(super) fn cancel_lookup(&mut self, peer: PeerId, request: u64) {
         let Some(data) = self.wanted.remove(&(peer, request)) else { return };
         if let Some(waiting) = self.waiting.get_mut(&data) {
             waiting.retain(|lookup| (lookup.peer, lookup.request) != (peer, request));
@@ -82,11 +92,11 @@ impl Lookups {
     }
 
     /// Drops all lookups of a connection.
-    pub(super) fn forget(&mut self, peer: PeerId) {
+    pub(super) fn forget_peer(&mut self, peer: PeerId) {
         let own: Vec<u64> =
             self.wanted.range((peer, 0)..=(peer, u64::MAX)).map(|((_, n), _)| *n).collect();
         for request in own {
-            self.cancel(peer, request);
+            self.cancel_lookup(peer, request);
         }
     }
 }

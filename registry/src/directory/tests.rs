@@ -2,8 +2,8 @@
 
 mod oracle;
 
-use armor_socket::CloseReason;
 use armor_wire::WireType;
+use armor_wire::peer::CloseReason;
 
 use super::*;
 use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING_PER_CONNECTION};
@@ -12,17 +12,21 @@ const ADDRESS: ([u8; 4], u16) = ([127, 0, 0, 1], 40_000);
 
 /// A directory, its clock, and the next connection's id.
 struct Bench {
-    directory: Directory,
+    directory: RegistryDirectory,
     now: Duration,
     peers: u64,
 }
 
 impl Bench {
     fn new() -> Self {
-        Self { directory: Directory::new(99, 1000.0), now: Duration::from_secs(5), peers: 0 }
+        Self {
+            directory: RegistryDirectory::new(99, 1000.0),
+            now: Duration::from_secs(5),
+            peers: 0,
+        }
     }
 
-    fn handle(&mut self, event: Event<Request>) -> Actions {
+    fn handle(&mut self, event: PeerEvent<RegistryRequest>) -> Actions {
         self.directory.handle(event, self.now)
     }
 
@@ -30,7 +34,7 @@ impl Bench {
         self.peers += 1;
         let (peer, address) = (PeerId(self.peers), ADDRESS.into());
         let hello = Hello::new("tool-7", 1, purpose);
-        (peer, self.handle(Event::Connected { peer, address, hello }))
+        (peer, self.handle(PeerEvent::Connected { peer, address, hello }))
     }
 
     fn observer(&mut self) -> PeerId {
@@ -43,31 +47,34 @@ impl Bench {
 
     fn component(&mut self, name: &str) -> PeerId {
         let (peer, actions) = self.register(&entry(name));
-        assert!(matches!(actions[..], [Action::Welcome { .. }, ..]), "{actions:?}");
+        assert!(matches!(actions[..], [PeerAction::Welcome { .. }, ..]), "{actions:?}");
         peer
     }
 
     fn refused(&mut self, entry: &ComponentEntry) -> Refusal {
         match self.register(entry).1.as_slice() {
-            [Action::Refuse { refusal, .. }] => refusal.clone(),
+            [PeerAction::Refuse { refusal, .. }] => refusal.clone(),
             other => panic!("not refused: {other:?}"),
         }
     }
 
-    fn say(&mut self, peer: PeerId, message: Request) -> Actions {
-        self.handle(Event::Message { peer, arrived: self.now, message })
+    fn say(&mut self, peer: PeerId, message: RegistryRequest) -> Actions {
+        self.handle(PeerEvent::Message { peer, arrived: self.now, message })
     }
 
     fn provide(&mut self, peer: PeerId, entry: DataEntry) -> Actions {
-        self.say(peer, Request::Provide { request: 1, entry })
+        self.say(peer, RegistryRequest::Provide { request: 1, entry })
     }
 
     fn lookup(&mut self, peer: PeerId, request: u64, data: &str, wait: bool) -> Actions {
-        self.say(peer, Request::Lookup { request, data: data.into(), schema: float(), wait })
+        self.say(
+            peer,
+            RegistryRequest::Lookup { request, data: data.into(), schema: float(), wait },
+        )
     }
 
     fn close(&mut self, peer: PeerId) -> Actions {
-        self.handle(Event::Closed { peer, reason: CloseReason::Ended })
+        self.handle(PeerEvent::Closed { peer, reason: CloseReason::Ended })
     }
 }
 
@@ -90,14 +97,17 @@ fn data(name: &str) -> DataEntry {
     DataEntry { data: name.into(), type_name: "Number".into(), schema: float(), latched: true }
 }
 
-fn found(peer: PeerId, request: u64, name: &str) -> Action<Reply> {
+fn found(peer: PeerId, request: u64, name: &str) -> PeerAction<RegistryReply> {
     let provider = entry(name.split('.').next().unwrap());
-    Action::Send { peer, message: Reply::Found { request, entry: data(name), provider } }
+    PeerAction::Send {
+        peer,
+        message: RegistryReply::Found { request, entry: data(name), provider },
+    }
 }
 
-fn refusal(actions: &[Action<Reply>]) -> &Refusal {
+fn refusal(actions: &[PeerAction<RegistryReply>]) -> &Refusal {
     match actions {
-        [Action::Send { message: Reply::Refused { refusal, .. }, .. }] => refusal,
+        [PeerAction::Send { message: RegistryReply::Refused { refusal, .. }, .. }] => refusal,
         other => panic!("not one refusal: {other:?}"),
     }
 }
@@ -107,7 +117,8 @@ fn a_lookup_finds_what_is_there_and_waits_for_what_is_not() {
     let mut bench = Bench::new();
     let (lidar, mapper) = (bench.component("lidar"), bench.component("mapper"));
     assert!(bench.lookup(mapper, 5, "lidar.scan", true).is_empty());
-    let provided = Action::Send { peer: lidar, message: Reply::Provided { request: 1 } };
+    let provided =
+        PeerAction::Send { peer: lidar, message: RegistryReply::Provided { request: 1 } };
     let actions = bench.provide(lidar, data("lidar.scan"));
     assert_eq!(actions, [provided, found(mapper, 5, "lidar.scan")]);
     assert_eq!(bench.lookup(mapper, 6, "lidar.scan", false), [found(mapper, 6, "lidar.scan")]);
@@ -118,7 +129,7 @@ fn a_cancelled_lookup_is_not_answered() {
     let mut bench = Bench::new();
     let (lidar, mapper) = (bench.component("lidar"), bench.component("mapper"));
     bench.lookup(mapper, 5, "lidar.scan", true);
-    bench.say(mapper, Request::Cancel { request: 5 });
+    bench.say(mapper, RegistryRequest::Cancel { request: 5 });
     assert_eq!(bench.provide(lidar, data("lidar.scan")).len(), 1);
 }
 
@@ -135,10 +146,10 @@ fn a_lookup_of_nothing_names_what_is_near() {
 }
 
 #[test]
-fn a_mismatch_is_refused_at_once_or_after_waiting_and_names_both_sides() {
+fn a_mismatch_is_refused_immediately_or_after_waiting_and_names_both_sides() {
     let mut bench = Bench::new();
     let (lidar, mapper) = (bench.component("lidar"), bench.component("mapper"));
-    let wanted = |request| Request::Lookup {
+    let wanted = |request| RegistryRequest::Lookup {
         request,
         data: "lidar.scan".into(),
         schema: u8::schema().to_string(),
@@ -169,17 +180,17 @@ fn a_duplicate_is_refused_with_the_holders_whereabouts() {
 fn a_holder_gives_way_to_its_own_process_and_to_others_once_it_is_silent() {
     let mut bench = Bench::new();
     let watcher = bench.observer();
-    bench.say(watcher, Request::Watch);
+    bench.say(watcher, RegistryRequest::Watch);
     let first = bench.component("lidar");
     bench.provide(first, data("lidar.scan"));
     let (second, actions) = bench.register(&entry("lidar"));
-    assert!(actions.iter().any(|a| matches!(a, Action::Close { peer, .. } if *peer == first)));
-    let told: Vec<_> = actions.iter().filter(|a| matches!(a, Action::Send { .. })).collect();
+    assert!(actions.iter().any(|a| matches!(a, PeerAction::Close { peer, .. } if *peer == first)));
+    let sent: Vec<_> = actions.iter().filter(|a| matches!(a, PeerAction::Send { .. })).collect();
     assert!(matches!(
-        told[..],
+        sent[..],
         [
-            Action::Send { message: Reply::Gone { .. }, .. },
-            Action::Send { message: Reply::Appeared { .. }, .. }
+            PeerAction::Send { message: RegistryReply::Gone { .. }, .. },
+            PeerAction::Send { message: RegistryReply::Appeared { .. }, .. }
         ]
     ));
     assert_eq!(bench.provide(second, data("lidar.scan")).len(), 1, "the old output is gone");
@@ -187,12 +198,12 @@ fn a_holder_gives_way_to_its_own_process_and_to_others_once_it_is_silent() {
     let stranger = ComponentEntry { instance: 8, ..entry("lidar") };
     bench.now += GIVE_UP - Duration::from_millis(1);
     bench.refused(&stranger);
-    bench.handle(Event::Beat { peer: second });
+    bench.handle(PeerEvent::Beat { peer: second });
     bench.now += Duration::from_millis(1);
     bench.refused(&stranger);
     bench.now += GIVE_UP;
     let (_, actions) = bench.register(&stranger);
-    assert!(actions.iter().any(|a| matches!(a, Action::Close { peer, .. } if *peer == second)));
+    assert!(actions.iter().any(|a| matches!(a, PeerAction::Close { peer, .. } if *peer == second)));
 }
 
 #[test]
@@ -202,27 +213,29 @@ fn all_of_a_connection_goes_with_it() {
         (bench.component("lidar"), bench.component("mapper"), bench.observer());
     bench.provide(lidar, data("lidar.scan"));
     bench.lookup(lidar, 3, "mapper.map", true);
-    bench.say(watcher, Request::Watch);
-    let gone = Action::Send { peer: watcher, message: Reply::Gone { entry: entry("lidar") } };
+    bench.say(watcher, RegistryRequest::Watch);
+    let gone =
+        PeerAction::Send { peer: watcher, message: RegistryReply::Gone { entry: entry("lidar") } };
     assert_eq!(bench.close(lidar), [gone]);
     let unknown = bench.lookup(mapper, 4, "lidar.scan", false);
     assert_eq!(refusal(&unknown).code, RefusalCode::UnknownData);
-    let provided = Action::Send { peer: mapper, message: Reply::Provided { request: 1 } };
-    assert_eq!(bench.provide(mapper, data("mapper.map")), [provided], "nobody waits any more");
+    let provided =
+        PeerAction::Send { peer: mapper, message: RegistryReply::Provided { request: 1 } };
+    assert_eq!(bench.provide(mapper, data("mapper.map")), [provided], "no lookup waits any more");
     bench.component("lidar");
 }
 
 #[test]
-fn a_watcher_is_told_of_the_present_first_and_once() {
+fn a_watcher_is_notified_of_the_present_processes_first_and_once() {
     let mut bench = Bench::new();
     bench.component("lidar");
     let watcher = bench.observer();
     let appeared = |name| {
-        let message = Reply::Appeared { entry: entry(name) };
-        [Action::Send { peer: watcher, message }]
+        let message = RegistryReply::Appeared { entry: entry(name) };
+        [PeerAction::Send { peer: watcher, message }]
     };
-    assert_eq!(bench.say(watcher, Request::Watch), appeared("lidar"));
-    assert!(bench.say(watcher, Request::Watch).is_empty());
+    assert_eq!(bench.say(watcher, RegistryRequest::Watch), appeared("lidar"));
+    assert!(bench.say(watcher, RegistryRequest::Watch).is_empty());
     assert_eq!(bench.register(&entry("mapper")).1[1..], appeared("mapper"));
 }
 
@@ -232,10 +245,10 @@ fn time_is_the_start_plus_what_has_passed() {
     let peer = bench.observer();
     let arrived = bench.now;
     bench.now += Duration::from_millis(500);
-    let message = Request::Time { asked_s: 3.0 };
-    let actions = bench.handle(Event::Message { peer, arrived, message });
-    let message = Reply::Time { asked_s: 3.0, received_s: 1005.0, sent_s: 1005.5 };
-    assert_eq!(actions, [Action::Send { peer, message }]);
+    let message = RegistryRequest::Time { asked_s: 3.0 };
+    let actions = bench.handle(PeerEvent::Message { peer, arrived, message });
+    let message = RegistryReply::Time { asked_s: 3.0, received_s: 1005.0, sent_s: 1005.5 };
+    assert_eq!(actions, [PeerAction::Send { peer, message }]);
 }
 
 #[test]
@@ -255,10 +268,10 @@ fn only_what_is_well_formed_is_registered() {
     }
     let (_, actions) =
         bench.register(&ComponentEntry { kind: "configd".into(), ..entry("configd") });
-    assert!(matches!(actions[..], [Action::Welcome { .. }]));
+    assert!(matches!(actions[..], [PeerAction::Welcome { .. }]));
     let (_, actions) = bench.hello(Purpose::Config);
     assert!(
-        matches!(&actions[..], [Action::Refuse { refusal, .. }] if refusal.code == RefusalCode::WrongPurpose)
+        matches!(&actions[..], [PeerAction::Refuse { refusal, .. }] if refusal.code == RefusalCode::WrongPurpose)
     );
 }
 
@@ -281,9 +294,9 @@ fn only_own_well_formed_data_is_provided_and_once() {
     ] {
         assert_eq!(refusal(&bench.provide(peer, bad)).code, code);
     }
-    bench.say(tool, Request::Withdraw { data: "lidar.scan".into() });
+    bench.say(tool, RegistryRequest::Withdraw { data: "lidar.scan".into() });
     assert_eq!(bench.lookup(tool, 1, "lidar.scan", false), [found(tool, 1, "lidar.scan")]);
-    bench.say(lidar, Request::Withdraw { data: "lidar.scan".into() });
+    bench.say(lidar, RegistryRequest::Withdraw { data: "lidar.scan".into() });
     assert_eq!(refusal(&bench.lookup(tool, 1, "lidar.scan", false)).code, RefusalCode::UnknownData);
 }
 
@@ -291,7 +304,7 @@ fn only_own_well_formed_data_is_provided_and_once() {
 fn a_process_is_looked_up_by_its_name_by_however_many() {
     let mut bench = Bench::new();
     let found = |actions: &Actions| match &actions[..] {
-        [Action::Send { peer, message: Reply::Found { request, entry, provider } }] => {
+        [PeerAction::Send { peer, message: RegistryReply::Found { request, entry, provider } }] => {
             assert_eq!((entry.data.as_str(), entry.schema.as_str()), ("configd", ""));
             (*peer, *request, provider.name.clone())
         }
@@ -325,7 +338,10 @@ fn every_table_has_an_end() {
     let lidar = bench.component("lidar");
     for n in 0..MAX_DATA_PER_COMPONENT {
         let actions = bench.provide(lidar, data(&format!("lidar.d{n}")));
-        assert!(matches!(actions[..], [Action::Send { message: Reply::Provided { .. }, .. }]));
+        assert!(matches!(
+            actions[..],
+            [PeerAction::Send { message: RegistryReply::Provided { .. }, .. }]
+        ));
     }
     assert_eq!(refusal(&bench.provide(lidar, data("lidar.more"))).code, RefusalCode::Limit);
 
@@ -337,8 +353,8 @@ fn every_table_has_an_end() {
 
     let watchers: Vec<_> = (0..=MAX_WATCHERS).map(|_| bench.observer()).collect();
     for (n, watcher) in watchers.into_iter().enumerate() {
-        let actions = bench.say(watcher, Request::Watch);
-        let is_closed = matches!(actions[..], [Action::Close { .. }]);
+        let actions = bench.say(watcher, RegistryRequest::Watch);
+        let is_closed = matches!(actions[..], [PeerAction::Close { .. }]);
         assert_eq!(is_closed, n == MAX_WATCHERS);
     }
 
@@ -360,22 +376,22 @@ fn a_listing_too_long_for_a_frame_goes_without_schemas_or_not_at_all() {
             let name = format!("lidar.d{}", bench.peers);
             bench.provide(lidar, DataEntry { schema: schema.clone(), ..data(&name) });
         }
-        match bench.say(lidar, Request::List { request: 1 }).pop() {
-            Some(Action::Send { message, .. }) => {
+        match bench.say(lidar, RegistryRequest::List { request: 1 }).pop() {
+            Some(PeerAction::Send { message, .. }) => {
                 assert!(encoded_len(&message).unwrap() <= MAX_LISTING_LEN);
                 message
             }
             other => panic!("no answer: {other:?}"),
         }
     };
-    let Reply::Listing { data, .. } = list(&mut bench, 5) else { panic!("no listing") };
+    let RegistryReply::Listing { data, .. } = list(&mut bench, 5) else { panic!("no listing") };
     assert!(data.len() == 5 && data.iter().all(|entry| entry.schema == schema));
-    let Reply::Listing { data, .. } = list(&mut bench, 95) else { panic!("no listing") };
+    let RegistryReply::Listing { data, .. } = list(&mut bench, 95) else { panic!("no listing") };
     assert!(data.len() == 100 && data.iter().all(|entry| entry.schema.is_empty()));
     for n in 1..MAX_COMPONENTS {
         let (kind, host) = ("k".repeat(64), "h".repeat(255));
         bench.register(&ComponentEntry { kind, host, ..entry(&format!("c{n}")) });
     }
-    let Reply::Refused { refusal, .. } = list(&mut bench, 0) else { panic!("a listing") };
+    let RegistryReply::Refused { refusal, .. } = list(&mut bench, 0) else { panic!("a listing") };
     assert_eq!(refusal.code, RefusalCode::Limit);
 }

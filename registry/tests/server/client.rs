@@ -1,4 +1,4 @@
-//! A plain blocking client that beats by itself once it has said hello.
+//! A plain blocking client that beats by itself once it has sent its hello.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -10,7 +10,7 @@ use armor_wire::codec;
 use armor_wire::frame::{self, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{self, HandshakeError, Hello, Purpose, Welcome};
 use armor_wire::liveness::BEAT;
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 
 /// How long anything may take before a test counts as failed.
 pub const DEADLINE: Duration = Duration::from_secs(20);
@@ -57,14 +57,14 @@ impl Client {
         self.next(|frame| Some(hello::read_answer(&frame)))
     }
 
-    /// Beats from now on, once the hello is said.
+    /// Beats from now on, once the hello is sent.
     pub fn beat(&self) {
         let mut beating = BEATING.lock().unwrap();
         beating.retain(|stream| stream.strong_count() > 0);
         beating.push(Arc::downgrade(&self.stream));
     }
 
-    /// A connection on which nothing was said yet.
+    /// A connection on which nothing was sent yet.
     pub fn stranger(address: SocketAddr) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(DEADLINE)).unwrap();
@@ -72,7 +72,7 @@ impl Client {
         Self { stream: Arc::new(stream), frames: FrameReader::new() }
     }
 
-    pub fn send(&mut self, request: &Request) {
+    pub fn send(&mut self, request: &RegistryRequest) {
         self.say(FrameKind::Control, request);
     }
 
@@ -85,7 +85,7 @@ impl Client {
     }
 
     /// The next reply; beats are passed over.
-    pub fn reply(&mut self) -> Reply {
+    pub fn reply(&mut self) -> RegistryReply {
         self.next(|frame| match frame.kind {
             FrameKind::Beat => None,
             FrameKind::Control => Some(codec::decode_control(frame.body).unwrap()),
@@ -93,7 +93,7 @@ impl Client {
         })
     }
 
-    /// Reads until the registry closes the connection; whatever it says before does not matter.
+    /// Reads until the registry closes the connection; what it sends before does not matter.
     pub fn expect_closed(self) {
         let mut bytes = Vec::new();
         match (&*self.stream).read_to_end(&mut bytes) {

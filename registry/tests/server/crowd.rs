@@ -8,7 +8,7 @@ use super::*;
 const CROWD: usize = 300;
 
 #[test]
-fn three_hundred_register_at_once_and_all_find_each_other() {
+fn three_hundred_register_together_and_all_find_each_other() {
     let (_registry, address) = registry();
     // All hellos are on their way before the first answer is read.
     let mut crowd: Vec<_> = (0..CROWD)

@@ -56,7 +56,7 @@ fn with_length(mut frame: Vec<u8>, len: usize) -> Vec<u8> {
 }
 
 #[test]
-fn garbage_is_closed_and_a_good_client_goes_on() {
+fn garbage_is_closed_and_a_good_client_is_unaffected() {
     let (_registry, address) = registry();
     let good = Good::start(address);
     let other_magic = {
@@ -127,7 +127,7 @@ fn a_byte_now_and_then_keeps_no_connection() {
 }
 
 #[test]
-fn another_version_is_told_so() {
+fn another_version_is_refused() {
     let (_registry, address) = registry();
     let mut client = Client::stranger(address);
     let purpose = Purpose::Registry { entry: None };
@@ -140,7 +140,7 @@ fn another_version_is_told_so() {
 }
 
 #[test]
-fn who_asks_and_never_reads_is_closed() {
+fn a_client_that_asks_and_never_reads_is_closed() {
     let (_registry, address) = registry();
     let good = Good::start(address);
     let mut deaf = Client::stranger(address);
@@ -158,7 +158,7 @@ fn who_asks_and_never_reads_is_closed() {
 
 #[test]
 fn one_connection_too_many_is_turned_away() {
-    let registry = registry_with(Limits { connections: 2, ..Limits::default() });
+    let registry = registry_with(ServerLimits { connections: 2, ..ServerLimits::default() });
     let mut first = Client::observe(registry.address()).unwrap();
     first.send(&Request::Watch);
     let second = Client::register(registry.address(), &entry("lidar", 1)).unwrap();

@@ -2,7 +2,7 @@
 
 use std::net::TcpListener;
 
-use armor_socket::{Registration, Standing};
+use armor_socket::{Registration, RegistrationStatus};
 use armor_wire::registry::ComponentEntry;
 use client::DEADLINE;
 
@@ -23,14 +23,17 @@ fn a_registration_survives_the_registry() {
     run(async {
         let (registry, address) = registry();
         let mut registration = Registration::keep(address, configd());
-        let Standing::Registered { registry: first } = registration.changed().await else {
+        let RegistrationStatus::Registered { registry: first } = registration.changed().await
+        else {
             panic!("not registered")
         };
         drop(registry);
-        assert_eq!(registration.changed().await, Standing::Away);
-        let limits = Limits::default();
-        let _registry = Background::start(Options { listen: address, limits }).unwrap();
-        let Standing::Registered { registry: second } = registration.changed().await else {
+        assert_eq!(registration.changed().await, RegistrationStatus::Away);
+        let limits = ServerLimits::default();
+        let _registry =
+            BackgroundRegistry::start(RegistryOptions { listen: address, limits }).unwrap();
+        let RegistrationStatus::Registered { registry: second } = registration.changed().await
+        else {
             panic!("not registered again")
         };
         assert_ne!(first, second);
@@ -47,14 +50,14 @@ fn a_refused_registration_gets_the_name_once_it_is_free() {
         let (_registry, address) = registry();
         let holder = Client::register(address, &entry("lidar", 1)).unwrap();
         let mut registration = Registration::keep(address, entry("lidar", 2));
-        assert!(matches!(registration.changed().await, Standing::Refused(_)));
+        assert!(matches!(registration.changed().await, RegistrationStatus::Refused(_)));
         drop(holder);
-        assert!(matches!(registration.changed().await, Standing::Registered { .. }));
+        assert!(matches!(registration.changed().await, RegistrationStatus::Registered { .. }));
     });
 }
 
 #[test]
-fn a_registry_that_accepts_and_says_nothing_is_left() {
+fn a_registry_that_accepts_and_sends_nothing_is_given_up() {
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = silent.local_addr().unwrap();
     run(async {

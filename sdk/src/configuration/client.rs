@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use armor_wire::backoff::Backoff;
 use armor_wire::codec;
-use armor_wire::config::{Reply, Request, Settings};
+use armor_wire::config::{ComponentSettings, ConfigReply, ConfigRequest};
 use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 
 use super::connection::CONFIGD;
+use crate::dial;
 use crate::participant::Participant;
 use crate::session::{self, Writer};
-use crate::socket;
 
 /// How long the registry may take to find configd before the attempt counts as failed.
 const FIND_LIMIT: Duration = Duration::from_secs(5);
@@ -23,7 +23,7 @@ const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_s
 /// Keeps a connection to configd on a thread of its own. Returns where the settings arrive.
 pub(crate) fn start(
     participant: &Arc<Participant>,
-) -> std::io::Result<mpsc::Receiver<Result<Settings, String>>> {
+) -> std::io::Result<mpsc::Receiver<Result<ComponentSettings, String>>> {
     let (sender, receiver) = mpsc::channel();
     participant.parameters.lock().settings = Some(sender);
     let participant = Arc::clone(participant);
@@ -54,7 +54,7 @@ fn connect(participant: &Participant) -> Result<(), String> {
         .map_err(|error| error.to_string())?;
     let identity = &participant.identity;
     let hello = Hello::new(&identity.name, identity.instance, Purpose::Config);
-    let dialled = socket::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
+    let dialled = dial::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
     let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
     repeat_questions(participant, writer.clone());
     let reason =
@@ -76,7 +76,7 @@ fn repeat_questions(participant: &Participant, writer: Writer) {
     state.problem.clear();
     state.requests.clear();
     if state.settings.is_some() {
-        state.send_request(None, |request| Request::Settings { request });
+        state.send_request(None, |request| ConfigRequest::Settings { request });
     }
     let asked = state.asked.clone();
     // Live parameters too: a restarted configd does not know which components to inform of changes.
@@ -93,18 +93,18 @@ fn receive(participant: &Participant, frame: &Frame<'_>) -> Result<(), String> {
     }
     let parameters = &participant.parameters;
     match codec::decode_control(frame.body).map_err(|error| error.to_string())? {
-        Reply::Settings { request, settings } => {
+        ConfigReply::Settings { request, settings } => {
             let mut state = parameters.lock();
             state.requests.remove(&request);
             if let Some(waiting) = state.settings.take() {
                 let _ = waiting.send(Ok(settings));
             }
         }
-        Reply::Parameter { request, name, assigned } => {
+        ConfigReply::Parameter { request, name, assigned } => {
             parameters.lock().requests.remove(&request);
             parameters.accept_answer(&name, assigned.as_ref());
         }
-        Reply::Refused { request, refusal } => {
+        ConfigReply::Refused { request, refusal } => {
             let mut state = parameters.lock();
             match state.requests.remove(&request) {
                 Some(Some(name)) => {
@@ -119,11 +119,11 @@ fn receive(participant: &Participant, frame: &Frame<'_>) -> Result<(), String> {
                 None => tracing::error!("configd refuses what was not asked: {refusal}"),
             }
         }
-        Reply::Beat => {}
-        Reply::Listed { .. }
-        | Reply::Set { .. }
-        | Reply::Rejected { .. }
-        | Reply::Differences { .. } => return Err("an answer to what only tools ask".into()),
+        ConfigReply::Beat => {}
+        ConfigReply::Listed { .. }
+        | ConfigReply::Set { .. }
+        | ConfigReply::Rejected { .. }
+        | ConfigReply::Differences { .. } => return Err("an answer to what only tools ask".into()),
     }
     Ok(())
 }

@@ -3,16 +3,16 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
+use armor_socket::{is_temporary, random_id};
 use armor_wire::codec;
-use armor_wire::config::{Reply, Request};
+use armor_wire::config::{ConfigReply, ConfigRequest};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 use armor_wire::liveness::BEAT;
 
 use super::questions::{ConfigdError, Questions};
+use crate::dial::{self, Dialled};
 use crate::directory::Directory;
-use crate::session::is_timeout;
-use crate::socket::{self, Dialled, fresh_instance};
 
 /// Name under which configd is registered.
 pub(crate) const CONFIGD: &str = "configd";
@@ -32,8 +32,8 @@ impl ConfigdConnection {
     /// If it is not there within `limit`, or cannot be reached.
     pub fn open(directory: &Directory, from: &str, limit: Duration) -> Result<Self, ConfigdError> {
         let found = directory.component(CONFIGD, limit)?;
-        let hello = Hello::new(from, fresh_instance(), Purpose::Config);
-        Ok(Self { dialled: socket::dial(&found.endpoint, &hello)?, next_request: 0 })
+        let hello = Hello::new(from, random_id(), Purpose::Config);
+        Ok(Self { dialled: dial::dial(&found.endpoint, &hello)?, next_request: 0 })
     }
 
     /// Reads some bytes; beats while there are none.
@@ -51,7 +51,9 @@ impl ConfigdConnection {
                     self.dialled.reader.filled(len);
                     return Ok(());
                 }
-                Err(error) if is_timeout(&error) => self.write(&frame::signal(FrameKind::Beat))?,
+                Err(error) if is_temporary(&error) => {
+                    self.write(&frame::signal(FrameKind::Beat))?
+                }
                 Err(error) => return Err(ended(error)),
             }
         }
@@ -65,7 +67,10 @@ impl ConfigdConnection {
 impl Questions for ConfigdConnection {
     type Error = ConfigdError;
 
-    fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply, ConfigdError> {
+    fn ask(
+        &mut self,
+        request: impl FnOnce(u64) -> ConfigRequest,
+    ) -> Result<ConfigReply, ConfigdError> {
         self.next_request += 1;
         let bytes = frame::to_bytes(FrameKind::Control, &request(self.next_request))
             .map_err(|error| ConfigdError::Ended(error.to_string()))?;
@@ -80,7 +85,9 @@ impl Questions for ConfigdConnection {
                 match number(&reply) {
                     Some(number) if number == self.next_request => {
                         return match reply {
-                            Reply::Refused { refusal, .. } => Err(ConfigdError::Refused(refusal)),
+                            ConfigReply::Refused { refusal, .. } => {
+                                Err(ConfigdError::Refused(refusal))
+                            }
                             reply => Ok(reply),
                         };
                     }
@@ -97,15 +104,15 @@ fn ended(reason: impl ToString) -> ConfigdError {
 }
 
 /// The request that is answered.
-fn number(reply: &Reply) -> Option<u64> {
+fn number(reply: &ConfigReply) -> Option<u64> {
     match reply {
-        Reply::Settings { request, .. }
-        | Reply::Parameter { request, .. }
-        | Reply::Refused { request, .. }
-        | Reply::Listed { request, .. }
-        | Reply::Set { request, .. }
-        | Reply::Rejected { request, .. }
-        | Reply::Differences { request, .. } => Some(*request),
-        Reply::Beat => None,
+        ConfigReply::Settings { request, .. }
+        | ConfigReply::Parameter { request, .. }
+        | ConfigReply::Refused { request, .. }
+        | ConfigReply::Listed { request, .. }
+        | ConfigReply::Set { request, .. }
+        | ConfigReply::Rejected { request, .. }
+        | ConfigReply::Differences { request, .. } => Some(*request),
+        ConfigReply::Beat => None,
     }
 }

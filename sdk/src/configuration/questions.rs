@@ -1,12 +1,14 @@
 //! What tools ask about parameters: which there are, to set one, what changed. Who answers, and how
 //! it is reached, is another matter: the configd of a running system, or one over a file alone.
 
-use armor_wire::config::{Change, Finding, ListedParameter, Reply, Request};
+use armor_wire::config::{
+    ChangeRecord, ConfigReply, ConfigRequest, FindingRecord, ListedParameter,
+};
 use armor_wire::hello::Refusal;
 use thiserror::Error;
 
+use crate::dial::ConnectError;
 use crate::directory::DirectoryError;
-use crate::socket::ConnectError;
 
 /// Why configd gave no answer.
 #[derive(Debug, Error)]
@@ -44,14 +46,14 @@ pub enum SetOutcome {
         /// The version that has it.
         version: u64,
         /// What changed by it, and when that takes effect; empty if it was so already.
-        changes: Vec<Change>,
+        changes: Vec<ChangeRecord>,
     },
     /// Nothing was written.
     Rejected {
         /// Why.
         text: String,
         /// What is wrong with the file as it would be, or as it is.
-        findings: Vec<Finding>,
+        findings: Vec<FindingRecord>,
         /// How many more findings there are.
         left_out: u32,
     },
@@ -65,7 +67,7 @@ pub struct Differences {
     /// The later version.
     pub to: u64,
     /// What changed, and when that takes or took effect.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ChangeRecord>,
     /// How many more changes there are.
     pub left_out: u32,
 }
@@ -80,7 +82,10 @@ pub trait Questions {
     ///
     /// # Errors
     /// If it is refused, or there is no reply.
-    fn ask(&mut self, request: impl FnOnce(u64) -> Request) -> Result<Reply, Self::Error>;
+    fn ask(
+        &mut self,
+        request: impl FnOnce(u64) -> ConfigRequest,
+    ) -> Result<ConfigReply, Self::Error>;
 
     /// The parameters of all components, or of one.
     ///
@@ -91,8 +96,8 @@ pub trait Questions {
         loop {
             let from = u32::try_from(all.parameters.len()).unwrap_or(u32::MAX);
             let component = component.map(Into::into);
-            match self.ask(|request| Request::List { request, component, from })? {
-                Reply::Listed { version, refused, parameters, total, .. } => {
+            match self.ask(|request| ConfigRequest::List { request, component, from })? {
+                ConfigReply::Listed { version, refused, parameters, total, .. } => {
                     if from > 0 && version != all.version {
                         // The pages would not fit together.
                         all.parameters.clear();
@@ -120,15 +125,15 @@ pub trait Questions {
         parameter: &str,
         value: Option<&str>,
     ) -> Result<SetOutcome, Self::Error> {
-        let reply = self.ask(|request| Request::Set {
+        let reply = self.ask(|request| ConfigRequest::Set {
             request,
             component: component.into(),
             parameter: parameter.into(),
             value: value.map(Into::into),
         })?;
         match reply {
-            Reply::Set { version, changes, .. } => Ok(SetOutcome::Set { version, changes }),
-            Reply::Rejected { text, findings, left_out, .. } => {
+            ConfigReply::Set { version, changes, .. } => Ok(SetOutcome::Set { version, changes }),
+            ConfigReply::Rejected { text, findings, left_out, .. } => {
                 Ok(SetOutcome::Rejected { text, findings, left_out })
             }
             other => Err(unexpected(&other).into()),
@@ -145,8 +150,8 @@ pub trait Questions {
         from: Option<u64>,
         to: Option<u64>,
     ) -> Result<Differences, Self::Error> {
-        match self.ask(|request| Request::Diff { request, from, to })? {
-            Reply::Differences { from, to, changes, left_out, .. } => {
+        match self.ask(|request| ConfigRequest::Diff { request, from, to })? {
+            ConfigReply::Differences { from, to, changes, left_out, .. } => {
                 Ok(Differences { from, to, changes, left_out })
             }
             other => Err(unexpected(&other).into()),
@@ -154,6 +159,6 @@ pub trait Questions {
     }
 }
 
-fn unexpected(reply: &Reply) -> ConfigdError {
+fn unexpected(reply: &ConfigReply) -> ConfigdError {
     ConfigdError::Ended(format!("it answers something else: {reply:?}"))
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use armor_wire::config::{Assigned, Request, Settings};
+use armor_wire::config::{Assigned, ComponentSettings, ConfigRequest};
 use armor_wire::manifest::{ParameterManifest, ParameterValue};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
@@ -47,7 +47,7 @@ pub(super) struct RequestState {
     next_request: u64,
     /// The subject of each request on this connection: a parameter, or the settings.
     pub requests: BTreeMap<u64, Option<String>>,
-    pub settings: Option<mpsc::Sender<Result<Settings, String>>>,
+    pub settings: Option<mpsc::Sender<Result<ComponentSettings, String>>>,
 }
 
 impl ParameterRequests {
@@ -229,10 +229,17 @@ impl ParameterRequests {
 
 impl RequestState {
     pub fn send_parameter(&mut self, name: &str) {
-        self.send_request(Some(name), |request| Request::Parameter { request, name: name.into() });
+        self.send_request(Some(name), |request| ConfigRequest::Parameter {
+            request,
+            name: name.into(),
+        });
     }
 
-    pub fn send_request(&mut self, subject: Option<&str>, request: impl FnOnce(u64) -> Request) {
+    pub fn send_request(
+        &mut self,
+        subject: Option<&str>,
+        request: impl FnOnce(u64) -> ConfigRequest,
+    ) {
         self.next_request += 1;
         if let Some(writer) = &self.writer {
             self.requests.insert(self.next_request, subject.map(Into::into));

@@ -11,12 +11,12 @@ use armor_wire::clock::Exchange;
 use armor_wire::codec;
 use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{HandshakeError, Hello, Refusal};
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 
 use super::{Change, Found, Listing};
 use crate::clock::Clock;
+use crate::dial::{self, ConnectError, Dialled};
 use crate::session::{self, Writer};
-use crate::socket::{self, ConnectError, Dialled};
 
 /// The first questions for the time come this quickly, until the filter has enough.
 const FIRST_TIMES: u32 = 8;
@@ -27,7 +27,7 @@ const TIME_PERIOD: Duration = Duration::from_secs(2);
 pub(super) type LookupAnswer = mpsc::Sender<Result<Found, Refusal>>;
 
 pub(super) struct Lookup {
-    pub(super) request: Request,
+    pub(super) request: RegistryRequest,
     pub(super) answer: LookupAnswer,
 }
 
@@ -69,7 +69,7 @@ impl State {
     }
 
     /// Sends if connected; what matters is sent again after a reconnect.
-    pub(super) fn send(&self, request: &Request) {
+    pub(super) fn send(&self, request: &RegistryRequest) {
         if let Some(writer) = &self.writer {
             // A failure ends the connection, and its reader starts a new one.
             let _ = writer.send(request);
@@ -79,17 +79,17 @@ impl State {
     pub(super) fn declare_again(&mut self) {
         for entry in self.provided.clone() {
             let request = self.fresh_request();
-            self.send(&Request::Provide { request, entry });
+            self.send(&RegistryRequest::Provide { request, entry });
         }
         for lookup in self.lookups.values() {
             self.send(&lookup.request);
         }
         for request in self.lists.keys() {
-            self.send(&Request::List { request: *request });
+            self.send(&RegistryRequest::List { request: *request });
         }
         if let Some(present) = &mut self.present {
             present.clear();
-            self.send(&Request::Watch);
+            self.send(&RegistryRequest::Watch);
         }
     }
 
@@ -97,36 +97,36 @@ impl State {
         self.watchers.retain(|watcher| watcher.send(change.clone()).is_ok());
     }
 
-    pub(super) fn handle(&mut self, reply: Reply) {
+    pub(super) fn handle(&mut self, reply: RegistryReply) {
         match reply {
-            Reply::Found { request, entry, provider } => {
+            RegistryReply::Found { request, entry, provider } => {
                 if let Some(lookup) = self.lookups.remove(&request) {
                     let _ = lookup.answer.send(Ok(Found { entry, provider }));
                 }
             }
-            Reply::Refused { request, refusal } => match self.lookups.remove(&request) {
+            RegistryReply::Refused { request, refusal } => match self.lookups.remove(&request) {
                 Some(lookup) => {
                     let _ = lookup.answer.send(Err(refusal));
                 }
                 None => tracing::error!("{refusal}"),
             },
-            Reply::Listing { request, components, data } => {
+            RegistryReply::Listing { request, components, data } => {
                 if let Some(list) = self.lists.remove(&request) {
                     let _ = list.send(Listing { components, data });
                 }
             }
-            Reply::Appeared { entry } => {
+            RegistryReply::Appeared { entry } => {
                 let present = self.present.get_or_insert_default();
                 present.retain(|other| other.name != entry.name);
                 present.push(entry.clone());
                 self.tell(&Change::Appeared(entry));
             }
-            Reply::Gone { entry } => {
+            RegistryReply::Gone { entry } => {
                 let present = self.present.get_or_insert_default();
                 present.retain(|other| other.instance != entry.instance);
                 self.tell(&Change::Gone(entry));
             }
-            Reply::Provided { .. } | Reply::Time { .. } | Reply::Beat => {}
+            RegistryReply::Provided { .. } | RegistryReply::Time { .. } | RegistryReply::Beat => {}
         }
     }
 }
@@ -141,7 +141,7 @@ impl Inner {
         let mut backoff = Backoff::new(Duration::from_millis(20), Duration::from_secs(1), seed);
         let mut registry = 0;
         while !self.closing.load(Ordering::Relaxed) {
-            match socket::dial(&self.address, &self.hello) {
+            match dial::dial(&self.address, &self.hello) {
                 Ok(dialled) => {
                     backoff.reset();
                     if registry != 0 && registry != dialled.welcome.instance {
@@ -186,7 +186,7 @@ impl Inner {
             let now = Instant::now();
             if now >= next {
                 let asked_s = self.clock.monotonic_s();
-                let _ = writer.send(&Request::Time { asked_s });
+                let _ = writer.send(&RegistryRequest::Time { asked_s });
                 asked += 1;
                 next = now + if asked < FIRST_TIMES { FIRST_TIME_PERIOD } else { TIME_PERIOD };
             }
@@ -207,8 +207,8 @@ impl Inner {
             return Err(format!("a {:?} frame from the registry", frame.kind));
         }
         let answered_s = self.clock.monotonic_s();
-        let reply: Reply = codec::decode_control(frame.body).map_err(|e| e.to_string())?;
-        if let Reply::Time { asked_s, received_s, sent_s } = reply {
+        let reply: RegistryReply = codec::decode_control(frame.body).map_err(|e| e.to_string())?;
+        if let RegistryReply::Time { asked_s, received_s, sent_s } = reply {
             self.clock.add(Exchange { asked_s, received_s, sent_s, answered_s });
         } else {
             self.lock().handle(reply);

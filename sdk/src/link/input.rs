@@ -1,10 +1,11 @@
 //! An input: the data that wait for the component, the state of its link, and its counters. Its thread
 //! is in `input_reader.rs`.
 
-use std::net::{Shutdown, TcpStream};
+use std::net::Shutdown;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use armor_socket::Stream;
 use armor_wire::config::InputSettings;
 use armor_wire::control::InputStatus;
 use armor_wire::frame::{self, FrameKind};
@@ -14,7 +15,6 @@ use armor_wire::liveness::MISSED_BEATS;
 use armor_wire::message::Message;
 use armor_wire::schema;
 use parking_lot::{Condvar, Mutex, MutexGuard};
-use rustix::net::{SendFlags, send};
 
 use super::inbox::{Inbox, InboxItem};
 use crate::counter::SingleWriterCounter;
@@ -48,7 +48,7 @@ pub(crate) struct InputPort {
 #[derive(Default)]
 pub(super) struct InputState {
     settings: Option<InputSettings>,
-    pub stream: Option<Arc<TcpStream>>,
+    pub stream: Option<Arc<Stream>>,
     pub connections: u64,
     pub problem: String,
     /// Reads up to the last beat, and for how many beats there was none.
@@ -198,9 +198,9 @@ impl InputPort {
     }
 }
 
-fn send_signal(stream: Option<&TcpStream>, kind: FrameKind) {
+fn send_signal(stream: Option<&Stream>, kind: FrameKind) {
     if let Some(stream) = stream {
         // Eight bytes: they fit, or the connection is as good as dead and its reader will notice.
-        let _ = send(stream, &frame::signal(kind), SendFlags::DONTWAIT | SendFlags::NOSIGNAL);
+        let _ = stream.try_send(&frame::signal(kind));
     }
 }

@@ -4,25 +4,24 @@
 //! It also runs the component's code whenever the component is free: no hand-over between threads on
 //! a message's path.
 
-use std::net::TcpStream;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use armor_socket::{Stream, is_temporary};
 use armor_wire::backoff::Backoff;
 use armor_wire::config::InputSettings;
 use armor_wire::frame::{DataHeader, FrameKind, FrameReader};
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::schema;
-use rustix::net::{RecvFlags, recv};
 
 use super::inbox::InboxItem;
 use super::input::InputPort;
+use crate::dial::{self, Dialled};
 use crate::participant::Participant;
 use crate::runtime::{EnteredComponent, Runtime};
-use crate::session::is_timeout;
-use crate::socket::{self, Dialled};
 
 /// Polls between two looks of a spinning reader at whether the component is still active.
 const SPINS_PER_LOOK: u32 = 1 << 12;
@@ -109,7 +108,7 @@ impl InputReader {
         };
         let identity = &participant.identity;
         let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
-        let dialled = socket::dial_component(&found.provider, &hello, settings.transport)
+        let dialled = dial::dial_component(&found.provider, &hello, settings.transport)
             .map_err(|error| error.to_string())?;
         input.check_type(&dialled.welcome)?;
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
@@ -151,7 +150,7 @@ impl InputReader {
                     reader.filled(len);
                     self.input.reads.increment();
                 }
-                Err(error) if is_timeout(&error) => {}
+                Err(error) if is_temporary(&error) => {}
                 Err(error) => return error.to_string(),
             }
         }
@@ -261,20 +260,20 @@ impl InputReader {
 
 /// Waits for bytes: asleep in the kernel, or polling while the component is active.
 fn receive(
-    stream: &TcpStream,
+    stream: &Stream,
     reader: &mut FrameReader,
     wake: Wake,
     participant: &Participant,
-) -> std::io::Result<usize> {
+) -> io::Result<usize> {
     while wake == Wake::Spin && participant.lifecycle.is_active() {
         for _ in 0..SPINS_PER_LOOK {
-            match recv(stream, reader.space(), RecvFlags::DONTWAIT) {
-                Err(rustix::io::Errno::AGAIN) => std::hint::spin_loop(),
-                result => return Ok(result?.1),
+            match stream.try_receive(reader.space()) {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => std::hint::spin_loop(),
+                received => return received,
             }
         }
     }
-    Ok(recv(stream, reader.space(), RecvFlags::empty())?.1)
+    stream.receive(reader.space())
 }
 
 #[cfg(test)]
@@ -282,7 +281,7 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use armor_wire::control::RunState;
-    use armor_wire::keep::Transport;
+    use armor_wire::transport::Transport;
 
     use super::*;
     use crate::call::{Call, Fault, Outcome};

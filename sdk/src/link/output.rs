@@ -165,7 +165,7 @@ impl OutputPort {
     }
 
     /// Streams the service thread should watch: the stream, and whether something waits on it.
-    pub fn streams(&self, out: &mut Vec<(Arc<std::net::TcpStream>, bool)>) {
+    pub fn streams(&self, out: &mut Vec<(Arc<armor_socket::Stream>, bool)>) {
         let state = self.lock();
         out.extend(state.links.iter().map(|l| (Arc::clone(&l.stream), !l.queue.is_empty())));
     }

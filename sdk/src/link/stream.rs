@@ -5,10 +5,10 @@ use std::io::IoSlice;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use armor_socket::is_temporary;
 use armor_wire::bincode;
 use armor_wire::bincode::enc::write::Writer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::net::{SendFlags, sendmsg};
 
 use super::queue::GATHER_LEN;
 use super::wire_out::LinkOut;
@@ -101,10 +101,9 @@ impl Streamed<'_> {
 
     fn write_both(&mut self, small: &[u8], bulk: &[u8]) -> usize {
         let pieces = [IoSlice::new(small), IoSlice::new(bulk)];
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        match sendmsg(&*self.link.stream, &pieces, &mut Default::default(), flags) {
+        match self.link.stream.try_send_vectored(&pieces) {
             Ok(len) => len,
-            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
+            Err(error) if is_temporary(&error) => 0,
             Err(_) => {
                 self.link.break_off();
                 0

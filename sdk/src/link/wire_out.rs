@@ -1,21 +1,21 @@
 //! The publisher's end of one link.
 
-use std::net::{Shutdown, TcpStream};
+use std::net::Shutdown;
 use std::sync::Arc;
 use std::time::Duration;
 
+use armor_socket::{Stream, is_temporary};
 use armor_wire::control::LinkStatus;
 use armor_wire::frame::{FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
-use rustix::net::{SendFlags, send};
 
 use super::queue::{GATHER_LEN, Queue};
 use crate::faults::{Fault, Faults};
 
 /// The publisher's end of a link.
 pub(crate) struct LinkOut {
-    pub stream: Arc<TcpStream>,
+    pub stream: Arc<Stream>,
     pub to: String,
     pub faults: Arc<Faults>,
     pub keep: Keep,
@@ -48,9 +48,9 @@ pub(crate) enum Offered {
 impl LinkOut {
     /// Writes what is there without waiting. A failure breaks the link.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
-        match send(&*self.stream, bytes, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+        match self.stream.try_send(bytes) {
             Ok(len) => len,
-            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => 0,
+            Err(error) if is_temporary(&error) => 0,
             Err(_) => {
                 self.break_off();
                 0
@@ -107,8 +107,7 @@ impl LinkOut {
     /// Writes what waits; whether all of it is out.
     pub fn drain(&mut self) -> bool {
         let stream = Arc::clone(&self.stream);
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        match self.queue.drain(|bytes| Ok(send(&*stream, bytes, flags)?)) {
+        match self.queue.drain(|bytes| stream.try_send(bytes)) {
             Ok(dropped) => self.dropped += dropped,
             Err(_) => self.break_off(),
         }
@@ -118,7 +117,7 @@ impl LinkOut {
     pub fn status(&self) -> LinkStatus {
         LinkStatus {
             to: self.to.clone(),
-            keep: self.keep.to_string(),
+            keep: self.keep,
             sent: self.sent - self.dropped,
             dropped: self.dropped,
             queued: self.queue.frames() as u64,
@@ -129,17 +128,13 @@ impl LinkOut {
     /// Takes in what the subscriber says. Whether it has just resumed.
     pub fn listen(&mut self, now: Duration) -> bool {
         let mut resumed = false;
-        match rustix::net::recv(
-            &*self.stream,
-            self.reader.space(),
-            rustix::net::RecvFlags::DONTWAIT,
-        ) {
-            Ok((0, _)) => self.break_off(),
-            Ok((len, _)) => {
+        match self.stream.try_receive(self.reader.space()) {
+            Ok(0) => self.break_off(),
+            Ok(len) => {
                 self.reader.filled(len);
                 self.liveness.heard(now);
             }
-            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => return false,
+            Err(error) if is_temporary(&error) => return false,
             Err(_) => self.break_off(),
         }
         loop {
@@ -154,7 +149,7 @@ impl LinkOut {
                 }
                 Ok(Some(_)) | Err(_) => {
                     let why = format!("`{}` sends what a subscriber does not send", self.to);
-                    let peer = self.stream.peer_addr().ok().map(|peer| peer.ip());
+                    let peer = self.stream.peer_address().ok().map(|peer| peer.ip());
                     self.faults.report(peer, Fault::NotASubscriber, why);
                     self.break_off();
                     return false;

@@ -1,15 +1,15 @@
 //! Control connections: the executive's orders, the launcher's, and observers' questions.
 
-use std::net::TcpStream;
+use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use armor_socket::{Stream, is_temporary};
 use armor_wire::codec;
 use armor_wire::control::{Answer, Command, Role};
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
-use rustix::net::{RecvFlags, SendFlags, recv, send};
 
 use super::handshake::Admitted;
 use crate::faults::Fault;
@@ -24,7 +24,7 @@ const MAX_CONNECTIONS: usize = 64;
 const MAX_UNSENT_LEN: usize = 4 << 20;
 
 struct Connection {
-    stream: TcpStream,
+    stream: Stream,
     reader: FrameReader,
     /// Counted in this process, for the answers to orders.
     id: u64,
@@ -226,8 +226,8 @@ impl ControlServer {
     }
 }
 
-fn report_fault(participant: &Participant, stream: &TcpStream, fault: Fault, why: &str) {
-    let peer = stream.peer_addr().ok().map(|peer| peer.ip());
+fn report_fault(participant: &Participant, stream: &Stream, fault: Fault, why: &str) {
+    let peer = stream.peer_address().ok().map(|peer| peer.ip());
     participant.faults.report(peer, fault, why);
 }
 
@@ -241,13 +241,12 @@ impl Connection {
 
     fn flush(&mut self) {
         while !self.unsent.is_empty() && !self.broken {
-            let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-            match send(&self.stream, &self.unsent, flags) {
+            match self.stream.try_send(&self.unsent) {
                 Ok(len) => {
                     self.unsent.drain(..len);
                 }
-                Err(rustix::io::Errno::AGAIN) => return,
-                Err(rustix::io::Errno::INTR) => {}
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if is_temporary(&error) => return,
                 Err(_) => self.broken = true,
             }
         }
@@ -255,13 +254,13 @@ impl Connection {
 
     fn listen(&mut self, now: Duration) -> Vec<Command> {
         let mut commands = Vec::new();
-        match recv(&self.stream, self.reader.space(), RecvFlags::DONTWAIT) {
-            Ok((0, _)) => self.broken = true,
-            Ok((len, _)) => {
+        match self.stream.try_receive(self.reader.space()) {
+            Ok(0) => self.broken = true,
+            Ok(len) => {
                 self.reader.filled(len);
                 self.liveness.heard(now);
             }
-            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => return commands,
+            Err(error) if is_temporary(&error) => return commands,
             Err(_) => self.broken = true,
         }
         loop {

@@ -2,10 +2,11 @@
 //! line in the log.
 
 use std::io::Write;
-use std::net::{SocketAddr, TcpStream};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use armor_socket::{Stream, is_temporary};
 use armor_wire::codec::MAX_HELLO_LEN;
 use armor_wire::control::Role;
 use armor_wire::frame::{self, FrameKind, FrameReader};
@@ -15,13 +16,11 @@ use armor_wire::hello::{
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 use rustix::event::PollFd;
-use rustix::net::{RecvFlags, recv};
 
 use crate::faults::Fault;
 use crate::link::queue::Queue;
 use crate::link::wire_out::LinkOut;
 use crate::participant::Participant;
-use crate::socket;
 
 /// How long a handshake may take.
 const LIMIT: Duration = Duration::from_secs(2);
@@ -29,7 +28,7 @@ const LIMIT: Duration = Duration::from_secs(2);
 const MAX_PENDING: usize = 64;
 
 struct Pending {
-    stream: TcpStream,
+    stream: Stream,
     peer: SocketAddr,
     reader: FrameReader,
     since: Instant,
@@ -37,7 +36,7 @@ struct Pending {
 
 /// A control connection that has been welcomed.
 pub(super) struct Admitted {
-    pub stream: TcpStream,
+    pub stream: Stream,
     pub reader: FrameReader,
     pub role: Role,
     pub from: String,
@@ -66,7 +65,9 @@ impl Handshakes {
         fds.extend(self.pending.iter().map(|pending| super::watched(&pending.stream, false)));
     }
 
-    pub fn add(&mut self, stream: TcpStream, peer: SocketAddr) {
+    pub fn add(&mut self, stream: Stream) {
+        // A peer that has gone already needs no answer.
+        let Ok(peer) = stream.peer_address() else { return };
         if self.pending.len() >= MAX_PENDING {
             // The oldest has had its chance.
             let oldest = self.pending.remove(0);
@@ -127,12 +128,7 @@ impl Handshakes {
         }
     }
 
-    fn admit_link(
-        &self,
-        link: &LinkRequest,
-        from: &str,
-        stream: &TcpStream,
-    ) -> Result<(), Refusal> {
+    fn admit_link(&self, link: &LinkRequest, from: &str, stream: &Stream) -> Result<(), Refusal> {
         let ours = self.participant.identity.instance;
         if link.instance != 0 && link.instance != ours {
             let text = format!(
@@ -174,12 +170,7 @@ impl Handshakes {
         output.add(added, || self.welcome(stream, output.entry.schema.clone(), true))
     }
 
-    fn welcome(
-        &self,
-        mut stream: &TcpStream,
-        schema: String,
-        buffers: bool,
-    ) -> Result<(), Refusal> {
+    fn welcome(&self, mut stream: &Stream, schema: String, is_link: bool) -> Result<(), Refusal> {
         let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
         let welcome = Welcome {
             name: self.participant.identity.name.clone(),
@@ -190,7 +181,10 @@ impl Handshakes {
             frame::to_bytes(FrameKind::Welcome, &welcome).map_err(|e| failed(e.to_string()))?;
         // A blocking socket from here on; every later write says for itself that it does not wait.
         stream.set_nonblocking(false).map_err(|e| failed(e.to_string()))?;
-        socket::tune(stream, buffers).map_err(|e| failed(e.to_string()))?;
+        armor_socket::tune(stream).map_err(|e| failed(e.to_string()))?;
+        if is_link {
+            armor_socket::enlarge_send_buffer(stream).map_err(|e| failed(e.to_string()))?;
+        }
         stream.write_all(&bytes).map_err(|e| failed(e.to_string()))
     }
 
@@ -208,12 +202,12 @@ impl Handshakes {
 
 impl Pending {
     fn progress(&mut self) -> Progress {
-        match recv(&self.stream, self.reader.space(), RecvFlags::DONTWAIT) {
-            Ok((0, _)) => {
+        match self.stream.try_receive(self.reader.space()) {
+            Ok(0) => {
                 return Progress::Close(Fault::Left, "it left during the handshake".into());
             }
-            Ok((len, _)) => self.reader.filled(len),
-            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => {}
+            Ok(len) => self.reader.filled(len),
+            Err(error) if is_temporary(&error) => {}
             Err(error) => return Progress::Close(Fault::Left, error.to_string()),
         }
         let frame = match self.reader.next_frame() {

@@ -6,7 +6,7 @@ use std::sync::{LazyLock, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use armor_registry::{Background, Options};
+use armor_registry::{BackgroundRegistry, RegistryOptions};
 use armor_sdk::control::{Command, ControlConnection, ControlEvent, Role, Status};
 use armor_sdk::directory::Directory;
 use armor_sdk::prelude::*;
@@ -99,7 +99,7 @@ impl Component for Probe {
 }
 
 pub struct System {
-    pub registry: Background,
+    pub registry: BackgroundRegistry,
     pub directory: Directory,
     threads: Vec<(String, JoinHandle<()>)>,
 }
@@ -107,7 +107,9 @@ pub struct System {
 impl System {
     pub fn start() -> Self {
         let listen = "127.0.0.1:0".parse().unwrap();
-        let registry = Background::start(Options { listen, ..Options::default() }).unwrap();
+        let registry =
+            BackgroundRegistry::start(RegistryOptions { listen, ..RegistryOptions::default() })
+                .unwrap();
         let directory = Directory::observer(&registry.address().to_string(), "test");
         Self { registry, directory, threads: Vec::new() }
     }

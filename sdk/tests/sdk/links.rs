@@ -209,14 +209,18 @@ fn links_outlive_the_registry_and_new_ones_wait_for_it() {
     let first = data(&told).1;
     let address = system.registry.address();
     let listen = "127.0.0.1:0".parse().unwrap();
-    let options = armor_registry::Options { listen, ..armor_registry::Options::default() };
-    let other = armor_registry::Background::start(options).unwrap();
+    let options =
+        armor_registry::RegistryOptions { listen, ..armor_registry::RegistryOptions::default() };
+    let other = armor_registry::BackgroundRegistry::start(options).unwrap();
     drop(std::mem::replace(&mut system.registry, other));
     for expected in first + 1..first + 101 {
         assert_eq!(data(&told).1, expected, "nothing is lost without a registry");
     }
-    let options = armor_registry::Options { listen: address, ..armor_registry::Options::default() };
-    system.registry = armor_registry::Background::start(options).unwrap();
+    let options = armor_registry::RegistryOptions {
+        listen: address,
+        ..armor_registry::RegistryOptions::default()
+    };
+    system.registry = armor_registry::BackgroundRegistry::start(options).unwrap();
     let link = system.link("in", "source", "out", "all");
     let late = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     data(&late);

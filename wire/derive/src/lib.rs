@@ -9,7 +9,7 @@ use syn::{
     Attribute, Data, DeriveInput, Error, Field, Fields, Ident, LitStr, Result, parse_macro_input,
 };
 
-/// What schema text calls the types that need no definition.
+/// Names of the types that schema text uses without a definition.
 const PRIMITIVES: [&str; 12] =
     ["bool", "u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64", "string"];
 
@@ -17,24 +17,30 @@ const PRIMITIVES: [&str; 12] =
 ///
 /// `#[message(name = "…")]` on the type names it otherwise than the Rust type;
 /// `#[message(unit = "m")]` on a field states the unit of its number;
-/// `#[message(wire = "path::to::armor_wire")]` tells where the wire crate is found.
+/// `#[message(text)]` on a field sends its value as the string that `Display` writes and `FromStr` reads;
+/// `#[message(wire = "path::to::armor_wire")]` names the path of the wire crate.
 #[proc_macro_derive(Message, attributes(message))]
 pub fn derive_message(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    expand(&input).unwrap_or_else(Error::into_compile_error).into()
+    expand_message(&input).unwrap_or_else(Error::into_compile_error).into()
 }
 
 #[derive(Default)]
-struct Options {
+struct MessageAttributes {
     name: Option<String>,
     unit: Option<String>,
+    text: bool,
     wire: Option<syn::Path>,
 }
 
-fn options(attributes: &[Attribute]) -> Result<Options> {
-    let mut options = Options::default();
+fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
+    let mut options = MessageAttributes::default();
     for attribute in attributes.iter().filter(|a| a.path().is_ident("message")) {
         attribute.parse_nested_meta(|meta| {
+            if meta.path.is_ident("text") {
+                options.text = true;
+                return Ok(());
+            }
             let value: LitStr = meta.value()?.parse()?;
             if meta.path.is_ident("name") {
                 options.name = Some(value.value());
@@ -43,7 +49,7 @@ fn options(attributes: &[Attribute]) -> Result<Options> {
             } else if meta.path.is_ident("wire") {
                 options.wire = Some(value.parse()?);
             } else {
-                return Err(meta.error("expected name, unit or wire"));
+                return Err(meta.error("expected name, unit, text or wire"));
             }
             Ok(())
         })?;
@@ -51,15 +57,15 @@ fn options(attributes: &[Attribute]) -> Result<Options> {
     Ok(options)
 }
 
-/// A field's or variant's name, if schema text can hold it.
-fn label(ident: &Ident) -> Result<String> {
+/// Returns a field's or variant's name, if schema text allows it.
+fn field_label(ident: &Ident) -> Result<String> {
     let label = ident.to_string().trim_start_matches("r#").to_owned();
     check_name(&label).map_err(|why| Error::new_spanned(ident, why))?;
     Ok(label)
 }
 
-fn unit(field: &Field) -> Result<Option<String>> {
-    let Options { unit, name, wire } = options(&field.attrs)?;
+fn field_unit(field: &Field) -> Result<Option<String>> {
+    let MessageAttributes { unit, name, wire, .. } = read_attributes(&field.attrs)?;
     if name.is_some() || wire.is_some() {
         return Err(Error::new_spanned(field, "name and wire belong on the type"));
     }
@@ -85,7 +91,7 @@ fn check_name(name: &str) -> std::result::Result<(), String> {
 }
 
 /// One struct or variant body, taken apart.
-struct Body {
+struct FieldTokens {
     /// `{ a: field_0 }`, `(field_0, field_1)` or nothing: a pattern that binds each field.
     pattern: Tokens,
     /// The same as an expression, each field decoded.
@@ -98,25 +104,36 @@ struct Body {
     min_len: Tokens,
 }
 
-fn body(fields: &Fields, wire: &Tokens) -> Result<Body> {
+fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
     let (mut names, mut bindings) = (vec![], vec![]);
     let (mut labels, mut types, mut units) = (vec![], vec![], vec![]);
+    let mut is_text_field = vec![];
     for (index, field) in fields.iter().enumerate() {
         let name = field.ident.clone().unwrap_or_else(|| format_ident!("f{index}"));
-        labels.push(label(&name)?);
+        labels.push(field_label(&name)?);
         names.push(name);
         // Not the field's own name, which may be `encoder`.
         bindings.push(format_ident!("field_{index}"));
-        types.push(&field.ty);
-        units.push(unit(field)?);
+        let (ty, is_text) = (&field.ty, read_attributes(&field.attrs)?.text);
+        types.push(if is_text { quote!(::std::string::String) } else { quote!(#ty) });
+        is_text_field.push(is_text);
+        units.push(field_unit(field)?);
     }
-    let decoded = quote!(#wire::WireType::read(decoder)?);
+    let decoded: Vec<_> = is_text_field
+        .iter()
+        .map(|is_text| match is_text {
+            true => quote!(#wire::message::read_text(decoder)?),
+            false => quote!(#wire::WireType::read_value(decoder)?),
+        })
+        .collect();
+    let encoded = bindings.iter().zip(&is_text_field).map(|(binding, is_text)| match is_text {
+        true => quote!(#wire::message::encode_text(#binding, encoder)?;),
+        false => quote!(#wire::bincode::Encode::encode(#binding, encoder)?;),
+    });
+    let encode = quote!(#(#encoded)*);
     let (pattern, construct) = match fields {
         Fields::Named(_) => (quote!({ #(#names: #bindings),* }), quote!({ #(#names: #decoded),* })),
-        Fields::Unnamed(_) => {
-            let items = names.iter().map(|_| &decoded);
-            (quote!((#(#bindings),*)), quote!((#(#items),*)))
-        }
+        Fields::Unnamed(_) => (quote!((#(#bindings),*)), quote!((#(#decoded),*))),
         Fields::Unit => (quote!(), quote!()),
     };
     let schemas = labels.iter().zip(&types).zip(&units).map(|((label, ty), unit)| {
@@ -126,35 +143,35 @@ fn body(fields: &Fields, wire: &Tokens) -> Result<Body> {
             None => quote!(#wire::schema::Field::new(#label, #schema)),
         }
     });
-    Ok(Body {
+    Ok(FieldTokens {
         pattern,
         construct,
-        encode: quote!(#(#wire::bincode::Encode::encode(#bindings, encoder)?;)*),
+        encode,
         schema: quote!(::std::vec![#(#schemas),*]),
         min_len: quote!(0 #(+ <#types as #wire::WireType>::MIN_LEN)*),
     })
 }
 
-fn expand(input: &DeriveInput) -> Result<Tokens> {
+fn expand_message(input: &DeriveInput) -> Result<Tokens> {
     if !input.generics.params.is_empty() {
         return Err(Error::new_spanned(
             &input.generics,
             "a message type has no generic parameters",
         ));
     }
-    let opts = options(&input.attrs)?;
+    let opts = read_attributes(&input.attrs)?;
     if opts.unit.is_some() {
         return Err(Error::new_spanned(&input.ident, "a unit belongs on a field"));
     }
     let wire = opts.wire.map_or_else(|| quote!(::armor_sdk::wire), |path| quote!(#path));
     let ident = &input.ident;
-    let name = opts.name.map_or_else(|| label(ident), Ok)?;
+    let name = opts.name.map_or_else(|| field_label(ident), Ok)?;
     check_name(&name).map_err(|why| Error::new_spanned(ident, why))?;
     if PRIMITIVES.contains(&name.as_str()) {
         return Err(Error::new_spanned(ident, "this is the name of a primitive type"));
     }
     let Parts { encode, decode, schema, min_len } = match &input.data {
-        Data::Struct(data) => struct_parts(&body(&data.fields, &wire)?, &wire, &name),
+        Data::Struct(data) => struct_parts(&expand_fields(&data.fields, &wire)?, &wire, &name),
         Data::Enum(data) => enum_parts(data, &wire, &name)?,
         Data::Union(_) => return Err(Error::new_spanned(ident, "a union cannot travel")),
     };
@@ -172,7 +189,7 @@ fn expand(input: &DeriveInput) -> Result<Tokens> {
         impl #wire::WireType for #ident {
             const MIN_LEN: usize = #min_len;
             fn schema() -> #wire::schema::Schema { #schema }
-            fn read<D: #wire::bincode::de::Decoder>(
+            fn read_value<D: #wire::bincode::de::Decoder>(
                 decoder: &mut D,
             ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
                 ::core::result::Result::Ok(#decode)
@@ -192,8 +209,8 @@ struct Parts {
     min_len: Tokens,
 }
 
-fn struct_parts(body: &Body, wire: &Tokens, name: &str) -> Parts {
-    let Body { pattern, construct, encode, schema, min_len } = body;
+fn struct_parts(body: &FieldTokens, wire: &Tokens, name: &str) -> Parts {
+    let FieldTokens { pattern, construct, encode, schema, min_len } = body;
     Parts {
         encode: quote!(let Self #pattern = self; #encode),
         decode: quote!(Self #construct),
@@ -210,8 +227,9 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
     for (index, variant) in data.variants.iter().enumerate() {
         let index =
             u32::try_from(index).map_err(|_| Error::new_spanned(variant, "too many variants"))?;
-        let Body { pattern, construct, encode, schema, min_len } = body(&variant.fields, wire)?;
-        let (ident, label) = (&variant.ident, label(&variant.ident)?);
+        let FieldTokens { pattern, construct, encode, schema, min_len } =
+            expand_fields(&variant.fields, wire)?;
+        let (ident, label) = (&variant.ident, field_label(&variant.ident)?);
         encodes.push(quote!(Self::#ident #pattern => {
             #wire::bincode::Encode::encode(&#index, encoder)?;
             #encode
@@ -222,7 +240,7 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
     }
     Ok(Parts {
         encode: quote!(match self { #(#encodes)* }),
-        decode: quote!(match <u32 as #wire::WireType>::read(decoder)? {
+        decode: quote!(match <u32 as #wire::WireType>::read_value(decoder)? {
             #(#decodes)*
             _ => return ::core::result::Result::Err(#wire::bincode::error::DecodeError::Other("unknown variant")),
         }),

@@ -2,7 +2,7 @@
 
 use crate::Message;
 
-/// Longest name of who gives an order, in bytes.
+/// Longest name of an order's author, in bytes.
 pub const MAX_AUTHOR_LEN: usize = 128;
 /// Longest name of a place or transition in an order, in bytes; those of nested missions are
 /// several names long.
@@ -14,7 +14,7 @@ pub const MAX_MOVES: usize = 256;
 #[derive(Clone, Debug, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub enum Order {
-    /// Hold the command for as long as this connection lives, and a few seconds beyond its loss.
+    /// Take the command for as long as this connection lasts, and a few seconds beyond its loss.
     Lease,
     /// Give the command back; what follows is no loss of the link.
     Release,
@@ -25,16 +25,16 @@ pub enum Order {
     },
     /// Let clocks and components stop, but for those of safety.
     Pause,
-    /// Go on after a pause.
+    /// Resume after a pause.
     Resume,
     /// Go to the safe place.
     Safe,
-    /// Move tokens, all at once; only during a pause.
+    /// Move tokens in one step; only during a pause.
     Move {
         /// From where to where.
         moves: Vec<TokenMove>,
     },
-    /// Let a transition fire that asks.
+    /// Fire a transition that waits for confirmation.
     Confirm {
         /// Its name.
         transition: String,
@@ -44,7 +44,7 @@ pub enum Order {
         /// Its name.
         transition: String,
     },
-    /// Go on holding the command, over another connection. Refused to whoever does not hold it:
+    /// Keep the command over a new connection. Refused to an operator that does not hold it:
     /// where it was taken over meanwhile, or another mission is played there.
     Rejoin,
 }
@@ -64,16 +64,16 @@ pub struct TokenMove {
 /// Why an order is not even read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrderFault {
-    /// Nobody can be told who gave it.
+    /// Its author is missing.
     #[error("an order needs an author of 1 to {MAX_AUTHOR_LEN} bytes without control characters")]
     Author,
-    /// It could not be told from others.
+    /// Its number does not identify it.
     #[error("an order needs a request number that is not 0")]
     Request,
     /// No place or transition is called so.
     #[error("a name in the order is longer than {MAX_ORDER_NAME_LEN} bytes, or empty")]
     Name,
-    /// Nobody oversees that.
+    /// More moves than a person can oversee.
     #[error("an order moves tokens at least once and at most {MAX_MOVES} times")]
     Moves,
 }
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_an_order_is_told_why() {
+    fn a_malformed_order_is_refused_with_the_reason() {
         let fire = |name: &str| Order::Fire { transition: name.to_owned() };
         let it = TokenMove { from: "a".into(), to: "b".into(), tokens: 1 };
         let moves = |count| Order::Move { moves: vec![it.clone(); count] };

@@ -3,20 +3,20 @@
 
 use super::{Frame, FrameError, FrameKind, PREFIX_LEN, read_prefix};
 
-/// How much a [`FrameReader`] reads at once in bytes.
+/// Most bytes that a [`FrameReader`] takes from one read.
 pub const READ_LEN: usize = 64 << 10;
-/// What the first read may bring: most connections begin with a short handshake.
+/// Most bytes of the first read: most connections begin with a short handshake.
 const FIRST_READ_LEN: usize = 4 << 10;
-/// Room made at once for a large frame. Its buffer doubles as it fills: an announced length alone
-/// costs the announcer's victim no more than this.
+/// First size of a large frame's buffer, which doubles as it fills: a peer that announces a length and
+/// sends nothing costs no more than this.
 const FIRST_LARGE_LEN: usize = 1 << 20;
 /// A large frame's buffer above this is given back after use instead of being kept.
 const KEPT_LARGE_LEN: usize = 16 << 20;
 
 /// Turns a stream of bytes into frames.
 ///
-/// Read into [`space`](Self::space), say how much with [`filled`](Self::filled), then take frames
-/// with [`next_frame`](Self::next_frame) until it has none.
+/// Read into [`space`](Self::space), report the number of bytes with [`filled`](Self::filled), then take
+/// frames with [`next_frame`](Self::next_frame) until it returns `None`.
 pub struct FrameReader {
     small: Vec<u8>,
     start: usize,
@@ -42,23 +42,24 @@ impl Default for FrameReader {
 }
 
 impl FrameReader {
-    /// A reader that allows each kind its full length.
+    /// Creates a reader that allows each kind its full length.
     pub fn new() -> Self {
         Self::with_limit(usize::MAX)
     }
 
-    /// A reader that also refuses bodies longer than `max_body_len`: for strangers.
+    /// Creates a reader that also refuses bodies longer than `max_body_len`: for peers that have not
+    /// completed a handshake.
     pub fn with_limit(max_body_len: usize) -> Self {
         let (small, large) = (Vec::new(), Vec::new());
         Self { small, start: 0, end: 0, large, arriving: None, max_body_len }
     }
 
-    /// Lifts the limit, once the peer has proven who it is.
+    /// Lifts the limit, once the peer has completed its handshake.
     pub fn lift_limit(&mut self) {
         self.max_body_len = usize::MAX;
     }
 
-    /// Where the next bytes go. Never empty once `next_frame` has returned `None`.
+    /// Returns the buffer for the next bytes. It is never empty once `next_frame` has returned `None`.
     pub fn space(&mut self) -> &mut [u8] {
         if let Some(Arriving { total, filled, .. }) = self.arriving {
             if filled == self.large.len() {
@@ -68,7 +69,7 @@ impl FrameReader {
             let end = self.large.len().min(total);
             return &mut self.large[filled..end];
         }
-        // A read that filled the buffer says that more is coming.
+        // A read that filled the buffer suggests that more bytes are waiting.
         let was_full = self.end == self.small.len();
         if self.start > 0 {
             self.small.copy_within(self.start..self.end, 0);
@@ -82,7 +83,7 @@ impl FrameReader {
         &mut self.small[self.end..]
     }
 
-    /// Says that `len` bytes of the space were filled.
+    /// Records that `len` bytes of the space were filled.
     pub fn filled(&mut self, len: usize) {
         match &mut self.arriving {
             Some(arriving) => arriving.filled += len,
@@ -108,7 +109,7 @@ impl FrameReader {
             && len_of(rest).is_some_and(|len| len <= rest.len())
     }
 
-    /// The next whole frame, or `None` if more bytes are needed.
+    /// Returns the next whole frame, or `None` if more bytes are needed.
     ///
     /// # Errors
     /// [`FrameError`] if the bytes are not this protocol's; the connection should be closed.

@@ -1,4 +1,4 @@
-//! Whether a manifest holds together: what its JSON form alone does not say. Whoever wrote it may
+//! Checks what the JSON form of a manifest cannot express. The program that wrote it may
 //! have written it by hand.
 
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use crate::schema;
 
 impl Manifest {
     /// Whether names are names and each there once, schemas are schemas with their hashes, and
-    /// every parameter has a unit that exists, a range that holds something, and a default in it.
+    /// every parameter has a unit that exists, a range that is not empty, and a default within it.
     ///
     /// # Errors
     /// The first thing that is wrong, in words that name it.
@@ -37,7 +37,7 @@ impl Manifest {
     }
 }
 
-/// Inputs and outputs share their names: a file says `component.port`.
+/// Inputs and outputs share their names: a file names both as `component.port`.
 fn unique<'a>(noun: &str, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
     let mut seen = BTreeSet::new();
     for name in names {
@@ -45,7 +45,7 @@ fn unique<'a>(noun: &str, names: impl Iterator<Item = &'a str>) -> Result<(), St
             return Err(format!("`{name}` is not a name for a {noun}"));
         }
         if !seen.insert(name) {
-            return Err(format!("the {noun} {name} is there twice"));
+            return Err(format!("the {noun} {name} occurs twice"));
         }
     }
     Ok(())
@@ -150,7 +150,7 @@ mod tests {
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
-            ("port map is there twice", |m| m.inputs[0].id = "map".into()),
+            ("port map occurs twice", |m| m.inputs[0].id = "map".into()),
             ("`a b` is not a name", |m| m.inputs[0].id = "a b".into()),
             ("its schema", |m| m.inputs[0].schema = "Scan{".into()),
             ("that of Scan", |m| m.outputs[0].type_name = "Map".into()),

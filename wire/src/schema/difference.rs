@@ -1,24 +1,25 @@
-//! Says in words how two schemas differ, field by field.
+//! Describes for people how two schemas differ, field by field.
 
 use std::collections::BTreeMap;
 
-use super::{Field, Schema, Variant};
+use super::layout::{Field, Schema, Variant};
+use super::text::parse;
 
-/// More lines than this help nobody.
+/// Most lines of a description; further ones do not help a reader.
 const MAX_LINES: usize = 8;
-/// A type longer than this is cut in a line, in characters.
+/// Longest type in a line, in bytes; the rest is cut.
 const MAX_TYPE_LEN: usize = 160;
 
-/// The first few differences between two schemas given as text, one per line, for people.
+/// Describes the first differences between two schemas given as text, one per line.
 ///
 /// `ours` and `theirs` name the two sides. Empty if the texts are equal.
 pub fn difference(ours: (&str, &str), theirs: (&str, &str)) -> String {
     if ours.1 == theirs.1 {
         return String::new();
     }
-    let mut found = Found { ours: ours.0, theirs: theirs.0, lines: Vec::new() };
-    match (super::parse(ours.1), super::parse(theirs.1)) {
-        (Ok(a), Ok(b)) => found.compare("", &a, &b),
+    let mut found = SchemaComparison { ours: ours.0, theirs: theirs.0, lines: Vec::new() };
+    match (parse(ours.1), parse(theirs.1)) {
+        (Ok(a), Ok(b)) => found.compare_types("", &a, &b),
         (a, b) => {
             for (who, result) in [(ours.0, a), (theirs.0, b)] {
                 if let Err(error) = result {
@@ -31,20 +32,20 @@ pub fn difference(ours: (&str, &str), theirs: (&str, &str)) -> String {
     found.lines.join("\n")
 }
 
-struct Found<'a> {
+struct SchemaComparison<'a> {
     ours: &'a str,
     theirs: &'a str,
     lines: Vec<String>,
 }
 
-impl Found<'_> {
-    fn say(&mut self, place: &str, our: &str, their: &str) {
+impl SchemaComparison<'_> {
+    fn push_line(&mut self, place: &str, our: &str, their: &str) {
         let (ours, theirs) = (self.ours, self.theirs);
         let place = if place.is_empty() { "the type" } else { place };
         self.lines.push(format!("{place}: {ours} has {our}, {theirs} has {their}"));
     }
 
-    fn compare(&mut self, place: &str, a: &Schema, b: &Schema) {
+    fn compare_types(&mut self, place: &str, a: &Schema, b: &Schema) {
         match (a, b) {
             _ if a == b || self.lines.len() >= MAX_LINES => {}
             (Schema::Struct { name: n, fields: f }, Schema::Struct { name: m, fields: g })
@@ -57,12 +58,14 @@ impl Found<'_> {
             {
                 self.compare_variants(place, v, w);
             }
-            (Schema::List(x), Schema::List(y)) => self.compare(&format!("{place}[]"), x, y),
+            (Schema::List(x), Schema::List(y)) => self.compare_types(&format!("{place}[]"), x, y),
             (Schema::Fixed(x, n), Schema::Fixed(y, m)) if n == m => {
-                self.compare(&format!("{place}[]"), x, y);
+                self.compare_types(&format!("{place}[]"), x, y);
             }
-            (Schema::Option(x), Schema::Option(y)) => self.compare(&format!("{place}?"), x, y),
-            _ => self.say(place, &cut(a), &cut(b)),
+            (Schema::Option(x), Schema::Option(y)) => {
+                self.compare_types(&format!("{place}?"), x, y)
+            }
+            _ => self.push_line(place, &shorten_type(a), &shorten_type(b)),
         }
     }
 
@@ -71,20 +74,24 @@ impl Found<'_> {
         let ours: BTreeMap<_, _> = a.iter().map(|field| (&field.name, field)).collect();
         let theirs: BTreeMap<_, _> = b.iter().map(|field| (&field.name, field)).collect();
         for field in a {
-            let inner = join(place, &field.name);
+            let inner = join_path(place, &field.name);
             match theirs.get(&field.name) {
                 None => self.lines.push(format!("{inner}: only {} has it", self.ours)),
                 Some(other) if other.unit != field.unit => {
-                    self.say(&inner, unit(field), unit(other));
+                    self.push_line(&inner, unit_of(field), unit_of(other));
                 }
-                Some(other) => self.compare(&inner, &field.schema, &other.schema),
+                Some(other) => self.compare_types(&inner, &field.schema, &other.schema),
             }
         }
         for field in b.iter().filter(|field| !ours.contains_key(&field.name)) {
-            self.lines.push(format!("{}: only {} has it", join(place, &field.name), self.theirs));
+            self.lines.push(format!(
+                "{}: only {} has it",
+                join_path(place, &field.name),
+                self.theirs
+            ));
         }
         if self.lines.len() == before {
-            let place = join(place, "(order of fields)");
+            let place = join_path(place, "(order of fields)");
             self.first_difference(&place, a.iter().map(|f| &f.name), b.iter().map(|f| &f.name));
         }
     }
@@ -92,15 +99,19 @@ impl Found<'_> {
     fn compare_variants(&mut self, place: &str, a: &[Variant], b: &[Variant]) {
         if a.iter().map(|v| &v.name).eq(b.iter().map(|v| &v.name)) {
             for (variant, other) in a.iter().zip(b).filter(|(v, w)| v != w) {
-                self.compare_fields(&join(place, &variant.name), &variant.fields, &other.fields);
+                self.compare_fields(
+                    &join_path(place, &variant.name),
+                    &variant.fields,
+                    &other.fields,
+                );
             }
         } else {
-            let place = join(place, "(variants)");
+            let place = join_path(place, "(variants)");
             self.first_difference(&place, a.iter().map(|v| &v.name), b.iter().map(|v| &v.name));
         }
     }
 
-    /// The first place at which two lists of names part.
+    /// Describes the first position at which two lists of names differ.
     fn first_difference<'n>(
         &mut self,
         place: &str,
@@ -113,22 +124,22 @@ impl Found<'_> {
                 (x, y) if x == y => {}
                 (x, y) => {
                     let name = |name: Option<&'n String>| name.map_or("none", String::as_str);
-                    return self.say(&format!("{place} #{index}"), name(x), name(y));
+                    return self.push_line(&format!("{place} #{index}"), name(x), name(y));
                 }
             }
         }
     }
 }
 
-fn join(place: &str, name: &str) -> String {
+fn join_path(place: &str, name: &str) -> String {
     if place.is_empty() { name.into() } else { format!("{place}.{name}") }
 }
 
-fn unit(field: &Field) -> &str {
+fn unit_of(field: &Field) -> &str {
     field.unit.as_deref().unwrap_or("no unit")
 }
 
-fn cut(schema: &Schema) -> String {
+fn shorten_type(schema: &Schema) -> String {
     let mut text = schema.to_string();
     // Names and units are ASCII, so any place is a boundary.
     if text.len() > MAX_TYPE_LEN {

@@ -1,17 +1,18 @@
-//! One value out of an encoded message, without its Rust type: a field is found by its names once,
-//! then read from every payload. What lies before it is stepped over, not decoded.
+//! Reads one value of an encoded message without its Rust type: the field is located once by its
+//! names, then read from every payload. The bytes before it are skipped, not decoded.
 
-mod glance;
+mod glimpse;
 #[cfg(test)]
 mod tests;
 
 use thiserror::Error;
 
-use super::{Field, Schema};
+use super::layout::{Field, Schema};
 
-pub use glance::{Glimpse, Pick, Seen, glance};
+pub use glimpse::{Glimpse, GlimpsedValue, ValuePath, glimpse_message};
 
-/// The field that a message may have beside its one value without being asked for it.
+/// The field that does not count when a message with a single other value is read without a field
+/// name.
 const STAMP: &str = "stamp";
 
 /// A value that a field of a message can have.
@@ -25,17 +26,17 @@ pub enum Scalar {
     Text(String),
 }
 
-/// Where a single value lies in the messages of one schema.
+/// The location of a single value in the messages of one schema.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPath<'a> {
     steps: Vec<usize>,
-    /// Its layout: a number, `bool`, text or an enum; of an optional field what is inside.
+    /// Its layout: a number, `bool`, text or an enum; for an optional field the layout within the option.
     pub schema: &'a Schema,
     /// The unit of its number.
     pub unit: Option<&'a str>,
 }
 
-/// Why names lead to no single value.
+/// Why names do not lead to a single value.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FieldError {
     /// There is no such field.
@@ -45,10 +46,10 @@ pub enum FieldError {
         index: usize,
         /// The name.
         name: String,
-        /// What is there.
+        /// The fields that exist.
         known: Vec<String>,
     },
-    /// What the names so far lead to has no fields.
+    /// The names so far lead to a value without fields.
     #[error("what comes before `{name}` has no fields")]
     NoFields {
         /// Which of the names, from 0.
@@ -78,13 +79,13 @@ pub struct PayloadError {
 }
 
 impl<'a> FieldPath<'a> {
-    /// Follows `names` from field to field. Where they end at a struct that has, beside `stamp`,
-    /// one number or `bool` and no second one, that is the value.
+    /// Follows `names` from field to field. If they end at a struct that has exactly one number or
+    /// `bool` besides `stamp`, that one is the value.
     ///
     /// # Errors
     /// [`FieldError`] if they lead to no single value.
     pub fn find(schema: &'a Schema, names: &[&str]) -> Result<Self, FieldError> {
-        let mut path = Self { steps: Vec::new(), schema: inside(schema), unit: None };
+        let mut path = Self { steps: Vec::new(), schema: without_options(schema), unit: None };
         for (index, name) in names.iter().enumerate() {
             let Schema::Struct { fields, .. } = path.schema else {
                 return Err(FieldError::NoFields { index, name: (*name).into() });
@@ -93,7 +94,7 @@ impl<'a> FieldPath<'a> {
                 let known = fields.iter().map(|field| field.name.clone()).collect();
                 return Err(FieldError::Unknown { index, name: (*name).into(), known });
             };
-            path.step(step, &fields[step]);
+            path.add_step(step, &fields[step]);
         }
         match path.schema {
             Schema::List(_) | Schema::Fixed(..) => Err(FieldError::List),
@@ -103,20 +104,20 @@ impl<'a> FieldPath<'a> {
                     let known = single.iter().map(|i| fields[*i].name.clone()).collect();
                     return Err(FieldError::NotOne { known });
                 };
-                path.step(only, &fields[only]);
+                path.add_step(only, &fields[only]);
                 Ok(path)
             }
             _ => Ok(path),
         }
     }
 
-    fn step(&mut self, step: usize, field: &'a Field) {
+    fn add_step(&mut self, step: usize, field: &'a Field) {
         self.steps.push(step);
-        (self.schema, self.unit) = (inside(&field.schema), field.unit.as_deref());
+        (self.schema, self.unit) = (without_options(&field.schema), field.unit.as_deref());
     }
 
-    /// Reads the value from one payload of `schema`, the one it was found in; none if it, or what
-    /// it is in, is optional and not there.
+    /// Reads the value from one payload of `schema`, in which it was found; `None` if it is, or lies
+    /// within, an absent optional value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.
@@ -126,40 +127,40 @@ impl<'a> FieldPath<'a> {
         let mut steps = self.steps.iter();
         loop {
             while let Schema::Option(item) = schema {
-                if !cursor.flag()? {
+                if !cursor.read_flag()? {
                     return Ok(None);
                 }
                 schema = item;
             }
-            let Some(step) = steps.next() else { return cursor.scalar(schema).map(Some) };
+            let Some(step) = steps.next() else { return cursor.read_scalar(schema).map(Some) };
             let Schema::Struct { fields, .. } = schema else {
-                return Err(cursor.error("another schema"));
+                return Err(cursor.error_here("another schema"));
             };
             for field in fields.iter().take(*step) {
-                cursor.skip(&field.schema)?;
+                cursor.skip_value(&field.schema)?;
             }
-            let field = fields.get(*step).ok_or_else(|| cursor.error("another schema"))?;
+            let field = fields.get(*step).ok_or_else(|| cursor.error_here("another schema"))?;
             schema = &field.schema;
         }
     }
 }
 
-fn inside(mut schema: &Schema) -> &Schema {
+fn without_options(mut schema: &Schema) -> &Schema {
     while let Schema::Option(item) = schema {
         schema = item;
     }
     schema
 }
 
-/// What may be left unnamed: a number or `bool` other than the stamp.
+/// Whether a field can be read without being named: a number or `bool` other than the stamp.
 fn is_value(field: &Field) -> bool {
     use Schema::{Enum, Fixed, List, Struct, Text};
-    let schema = inside(&field.schema);
+    let schema = without_options(&field.schema);
     let is_other = matches!(schema, Text | List(_) | Fixed(..) | Struct { .. } | Enum { .. });
     !is_other && field.name != STAMP
 }
 
-/// The length of every value of a schema, if they all have one.
+/// Returns the encoded length of a schema's values, if it is the same for all of them.
 fn fixed_len(schema: &Schema) -> Option<usize> {
     match schema {
         Schema::Option(_) | Schema::List(_) | Schema::Text | Schema::Enum { .. } => None,
@@ -177,112 +178,112 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn error(&self, problem: &'static str) -> PayloadError {
+    fn error_here(&self, problem: &'static str) -> PayloadError {
         PayloadError { at: self.at, problem }
     }
 
-    fn bytes(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
+    fn take_bytes(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
         let end = self.at.checked_add(len).filter(|end| *end <= self.payload.len());
-        let end = end.ok_or_else(|| self.error("the payload ends too early"))?;
+        let end = end.ok_or_else(|| self.error_here("the payload ends too early"))?;
         let bytes = &self.payload[self.at..end];
         self.at = end;
         Ok(bytes)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
+    fn take_array<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
         let mut out = [0; N];
-        out.copy_from_slice(self.bytes(N)?);
+        out.copy_from_slice(self.take_bytes(N)?);
         Ok(out)
     }
 
-    fn flag(&mut self) -> Result<bool, PayloadError> {
-        match self.array::<1>()?[0] {
+    fn read_flag(&mut self) -> Result<bool, PayloadError> {
+        match self.take_array::<1>()?[0] {
             0 => Ok(false),
             1 => Ok(true),
-            _ => Err(self.error("a flag is neither 0 nor 1")),
+            _ => Err(self.error_here("a flag is neither 0 nor 1")),
         }
     }
 
-    fn count(&mut self) -> Result<usize, PayloadError> {
-        let count = u64::from_le_bytes(self.array()?);
-        usize::try_from(count).map_err(|_| self.error("a count exceeds the payload"))
+    fn read_count(&mut self) -> Result<usize, PayloadError> {
+        let count = u64::from_le_bytes(self.take_array()?);
+        usize::try_from(count).map_err(|_| self.error_here("a count exceeds the payload"))
     }
 
-    fn scalar(&mut self, schema: &Schema) -> Result<Scalar, PayloadError> {
+    fn read_scalar(&mut self, schema: &Schema) -> Result<Scalar, PayloadError> {
         Ok(Scalar::Number(match schema {
-            Schema::Bool => return Ok(Scalar::Flag(self.flag()?)),
-            Schema::U8 => self.array::<1>()?[0].into(),
-            Schema::I8 => i8::from_le_bytes(self.array()?).into(),
-            Schema::U16 => u16::from_le_bytes(self.array()?).into(),
-            Schema::I16 => i16::from_le_bytes(self.array()?).into(),
-            Schema::U32 => u32::from_le_bytes(self.array()?).into(),
-            Schema::I32 => i32::from_le_bytes(self.array()?).into(),
+            Schema::Bool => return Ok(Scalar::Flag(self.read_flag()?)),
+            Schema::U8 => self.take_array::<1>()?[0].into(),
+            Schema::I8 => i8::from_le_bytes(self.take_array()?).into(),
+            Schema::U16 => u16::from_le_bytes(self.take_array()?).into(),
+            Schema::I16 => i16::from_le_bytes(self.take_array()?).into(),
+            Schema::U32 => u32::from_le_bytes(self.take_array()?).into(),
+            Schema::I32 => i32::from_le_bytes(self.take_array()?).into(),
             // Above 2^53 to the nearest number that a double can be.
-            Schema::U64 => u64::from_le_bytes(self.array()?) as f64,
-            Schema::I64 => i64::from_le_bytes(self.array()?) as f64,
+            Schema::U64 => u64::from_le_bytes(self.take_array()?) as f64,
+            Schema::I64 => i64::from_le_bytes(self.take_array()?) as f64,
             // Through its shortest decimal form, so that 0.3f32 is 0.3 and not 0.30000001192.
             Schema::F32 => {
-                let number = f32::from_le_bytes(self.array()?);
+                let number = f32::from_le_bytes(self.take_array()?);
                 number.to_string().parse().unwrap_or(f64::from(number))
             }
-            Schema::F64 => f64::from_le_bytes(self.array()?),
+            Schema::F64 => f64::from_le_bytes(self.take_array()?),
             Schema::Text => {
-                let len = self.count()?;
-                let text = std::str::from_utf8(self.bytes(len)?);
-                let text = text.map_err(|_| self.error("text is not UTF-8"))?;
+                let len = self.read_count()?;
+                let text = std::str::from_utf8(self.take_bytes(len)?);
+                let text = text.map_err(|_| self.error_here("text is not UTF-8"))?;
                 return Ok(Scalar::Text(text.to_owned()));
             }
             Schema::Enum { variants, .. } => {
-                let index = u32::from_le_bytes(self.array()?) as usize;
+                let index = u32::from_le_bytes(self.take_array()?) as usize;
                 let variant =
-                    variants.get(index).ok_or_else(|| self.error("an unknown variant"))?;
+                    variants.get(index).ok_or_else(|| self.error_here("an unknown variant"))?;
                 return Ok(Scalar::Text(variant.name.clone()));
             }
             Schema::Option(_) | Schema::List(_) | Schema::Fixed(..) | Schema::Struct { .. } => {
-                return Err(self.error("another schema"));
+                return Err(self.error_here("another schema"));
             }
         }))
     }
 
-    /// Steps over `count` values.
-    fn pass(&mut self, item: &Schema, count: usize) -> Result<(), PayloadError> {
+    /// Skips `count` values.
+    fn skip_items(&mut self, item: &Schema, count: usize) -> Result<(), PayloadError> {
         match fixed_len(item) {
             Some(len) => {
                 let len = len.checked_mul(count);
-                let len = len.ok_or_else(|| self.error("a count exceeds the payload"))?;
-                self.bytes(len).map(drop)
+                let len = len.ok_or_else(|| self.error_here("a count exceeds the payload"))?;
+                self.take_bytes(len).map(drop)
             }
             // Each takes a byte at least, so a wrong count ends with the payload.
-            None => (0..count).try_for_each(|_| self.skip(item)),
+            None => (0..count).try_for_each(|_| self.skip_value(item)),
         }
     }
 
-    fn skip(&mut self, schema: &Schema) -> Result<(), PayloadError> {
+    fn skip_value(&mut self, schema: &Schema) -> Result<(), PayloadError> {
         if let Some(len) = fixed_len(schema) {
-            return self.bytes(len).map(drop);
+            return self.take_bytes(len).map(drop);
         }
         match schema {
             Schema::Text => {
-                let len = self.count()?;
-                self.bytes(len)?;
+                let len = self.read_count()?;
+                self.take_bytes(len)?;
             }
             Schema::Option(item) => {
-                let is_there = self.flag()?;
-                (0..usize::from(is_there)).try_for_each(|_| self.skip(item))?;
+                let is_there = self.read_flag()?;
+                (0..usize::from(is_there)).try_for_each(|_| self.skip_value(item))?;
             }
             Schema::List(item) => {
-                let count = self.count()?;
-                self.pass(item, count)?;
+                let count = self.read_count()?;
+                self.skip_items(item, count)?;
             }
-            Schema::Fixed(item, count) => (0..*count).try_for_each(|_| self.skip(item))?,
+            Schema::Fixed(item, count) => (0..*count).try_for_each(|_| self.skip_value(item))?,
             Schema::Struct { fields, .. } => {
-                fields.iter().try_for_each(|field| self.skip(&field.schema))?;
+                fields.iter().try_for_each(|field| self.skip_value(&field.schema))?;
             }
             Schema::Enum { variants, .. } => {
-                let index = u32::from_le_bytes(self.array()?) as usize;
+                let index = u32::from_le_bytes(self.take_array()?) as usize;
                 let variant =
-                    variants.get(index).ok_or_else(|| self.error("an unknown variant"))?;
-                variant.fields.iter().try_for_each(|field| self.skip(&field.schema))?;
+                    variants.get(index).ok_or_else(|| self.error_here("an unknown variant"))?;
+                variant.fields.iter().try_for_each(|field| self.skip_value(&field.schema))?;
             }
             _ => {}
         }

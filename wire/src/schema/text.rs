@@ -9,9 +9,8 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::{Field, Schema, Variant};
-use crate::codec::MAX_DATA_LEN;
-use crate::message::MAX_FIXED_COUNT;
+use super::layout::{Field, Schema, Variant};
+use crate::limits::{MAX_DATA_LEN, MAX_FIXED_COUNT};
 
 /// Deepest nesting of a schema that is read.
 pub const MAX_DEPTH: usize = 16;
@@ -28,14 +27,14 @@ impl fmt::Display for Schema {
             Self::Option(item) => write!(f, "?{item}"),
             Self::List(item) => write!(f, "[{item}]"),
             Self::Fixed(item, count) => write!(f, "[{item};{count}]"),
-            Self::Struct { name, fields } => write!(f, "{name}{}", Fields(fields)),
+            Self::Struct { name, fields } => write!(f, "{name}{}", FieldList(fields)),
             Self::Enum { name, variants } => {
                 write!(f, "{name}<")?;
                 for (index, variant) in variants.iter().enumerate() {
                     let comma = if index > 0 { "," } else { "" };
                     write!(f, "{comma}{}", variant.name)?;
                     if !variant.fields.is_empty() {
-                        write!(f, "{}", Fields(&variant.fields))?;
+                        write!(f, "{}", FieldList(&variant.fields))?;
                     }
                 }
                 write!(f, ">")
@@ -45,9 +44,9 @@ impl fmt::Display for Schema {
     }
 }
 
-struct Fields<'a>(&'a [Field]);
+struct FieldList<'a>(&'a [Field]);
 
-impl fmt::Display for Fields<'_> {
+impl fmt::Display for FieldList<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("{")?;
         for (index, field) in self.0.iter().enumerate() {
@@ -94,44 +93,44 @@ pub struct ParseError {
 ///
 /// # Errors
 /// [`ParseError`] if the text is not canonical, deeper than [`MAX_DEPTH`], longer than
-/// [`MAX_TEXT_LEN`], or of a value that [`MAX_DATA_LEN`] bytes cannot hold.
+/// [`MAX_TEXT_LEN`], or of a value that does not fit into [`MAX_DATA_LEN`] bytes.
 pub fn parse(text: &str) -> Result<Schema, ParseError> {
     if text.len() > MAX_TEXT_LEN {
         return Err(ParseError { at: MAX_TEXT_LEN, problem: "the text is too long" });
     }
-    let mut parser = Parser { text, at: 0 };
-    let schema = parser.schema(0)?;
+    let mut parser = SchemaParser { text, at: 0 };
+    let schema = parser.parse_schema(0)?;
     if parser.at < text.len() {
-        return Err(parser.error("text after the end of the schema"));
+        return Err(parser.error_here("text after the end of the schema"));
     }
     if schema.min_len() > MAX_DATA_LEN {
-        return Err(parser.error("no payload can hold a value of this type"));
+        return Err(parser.error_here("no payload can hold a value of this type"));
     }
     Ok(schema)
 }
 
-struct Parser<'a> {
+struct SchemaParser<'a> {
     text: &'a str,
     at: usize,
 }
 
-impl<'a> Parser<'a> {
-    fn error(&self, problem: &'static str) -> ParseError {
+impl<'a> SchemaParser<'a> {
+    fn error_here(&self, problem: &'static str) -> ParseError {
         ParseError { at: self.at, problem }
     }
 
-    fn take(&mut self, byte: u8) -> bool {
+    fn take_byte(&mut self, byte: u8) -> bool {
         let found = self.text.as_bytes().get(self.at) == Some(&byte);
         self.at += usize::from(found);
         found
     }
 
-    fn expect(&mut self, byte: u8, problem: &'static str) -> Result<(), ParseError> {
-        if self.take(byte) { Ok(()) } else { Err(self.error(problem)) }
+    fn expect_byte(&mut self, byte: u8, problem: &'static str) -> Result<(), ParseError> {
+        if self.take_byte(byte) { Ok(()) } else { Err(self.error_here(problem)) }
     }
 
     /// The longest run of allowed bytes, 1 to `most` of them. All that is allowed is ASCII.
-    fn word(
+    fn take_word(
         &mut self,
         allowed: impl Fn(u8) -> bool,
         most: usize,
@@ -140,16 +139,16 @@ impl<'a> Parser<'a> {
         let rest = &self.text[self.at..];
         let len = rest.bytes().take_while(|byte| allowed(*byte)).count();
         if len == 0 || len > most {
-            return Err(self.error(problem));
+            return Err(self.error_here(problem));
         }
         self.at += len;
         Ok(&rest[..len])
     }
 
-    fn name(&mut self) -> Result<&'a str, ParseError> {
+    fn parse_name(&mut self) -> Result<&'a str, ParseError> {
         let at = self.at;
         let problem = "a name is expected: a letter or _, then letters, digits, _ - /; 128 at most";
-        let name = self.word(is_name_byte, MAX_LABEL_LEN, problem)?;
+        let name = self.take_word(is_name_byte, MAX_LABEL_LEN, problem)?;
         if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             Ok(name)
         } else {
@@ -157,10 +156,10 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The name of a field or variant that `taken` does not hold yet.
-    fn label(&mut self, taken: &mut BTreeSet<&'a str>) -> Result<String, ParseError> {
+    /// Parses the name of a field or variant that is not in `taken` yet.
+    fn parse_label(&mut self, taken: &mut BTreeSet<&'a str>) -> Result<String, ParseError> {
         let at = self.at;
-        let name = self.name()?;
+        let name = self.parse_name()?;
         if taken.insert(name) {
             Ok(name.into())
         } else {
@@ -168,82 +167,83 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn schema(&mut self, depth: usize) -> Result<Schema, ParseError> {
+    fn parse_schema(&mut self, depth: usize) -> Result<Schema, ParseError> {
         if depth > MAX_DEPTH {
-            return Err(self.error("nested too deep"));
+            return Err(self.error_here("nested too deep"));
         }
-        if self.take(b'?') {
-            return Ok(Schema::Option(Box::new(self.schema(depth + 1)?)));
+        if self.take_byte(b'?') {
+            return Ok(Schema::Option(Box::new(self.parse_schema(depth + 1)?)));
         }
-        if self.take(b'[') {
-            return self.array(depth);
+        if self.take_byte(b'[') {
+            return self.parse_array(depth);
         }
-        let name = self.name()?;
+        let name = self.parse_name()?;
         if let Some((_, primitive)) = PRIMITIVES.iter().find(|(known, _)| *known == name) {
             return Ok(primitive.clone());
         }
         let name = name.into();
-        if self.take(b'{') {
-            return Ok(Schema::Struct { name, fields: self.fields(depth)? });
+        if self.take_byte(b'{') {
+            return Ok(Schema::Struct { name, fields: self.parse_fields(depth)? });
         }
-        self.expect(b'<', "an unknown type; a struct has {fields}, an enum <variants>")?;
-        Ok(Schema::Enum { name, variants: self.variants(depth)? })
+        self.expect_byte(b'<', "an unknown type; a struct has {fields}, an enum <variants>")?;
+        Ok(Schema::Enum { name, variants: self.parse_variants(depth)? })
     }
 
-    fn array(&mut self, depth: usize) -> Result<Schema, ParseError> {
-        let item = self.schema(depth + 1)?;
+    fn parse_array(&mut self, depth: usize) -> Result<Schema, ParseError> {
+        let item = self.parse_schema(depth + 1)?;
         if item.min_len() == 0 {
-            return Err(self.error("the items of a list take no bytes"));
+            return Err(self.error_here("the items of a list take no bytes"));
         }
-        if !self.take(b';') {
-            self.expect(b']', "a list ends with ]")?;
+        if !self.take_byte(b';') {
+            self.expect_byte(b']', "a list ends with ]")?;
             return Ok(Schema::List(Box::new(item)));
         }
         let problem = "the count is not in 1..=65536, without leading zeros";
         let at = self.at;
-        let digits = self.word(|b| b.is_ascii_digit(), 5, problem)?;
+        let digits = self.take_word(|b| b.is_ascii_digit(), 5, problem)?;
         let count = digits.parse().ok().filter(|count| (1..=MAX_FIXED_COUNT).contains(count));
         let count = count.filter(|_| !digits.starts_with('0')).ok_or(ParseError { at, problem })?;
-        self.expect(b']', "an array ends with ]")?;
+        self.expect_byte(b']', "an array ends with ]")?;
         Ok(Schema::Fixed(Box::new(item), count))
     }
 
-    fn fields(&mut self, depth: usize) -> Result<Vec<Field>, ParseError> {
+    fn parse_fields(&mut self, depth: usize) -> Result<Vec<Field>, ParseError> {
         let mut fields = Vec::new();
-        if self.take(b'}') {
+        if self.take_byte(b'}') {
             return Ok(fields);
         }
         let mut taken = BTreeSet::new();
         loop {
-            let name = self.label(&mut taken)?;
-            self.expect(b':', "a field is name:type")?;
-            let schema = self.schema(depth + 1)?;
-            let unit = if self.take(b'(') {
-                let unit = self.word(is_unit_byte, MAX_UNIT_LEN, "a unit of 1 to 32 characters")?;
-                self.expect(b')', "a unit ends with )")?;
+            let name = self.parse_label(&mut taken)?;
+            self.expect_byte(b':', "a field is name:type")?;
+            let schema = self.parse_schema(depth + 1)?;
+            let unit = if self.take_byte(b'(') {
+                let unit =
+                    self.take_word(is_unit_byte, MAX_UNIT_LEN, "a unit of 1 to 32 characters")?;
+                self.expect_byte(b')', "a unit ends with )")?;
                 Some(unit.into())
             } else {
                 None
             };
             fields.push(Field { name, schema, unit });
-            if !self.take(b',') {
-                self.expect(b'}', "fields end with }")?;
+            if !self.take_byte(b',') {
+                self.expect_byte(b'}', "fields end with }")?;
                 return Ok(fields);
             }
         }
     }
 
-    fn variants(&mut self, depth: usize) -> Result<Vec<Variant>, ParseError> {
+    fn parse_variants(&mut self, depth: usize) -> Result<Vec<Variant>, ParseError> {
         let (mut variants, mut taken) = (Vec::new(), BTreeSet::new());
         loop {
-            let name = self.label(&mut taken)?;
-            let fields = if self.take(b'{') { self.fields(depth)? } else { Vec::new() };
+            let name = self.parse_label(&mut taken)?;
+            let fields = if self.take_byte(b'{') { self.parse_fields(depth)? } else { Vec::new() };
             if fields.is_empty() && self.text[..self.at].ends_with('}') {
-                return Err(self.error("a variant without fields has no braces"));
+                return Err(self.error_here("a variant without fields has no braces"));
             }
             variants.push(Variant { name, fields });
-            if !self.take(b',') {
-                self.expect(b'>', "variants end with >")?;
+            if !self.take_byte(b',') {
+                self.expect_byte(b'>', "variants end with >")?;
                 return Ok(variants);
             }
         }

@@ -19,7 +19,7 @@ pub const ENTRIES: [Entry; 5] = [
     ("json", json),
 ];
 
-/// A stream of frames. The first byte says in what pieces it arrives; the pieces change nothing.
+/// A stream of frames. The first byte sets the sizes of the pieces in which it arrives; they must make no difference.
 pub fn frames(bytes: &[u8]) {
     let Some((piece, stream)) = bytes.split_first() else { return };
     let pieces = read_in_pieces(stream, usize::from(*piece) + 1);
@@ -75,10 +75,10 @@ pub fn control_values(bytes: &[u8]) {
     value::<Hello>(bytes);
     value::<Welcome>(bytes);
     value::<Refusal>(bytes);
-    value::<registry::Request>(bytes);
-    value::<registry::Reply>(bytes);
-    value::<config::Request>(bytes);
-    value::<config::Reply>(bytes);
+    value::<registry::RegistryRequest>(bytes);
+    value::<registry::RegistryReply>(bytes);
+    value::<config::ConfigRequest>(bytes);
+    value::<config::ConfigReply>(bytes);
     value::<control::Command>(bytes);
     value::<control::Answer>(bytes);
 }

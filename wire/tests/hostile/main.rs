@@ -10,9 +10,10 @@ use std::alloc::System;
 use armor_wire::control::{Answer, Command, ReportKind};
 use armor_wire::frame::{DataHeader, FrameKind, signal, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
-use armor_wire::keep::{Keep, Transport, Wake};
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::message::WireType;
-use armor_wire::registry::{ComponentEntry, DataEntry, Reply, Request};
+use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
+use armor_wire::transport::Transport;
 use armor_wire::{codec, config};
 use cap::Cap;
 
@@ -58,13 +59,13 @@ fn seeds() -> Vec<Vec<u8>> {
     };
     let schema = "Count{count:u64}".into();
     let entry = DataEntry { data: "a.b".into(), type_name: "Count".into(), schema, latched: true };
-    let listing = Reply::Listing {
+    let listing = RegistryReply::Listing {
         request: 1,
         components: vec![component(); 3],
         data: vec![entry.clone(); 4],
     };
     let refusal = Refusal::new(RefusalCode::Limit, "too many");
-    let settings = config::Settings {
+    let settings = config::ComponentSettings {
         rate_hz: Some(10.0),
         inputs: vec![config::InputSettings {
             id: "scan".into(),
@@ -82,8 +83,8 @@ fn seeds() -> Vec<Vec<u8>> {
     add(&mut seeds, FrameKind::Hello, &Hello::new("laser", 9, registered));
     add(&mut seeds, FrameKind::Refusal, &refusal);
     add(&mut seeds, FrameKind::Control, &listing);
-    add(&mut seeds, FrameKind::Control, &Request::Provide { request: 1, entry });
-    add(&mut seeds, FrameKind::Control, &config::Reply::Settings { request: 1, settings });
+    add(&mut seeds, FrameKind::Control, &RegistryRequest::Provide { request: 1, entry });
+    add(&mut seeds, FrameKind::Control, &config::ConfigReply::Settings { request: 1, settings });
     add(&mut seeds, FrameKind::Control, &Command::Status { request: 8 });
     add(&mut seeds, FrameKind::Control, &Answer::Report { report: 1, activation: 2, outcome });
     let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
@@ -128,7 +129,7 @@ fn from_environment(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-// One test, so that nobody else's memory is counted.
+// One test, so that the memory of no other test is counted.
 #[test]
 fn damaged_input_neither_panics_nor_takes_much_memory() {
     let seed = from_environment("HOSTILE_SEED", 0x5eed);
@@ -172,10 +173,10 @@ fn decode_all(bytes: &[u8]) {
     let _ = codec::decode_control::<Hello>(bytes);
     let _ = codec::decode_control::<armor_wire::hello::Welcome>(bytes);
     let _ = codec::decode_control::<Refusal>(bytes);
-    let _ = codec::decode_control::<Request>(bytes);
-    let _ = codec::decode_control::<Reply>(bytes);
-    let _ = codec::decode_control::<config::Request>(bytes);
-    let _ = codec::decode_control::<config::Reply>(bytes);
+    let _ = codec::decode_control::<RegistryRequest>(bytes);
+    let _ = codec::decode_control::<RegistryReply>(bytes);
+    let _ = codec::decode_control::<config::ConfigRequest>(bytes);
+    let _ = codec::decode_control::<config::ConfigReply>(bytes);
     let _ = codec::decode_control::<Command>(bytes);
     let _ = codec::decode_control::<Answer>(bytes);
     // Lists in lists, and items far larger in memory than on the wire.

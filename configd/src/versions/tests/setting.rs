@@ -3,21 +3,30 @@
 use super::*;
 
 /// What a wish to set a value comes to at once.
-fn set(versions: &mut Versions, request: u64, parameter: &str, value: Option<&str>) -> Vec<Action> {
+fn set(
+    versions: &mut Versions,
+    request: u64,
+    parameter: &str,
+    value: Option<&str>,
+) -> Vec<ConfigdAction> {
     let (component, parameter) = parameter.split_once('.').unwrap();
-    let message = Request::Set {
+    let message = ConfigRequest::Set {
         request,
         component: component.into(),
         parameter: parameter.into(),
         value: value.map(Into::into),
     };
     let (peer, arrived) = (PeerId(1), Duration::ZERO);
-    versions.handle(Event::Peer(armor_socket::Event::Message { peer, arrived, message }))
+    versions.handle(ConfigdEvent::Peer(armor_wire::peer::PeerEvent::Message {
+        peer,
+        arrived,
+        message,
+    }))
 }
 
-fn replies(actions: &[Action]) -> Vec<&Reply> {
+fn replies(actions: &[ConfigdAction]) -> Vec<&ConfigReply> {
     let replies = actions.iter().filter_map(|action| match action {
-        Action::Peer(armor_socket::Action::Send { message, .. }) => Some(message),
+        ConfigdAction::Peer(armor_wire::peer::PeerAction::Send { message, .. }) => Some(message),
         _ => None,
     });
     replies.collect()
@@ -25,8 +34,11 @@ fn replies(actions: &[Action]) -> Vec<&Reply> {
 
 fn tuned() -> Versions {
     let over = Override::parse("mapper.speed=7", Path::new("/home")).unwrap();
-    let rules =
-        Rules { manifests: Some(live_manifests()), overrides: vec![over], ..Rules::default() };
+    let rules = VersionRules {
+        manifests: Some(live_manifests()),
+        overrides: vec![over],
+        ..VersionRules::default()
+    };
     let mut versions = versions_under(rules);
     connect(&mut versions, 1, "param-7", Purpose::Config);
     versions
@@ -36,30 +48,32 @@ fn tuned() -> Versions {
 fn a_value_is_in_force_once_it_is_on_the_disk() {
     let mut versions = tuned();
     let actions = set(&mut versions, 8, "player.speed", Some("5"));
-    let [Action::Write(write)] = actions.as_slice() else { panic!("{actions:?}") };
+    let [ConfigdAction::Write(write)] = actions.as_slice() else { panic!("{actions:?}") };
     assert_eq!(write.file, Path::new("m/a.xml"));
     assert_eq!(write.expected, [("m/a.xml".into(), FILE.to_owned())]);
     assert_eq!(write.text, FILE.replace("\"2\"", "\"5\""));
     // A second one waits for the first, and is worked out on what that left.
     assert!(set(&mut versions, 9, "player.file", None).is_empty());
     assert_eq!(versions.number(), 1);
-    let actions = versions.handle(Event::Written(Ok(())));
+    let actions = versions.handle(ConfigdEvent::Written(Ok(())));
     assert_eq!(versions.number(), 2);
     match replies(&actions).as_slice() {
-        [Reply::Set { request: 8, version: 2, changes }] => {
+        [ConfigReply::Set { request: 8, version: 2, changes }] => {
             assert_eq!(changes[0].text, "parameter player.speed: 2 → 5");
-            assert_eq!(changes[0].effect, "reaches player at once");
+            assert_eq!(changes[0].effect, "reaches player immediately");
         }
         other => panic!("{other:?}"),
     }
-    let Some(Action::Write(second)) = actions.last() else { panic!("{actions:?}") };
+    let Some(ConfigdAction::Write(second)) = actions.last() else { panic!("{actions:?}") };
     assert_eq!(second.expected[0].1, write.text);
     let gone = "      <parameter name=\"file\" value=\"logs/a.log\"/>\n";
     assert_eq!(second.text, write.text.replace(gone, ""));
     // Somebody else was faster: nothing is taken, and the watching tells what they did.
-    let actions = versions.handle(Event::Written(Err("changed by somebody".into())));
+    let actions = versions.handle(ConfigdEvent::Written(Err("changed by another program".into())));
     match replies(&actions).as_slice() {
-        [Reply::Rejected { request: 9, text, .. }] => assert_eq!(text, "changed by somebody"),
+        [ConfigReply::Rejected { request: 9, text, .. }] => {
+            assert_eq!(text, "changed by another program")
+        }
         other => panic!("{other:?}"),
     }
     assert_eq!(versions.number(), 2);
@@ -67,7 +81,7 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     assert!(versions.handle(saved(&write.text)).is_empty());
     let actions = set(&mut versions, 10, "player.speed", Some("5"));
     assert!(
-        matches!(replies(&actions).as_slice(), [Reply::Set { version: 2, changes, .. }] if changes.is_empty()),
+        matches!(replies(&actions).as_slice(), [ConfigReply::Set { version: 2, changes, .. }] if changes.is_empty()),
         "{actions:?}"
     );
 }
@@ -78,7 +92,7 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     let rejected = |versions: &mut Versions, parameter: &str, value: &str| {
         let actions = set(versions, 8, parameter, Some(value));
         match replies(&actions).as_slice() {
-            [Reply::Rejected { request: 8, text, findings, .. }] => {
+            [ConfigReply::Rejected { request: 8, text, findings, .. }] => {
                 let codes: Vec<_> = findings.iter().map(|finding| finding.code.as_str()).collect();
                 format!("{text} [{}]", codes.join(" "))
             }
@@ -88,20 +102,20 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     let invalid = "nothing was written: the file would not be valid";
     assert_eq!(rejected(&mut versions, "player.sped", "1"), format!("{invalid} [E0110]"));
     let nobody = rejected(&mut versions, "nobody.speed", "1");
-    assert!(nobody.contains("no component called `nobody`; it holds: player, mapper"), "{nobody}");
+    assert!(nobody.contains("no component called `nobody`; it has: player, mapper"), "{nobody}");
     let over = rejected(&mut versions, "mapper.speed", "1");
     assert!(over.starts_with("mapper.speed is given by --set"), "{over}");
     let control = rejected(&mut versions, "player.file", "a\u{1}b");
     assert_eq!(control, "the value holds U+0001, a character that XML does not allow []");
     let unknown = set(&mut versions, 8, "player.nosuch", None);
     match replies(&unknown).as_slice() {
-        [Reply::Rejected { findings, .. }] => {
+        [ConfigReply::Rejected { findings, .. }] => {
             assert_eq!((findings[0].code.as_str(), findings[0].line), ("E0110", 3));
         }
         other => panic!("{other:?}"),
     }
     let is_so = set(&mut versions, 8, "mapper.file", None);
-    assert!(matches!(replies(&is_so).as_slice(), [Reply::Set { .. }]), "{is_so:?}");
+    assert!(matches!(replies(&is_so).as_slice(), [ConfigReply::Set { .. }]), "{is_so:?}");
     versions.handle(saved("<armor"));
     let broken = rejected(&mut versions, "player.speed", "1");
     assert!(

@@ -5,6 +5,7 @@ use std::time::Duration;
 use armor_sdk::messages::ConfigurationState;
 use armor_wire::WireType;
 use armor_wire::codec;
+use armor_wire::config::FindingSeverity;
 
 use armor_inspect::ObservedSystem;
 
@@ -30,7 +31,8 @@ fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
     if !state.refused {
         return None;
     }
-    let errors: Vec<_> = state.findings.iter().filter(|it| it.severity == "error").collect();
+    let errors: Vec<_> =
+        state.findings.iter().filter(|it| it.severity == FindingSeverity::Error).collect();
     let named = errors.iter().take(MAX_NAMED).map(|it| match it.line {
         0 => format!("{} in {}", it.code, it.file),
         line => format!("{} at {}:{line}", it.code, it.file),
@@ -49,12 +51,12 @@ fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_wire::config::Finding;
+    use armor_wire::config::FindingRecord;
 
     #[test]
     fn a_file_that_is_refused_is_named_with_its_errors() {
-        let finding = |severity: &str, code: &str, line| Finding {
-            severity: severity.into(),
+        let finding = |severity, code: &str, line| FindingRecord {
+            severity,
             code: code.into(),
             message: String::new(),
             remedy: String::new(),
@@ -72,9 +74,9 @@ mod tests {
             files: vec!["office.xml".into()],
             refused: true,
             findings: vec![
-                finding("warning", "W0211", 3),
-                finding("error", "E0101", 7),
-                finding("error", "E0201", 0),
+                finding(FindingSeverity::Warning, "W0211", 3),
+                finding(FindingSeverity::Error, "E0101", 7),
+                finding(FindingSeverity::Error, "E0201", 0),
             ],
             findings_left_out: 0,
             changes: Vec::new(),
@@ -87,7 +89,7 @@ mod tests {
                  version 2 goes on; see `armor check`"
             )
         );
-        state.findings = vec![finding("error", "E0101", 7); 5];
+        state.findings = vec![finding(FindingSeverity::Error, "E0101", 7); 5];
         assert!(in_words(&state, 2).is_some_and(|it| it.contains("office.xml:7, 2 more)")));
         state.refused = false;
         assert_eq!(in_words(&state, 2), None);

@@ -63,7 +63,7 @@ struct Peer {
     id: PeerId,
     entry: Option<(String, u64)>,
     heard: Duration,
-    /// What it has been told by watching; `None` if it does not watch.
+    /// What it knows from watching; `None` if it does not watch.
     sees: Option<BTreeSet<String>>,
 }
 
@@ -93,26 +93,30 @@ impl Model {
         Some(if float.is_none_or(|f| f == *is_float) { Answer::Found } else { Answer::Mismatch })
     }
 
-    /// Checks actions against what the model says must be answered, and follows the watchers.
-    fn check(&mut self, actions: &[Action<Reply>], mut due: Vec<(PeerId, u64, Answer)>) {
+    /// Checks actions against the model's answers, and follows the watchers.
+    fn check(
+        &mut self,
+        actions: &[PeerAction<RegistryReply>],
+        mut due: Vec<(PeerId, u64, Answer)>,
+    ) {
         for action in actions {
-            let Action::Send { peer, message } = action else { continue };
+            let PeerAction::Send { peer, message } = action else { continue };
             let Some(known) = self.peers.iter_mut().find(|known| known.id == *peer) else {
                 panic!("{message:?} goes to {peer:?}, which is not there")
             };
             let answered = match message {
-                Reply::Found { request, .. } => (*peer, *request, Answer::Found),
-                Reply::Refused { request, refusal } => match refusal.code {
+                RegistryReply::Found { request, .. } => (*peer, *request, Answer::Found),
+                RegistryReply::Refused { request, refusal } => match refusal.code {
                     RefusalCode::TypeMismatch => (*peer, *request, Answer::Mismatch),
                     RefusalCode::UnknownData => (*peer, *request, Answer::Unknown),
                     _ => continue,
                 },
-                Reply::Appeared { entry } => {
+                RegistryReply::Appeared { entry } => {
                     let seen = known.sees.as_mut().expect("it watches");
                     assert!(seen.insert(entry.name.clone()), "{entry:?} appears twice");
                     continue;
                 }
-                Reply::Gone { entry } => {
+                RegistryReply::Gone { entry } => {
                     let seen = known.sees.as_mut().expect("it watches");
                     assert!(seen.remove(&entry.name), "{entry:?} goes but was not there");
                     continue;
@@ -131,9 +135,9 @@ impl Model {
     }
 }
 
-/// Plays one step on both; what the directory does must be what the model says.
+/// Plays one step on both; the directory must do what the model does.
 fn step(bench: &mut Bench, model: &mut Model, op: Op) {
-    let says = |model: &mut Model, who: usize, now: Duration| {
+    let model_client = |model: &mut Model, who: usize, now: Duration| {
         let len = model.peers.len();
         (len > 0).then(|| {
             let peer = &mut model.peers[who % len];
@@ -154,7 +158,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             model.check(&actions, Vec::new());
         }
         Op::Provide(name, who, float) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             let is_own = model
                 .peers
@@ -174,21 +178,22 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             }
             let entry = DataEntry { schema: schema(float), ..super::data(&data) };
             let actions = bench.provide(id, entry);
-            let provided = Action::Send { peer: id, message: Reply::Provided { request: 1 } };
+            let provided =
+                PeerAction::Send { peer: id, message: RegistryReply::Provided { request: 1 } };
             assert_eq!(actions.contains(&provided), is_new);
             model.check(&actions, due);
         }
         Op::Withdraw(name, who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             if model.data.get(&data).is_some_and(|(holder, _)| *holder == id) {
                 model.data.remove(&data);
             }
-            let actions = bench.say(id, Request::Withdraw { data });
+            let actions = bench.say(id, RegistryRequest::Withdraw { data });
             model.check(&actions, Vec::new());
         }
         Op::Lookup { who, name, float, wait } => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let data = format!("{}.x", NAMES[name]);
             model.next_request += 1;
             let request = model.next_request;
@@ -201,30 +206,33 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
                 None => vec![(id, request, Answer::Unknown)],
             };
             let schema = float.map(schema).unwrap_or_default();
-            let actions = bench.say(id, Request::Lookup { request, data, schema, wait });
+            let actions = bench.say(id, RegistryRequest::Lookup { request, data, schema, wait });
             model.check(&actions, due);
         }
         Op::Cancel(who, request) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             model.pending.retain(|(asker, r, ..)| (*asker, *r) != (id, request));
-            let actions = bench.say(id, Request::Cancel { request });
+            let actions = bench.say(id, RegistryRequest::Cancel { request });
             model.check(&actions, Vec::new());
         }
         Op::Watch(who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let peer = model.peers.iter_mut().find(|peer| peer.id == id).expect("just found");
             peer.sees.get_or_insert_default();
-            let actions = bench.say(id, Request::Watch);
+            let actions = bench.say(id, RegistryRequest::Watch);
             model.check(&actions, Vec::new());
         }
         Op::List(who) => {
-            let Some(id) = says(model, who, bench.now) else { return };
+            let Some(id) = model_client(model, who, bench.now) else { return };
             let mut present: Vec<_> =
                 model.peers.iter().filter_map(|peer| Some(peer.entry.clone()?.0)).collect();
             present.sort();
-            let actions = bench.say(id, Request::List { request: 1 });
-            let [Action::Send { message: Reply::Listing { components, data, .. }, .. }] =
-                &actions[..]
+            let actions = bench.say(id, RegistryRequest::List { request: 1 });
+            let [
+                PeerAction::Send {
+                    message: RegistryReply::Listing { components, data, .. }, ..
+                },
+            ] = &actions[..]
             else {
                 panic!("no listing: {actions:?}")
             };
@@ -244,13 +252,13 @@ fn connect(bench: &mut Bench, model: &mut Model, name: &str, instance: u64) {
     };
     let is_admitted = holder.is_none_or(gives_way);
     let is_welcome =
-        actions.iter().any(|a| matches!(a, Action::Welcome { peer, .. } if *peer == id));
+        actions.iter().any(|a| matches!(a, PeerAction::Welcome { peer, .. } if *peer == id));
     assert_eq!(is_welcome, is_admitted);
     if is_admitted {
         if let Some(old) = holder.map(|holder| holder.id) {
             model.drop_peer(old);
             assert!(
-                actions.iter().any(|a| matches!(a, Action::Close { peer, .. } if *peer == old))
+                actions.iter().any(|a| matches!(a, PeerAction::Close { peer, .. } if *peer == old))
             );
         }
         let entry = Some((name.to_owned(), instance));
@@ -270,7 +278,7 @@ proptest! {
         while !model.peers.is_empty() {
             step(&mut bench, &mut model, Op::Close(0));
         }
-        let Directory { clients, holders, data, lookups, .. } = &bench.directory;
+        let RegistryDirectory { clients, holders, data, lookups, .. } = &bench.directory;
         prop_assert!(clients.is_empty() && holders.is_empty());
         prop_assert!(data.is_empty() && lookups.is_empty());
     }

@@ -71,7 +71,7 @@ fn a_value_is_found_behind_everything_else() {
 }
 
 #[test]
-fn what_is_no_single_value_is_said() {
+fn a_path_to_no_single_value_is_an_error() {
     let schema = schema();
     let find = |names: &[&str]| FieldPath::find(&schema, names).expect_err("no value");
     assert!(matches!(find(&["lvel"]), FieldError::Unknown { index: 0, .. }));

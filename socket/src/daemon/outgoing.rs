@@ -1,39 +1,38 @@
-//! The bounded bytes that wait to be written to one peer. Filled by the daemon without waiting,
-//! emptied by the connection's task in as few writes as possible.
-
-use std::sync::{Mutex, MutexGuard, PoisonError};
+//! The bounded buffer of bytes for one peer. The daemon fills it without waiting; the connection's task
+//! empties it in as few writes as possible.
 
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::message::WireType;
+use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::Notify;
 
-use crate::event::CloseReason;
+use armor_wire::peer::CloseReason;
 
 /// A buffer above this is given back after use instead of being kept for each connection.
 const KEPT_LEN: usize = 64 << 10;
 
-/// What waits for one peer.
+/// The bytes that wait for one peer.
 pub(crate) struct Outgoing {
-    state: Mutex<State>,
+    state: Mutex<OutgoingState>,
     changed: Notify,
     max_len: usize,
 }
 
 #[derive(Default)]
-struct State {
+struct OutgoingState {
     bytes: Vec<u8>,
     welcomed: bool,
-    end: Option<End>,
+    end: Option<PendingEnd>,
 }
 
-enum End {
-    /// At once; what waits is lost.
+enum PendingEnd {
+    /// Immediately; waiting bytes are discarded.
     Now(CloseReason),
-    /// After all that waits is written.
+    /// After all waiting bytes are written.
     Written(CloseReason),
 }
 
-/// What the connection's task does next.
+/// The next step of the connection's task.
 pub(crate) enum Next {
     /// Writes the bytes it was given.
     Write,
@@ -47,22 +46,22 @@ impl Outgoing {
     }
 
     /// Appends a frame. A peer that reads too slowly for it is closed.
-    pub(crate) fn send<T: WireType>(&self, kind: FrameKind, value: &T) {
+    pub(crate) fn push_frame<T: WireType>(&self, kind: FrameKind, value: &T) {
         let mut state = self.lock();
         if state.end.is_some() {
             return;
         }
         state.welcomed |= kind == FrameKind::Welcome;
         if let Err(error) = frame::append(kind, value, &mut state.bytes) {
-            state.end = Some(End::Now(CloseReason::Unsendable(error)));
+            state.end = Some(PendingEnd::Now(CloseReason::Unsendable(error)));
         } else if state.bytes.len() > self.max_len {
-            state.end = Some(End::Now(CloseReason::NotReading));
+            state.end = Some(PendingEnd::Now(CloseReason::NotReading));
         }
         self.changed.notify_one();
     }
 
     /// Appends a beat, if the peer was welcomed; before that it expects another answer.
-    pub(crate) fn beat(&self) {
+    pub(crate) fn push_beat(&self) {
         let mut state = self.lock();
         if state.welcomed && state.end.is_none() {
             state.bytes.extend_from_slice(&frame::signal(FrameKind::Beat));
@@ -71,31 +70,33 @@ impl Outgoing {
     }
 
     /// Ends the connection once everything up to here is written.
-    pub(crate) fn end(&self, reason: CloseReason) {
+    pub(crate) fn end_with(&self, reason: CloseReason) {
         let mut state = self.lock();
         if state.end.is_none() {
-            state.end = Some(End::Written(reason));
+            state.end = Some(PendingEnd::Written(reason));
             self.changed.notify_one();
         }
     }
 
     /// Waits for bytes, which replace those in `bytes`, or for the end.
-    pub(crate) async fn next(&self, bytes: &mut Vec<u8>) -> Next {
+    pub(crate) async fn next_step(&self, bytes: &mut Vec<u8>) -> Next {
         loop {
-            if let Some(next) = self.take(bytes) {
+            if let Some(next) = self.take_step(bytes) {
                 return next;
             }
             self.changed.notified().await;
         }
     }
 
-    fn take(&self, bytes: &mut Vec<u8>) -> Option<Next> {
+    fn take_step(&self, bytes: &mut Vec<u8>) -> Option<Next> {
         bytes.clear();
         if bytes.capacity() > KEPT_LEN {
             *bytes = Vec::new();
         }
         let mut state = self.lock();
-        if let Some(End::Now(reason)) = state.end.take_if(|end| matches!(end, End::Now(_))) {
+        if let Some(PendingEnd::Now(reason)) =
+            state.end.take_if(|end| matches!(end, PendingEnd::Now(_)))
+        {
             return Some(Next::End(reason));
         }
         if !state.bytes.is_empty() {
@@ -103,13 +104,15 @@ impl Outgoing {
             return Some(Next::Write);
         }
         match state.end.take() {
-            Some(End::Now(reason) | End::Written(reason)) => Some(Next::End(reason)),
+            Some(PendingEnd::Now(reason) | PendingEnd::Written(reason)) => {
+                Some(Next::End(reason))
+            }
             None => None,
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, OutgoingState> {
+        self.state.lock()
     }
 }
 
@@ -127,11 +130,11 @@ mod tests {
     fn beats_wait_for_the_welcome() {
         let outgoing = Outgoing::new(1 << 10);
         let mut bytes = Vec::new();
-        outgoing.beat();
-        assert!(outgoing.take(&mut bytes).is_none());
-        outgoing.send(FrameKind::Welcome, &welcome());
-        outgoing.beat();
-        assert!(matches!(outgoing.take(&mut bytes), Some(Next::Write)));
+        outgoing.push_beat();
+        assert!(outgoing.take_step(&mut bytes).is_none());
+        outgoing.push_frame(FrameKind::Welcome, &welcome());
+        outgoing.push_beat();
+        assert!(matches!(outgoing.take_step(&mut bytes), Some(Next::Write)));
         assert!(bytes.ends_with(&frame::signal(FrameKind::Beat)));
     }
 
@@ -139,25 +142,28 @@ mod tests {
     fn a_refusal_is_written_before_the_end() {
         let outgoing = Outgoing::new(1 << 10);
         let mut bytes = Vec::new();
-        outgoing.send(FrameKind::Refusal, &Refusal::new(RefusalCode::Limit, "full"));
-        outgoing.end(CloseReason::Daemon("full".into()));
-        outgoing.send(FrameKind::Control, &1u64);
-        assert!(matches!(outgoing.take(&mut bytes), Some(Next::Write)));
+        outgoing.push_frame(FrameKind::Refusal, &Refusal::new(RefusalCode::Limit, "full"));
+        outgoing.end_with(CloseReason::Daemon("full".into()));
+        outgoing.push_frame(FrameKind::Control, &1u64);
+        assert!(matches!(outgoing.take_step(&mut bytes), Some(Next::Write)));
         assert_eq!(bytes[4], FrameKind::Refusal as u8);
         assert!(matches!(
-            outgoing.take(&mut bytes),
+            outgoing.take_step(&mut bytes),
             Some(Next::End(CloseReason::Daemon(reason))) if reason == "full"
         ));
     }
 
     #[test]
-    fn who_lets_too_much_pile_up_is_ended_at_once_and_costs_no_more() {
+    fn a_peer_that_does_not_read_is_ended_and_its_buffer_stays_bounded() {
         let outgoing = Outgoing::new(100);
         for _ in 0..1000 {
-            outgoing.send(FrameKind::Control, &[0u64; 5]);
+            outgoing.push_frame(FrameKind::Control, &[0u64; 5]);
         }
         assert!(outgoing.lock().bytes.len() < 200);
         let mut bytes = Vec::new();
-        assert!(matches!(outgoing.take(&mut bytes), Some(Next::End(CloseReason::NotReading))));
+        assert!(matches!(
+            outgoing.take_step(&mut bytes),
+            Some(Next::End(CloseReason::NotReading))
+        ));
     }
 }

@@ -1,5 +1,4 @@
-//! Being found under a name: keeps a process registered at the registry for as long as it runs,
-//! whatever happens to the registry.
+//! Keeps a process registered at the registry for as long as it runs, also when the registry restarts.
 
 use std::convert::Infallible;
 use std::io;
@@ -13,40 +12,42 @@ use armor_wire::hello::{HandshakeError, Hello, Purpose, Refusal, Welcome, read_a
 use armor_wire::liveness::Liveness;
 use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::{info, warn};
 
-use crate::limits::LOOK;
-use crate::listen::tune;
+use crate::connect::reject_self_connection;
+use crate::daemon::limits::LOOK;
+use crate::daemon::stream::AsyncStream;
+use crate::stream::Stream;
+use crate::tuning::tune;
 
-/// Pause after the first failure. A registry that is restarted at once is found again at once.
+/// Pause after the first failure. A registry that restarts immediately is found again immediately.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Longest pause. A registry that is back is found within 2 s, connecting included.
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 /// How long connecting and the handshake may take each; a host that is cut off answers neither.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Where a registration stands.
+/// The status of a registration.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Standing {
-    /// The registry is not there, or not any more; it is tried on.
+pub enum RegistrationStatus {
+    /// The registry cannot be reached; further attempts are made.
     Away,
-    /// The registry knows the process.
+    /// The registry has registered the process.
     Registered {
         /// The registry's process start.
         registry: u64,
     },
-    /// The registry says no; it is tried on, because a name can become free.
+    /// The registry refuses the process; further attempts are made, because a name can become free.
     Refused(Refusal),
 }
 
 /// A registration that is kept up. Dropping it ends it.
 pub struct Registration {
-    standing: watch::Receiver<Standing>,
+    status: watch::Receiver<RegistrationStatus>,
     task: JoinHandle<()>,
 }
 
@@ -56,23 +57,23 @@ impl Registration {
     /// # Panics
     /// Outside a tokio runtime.
     pub fn keep(registry: SocketAddr, entry: ComponentEntry) -> Self {
-        let (telling, standing) = watch::channel(Standing::Away);
-        let task = tokio::spawn(keep(registry, entry, telling));
-        Self { standing, task }
+        let (status_sender, status) = watch::channel(RegistrationStatus::Away);
+        let task = tokio::spawn(stay_registered(registry, entry, status_sender));
+        Self { status, task }
     }
 
-    /// Where it stands now.
-    pub fn standing(&self) -> Standing {
-        self.standing.borrow().clone()
+    /// Returns the current status.
+    pub fn status(&self) -> RegistrationStatus {
+        self.status.borrow().clone()
     }
 
-    /// Waits until it stands differently than at the last call.
-    pub async fn changed(&mut self) -> Standing {
-        if self.standing.changed().await.is_err() {
+    /// Waits until the status differs from that of the last call.
+    pub async fn changed(&mut self) -> RegistrationStatus {
+        if self.status.changed().await.is_err() {
             // The task ends only with `self`.
             std::future::pending::<()>().await;
         }
-        self.standing.borrow_and_update().clone()
+        self.status.borrow_and_update().clone()
     }
 }
 
@@ -95,31 +96,35 @@ enum SessionError {
     NoAnswer(#[from] time::error::Elapsed),
     #[error("it is silent")]
     Silent,
-    #[error("nobody listens there")]
-    Echo,
 }
 
-async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sender<Standing>) {
+async fn stay_registered(
+    registry: SocketAddr,
+    entry: ComponentEntry,
+    status: watch::Sender<RegistrationStatus>,
+) {
     let mut backoff = Backoff::new(FIRST_PAUSE, LONGEST_PAUSE, entry.instance);
     let mut logged = String::new();
     loop {
-        let Err(error) = session(registry, &entry, &telling).await;
-        if matches!(*telling.borrow(), Standing::Registered { .. }) {
+        let Err(error) = run_session(registry, &entry, &status).await;
+        if matches!(*status.borrow(), RegistrationStatus::Registered { .. }) {
             backoff.reset();
             logged.clear();
         }
         let text = error.to_string();
         if logged != text {
-            warn!(%registry, name = %entry.name, %error, "not registered; trying on");
+            warn!(%registry, name = %entry.name, %error, "not registered; trying again");
             logged = text;
         }
-        let standing = match error {
-            SessionError::Handshake(HandshakeError::Refused(refusal)) => Standing::Refused(refusal),
-            _ => Standing::Away,
+        let new = match error {
+            SessionError::Handshake(HandshakeError::Refused(refusal)) => {
+                RegistrationStatus::Refused(refusal)
+            }
+            _ => RegistrationStatus::Away,
         };
-        telling.send_if_modified(|before| {
-            let is_news = *before != standing;
-            *before = standing;
+        status.send_if_modified(|before| {
+            let is_news = *before != new;
+            *before = new;
             is_news
         });
         time::sleep(backoff.delay()).await;
@@ -127,45 +132,45 @@ async fn keep(registry: SocketAddr, entry: ComponentEntry, telling: watch::Sende
 }
 
 /// One connection to the registry, from connecting to its end.
-async fn session(
+async fn run_session(
     registry: SocketAddr,
     entry: &ComponentEntry,
-    telling: &watch::Sender<Standing>,
+    status: &watch::Sender<RegistrationStatus>,
 ) -> Result<Infallible, SessionError> {
-    let mut stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??;
-    if stream.local_addr()? == stream.peer_addr()? {
-        return Err(SessionError::Echo);
-    }
+    let stream = time::timeout(PATIENCE, TcpStream::connect(registry)).await??.into_std()?;
+    reject_self_connection(&stream)?;
+    let stream = Stream::Tcp(stream);
     tune(&stream)?;
+    let stream = AsyncStream::new(stream)?;
     let purpose = Purpose::Registry { entry: Some(entry.clone()) };
     let hello = Hello::new(&entry.name, entry.instance, purpose);
     let mut frames = FrameReader::with_limit(MAX_CONTROL_LEN);
     let bytes = frame::to_bytes(FrameKind::Hello, &hello)?;
     let welcome = time::timeout(PATIENCE, async {
         stream.write_all(&bytes).await?;
-        read_welcome(&mut stream, &mut frames).await
+        read_welcome(&stream, &mut frames).await
     });
     let welcome = welcome.await??;
     info!(%registry, name = %entry.name, "registered");
-    telling.send_replace(Standing::Registered { registry: welcome.instance });
-    attend(&mut stream, &mut frames).await
+    status.send_replace(RegistrationStatus::Registered { registry: welcome.instance });
+    exchange_beats(&stream, &mut frames).await
 }
 
 async fn read_welcome(
-    stream: &mut TcpStream,
+    stream: &AsyncStream,
     frames: &mut FrameReader,
 ) -> Result<Welcome, SessionError> {
     loop {
         if let Some(frame) = frames.next_frame()? {
             return Ok(read_answer(&frame)?);
         }
-        fill(stream, frames).await?;
+        fill_reader(stream, frames).await?;
     }
 }
 
 /// Beats, and listens for beats, until the connection ends.
-async fn attend(
-    stream: &mut TcpStream,
+async fn exchange_beats(
+    stream: &AsyncStream,
     frames: &mut FrameReader,
 ) -> Result<Infallible, SessionError> {
     let epoch = Instant::now();
@@ -176,7 +181,7 @@ async fn attend(
         tokio::select! {
             // What has arrived is read before the silence is judged: this process may have slept.
             biased;
-            filled = fill(stream, frames) => filled?,
+            filled = fill_reader(stream, frames) => filled?,
             _ = look.tick() => {}
         }
         let now = epoch.elapsed();
@@ -193,7 +198,7 @@ async fn attend(
     }
 }
 
-async fn fill(stream: &mut TcpStream, frames: &mut FrameReader) -> Result<(), SessionError> {
+async fn fill_reader(stream: &AsyncStream, frames: &mut FrameReader) -> Result<(), SessionError> {
     match stream.read(frames.space()).await? {
         0 => Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
         len => {

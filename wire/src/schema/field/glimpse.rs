@@ -1,63 +1,67 @@
-//! A message in a few lines, and any single value of it by its path, from its schema alone: for
-//! tools that show and plot what they have never heard of.
+//! The first values of a message as lines, and any single value by its path, from the schema alone:
+//! for tools that show and plot messages of types that they do not know.
 
-use super::{Cursor, PayloadError, Scalar, inside};
-use crate::schema::Schema;
+use super::{Cursor, PayloadError, Scalar, without_options};
+use crate::schema::layout::Schema;
 
-/// How many of the values of a list are shown.
+/// Values of a list that are shown.
 const SHOWN_ITEMS: usize = 3;
 
 /// One value of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glimpse {
-    /// Where it is, such as `pose.position.x` or `ranges[0]`; empty if it is all there is.
+    /// Its path, such as `pose.position.x` or `ranges[0]`; empty if it is the whole message.
     pub path: String,
-    /// What is there.
-    pub seen: Seen,
+    /// The value.
+    pub seen: GlimpsedValue,
     /// The unit of its number.
     pub unit: Option<String>,
 }
 
-/// What is at a place in a message.
+/// The value at a path of a message.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Seen {
+pub enum GlimpsedValue {
     /// A value.
     Value(Scalar),
-    /// So many values, of which the first follow.
+    /// A list of this many values; glimpses of the first ones follow.
     Many(usize),
-    /// An optional value that is not there.
+    /// An optional value that is absent.
     Nothing,
 }
 
-/// The first `lines` values of a message; of a list only the first few, after their number.
+/// Returns the first `lines` values of a message; of a list its length and its first few values.
 ///
 /// # Errors
 /// [`PayloadError`] if the payload, as far as it was read, is not one of the schema.
-pub fn glance(schema: &Schema, payload: &[u8], lines: usize) -> Result<Vec<Glimpse>, PayloadError> {
-    let mut glance = Glance { cursor: Cursor { payload, at: 0 }, seen: Vec::new(), lines };
-    glance.walk(schema, "", None)?;
-    Ok(glance.seen)
+pub fn glimpse_message(
+    schema: &Schema,
+    payload: &[u8],
+    lines: usize,
+) -> Result<Vec<Glimpse>, PayloadError> {
+    let mut reader = GlimpseReader { cursor: Cursor { payload, at: 0 }, seen: Vec::new(), lines };
+    reader.walk_value(schema, "", None)?;
+    Ok(reader.seen)
 }
 
-struct Glance<'a> {
+struct GlimpseReader<'a> {
     cursor: Cursor<'a>,
     seen: Vec<Glimpse>,
     lines: usize,
 }
 
-impl Glance<'_> {
+impl GlimpseReader<'_> {
     fn is_full(&self) -> bool {
         self.seen.len() >= self.lines
     }
 
-    fn see(&mut self, path: &str, seen: Seen, unit: Option<&str>) {
+    fn push_glimpse(&mut self, path: &str, seen: GlimpsedValue, unit: Option<&str>) {
         if !self.is_full() {
             self.seen.push(Glimpse { path: path.into(), seen, unit: unit.map(Into::into) });
         }
     }
 
-    /// Goes on for as long as there is room: what comes after is of no interest then.
-    fn walk(
+    /// Adds the value and those within it while there is room. Returns early without reading the rest.
+    fn walk_value(
         &mut self,
         schema: &Schema,
         path: &str,
@@ -68,88 +72,102 @@ impl Glance<'_> {
         }
         match schema {
             Schema::Option(item) => {
-                if self.cursor.flag()? {
-                    self.walk(item, path, unit)?;
+                if self.cursor.read_flag()? {
+                    self.walk_value(item, path, unit)?;
                 } else {
-                    self.see(path, Seen::Nothing, unit);
+                    self.push_glimpse(path, GlimpsedValue::Nothing, unit);
                 }
             }
             Schema::List(item) => {
-                let count = self.cursor.count()?;
-                self.items(item, count, path, unit)?;
+                let count = self.cursor.read_count()?;
+                self.walk_items(item, count, path, unit)?;
             }
-            Schema::Fixed(item, count) => self.items(item, *count, path, unit)?,
+            Schema::Fixed(item, count) => self.walk_items(item, *count, path, unit)?,
             Schema::Struct { fields, .. } => {
                 for field in fields {
-                    self.walk(&field.schema, &join(path, &field.name), field.unit.as_deref())?;
+                    self.walk_value(
+                        &field.schema,
+                        &join_path(path, &field.name),
+                        field.unit.as_deref(),
+                    )?;
                 }
             }
             Schema::Enum { variants, .. } => {
-                let index = u32::from_le_bytes(self.cursor.array()?) as usize;
-                let variant = variants.get(index).ok_or(self.cursor.error("an unknown variant"))?;
-                self.see(path, Seen::Value(Scalar::Text(variant.name.clone())), None);
+                let index = u32::from_le_bytes(self.cursor.take_array()?) as usize;
+                let variant =
+                    variants.get(index).ok_or(self.cursor.error_here("an unknown variant"))?;
+                self.push_glimpse(
+                    path,
+                    GlimpsedValue::Value(Scalar::Text(variant.name.clone())),
+                    None,
+                );
                 for field in &variant.fields {
-                    self.walk(&field.schema, &join(path, &field.name), field.unit.as_deref())?;
+                    self.walk_value(
+                        &field.schema,
+                        &join_path(path, &field.name),
+                        field.unit.as_deref(),
+                    )?;
                 }
             }
             _ => {
-                let value = self.cursor.scalar(schema)?;
-                self.see(path, Seen::Value(value), unit);
+                let value = self.cursor.read_scalar(schema)?;
+                self.push_glimpse(path, GlimpsedValue::Value(value), unit);
             }
         }
         Ok(())
     }
 
-    fn items(
+    fn walk_items(
         &mut self,
         item: &Schema,
         count: usize,
         path: &str,
         unit: Option<&str>,
     ) -> Result<(), PayloadError> {
-        self.see(path, Seen::Many(count), unit);
+        self.push_glimpse(path, GlimpsedValue::Many(count), unit);
         for index in 0..count {
             if self.is_full() {
                 return Ok(());
             }
             if index < SHOWN_ITEMS {
-                self.walk(item, &format!("{path}[{index}]"), unit)?;
+                self.walk_value(item, &format!("{path}[{index}]"), unit)?;
             } else {
-                return self.cursor.pass(item, count - index);
+                return self.cursor.skip_items(item, count - index);
             }
         }
         Ok(())
     }
 }
 
-fn join(path: &str, name: &str) -> String {
+fn join_path(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// The way to one value of the messages of a schema.
+/// The path to one value in the messages of a schema.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pick {
+pub struct ValuePath {
     steps: Vec<usize>,
 }
 
-impl Pick {
-    /// Follows a path as [`Glimpse::path`] has it; none if it leads to no number or `bool`.
+impl ValuePath {
+    /// Resolves a path of the form of [`Glimpse::path`]; `None` if it does not lead to a number or
+    /// `bool`.
     pub fn find(schema: &Schema, path: &str) -> Option<Self> {
-        let (mut schema, mut steps) = (inside(schema), Vec::new());
+        let (mut schema, mut steps) = (without_options(schema), Vec::new());
         for part in path.split(['.', '[']).filter(|part| !part.is_empty()) {
             match (schema, part.strip_suffix(']')) {
                 (Schema::Struct { fields, .. }, None) => {
                     let step = fields.iter().position(|field| field.name == part)?;
                     steps.push(step);
-                    schema = inside(&fields[step].schema);
+                    schema = without_options(&fields[step].schema);
                 }
                 (Schema::List(item), Some(index)) => {
                     steps.push(index.parse().ok()?);
-                    schema = inside(item);
+                    schema = without_options(item);
                 }
                 (Schema::Fixed(item, count), Some(index)) => {
                     steps.push(index.parse().ok().filter(|index| index < count)?);
-                    schema = inside(item);
+                    schema = without_options(item);
                 }
                 _ => return None,
             }
@@ -165,8 +183,8 @@ impl Pick {
         is_plain.then_some(Self { steps })
     }
 
-    /// Reads the value from one payload of the schema it was found in, `true` as 1; none if it, or
-    /// what it is in, is not there.
+    /// Reads the value from one payload of the schema in which it was found, `true` as 1; `None` if it
+    /// is, or lies within, an absent value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.
@@ -175,7 +193,7 @@ impl Pick {
         let (mut schema, mut steps) = (schema, self.steps.iter());
         loop {
             while let Schema::Option(item) = schema {
-                if !cursor.flag()? {
+                if !cursor.read_flag()? {
                     return Ok(None);
                 }
                 schema = item;
@@ -184,25 +202,25 @@ impl Pick {
             schema = match schema {
                 Schema::Struct { fields, .. } => {
                     for field in fields.iter().take(*step) {
-                        cursor.skip(&field.schema)?;
+                        cursor.skip_value(&field.schema)?;
                     }
-                    &fields.get(*step).ok_or(cursor.error("another schema"))?.schema
+                    &fields.get(*step).ok_or(cursor.error_here("another schema"))?.schema
                 }
                 Schema::List(item) => {
-                    if *step >= cursor.count()? {
+                    if *step >= cursor.read_count()? {
                         return Ok(None);
                     }
-                    cursor.pass(item, *step)?;
+                    cursor.skip_items(item, *step)?;
                     item
                 }
                 Schema::Fixed(item, _) => {
-                    cursor.pass(item, *step)?;
+                    cursor.skip_items(item, *step)?;
                     item
                 }
-                _ => return Err(cursor.error("another schema")),
+                _ => return Err(cursor.error_here("another schema")),
             };
         }
-        Ok(match cursor.scalar(schema)? {
+        Ok(match cursor.read_scalar(schema)? {
             Scalar::Number(number) => Some(number),
             Scalar::Flag(flag) => Some(f64::from(u8::from(flag))),
             Scalar::Text(_) => None,
@@ -248,23 +266,25 @@ mod tests {
         codec::encode(&scan).expect("it fits")
     }
 
-    fn said(payload: &[u8], lines: usize) -> Vec<String> {
-        let seen = glance(&Scan::schema(), payload, lines).expect("it fits its schema");
+    fn describe(payload: &[u8], lines: usize) -> Vec<String> {
+        let seen = glimpse_message(&Scan::schema(), payload, lines).expect("it fits its schema");
         let word = |glimpse: &Glimpse| {
             let unit = glimpse.unit.as_deref().unwrap_or_default();
             match &glimpse.seen {
-                Seen::Value(Scalar::Number(number)) => format!("{}={number}{unit}", glimpse.path),
-                Seen::Value(Scalar::Flag(flag)) => format!("{}={flag}", glimpse.path),
-                Seen::Value(Scalar::Text(text)) => format!("{}={text}", glimpse.path),
-                Seen::Many(count) => format!("{}:{count}", glimpse.path),
-                Seen::Nothing => format!("{} -", glimpse.path),
+                GlimpsedValue::Value(Scalar::Number(number)) => {
+                    format!("{}={number}{unit}", glimpse.path)
+                }
+                GlimpsedValue::Value(Scalar::Flag(flag)) => format!("{}={flag}", glimpse.path),
+                GlimpsedValue::Value(Scalar::Text(text)) => format!("{}={text}", glimpse.path),
+                GlimpsedValue::Many(count) => format!("{}:{count}", glimpse.path),
+                GlimpsedValue::Nothing => format!("{} -", glimpse.path),
             }
         };
         seen.iter().map(word).collect()
     }
 
     #[test]
-    fn a_message_is_told_value_by_value_and_a_list_by_its_first() {
+    fn a_message_is_listed_value_by_value_and_a_list_by_its_first_values() {
         let expected = [
             "name=front",
             "hit -",
@@ -281,15 +301,15 @@ mod tests {
             "last=9",
         ];
         let payload = scan(None);
-        assert_eq!(said(&payload, 100), expected);
-        assert_eq!(said(&payload, 5), expected[..5]);
+        assert_eq!(describe(&payload, 100), expected);
+        assert_eq!(describe(&payload, 5), expected[..5]);
     }
 
     #[test]
     fn any_number_is_found_by_its_path() {
         let schema = Scan::schema();
         let read = |path: &str, hit| {
-            let pick = Pick::find(&schema, path)?;
+            let pick = ValuePath::find(&schema, path)?;
             pick.read(&schema, &scan(hit)).expect("it fits its schema")
         };
         let hit = || Some(Point { x: 7.0, y: 0.1 });
@@ -302,16 +322,16 @@ mod tests {
         assert_eq!(read("path[1].y", None), Some(4.5));
         assert_eq!(read("last", hit()), Some(9.0));
         for none in ["name", "hit", "ranges", "path[0]", "ranges[x]", "hit.z", "", "last[0]"] {
-            assert_eq!(Pick::find(&schema, none), None, "{none:?}");
+            assert_eq!(ValuePath::find(&schema, none), None, "{none:?}");
         }
     }
 
     #[test]
-    fn what_is_cut_off_is_an_error_and_no_panic() {
+    fn a_truncated_payload_is_an_error_and_no_panic() {
         let (schema, payload) = (Scan::schema(), scan(Some(Point { x: 7.0, y: 0.1 })));
-        let pick = Pick::find(&schema, "last").expect("it is there");
+        let pick = ValuePath::find(&schema, "last").expect("it is there");
         for len in 0..payload.len() {
-            assert!(glance(&schema, &payload[..len], 100).is_err(), "{len}");
+            assert!(glimpse_message(&schema, &payload[..len], 100).is_err(), "{len}");
             assert!(pick.read(&schema, &payload[..len]).is_err(), "{len}");
         }
     }

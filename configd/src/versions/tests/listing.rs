@@ -1,15 +1,15 @@
-//! What tools are told.
+//! Answers to tools.
 
 use super::*;
 
 #[test]
-fn how_things_stand_is_told_as_data() {
+fn the_state_is_published_as_data() {
     let mut versions = versions();
     let refused = state(&versions.handle(saved(&FILE.replace("10Hz", "10"))));
     assert_eq!((refused.version, refused.refused), (1, true));
     assert_eq!(refused.files, ["/robot/m/a.xml"]);
     let [finding] = refused.findings.as_slice() else { panic!("{refused:?}") };
-    assert_eq!((finding.code.as_str(), finding.severity.as_str()), ("E0019", "error"));
+    assert_eq!((finding.code.as_str(), finding.severity), ("E0019", FindingSeverity::Error));
     assert_eq!((finding.file.as_str(), finding.line, finding.column), ("m/a.xml", 7, 50));
     assert_eq!((finding.end_line, finding.end_column, finding.text.as_str()), (7, 52, "10"));
     assert!(finding.source_line.contains("rate=\"10\""), "{finding:?}");
@@ -19,7 +19,7 @@ fn how_things_stand_is_told_as_data() {
     let edited = FILE.replace("10Hz", "20Hz").replace("\"2\"", "\"3\"").replace("all", "latest");
     let taken = state(&versions.handle(saved(&edited)));
     assert_eq!((taken.version, taken.refused), (2, false));
-    let said: Vec<_> =
+    let described: Vec<_> =
         taken.changes.iter().map(|change| (change.text.as_str(), change.effect.as_str())).collect();
     let expected = [
         ("component mapper: rate 10Hz → 20Hz", "takes effect when mapper is started again"),
@@ -29,21 +29,24 @@ fn how_things_stand_is_told_as_data() {
             "takes effect when mapper is started again",
         ),
     ];
-    assert_eq!(said, expected);
+    assert_eq!(described, expected);
 }
 
 #[test]
-fn a_change_says_when_it_takes_effect() {
+fn a_change_states_when_it_takes_effect() {
     let over = Override::parse("player.file=b.log", Path::new("/home")).unwrap();
-    let rules =
-        Rules { manifests: Some(live_manifests()), overrides: vec![over], ..Rules::default() };
+    let rules = VersionRules {
+        manifests: Some(live_manifests()),
+        overrides: vec![over],
+        ..VersionRules::default()
+    };
     let mut versions = versions_under(rules);
     let mut effect = |old: &str, new: &str| {
         versions.handle(saved(FILE));
         let taken = state(&versions.handle(saved(&FILE.replace(old, new))));
         taken.changes.into_iter().map(|change| change.effect).collect::<Vec<_>>().join("; ")
     };
-    assert_eq!(effect("value=\"2\"", "value=\"3\""), "reaches player at once");
+    assert_eq!(effect("value=\"2\"", "value=\"3\""), "reaches player immediately");
     assert_eq!(effect("a.log", "c.log"), "has no effect: --set gives player.file its value");
     let again = "takes effect when the system is run again";
     assert_eq!(effect("kind=\"view\"", "kind=\"mapper\""), again);
@@ -58,13 +61,13 @@ fn what_changed_between_versions_can_be_asked() {
     let diff = |versions: &mut Versions, from, to| match ask(
         versions,
         1,
-        Request::Diff { request: 5, from, to },
+        ConfigRequest::Diff { request: 5, from, to },
     ) {
-        Reply::Differences { request: 5, from, to, changes, left_out: 0 } => {
+        ConfigReply::Differences { request: 5, from, to, changes, left_out: 0 } => {
             let texts: Vec<_> = changes.into_iter().map(|change| change.text).collect();
             format!("{from} to {to}: {}", texts.join("; "))
         }
-        Reply::Refused { request: 5, refusal } => refusal.text,
+        ConfigReply::Refused { request: 5, refusal } => refusal.text,
         other => panic!("{other:?}"),
     };
     let only = "version 1 is the only one there is: nothing has changed yet";
@@ -76,26 +79,26 @@ fn what_changed_between_versions_can_be_asked() {
     assert_eq!(diff(&mut versions, Some(1), None), format!("1 to 3: {rate} 10Hz → 30Hz"));
     assert_eq!(diff(&mut versions, Some(3), Some(1)), format!("3 to 1: {rate} 30Hz → 10Hz"));
     assert_eq!(diff(&mut versions, Some(2), Some(2)), "2 to 2: ");
-    let gone = "versions 1 and 9 are not both held; 1 to 3 are";
+    let gone = "versions 1 and 9 are not both kept; versions 1 to 3 are";
     assert_eq!(diff(&mut versions, Some(1), Some(9)), gone);
     for round in 0..40 {
         versions.handle(saved(&FILE.replace("10Hz", &format!("{}Hz", 40 + round))));
     }
-    let held = "versions 1 and 43 are not both held; 12 to 43 are";
+    let held = "versions 1 and 43 are not both kept; versions 12 to 43 are";
     assert_eq!(diff(&mut versions, Some(1), None), held);
 }
 
 #[test]
 fn parameters_are_listed_with_values_and_origins() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     connect(&mut versions, 1, "param-7", Purpose::Config);
-    let list = |component: Option<&str>, from| Request::List {
+    let list = |component: Option<&str>, from| ConfigRequest::List {
         request: 5,
         component: component.map(Into::into),
         from,
     };
-    let Reply::Listed { version: 1, refused: false, parameters, total: 6, .. } =
+    let ConfigReply::Listed { version: 1, refused: false, parameters, total: 6, .. } =
         ask(&mut versions, 1, list(None, 0))
     else {
         panic!("not listed");
@@ -110,20 +113,20 @@ fn parameters_are_listed_with_values_and_origins() {
     assert_eq!(rows[1], "player.speed 2 m/a.xml:5:38 true");
     assert_eq!(rows[2], "mapper.file 1 default false");
     match ask(&mut versions, 1, list(Some("mapper"), 1)) {
-        Reply::Listed { parameters, total: 2, .. } => assert_eq!(parameters.len(), 1),
+        ConfigReply::Listed { parameters, total: 2, .. } => assert_eq!(parameters.len(), 1),
         other => panic!("{other:?}"),
     }
     let nobody = ask(&mut versions, 1, list(Some("nobody"), 0));
-    assert!(matches!(nobody, Reply::Refused { request: 5, .. }), "{nobody:?}");
+    assert!(matches!(nobody, ConfigReply::Refused { request: 5, .. }), "{nobody:?}");
 }
 
 #[test]
 fn an_unknown_parameter_is_refused_with_those_there_are() {
-    let rules = Rules { manifests: Some(live_manifests()), ..Rules::default() };
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
     let mut versions = versions_under(rules);
     connect(&mut versions, 1, "player", Purpose::Config);
-    match ask(&mut versions, 1, Request::Parameter { request: 4, name: "sped".into() }) {
-        Reply::Refused { request: 4, refusal } => assert_eq!(
+    match ask(&mut versions, 1, ConfigRequest::Parameter { request: 4, name: "sped".into() }) {
+        ConfigReply::Refused { request: 4, refusal } => assert_eq!(
             refusal.text,
             "`player` is a player, and that has no parameter called `sped`; it has: file, speed"
         ),

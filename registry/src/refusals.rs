@@ -1,4 +1,4 @@
-//! Every reason the registry gives for a "no", in words.
+//! Every refusal of the registry, with its explanation for people.
 
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::name::{MAX_NAME_LEN, is_name};
@@ -10,7 +10,7 @@ use crate::limits::{MAX_HOST_LEN, MAX_REFUSAL_LEN, MAX_SCHEMA_LEN, MAX_TYPE_NAME
 /// Names that only the program of that name may take.
 const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", "launcher"];
 
-pub(crate) fn refusal(code: RefusalCode, mut text: String) -> Refusal {
+pub(crate) fn build_refusal(code: RefusalCode, mut text: String) -> Refusal {
     if text.len() > MAX_REFUSAL_LEN {
         text.truncate(text.floor_char_boundary(MAX_REFUSAL_LEN));
         text.push('…');
@@ -18,128 +18,143 @@ pub(crate) fn refusal(code: RefusalCode, mut text: String) -> Refusal {
     Refusal::new(code, text)
 }
 
-pub(crate) fn malformed(text: impl Into<String>) -> Refusal {
-    refusal(RefusalCode::Malformed, text.into())
+pub(crate) fn refuse_malformed(text: impl Into<String>) -> Refusal {
+    build_refusal(RefusalCode::Malformed, text.into())
 }
 
-pub(crate) fn limit(what: &str, most: usize) -> Refusal {
-    refusal(RefusalCode::Limit, format!("there are {most} {what} already, and no more are kept"))
+pub(crate) fn refuse_limit(what: &str, most: usize) -> Refusal {
+    build_refusal(
+        RefusalCode::Limit,
+        format!("there are {most} {what} already, and no more are kept"),
+    )
 }
 
-/// Where somebody runs: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
-pub(crate) fn whereabouts(entry: &ComponentEntry) -> String {
+/// Describes a process for people: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
+pub(crate) fn describe_process(entry: &ComponentEntry) -> String {
     let ComponentEntry { name, kind, pid, host, endpoint, .. } = entry;
     format!("`{name}` (kind {kind}, process {pid} on {host}, at {endpoint})")
 }
 
-/// Whether a process may register so.
+/// Checks whether a process may register under this entry.
 pub(crate) fn check_component(entry: &ComponentEntry) -> Result<(), Refusal> {
     for (what, name) in [("name", &entry.name), ("kind", &entry.kind)] {
         if !is_name(name) {
-            return Err(malformed(format!(
+            return Err(refuse_malformed(format!(
                 "the {what} {} is not one: letters, digits, _ and -, a letter first, at most \
                  {MAX_NAME_LEN}",
-                quoted(name)
+                quote_text(name)
             )));
         }
     }
     if RESERVED.contains(&entry.name.as_str()) && entry.kind != entry.name {
-        return Err(malformed(format!(
+        return Err(refuse_malformed(format!(
             "the name `{}` is reserved for Armor's own program of that name",
             entry.name
         )));
     }
     if entry.host.len() > MAX_HOST_LEN || entry.host.chars().any(char::is_control) {
-        return Err(malformed(format!("the host {} is not a host's name", quoted(&entry.host))));
+        return Err(refuse_malformed(format!(
+            "the host {} is not a host's name",
+            quote_text(&entry.host)
+        )));
     }
     if entry.endpoint.parse::<std::net::SocketAddr>().is_err() {
-        return Err(malformed(format!(
+        return Err(refuse_malformed(format!(
             "the endpoint {} is not an address with a port",
-            quoted(&entry.endpoint)
+            quote_text(&entry.endpoint)
         )));
     }
     if entry.instance == 0 {
-        return Err(malformed("instance 0 stands for any; a process start needs one of its own"));
+        return Err(refuse_malformed(
+            "instance 0 stands for any; a process start needs one of its own",
+        ));
     }
     Ok(())
 }
 
-/// Whether the process `owner` may publish this.
+/// Checks whether the process `owner` may publish this output.
 pub(crate) fn check_data(entry: &DataEntry, owner: &ComponentEntry) -> Result<(), Refusal> {
     let port = entry.data.strip_prefix(&owner.name).and_then(|rest| rest.strip_prefix('.'));
     if !port.is_some_and(is_name) {
-        return Err(malformed(format!(
+        return Err(refuse_malformed(format!(
             "data of `{}` is named `{}.OUTPUT`, not {}",
             owner.name,
             owner.name,
-            quoted(&entry.data)
+            quote_text(&entry.data)
         )));
     }
     if entry.type_name.is_empty()
         || entry.type_name.len() > MAX_TYPE_NAME_LEN
         || entry.type_name.chars().any(char::is_control)
     {
-        return Err(malformed(format!(
+        return Err(refuse_malformed(format!(
             "the type of `{}` needs a name of 1 to {MAX_TYPE_NAME_LEN} bytes",
             entry.data
         )));
     }
     if entry.schema.len() > MAX_SCHEMA_LEN {
-        return Err(refusal(
+        return Err(build_refusal(
             RefusalCode::Limit,
             format!("the schema of `{}` is longer than {MAX_SCHEMA_LEN} bytes", entry.data),
         ));
     }
     schema::parse(&entry.schema)
         .map(|_| ())
-        .map_err(|error| malformed(format!("the schema of `{}`: {error}", entry.data)))
+        .map_err(|error| refuse_malformed(format!("the schema of `{}`: {error}", entry.data)))
 }
 
-pub(crate) fn duplicate_component(holder: &ComponentEntry) -> Refusal {
-    refusal(
+pub(crate) fn refuse_duplicate_component(holder: &ComponentEntry) -> Refusal {
+    build_refusal(
         RefusalCode::DuplicateName,
-        format!("the name is taken by {}; stop that one or take another name", whereabouts(holder)),
+        format!(
+            "the name is taken by {}; stop that one or take another name",
+            describe_process(holder)
+        ),
     )
 }
 
-pub(crate) fn duplicate_data(data: &str, holder: &ComponentEntry) -> Refusal {
-    refusal(
+pub(crate) fn refuse_duplicate_data(data: &str, holder: &ComponentEntry) -> Refusal {
+    build_refusal(
         RefusalCode::DuplicateName,
-        format!("`{data}` is provided already, by {}", whereabouts(holder)),
+        format!("`{data}` is provided already, by {}", describe_process(holder)),
     )
 }
 
-pub(crate) fn mismatch(
+pub(crate) fn refuse_mismatch(
     asker: (&str, &str),
     entry: &DataEntry,
     provider: &ComponentEntry,
 ) -> Refusal {
     let difference = schema::difference(asker, (&provider.name, &entry.schema));
-    refusal(
+    build_refusal(
         RefusalCode::TypeMismatch,
         format!(
             "`{}` is of type {} at {}, and not what `{}` expects:\n{difference}",
             entry.data,
             entry.type_name,
-            whereabouts(provider),
+            describe_process(provider),
             asker.0
         ),
     )
 }
 
-pub(crate) fn unknown(data: &str, near: &[&str], component: Option<&ComponentEntry>) -> Refusal {
-    let mut text = format!("nobody provides {}", quoted(data));
+pub(crate) fn refuse_unknown(
+    data: &str,
+    near: &[&str],
+    component: Option<&ComponentEntry>,
+) -> Refusal {
+    let mut text = format!("no component provides {}", quote_text(data));
     if let Some(component) = component {
-        text += &format!("; {} is there without that output", whereabouts(component));
+        text += &format!("; {} runs, but has no such output", describe_process(component));
     }
     if !near.is_empty() {
         text += &format!("; there is `{}`", near.join("`, `"));
     }
-    refusal(RefusalCode::UnknownData, text)
+    build_refusal(RefusalCode::UnknownData, text)
 }
 
-/// What somebody sent, fit for a message: without control characters, and not too long.
-pub(crate) fn quoted(text: &str) -> String {
+/// Returns text of a peer in a form that is safe to show: without control characters, and shortened.
+pub(crate) fn quote_text(text: &str) -> String {
     const SHOWN: usize = 80;
     let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
     let more = if text.chars().nth(SHOWN).is_some() { "…" } else { "" };

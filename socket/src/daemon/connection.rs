@@ -1,8 +1,8 @@
-//! One connection from its first byte to its last: handshake, then reading, writing and beating side
-//! by side in one task, then the end.
+//! One connection from its first byte to its last: the handshake, then reading, writing and beating in
+//! one task, then the end.
 
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::codec;
@@ -10,19 +10,18 @@ use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
 use armor_wire::hello::{HandshakeError, Hello};
 use armor_wire::liveness::Liveness;
 use armor_wire::message::WireType;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
-use tokio::net::tcp::{ReadHalf, WriteHalf};
+use parking_lot::Mutex;
 use tokio::sync::mpsc;
 use tokio::time::{self, Instant, MissedTickBehavior};
 
-use crate::event::{CloseReason, PeerId};
-use crate::faults::Faults;
-use crate::limits::{LINGER, LOOK, Limits, MAX_REQUEST_LEN};
-use crate::outgoing::{Next, Outgoing};
+use crate::daemon::close_log::CloseLog;
+use crate::daemon::limits::{LINGER, LOOK, MAX_REQUEST_LEN, ServerLimits};
+use crate::daemon::outgoing::{Next, Outgoing};
+use crate::daemon::stream::AsyncStream;
+use armor_wire::peer::{CloseReason, PeerId};
 
-/// What a connection tells the server.
-pub(crate) enum Told<Q> {
+/// What a connection reports to the server.
+pub(crate) enum ConnectionEvent<Q> {
     /// A hello was read.
     Hello { address: SocketAddr, hello: Hello, outgoing: Arc<Outgoing> },
     /// A message was read.
@@ -33,71 +32,73 @@ pub(crate) enum Told<Q> {
     Closed { reason: CloseReason },
 }
 
-/// Where a connection tells it.
-pub(crate) type Telling<Q> = mpsc::Sender<(PeerId, Told<Q>)>;
+/// The channel to the server.
+pub(crate) type EventSender<Q> = mpsc::Sender<(PeerId, ConnectionEvent<Q>)>;
 
 /// One connection.
-pub(crate) struct Connection<Q> {
+pub(crate) struct PeerConnection<Q> {
     pub(crate) peer: PeerId,
     pub(crate) address: SocketAddr,
-    pub(crate) limits: Limits,
+    pub(crate) limits: ServerLimits,
     /// When the server started.
     pub(crate) epoch: Instant,
-    pub(crate) telling: Telling<Q>,
+    pub(crate) events: EventSender<Q>,
 }
 
-impl<Q: WireType + Send> Connection<Q> {
-    /// Serves the connection until it ends. The server is told of the end if it was told of the
-    /// beginning and did not ask for the end itself.
-    pub(crate) async fn serve(&self, stream: &mut TcpStream, faults: &Faults) {
+impl<Q: WireType + Send> PeerConnection<Q> {
+    /// Serves the connection until it ends. The end is reported to the server if the hello was, unless
+    /// the server itself ended the connection.
+    pub(crate) async fn serve_peer(&self, stream: &AsyncStream, faults: &CloseLog) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
-        let (mut reading, mut writing) = stream.split();
-        let hello = time::timeout(self.limits.handshake, read_hello(&mut reading, &mut frames));
+        let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
         let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
         match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
             Ok(hello) => {
                 let outgoing = Arc::clone(&outgoing);
-                self.tell(Told::Hello { address: self.address, hello, outgoing }).await;
+                self.send_event(ConnectionEvent::Hello { address: self.address, hello, outgoing })
+                    .await;
             }
             Err(reason) => {
-                faults.report(self.address, &reason);
+                faults.log_close(self.address, &reason);
                 if let CloseReason::Hello(HandshakeError::Refused(refusal)) = reason
                     && let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal)
-                    && writing.write_all(&bytes).await.is_ok()
+                    && stream.write_all(&bytes).await.is_ok()
                 {
-                    part(&mut reading, &mut writing).await;
+                    drain_and_close(stream).await;
                 }
                 return;
             }
         }
         let liveness = Mutex::new(Liveness::new(self.now()));
         let reason = tokio::select! {
-            reason = self.read(&mut reading, &mut frames, &liveness) => reason,
-            reason = self.write(&mut writing, &outgoing, &liveness) => reason,
-            reason = self.beat(&outgoing, &liveness) => reason,
+            reason = self.read_frames(stream, &mut frames, &liveness) => reason,
+            reason = self.write_frames(stream, &outgoing, &liveness) => reason,
+            reason = self.send_beats(&outgoing, &liveness) => reason,
         };
-        faults.report(self.address, &reason);
+        faults.log_close(self.address, &reason);
         if matches!(reason, CloseReason::Daemon(_)) {
-            part(&mut reading, &mut writing).await;
+            drain_and_close(stream).await;
         } else {
-            self.tell(Told::Closed { reason }).await;
+            self.send_event(ConnectionEvent::Closed { reason }).await;
         }
     }
 
-    async fn read(
+    async fn read_frames(
         &self,
-        reading: &mut ReadHalf<'_>,
+        stream: &AsyncStream,
         frames: &mut FrameReader,
         liveness: &Mutex<Liveness>,
     ) -> CloseReason {
         loop {
             loop {
-                let told = match frames.next_frame() {
+                let event = match frames.next_frame() {
                     Ok(None) => break,
-                    Ok(Some(frame)) if frame.kind == FrameKind::Beat => Told::Beat,
+                    Ok(Some(frame)) if frame.kind == FrameKind::Beat => ConnectionEvent::Beat,
                     Ok(Some(frame)) if frame.kind == FrameKind::Control => {
                         match codec::decode_control(frame.body) {
-                            Ok(message) => Told::Message { arrived: self.now(), message },
+                            Ok(message) => {
+                                ConnectionEvent::Message { arrived: self.now(), message }
+                            }
                             Err(error) => return error.into(),
                         }
                     }
@@ -107,10 +108,10 @@ impl<Q: WireType + Send> Connection<Q> {
                     }
                     Err(error) => return error.into(),
                 };
-                lock(liveness).heard(self.now());
-                self.tell(told).await;
+                liveness.lock().heard(self.now());
+                self.send_event(event).await;
             }
-            match reading.read(frames.space()).await {
+            match stream.read(frames.space()).await {
                 Ok(0) if frames.is_mid_frame() => return CloseReason::Truncated,
                 Ok(0) => return CloseReason::Ended,
                 Ok(len) => frames.filled(len),
@@ -119,32 +120,32 @@ impl<Q: WireType + Send> Connection<Q> {
         }
     }
 
-    async fn write(
+    async fn write_frames(
         &self,
-        writing: &mut WriteHalf<'_>,
+        stream: &AsyncStream,
         outgoing: &Outgoing,
         liveness: &Mutex<Liveness>,
     ) -> CloseReason {
         let mut bytes = Vec::new();
         loop {
-            if let Next::End(reason) = outgoing.next(&mut bytes).await {
+            if let Next::End(reason) = outgoing.next_step(&mut bytes).await {
                 return reason;
             }
             let mut rest = bytes.as_slice();
             while !rest.is_empty() {
-                match time::timeout(self.limits.stall, writing.write(rest)).await {
+                match time::timeout(self.limits.stall, stream.write(rest)).await {
                     Err(_) | Ok(Ok(0)) => return CloseReason::NotReading,
                     Ok(Ok(len)) => rest = &rest[len..],
                     Ok(Err(error)) => return CloseReason::Broken(error),
                 }
             }
-            lock(liveness).spoke(self.now());
+            liveness.lock().spoke(self.now());
         }
     }
 
-    async fn beat(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
-        // All connections look at the same moments, so that an idle daemon wakes four times a second
-        // however many there are.
+    async fn send_beats(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
+        // All connections look at the same moments, so that an idle daemon wakes four times a second,
+        // independent of their number.
         let looks = self.now().as_nanos() / LOOK.as_nanos() + 1;
         let first = self.epoch + LOOK * u32::try_from(looks).unwrap_or(u32::MAX);
         let mut look = time::interval_at(first, LOOK);
@@ -153,16 +154,16 @@ impl<Q: WireType + Send> Connection<Q> {
         loop {
             look.tick().await;
             let now = self.now();
-            let mut liveness = lock(liveness);
+            let mut liveness = liveness.lock();
             if now.saturating_sub(before) > 2 * LOOK {
-                // It was us who were away; what the peer said meanwhile is yet to be read.
+                // This process itself was suspended; what the peer sent meanwhile is not read yet.
                 liveness.heard(now);
             }
             if liveness.is_silent(now) {
                 return CloseReason::Silent;
             }
             if liveness.owes_beat(now) {
-                outgoing.beat();
+                outgoing.push_beat();
             }
             before = now;
         }
@@ -172,21 +173,18 @@ impl<Q: WireType + Send> Connection<Q> {
         self.epoch.elapsed()
     }
 
-    async fn tell(&self, told: Told<Q>) {
-        // The server is gone only when it takes this task with it.
-        let _ = self.telling.send((self.peer, told)).await;
+    async fn send_event(&self, event: ConnectionEvent<Q>) {
+        // Dropping the server also aborts this task.
+        let _ = self.events.send((self.peer, event)).await;
     }
 }
 
-async fn read_hello(
-    reading: &mut ReadHalf<'_>,
-    frames: &mut FrameReader,
-) -> Result<Hello, CloseReason> {
+async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<Hello, CloseReason> {
     loop {
         if let Some(frame) = frames.next_frame()? {
             return Ok(Hello::read(&frame)?);
         }
-        match reading.read(frames.space()).await.map_err(CloseReason::Broken)? {
+        match stream.read(frames.space()).await.map_err(CloseReason::Broken)? {
             0 if frames.is_mid_frame() => return Err(CloseReason::Truncated),
             0 => return Err(CloseReason::Ended),
             len => frames.filled(len),
@@ -194,15 +192,11 @@ async fn read_hello(
     }
 }
 
-/// Lets the peer read the last words: closing a socket with unread bytes in it would reset the
-/// connection and take the words along.
-async fn part(reading: &mut ReadHalf<'_>, writing: &mut WriteHalf<'_>) {
-    let _ = writing.shutdown().await;
+/// Waits until the peer has read the last frames: closing a socket that has unread bytes would reset
+/// the connection and discard them.
+async fn drain_and_close(stream: &AsyncStream) {
+    let _ = stream.shutdown_writing();
     let mut waste = [0; 4 << 10];
-    let drain = async { while matches!(reading.read(&mut waste).await, Ok(len) if len > 0) {} };
+    let drain = async { while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {} };
     let _ = time::timeout(LINGER, drain).await;
-}
-
-fn lock(liveness: &Mutex<Liveness>) -> std::sync::MutexGuard<'_, Liveness> {
-    liveness.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,8 +1,10 @@
-//! Counts connections, in total and per address; a seat is given back when it is dropped.
+//! Counts connections, in total and per address. A seat is returned when it is dropped.
 
 use std::collections::HashMap;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::{Mutex, MutexGuard};
 
 /// The seats of a daemon.
 #[derive(Clone)]
@@ -23,8 +25,8 @@ impl Seats {
         Self { taken: Arc::default(), most, most_per_address }
     }
 
-    /// A seat for a peer, if there is one left.
-    pub(crate) fn take(&self, address: IpAddr) -> Option<Seat> {
+    /// Returns a seat for a peer, if one is free.
+    pub(crate) fn take_seat(&self, address: IpAddr) -> Option<Seat> {
         let mut taken = self.lock();
         let here = taken.get(&address).copied().unwrap_or(0);
         if here >= self.most_per_address || taken.values().sum::<usize>() >= self.most {
@@ -35,7 +37,7 @@ impl Seats {
     }
 
     fn lock(&self) -> MutexGuard<'_, HashMap<IpAddr, usize>> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+        self.taken.lock()
     }
 }
 
@@ -59,12 +61,12 @@ mod tests {
     fn seats_are_limited_per_address_and_in_total_and_come_back() {
         let seats = Seats::new(3, 2);
         let (here, there) = ([127, 0, 0, 1].into(), [127, 0, 0, 2].into());
-        let first = seats.take(here).expect("the first seat");
-        let _second = seats.take(here).expect("the second seat");
-        assert!(seats.take(here).is_none(), "two per address");
-        let _third = seats.take(there).expect("the third seat");
-        assert!(seats.take(there).is_none(), "three in total");
+        let first = seats.take_seat(here).expect("the first seat");
+        let _second = seats.take_seat(here).expect("the second seat");
+        assert!(seats.take_seat(here).is_none(), "two per address");
+        let _third = seats.take_seat(there).expect("the third seat");
+        assert!(seats.take_seat(there).is_none(), "three in total");
         drop(first);
-        assert!(seats.take(there).is_some());
+        assert!(seats.take_seat(there).is_some());
     }
 }

@@ -3,9 +3,10 @@
 use armor_wire::frame::FrameReader;
 use armor_wire::hello::{self, Hello, Purpose, Welcome};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
 
 use super::*;
-use crate::listen::listen;
+use crate::listener::listen;
 
 /// How long anything may take before a test counts as failed.
 const DEADLINE: Duration = Duration::from_secs(20);
@@ -39,41 +40,41 @@ fn run(test: impl Future<Output = ()>) {
 }
 
 async fn server() -> (Server<u64, u64>, std::net::SocketAddr) {
-    let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+    let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
     let address = listener.local_addr().unwrap();
-    (Server::new(listener, Limits::default()), address)
+    (Server::new(listener, ServerLimits::default()).unwrap(), address)
 }
 
-/// A peer that has said hello, and its name at the server.
+/// A peer that has sent its hello, and its number at the server.
 async fn join(server: &mut Server<u64, u64>, address: std::net::SocketAddr) -> (Peer, PeerId) {
     let stream = TcpStream::connect(address).await.unwrap();
     let mut peer = Peer { stream, frames: FrameReader::new() };
     let purpose = Purpose::Registry { entry: None };
     peer.say(FrameKind::Hello, &Hello::new("test", 1, purpose)).await;
-    match server.event().await {
-        Event::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
+    match server.next_event().await {
+        PeerEvent::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
         other => panic!("{other:?}"),
     }
 }
 
-fn welcome(peer: PeerId) -> Action<u64> {
+fn welcome(peer: PeerId) -> PeerAction<u64> {
     let welcome = Welcome { name: "daemon".into(), instance: 5, schema: String::new() };
-    Action::Welcome { peer, welcome }
+    PeerAction::Welcome { peer, welcome }
 }
 
 #[test]
-fn what_is_said_arrives_in_order_both_ways() {
+fn messages_arrive_in_order_in_both_directions() {
     run(async {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
-        server.act(welcome(id));
+        server.perform(welcome(id));
         for number in 0..1000 {
             peer.say(FrameKind::Control, &number).await;
-            server.act(Action::Send { peer: id, message: number });
+            server.perform(PeerAction::Send { peer: id, message: number });
         }
         for number in 0..1000 {
-            let event = server.event().await;
-            let Event::Message { peer, message, .. } = event else { panic!("{event:?}") };
+            let event = server.next_event().await;
+            let PeerEvent::Message { peer, message, .. } = event else { panic!("{event:?}") };
             assert_eq!((peer, message), (id, number));
         }
         assert_eq!(peer.hear().await.unwrap().0, FrameKind::Welcome);
@@ -85,14 +86,14 @@ fn what_is_said_arrives_in_order_both_ways() {
 }
 
 #[test]
-fn a_refused_peer_hears_why_and_is_heard_no_more() {
+fn a_refused_peer_gets_the_reason_and_causes_no_further_event() {
     run(async {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
         let refusal = Refusal::new(RefusalCode::DuplicateName, "taken");
         peer.say(FrameKind::Control, &1_u64).await;
-        server.act(Action::Refuse { peer: id, refusal: refusal.clone() });
-        server.act(Action::Send { peer: id, message: 7 });
+        server.perform(PeerAction::Refuse { peer: id, refusal: refusal.clone() });
+        server.perform(PeerAction::Send { peer: id, message: 7 });
         let (kind, body) = peer.hear().await.unwrap();
         let heard = hello::read_answer(&frame::Frame { kind, flags: 0, body: &body });
         assert_eq!(heard.unwrap_err().to_string(), refusal.text);
@@ -103,16 +104,16 @@ fn a_refused_peer_hears_why_and_is_heard_no_more() {
 }
 
 #[test]
-fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
+fn an_idle_peer_gets_beats_and_is_closed_when_it_sends_none() {
     run(async {
         let (mut server, address) = server().await;
         let (mut silent, id) = join(&mut server, address).await;
-        server.act(welcome(id));
+        server.perform(welcome(id));
         assert_eq!(silent.hear().await.unwrap().0, FrameKind::Welcome);
         assert_eq!(silent.hear().await.unwrap().0, FrameKind::Beat);
-        let event = server.event().await;
+        let event = server.next_event().await;
         assert!(
-            matches!(event, Event::Closed { peer, reason: CloseReason::Silent } if peer == id),
+            matches!(event, PeerEvent::Closed { peer, reason: CloseReason::Silent } if peer == id),
             "{event:?}"
         );
         while silent.hear().await.is_some() {}
@@ -120,7 +121,7 @@ fn an_idle_peer_hears_beats_and_is_closed_when_it_gives_none() {
 }
 
 #[test]
-fn who_leaves_is_reported_once_with_the_reason() {
+fn a_peer_that_leaves_is_reported_once_with_the_reason() {
     run(async {
         let (mut server, address) = server().await;
         let (whole, first) = join(&mut server, address).await;
@@ -129,32 +130,34 @@ fn who_leaves_is_reported_once_with_the_reason() {
         drop((whole, half));
         let mut reasons = Vec::new();
         for _ in 0..2 {
-            let event = server.event().await;
-            let Event::Closed { peer, reason } = event else { panic!("{event:?}") };
+            let event = server.next_event().await;
+            let PeerEvent::Closed { peer, reason } = event else { panic!("{event:?}") };
             reasons.push((peer, reason.to_string()));
         }
         reasons.sort();
         let expected = [(first, CloseReason::Ended), (second, CloseReason::Truncated)];
         assert_eq!(reasons, expected.map(|(peer, reason)| (peer, reason.to_string())));
-        server.act(Action::Send { peer: first, message: 1 });
+        server.perform(PeerAction::Send { peer: first, message: 1 });
         join(&mut server, address).await;
     });
 }
 
 #[test]
-fn an_answer_that_no_frame_holds_ends_the_connection_and_says_so() {
+fn an_answer_too_long_for_a_frame_ends_the_connection_with_that_reason() {
     run(async {
-        let listener = listen(([127, 0, 0, 1], 0).into()).await.unwrap();
+        let listener = listen(([127, 0, 0, 1], 0).into()).unwrap();
         let address = listener.local_addr().unwrap();
-        let mut server = Server::<u64, String>::new(listener, Limits::default());
+        let mut server = Server::<u64, String>::new(listener, ServerLimits::default()).unwrap();
         let mut stream = TcpStream::connect(address).await.unwrap();
         let hello = Hello::new("test", 1, Purpose::Config);
         stream.write_all(&frame::to_bytes(FrameKind::Hello, &hello).unwrap()).await.unwrap();
-        let Event::Connected { peer, .. } = server.event().await else { panic!("no hello") };
-        server.act(Action::Send { peer, message: "x".repeat(2 << 20) });
-        let event = server.event().await;
+        let PeerEvent::Connected { peer, .. } = server.next_event().await else {
+            panic!("no hello")
+        };
+        server.perform(PeerAction::Send { peer, message: "x".repeat(2 << 20) });
+        let event = server.next_event().await;
         assert!(
-            matches!(event, Event::Closed { reason: CloseReason::Unsendable(_), .. }),
+            matches!(event, PeerEvent::Closed { reason: CloseReason::Unsendable(_), .. }),
             "{event:?}"
         );
     });
@@ -169,6 +172,6 @@ fn dropping_the_server_closes_everything_and_frees_the_port() {
         drop(server);
         assert!(peer.hear().await.is_none());
         assert!(!matches!(stranger.read(&mut [0; 8]).await, Ok(len) if len > 0));
-        listen(address).await.unwrap();
+        listen(address).unwrap();
     });
 }

@@ -1,81 +1,83 @@
-//! What a daemon is told about its peers, and what it can do to them.
+//! Events of a daemon's peers, and the actions that a daemon takes.
 
 use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use armor_wire::codec::DecodeError;
-use armor_wire::frame::{FrameError, FrameKind};
-use armor_wire::hello::{HandshakeError, Hello, Refusal, Welcome};
 use thiserror::Error;
 
-/// One connection, never used again for another one while the daemon runs.
+use crate::codec::DecodeError;
+use crate::frame::{FrameError, FrameKind};
+use crate::hello::{HandshakeError, Hello, Welcome};
+use crate::refusal::Refusal;
+
+/// Identifies a connection. The number is not reused while the daemon runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PeerId(pub u64);
 
-/// What happens on the connections. For each peer: `Connected`, then any `Message` and `Beat` in the
+/// An event of a connection. For each peer: `Connected`, then any `Message` and `Beat` in the
 /// order in which they were sent, then `Closed` unless the daemon itself ended it.
 #[derive(Debug)]
-pub enum Event<Q> {
-    /// A peer has said a well-formed hello; it waits for `Welcome` or `Refuse`.
+pub enum PeerEvent<Q> {
+    /// A peer has sent a well-formed hello; it waits for `Welcome` or `Refuse`.
     Connected {
         /// Its connection.
         peer: PeerId,
-        /// Where it comes from.
+        /// Its address.
         address: SocketAddr,
-        /// Who it is and what it wants.
+        /// Its name, process start and purpose.
         hello: Hello,
     },
-    /// A peer says something.
+    /// A peer has sent a message.
     Message {
-        /// Who.
+        /// Its connection.
         peer: PeerId,
         /// When it arrived, since the start of the server.
         arrived: Duration,
-        /// What.
+        /// The message.
         message: Q,
     },
-    /// A peer says that it is alive.
+    /// A peer has sent a beat.
     Beat {
-        /// Who.
+        /// Its connection.
         peer: PeerId,
     },
     /// A connection has ended.
     Closed {
-        /// Whose.
+        /// Its connection.
         peer: PeerId,
         /// Why.
         reason: CloseReason,
     },
 }
 
-/// What a daemon does. Actions for peers that are gone do nothing.
+/// An action of a daemon. An action for a peer that has gone does nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action<R> {
-    /// Answers a hello: go on.
+pub enum PeerAction<R> {
+    /// Accepts a hello.
     Welcome {
-        /// Whom.
+        /// The peer's connection.
         peer: PeerId,
-        /// With what.
+        /// The answer.
         welcome: Welcome,
     },
-    /// Answers a hello with a no and ends the connection. No event of it comes after this.
+    /// Refuses a hello and ends the connection. No further event of it follows.
     Refuse {
-        /// Whom.
+        /// The peer's connection.
         peer: PeerId,
         /// Why.
         refusal: Refusal,
     },
-    /// Says something.
+    /// Sends a message.
     Send {
-        /// To whom.
+        /// The peer's connection.
         peer: PeerId,
-        /// What.
+        /// The message.
         message: R,
     },
-    /// Ends a connection. No event of it comes after this.
+    /// Ends a connection. No further event of it follows.
     Close {
-        /// Whose.
+        /// Its connection.
         peer: PeerId,
         /// Why; goes to the log.
         reason: String,
@@ -94,7 +96,7 @@ pub enum CloseReason {
     /// The socket failed.
     #[error("the connection broke: {0}")]
     Broken(#[source] io::Error),
-    /// Nothing whole was heard for too long.
+    /// No whole frame has arrived for too long.
     #[error("the peer is silent")]
     Silent,
     /// The peer does not read what is sent to it.
@@ -103,13 +105,13 @@ pub enum CloseReason {
     /// No hello came in time.
     #[error("no hello within the deadline")]
     SlowHello,
-    /// The hello is not one.
+    /// The first frame is not a hello of this protocol.
     #[error(transparent)]
     Hello(#[from] HandshakeError),
     /// The bytes are not frames of this protocol.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// A frame's body is not what this daemon is asked with.
+    /// A frame's body is not a request of this daemon.
     #[error("a malformed request: {0}")]
     Body(#[from] DecodeError),
     /// An answer does not fit into a frame.
@@ -124,15 +126,18 @@ pub enum CloseReason {
 }
 
 impl CloseReason {
-    /// The kind of misbehaviour, as logged once per address; `None` if the peer did nothing wrong.
-    pub(crate) fn fault(&self) -> Option<&'static str> {
+    /// Returns the kind of protocol violation, which is logged once per address; `None` if the peer did
+    /// not violate the protocol.
+    pub fn fault_kind(&self) -> Option<&'static str> {
         Some(match self {
             Self::Ended | Self::Broken(_) | Self::Silent | Self::Daemon(_) => return None,
             Self::Truncated => "truncated",
             Self::NotReading => "not reading",
             Self::SlowHello => "slow hello",
             Self::Hello(HandshakeError::Refused(_)) => "refused hello",
-            Self::Hello(HandshakeError::Frame(error)) | Self::Frame(error) => frame_fault(error),
+            Self::Hello(HandshakeError::Frame(error)) | Self::Frame(error) => {
+                frame_fault_kind(error)
+            }
             Self::Hello(_) => "malformed hello",
             Self::Body(_) => "malformed request",
             Self::Unsendable(_) => "unsendable answer",
@@ -141,7 +146,7 @@ impl CloseReason {
     }
 }
 
-fn frame_fault(error: &FrameError) -> &'static str {
+fn frame_fault_kind(error: &FrameError) -> &'static str {
     match error {
         FrameError::UnknownKind(_) => "unknown frame",
         FrameError::TooLong { .. } => "frame too long",

@@ -1,4 +1,4 @@
-//! What strangers and peers may take of a daemon: every number with its reason.
+//! The limits on what peers cost a daemon, each with its reason.
 
 use std::time::Duration;
 
@@ -6,36 +6,32 @@ use armor_wire::codec::{MAX_CONTROL_LEN, MAX_HELLO_LEN};
 use armor_wire::liveness::{BEAT, SILENCE};
 
 /// Longest frame a daemon reads, in bytes: a hello, or a request with one schema (16 KiB at most).
-/// It holds for the whole connection, so a connection never costs more than this to read.
+/// It applies to the whole connection, so a connection never costs more memory than this to read.
 pub const MAX_REQUEST_LEN: usize = MAX_HELLO_LEN;
 
-/// How often a connection looks whether a beat is owed or the peer is silent. With [`SILENCE`] it
-/// bounds how late a dead peer is noticed: 2 s.
+/// Period with which a connection checks whether a beat is due or the peer is silent. Together with
+/// [`SILENCE`] it bounds the time until a dead peer is noticed: 2 s.
 pub const LOOK: Duration = Duration::from_millis(250);
 
-/// How many events wait for the daemon. Who sends more waits, in its own socket.
+/// Most events that wait for the daemon. Further requests wait in the peer's socket.
 pub const MAX_EVENTS: usize = 256;
 
-/// How long the accept loop rests when the process is out of descriptors or memory, instead of
+/// Pause of the accept loop when the process is out of descriptors or memory, instead of
 /// spinning on a listener that stays readable.
 pub const ACCEPT_REST: Duration = Duration::from_millis(200);
 
 /// How long a refused peer may take to read why, before its socket is closed under it.
 pub const LINGER: Duration = Duration::from_secs(1);
 
-/// How many pairs of peer address and fault are remembered as logged. Beyond it faults are not
-/// logged at all: a flood of addresses must fill neither memory nor disk.
-pub const MAX_FAULTS: usize = 256;
-
 /// The limits that depend on the machine; the defaults serve a robot.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct ServerLimits {
     /// Connections in total. Below 1024, the usual number of descriptors of a process.
     pub connections: usize,
     /// Connections from one address. Nearly all of them, because on one machine every component and
     /// tool has the same address; the rest is for peers on other hosts.
     pub connections_per_address: usize,
-    /// How long a stranger may take to say hello.
+    /// How long a peer may take to send its hello.
     pub handshake: Duration,
     /// Bytes that wait for a peer to read them: a longest frame and as much again of small ones. A
     /// peer that lets more pile up is closed.
@@ -44,7 +40,7 @@ pub struct Limits {
     pub stall: Duration,
 }
 
-impl Default for Limits {
+impl Default for ServerLimits {
     fn default() -> Self {
         Self {
             connections: 960,
