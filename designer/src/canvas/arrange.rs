@@ -110,7 +110,8 @@ fn arrange_part(
     layer: &[usize],
     own: &[usize],
 ) -> Vec<Vec2> {
-    let mut rows = vec![Vec::new(); layer.iter().copied().max().map_or(0, |most| most + 1)];
+    let last = own.iter().map(|node| layer[*node]).max();
+    let mut rows = vec![Vec::new(); last.map_or(0, |last| last + 1)];
     for node in own {
         rows[layer[*node]].push(*node);
     }

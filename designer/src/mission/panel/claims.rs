@@ -23,7 +23,7 @@ pub(super) fn show(
             verdict(ui, shown, &found);
             let remove = format!("Remove check {}", number + 1);
             if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
-                form.change(Change::Remove(vec![item.clone()]));
+                form.change(Change::Remove(vec![item]));
             }
         });
         let name = format!("check {}", number + 1);

@@ -20,7 +20,7 @@ pub(super) fn show(
     ui.heading("Place");
     row(ui, "Name", "The name that transitions and checks use.", |ui| {
         form.line(ui, "name of the place", name, &is_name, |new| {
-            Some(Change::Rename(item.clone(), new.to_owned()))
+            Some(Change::Rename(item, new.to_owned()))
         });
     });
     roles(ui, shown, place, form);
@@ -32,7 +32,7 @@ pub(super) fn show(
 fn roles(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &mut Form) {
     let name = &place.name.value;
     let item = Item::place(name);
-    let attribute = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let attribute = |key, value: Option<String>| Change::Attribute(item, key, value);
     if place.components.is_empty() {
         row(ui, "Tokens", "Tokens in it at the start of the mission.", |ui| {
             let form = form.unread(shown.unread(&item, "initial"));

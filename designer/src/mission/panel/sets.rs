@@ -15,11 +15,11 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
     for variable in &shown.mission.variables {
         let name = &variable.name.value;
         let item = Item::variable(name);
-        let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+        let set = |key, value: Option<String>| Change::Attribute(item, key, value);
         form.of(&item);
         row(ui, "Name", "The name that guards use.", |ui| {
             form.line(ui, &format!("name of {name}"), name, &is_name, |new| {
-                Some(Change::Rename(item.clone(), new.to_owned()))
+                Some(Change::Rename(item, new.to_owned()))
             });
         });
         let source = variable.source.as_ref().map_or("", |source| source.value.as_str());
@@ -61,7 +61,7 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
             });
         }
         if ui.small_button(format!("Remove {item}")).clicked() {
-            form.change(Change::Remove(vec![item.clone()]));
+            form.change(Change::Remove(vec![item]));
         }
         ui.add_space(6.0);
     }

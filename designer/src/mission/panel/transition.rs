@@ -22,7 +22,7 @@ pub(super) fn show(
     ui.heading("Transition");
     row(ui, "Name", "The name that operators and checks use.", |ui| {
         form.line(ui, "name of the transition", name, &is_name, |new| {
-            Some(Change::Rename(item.clone(), new.to_owned()))
+            Some(Change::Rename(item, new.to_owned()))
         });
     });
     arcs::show(ui, shown, transition, form, wishes);
@@ -33,7 +33,7 @@ pub(super) fn show(
     decides(ui, shown, transition, form);
     sets(ui, shown, transition, form);
     section(ui, "Priority");
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
     row(ui, "Priority", "The higher priority fires first.", |ui| {
         let range = -999_999_999..=999_999_999;
         let form = form.unread(shown.unread(&item, "priority"));
@@ -107,7 +107,7 @@ fn decides(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, 
     if now == Decides::Auto {
         return;
     }
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
     if let Autonomy::Confirm { within, fire_unanswered } = transition.autonomy {
         let text = within.map_or_else(String::new, crate::mission::form::time_text);
         row(ui, "Waits", "How long it waits for an answer; empty: forever.", |ui| {
@@ -144,7 +144,7 @@ fn has_dates(transition: &Transition) -> bool {
 
 fn dates(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
     let item = Item::transition(&transition.name.value);
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
     let hint = "2026-11-21T14:30Z";
     let first = transition.not_before.as_ref().map_or("", |date| date.at.text());
     row(ui, "Not before", "A date in UTC.", |ui| {
@@ -203,7 +203,7 @@ fn failures(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition,
         let value = value.as_ref().map(|place| place.value.clone());
         row(ui, label, &format!("The place that gets a token {doc}."), |ui| {
             form.choice(ui, doc, &value, &choices, |place| {
-                Change::Attribute(item.clone(), key, place.clone())
+                Change::Attribute(item, key, place.clone())
             });
         });
     }

@@ -26,13 +26,13 @@ pub(super) fn report(
         others.into_iter().map(|name| (Some(name.clone()), format!("{name} (frozen here)"))),
     );
     let set = |component: &str, event: &str| {
-        Change::Attribute(item.clone(), "on", Some(format!("{component}.{event}")))
+        Change::Attribute(item, "on", Some(format!("{component}.{event}")))
     };
     row(ui, "Report of", "The component whose report it waits for.", |ui| {
         let form = form.unread(shown.unread(&item, "on"));
         form.choice(ui, "report of", &component, &choices, |choice| match choice {
             Some(component) => set(component, &event),
-            None => Change::Attribute(item.clone(), "on", None),
+            None => Change::Attribute(item, "on", None),
         });
     });
     let Some(component) = component else { return };
@@ -77,7 +77,7 @@ pub(super) fn guard(
 ) {
     let item = Item::transition(&transition.name.value);
     let value = transition.when.as_ref().map_or("", |when| when.value.as_str());
-    let set = |text: &str| Change::Attribute(item.clone(), "when", given(text));
+    let set = |text: &str| Change::Attribute(item, "when", given(text));
     row(ui, "While", "A guard: the transition is enabled only while it is true.", |ui| {
         let hint = "battery < 30% and not power.state.charging";
         form.hinted(ui, "guard", hint, value, &is_guard, |text| Some(set(text)));

@@ -100,13 +100,9 @@ impl SystemView {
             let form = Form { name: &name, hint, width: 0.0, rows: 1 };
             let value = written(attribute).unwrap_or_default();
             let is_rate = attribute == "rate";
-            self.drafts.text(
-                ui,
-                &Field::Attribute(item.clone(), attribute),
-                &value,
-                form,
-                &|text| check_quantity(text, is_rate),
-            );
+            self.drafts.text(ui, &Field::Attribute(item, attribute), &value, form, &|text| {
+                check_quantity(text, is_rate)
+            });
         }
         ui.label("Restart").on_hover_text("What happens when its process ends by itself.");
         let restarts = [
@@ -123,7 +119,7 @@ impl SystemView {
         let combo = combo.show_ui(ui, |ui| {
             for (restart, value, text) in restarts {
                 if ui.selectable_label(is_it(restart), text).clicked() {
-                    drafts.set(Field::Attribute(item.clone(), "restart"), value);
+                    drafts.set(Field::Attribute(item, "restart"), value);
                 }
             }
         });

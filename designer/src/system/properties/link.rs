@@ -105,7 +105,7 @@ impl SystemView {
 
     fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep, unread: Option<String>) {
         ui.label("Keep").on_hover_text("What a slow consumer gets.");
-        let field = Field::Attribute(item.clone(), "keep");
+        let field = Field::Attribute(*item, "keep");
         let last = |count: u32| format!("the newest {count}");
         let shown = match keep {
             Keep::Latest => "the newest".to_owned(),
@@ -154,7 +154,7 @@ impl SystemView {
             for (n, entry) in values.iter().enumerate() {
                 if ui.selectable_label(shown == Some(entry), text(entry)).clicked() {
                     let written = if n == 0 { "" } else { entry.0 };
-                    self.drafts.set(Field::Attribute(item.clone(), attribute), written);
+                    self.drafts.set(Field::Attribute(*item, attribute), written);
                 }
             }
         });
