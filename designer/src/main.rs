@@ -68,11 +68,11 @@ fn is_fine(file: &Path, arguments: &Arguments) -> bool {
     shown.extend(found.findings.iter().filter(|finding| finding.code != Code::Takes).cloned());
     eprint!("{}", shown.render(colours));
     if let Some(code) = shown.gravest() {
-        eprintln!("details: armor explain {}", code.as_str());
+        eprintln!("armor explain {} says more", code.as_str());
     }
     let problems = shown.count(Severity::Error) + shown.count(Severity::Warning);
     if problems == 0 {
-        told(&format!("{}: no problems", file.display()));
+        told(&format!("{} is fine", file.display()));
     }
     if let Some(takes) = found.findings.iter().find(|finding| finding.code == Code::Takes) {
         told(&format!("{}: {}", file.display(), takes.message));
