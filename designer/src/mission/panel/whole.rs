@@ -57,9 +57,9 @@ fn attributes(ui: &mut egui::Ui, shown: &PanelSource<'_>, mission: &Mission, for
         (Some(Resume::Hold), "wait for the operator".to_owned()),
         (Some(Resume::Safe), "go to the safe place".to_owned()),
     ];
-    row(ui, "Restarted", "What the mission does after a power loss.", |ui| {
+    row(ui, "Resume", "What the mission does after a power loss.", |ui| {
         let form = form.unread(shown.unread(&Item::Mission, "resume"));
-        form.choice(ui, "Resume", &resume, &choices, |resume| {
+        form.choice(ui, "after a restart", &resume, &choices, |resume| {
             let value = resume.map(|resume| match resume {
                 Resume::Continue => "continue",
                 Resume::Hold => "hold",
@@ -72,7 +72,7 @@ fn attributes(ui: &mut egui::Ui, shown: &PanelSource<'_>, mission: &Mission, for
     row(
         ui,
         "Period",
-        "How many times per second the net is evaluated; empty: on every change.",
+        "Time between two evaluations of the net; empty: evaluated on every change.",
         |ui| {
             let form = form.unread(shown.unread(&Item::Mission, "period"));
             form.hinted(ui, "period", "on every change", period, &is_time, |text| {
