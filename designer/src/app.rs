@@ -3,18 +3,19 @@
 mod commands;
 mod dialogs;
 mod disk;
+mod lists;
 mod menus;
 mod panels;
 mod run;
 mod running;
-mod snapshot;
+pub mod snapshot;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui;
 
-use crate::desk::{Desk, Messages, Pane, View};
+use crate::desk::{Desk, Messages, Pane};
 use crate::files::Keeper;
 use crate::kinds::{Kinds, KindsWatch};
 use crate::live::{LiveView, Session};
@@ -23,16 +24,16 @@ use crate::project::Project;
 use crate::settings::Settings;
 use crate::system::SystemView;
 use crate::theme;
+use crate::view::View;
 use dialogs::Dialog;
-use panels::find::Find;
-pub use snapshot::{PictureError, take_picture};
+use lists::{AllCommands, FindList};
 
 /// How a designer begins.
 #[derive(Debug, Default)]
 pub struct Start {
     /// The file to open.
     pub file: Option<PathBuf>,
-    /// Component directories beside the file's own.
+    /// Component directories in addition to the file's own.
     pub components: Vec<PathBuf>,
     /// The view to begin with.
     pub view: View,
@@ -52,9 +53,9 @@ pub struct Designer {
     view: View,
     panes: Vec<(View, Box<dyn Pane>)>,
     dialog: Option<Dialog>,
-    find: Option<Find>,
+    find: Option<FindList>,
     /// The list of all commands, while it is open.
-    commands: Option<commands::AllCommands>,
+    commands: Option<AllCommands>,
     /// Whether the page of the examples is shown instead of a drawing.
     first_page: bool,
     /// Whether the page of the keys is shown.
@@ -67,7 +68,7 @@ pub struct Designer {
     /// The title that the window has.
     title: String,
     /// Whether a text was being written when the last frame ended: egui takes the focus away on
-    /// Escape before anybody is asked.
+    /// Escape before anyone is asked.
     writes: bool,
     /// Whether the user agreed to lose what is not saved.
     is_leaving: bool,
@@ -143,7 +144,7 @@ impl Designer {
         self.listen();
     }
 
-    /// Has the window drawn anew when something is found.
+    /// Has the window drawn again when something is found.
     fn listen(&mut self) {
         let ctx = self.ctx.clone();
         self.desk.project.on_found(move || ctx.request_repaint());
@@ -164,7 +165,7 @@ impl Designer {
             Some(Ok(saved)) => {
                 let names: Vec<_> =
                     saved.files.iter().map(|file| crate::text::path(file)).collect();
-                self.desk.messages.tell(format!("saved {}", names.join(" and ")));
+                self.desk.messages.tell(format!("Saved {}", names.join(" and ")));
                 self.desk.project.path().into_iter().for_each(|path| self.keeper.remember(path));
                 self.saved();
             }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use lexopt::{Arg, Parser, ValueExt};
 
-use crate::desk::View;
+use crate::view::View;
 
 /// What `--help` prints.
 pub const HELP: &str = "\

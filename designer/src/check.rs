@@ -30,7 +30,7 @@ pub struct Found {
 /// Opens the file and waits until all has been found, the proof of its mission too.
 ///
 /// # Errors
-/// If it cannot be opened, or nobody can be asked for the kinds.
+/// If it cannot be opened, or no program can be asked for the kinds.
 pub fn check(file: &Path, components: &[PathBuf]) -> Result<Found, CheckError> {
     let armor = find_armor().ok_or(KindsError::NoArmor)?;
     let mut project = Project::open(file, Arc::default())?;

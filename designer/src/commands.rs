@@ -108,7 +108,7 @@ impl Menu {
     }
 }
 
-/// What there is to say about a command.
+/// What menus and lists show of a command.
 #[derive(Debug)]
 pub struct About {
     /// The command.
@@ -123,7 +123,7 @@ pub struct About {
     pub keys: Option<KeyboardShortcut>,
 }
 
-/// What there is to say about a command.
+/// What menus and lists show of a command.
 pub fn about(command: Command) -> &'static About {
     let found = COMMANDS.iter().find(|about| about.command == command);
     // A test shows that every command is in the table.

@@ -4,37 +4,26 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use serde::{Deserialize, Serialize};
 
+use crate::canvas::Diagram;
 use crate::commands::{Command, about};
 use crate::item::Item;
+use crate::live::session::Session;
 use crate::project::{Documents, Project, Refused};
 use crate::settings::Settings;
 
 /// A message is shown for so long.
 const SHOWN_FOR: Duration = Duration::from_secs(8);
 
-/// The views of a project.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum View {
-    /// The components and their links.
-    #[default]
-    System,
-    /// The net over them.
-    Mission,
-    /// Both while they run.
-    Live,
-}
-
 /// What every view works with.
 pub struct Desk {
     /// The open files.
     pub project: Project,
     /// What runs.
-    pub live: crate::live::Session,
+    pub live: Session,
     /// What the user likes.
     pub settings: Settings,
-    /// What the user is told.
+    /// The messages.
     pub messages: Messages,
     /// Commands that are to be run at the end of this frame.
     pub commands: Vec<Command>,
@@ -63,7 +52,7 @@ impl Desk {
     }
 
     /// Makes one edit of the files, one step of the history; why it is refused is a message.
-    /// Answers whether it was made.
+    /// Returns whether it was made.
     pub fn edit(
         &mut self,
         what: impl Into<String>,
@@ -105,8 +94,8 @@ pub trait Pane {
     /// Runs a command of this view's.
     fn run(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk);
 
-    /// Ends what is being written into a field, as if the field were left: who saves or leaves the
-    /// files means it too. Answers whether it was taken; if not, a message says why.
+    /// Ends what is being written into a field, as if the field were left: saving or leaving the
+    /// files means it too. Returns whether it was taken; if not, a message states why.
     fn finish(&mut self, desk: &mut Desk) -> bool {
         let _ = desk;
         true
@@ -118,10 +107,10 @@ pub trait Pane {
     }
 
     /// The whole drawing as it is now, for a picture.
-    fn drawing(&mut self, desk: &Desk) -> &crate::canvas::Diagram;
+    fn drawing(&mut self, desk: &Desk) -> &Diagram<Item>;
 
     /// Selects an item and brings it into view.
-    fn show_item(&mut self, item: &Item, desk: &Desk);
+    fn show_item(&mut self, item: Item, desk: &Desk);
 
     /// Selects items and looks where it looked.
     fn select(&mut self, items: BTreeSet<Item>) {
@@ -155,19 +144,19 @@ pub enum Tone {
     Warned,
 }
 
-/// What the user is told, the newest last.
+/// The messages, the newest last.
 #[derive(Debug, Default)]
 pub struct Messages {
     list: Vec<(Instant, Tone, String)>,
 }
 
 impl Messages {
-    /// Says that something was done.
+    /// Reports that something was done.
     pub fn tell(&mut self, text: impl Into<String>) {
         self.push(Tone::Told, text.into());
     }
 
-    /// Says that something was not done, and why.
+    /// Reports that something was not done, and why.
     pub fn warn(&mut self, text: impl Into<String>) {
         self.push(Tone::Warned, text.into());
     }
@@ -183,7 +172,7 @@ impl Messages {
         self.list.first().map(|(since, ..)| SHOWN_FOR.saturating_sub(since.elapsed()))
     }
 
-    /// The newest, also one that is not shown any more.
+    /// The newest, also one that is not shown any longer.
     pub fn last(&self) -> Option<&str> {
         self.list.last().map(|(.., text)| text.as_str())
     }

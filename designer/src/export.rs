@@ -18,7 +18,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// As the ending of the file's name says.
+    /// As the ending of the file's name states.
     pub fn of(path: &std::path::Path) -> Option<Self> {
         let ending = path.extension()?;
         match () {

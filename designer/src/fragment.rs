@@ -8,10 +8,10 @@ use armor_robotfile::{Document, Item as Named, NewElement};
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::{Decoration, Diagram};
-use crate::desk::View;
 use crate::item::Item;
 use crate::layout::{self, Layout};
 use crate::project::Refused;
+use crate::view::View;
 
 /// What the clipboard does not place is put down so far from the one before.
 const BESIDE: f32 = 30.0;
@@ -21,7 +21,7 @@ const BESIDE: f32 = 30.0;
 pub fn written(
     view: View,
     elements: &[NewElement],
-    diagram: &Diagram,
+    diagram: &Diagram<Item>,
     selection: &BTreeSet<Item>,
 ) -> Option<String> {
     let owner = word(view);
@@ -29,7 +29,7 @@ pub fn written(
     let mut file = Document::open("clipboard".as_ref(), empty.as_bytes()).ok()?;
     file.add_elements(layout::owner(view), elements).ok()?;
     let nodes = diagram.nodes.iter().filter(|node| selection.contains(&node.item));
-    let places: Vec<_> = nodes.map(|node| (node.item.clone(), node.rect.min)).collect();
+    let places: Vec<_> = nodes.map(|node| (node.item, node.rect.min)).collect();
     layout::place(&mut file, view, &places).ok()?;
     let all = diagram.decorations.iter();
     let decorations: Vec<_> = all.filter(|d| selection.contains(&d.item)).cloned().collect();
@@ -38,7 +38,7 @@ pub fn written(
     (text != empty).then(|| text.to_owned())
 }
 
-/// What a text from the clipboard says.
+/// A system or mission read from the clipboard.
 pub struct Fragment {
     view: View,
     /// Its `<system>` or `<mission>`.
@@ -67,7 +67,7 @@ impl Fragment {
     }
 
     /// Places what was added, each given with what it was copied from, and its groups and notes,
-    /// all together with the upper left corner at `at`. Answers everything that was added.
+    /// all together with the upper left corner at `at`. Returns everything that was added.
     ///
     /// # Errors
     /// If there is nothing in it.
@@ -84,7 +84,7 @@ impl Fragment {
         let shift = at(whole) - whole.min;
         let places = added.iter().enumerate().map(|(number, (new, old))| {
             let beside = whole.min + Vec2::splat(BESIDE * number as f32);
-            (new.clone(), self.corner(old).unwrap_or(beside) + shift)
+            (*new, self.corner(old).unwrap_or(beside) + shift)
         });
         layout::place(document, self.view, &places.collect::<Vec<_>>())?;
         let number = layout::read(document, self.view).decorations.len();
@@ -95,15 +95,17 @@ impl Fragment {
         });
         let moved: Vec<_> = moved.collect();
         layout::add_decorations(document, self.view, &moved)?;
-        let items = added.iter().map(|(new, _)| new.clone());
+        let items = added.iter().map(|(new, _)| *new);
         let items: Vec<_> = items.chain(moved.into_iter().map(|moved| moved.item)).collect();
         if items.is_empty() { Err(nothing(self.view)) } else { Ok(items) }
     }
 
     fn corner(&self, item: &Item) -> Option<Pos2> {
         match item {
-            Item::Component(name) | Item::Place(name) => self.layout.blocks.get(name).copied(),
-            Item::Transition(name) => self.layout.transitions.get(name).copied(),
+            Item::Component(name) | Item::Place(name) => {
+                self.layout.blocks.get(name.as_str()).copied()
+            }
+            Item::Transition(name) => self.layout.transitions.get(name.as_str()).copied(),
             _ => None,
         }
     }

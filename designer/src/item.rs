@@ -5,35 +5,36 @@ use std::fmt;
 use armor_robotfile::mission::ArcKind;
 use armor_robotfile::tree::{Element, Tree};
 
-use crate::desk::View;
+use crate::name::ItemName;
+use crate::view::View;
 
 /// One thing of the system or the mission.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Item {
     /// The component with this name.
-    Component(String),
+    Component(ItemName),
     /// A link between two ports, both as `component.port`.
     Link {
         /// The output.
-        from: String,
+        from: ItemName,
         /// The input.
-        to: String,
+        to: ItemName,
     },
     /// The place with this name.
-    Place(String),
+    Place(ItemName),
     /// The transition with this name.
-    Transition(String),
+    Transition(ItemName),
     /// An arc of a transition.
     Arc {
         /// The transition's name.
-        transition: String,
+        transition: ItemName,
         /// The place's name.
-        place: String,
+        place: ItemName,
         /// What the arc does.
         kind: ArcKind,
     },
     /// The variable with this name.
-    Variable(String),
+    Variable(ItemName),
     /// A sub-mission, by its number among them.
     Submission(usize),
     /// An exclusive set, by its number among them.
@@ -54,24 +55,56 @@ pub enum Item {
 }
 
 impl Item {
+    /// The component with this name.
+    pub fn component(name: impl AsRef<str>) -> Self {
+        Self::Component(ItemName::new(name.as_ref()))
+    }
+
+    /// The link from an output to an input, both as `component.port`.
+    pub fn link(from: impl AsRef<str>, to: impl AsRef<str>) -> Self {
+        Self::Link { from: ItemName::new(from.as_ref()), to: ItemName::new(to.as_ref()) }
+    }
+
+    /// The place with this name.
+    pub fn place(name: impl AsRef<str>) -> Self {
+        Self::Place(ItemName::new(name.as_ref()))
+    }
+
+    /// The transition with this name.
+    pub fn transition(name: impl AsRef<str>) -> Self {
+        Self::Transition(ItemName::new(name.as_ref()))
+    }
+
+    /// The arc of a transition at a place.
+    pub fn arc(transition: impl AsRef<str>, place: impl AsRef<str>, kind: ArcKind) -> Self {
+        let (transition, place) =
+            (ItemName::new(transition.as_ref()), ItemName::new(place.as_ref()));
+        Self::Arc { transition, place, kind }
+    }
+
+    /// The variable with this name.
+    pub fn variable(name: impl AsRef<str>) -> Self {
+        Self::Variable(ItemName::new(name.as_ref()))
+    }
+
     /// The view that shows it.
-    pub fn view(&self) -> View {
+    pub fn view(self) -> View {
         match self {
             Self::Component(_) | Self::Link { .. } | Self::System => View::System,
-            Self::Decoration { view, .. } => *view,
+            Self::Decoration { view, .. } => view,
             _ => View::Mission,
         }
     }
 
     /// The same in the words of the file, if it has a name there.
-    pub fn named(&self) -> Option<armor_robotfile::Item<'_>> {
+    pub fn named(self) -> Option<armor_robotfile::Item<'static>> {
         use armor_robotfile::Item as Named;
         Some(match self {
-            Self::Component(name) => Named::Component(name),
-            Self::Link { from, to } => Named::Link { from, to },
-            Self::Place(name) => Named::Place(name),
-            Self::Transition(name) => Named::Transition(name),
-            Self::Variable(name) => Named::Variable(name),
+            Self::Component(name) => Named::Component(name.as_str()),
+            Self::Link { from, to } => Named::Link { from: from.as_str(), to: to.as_str() },
+            Self::Place(name) => Named::Place(name.as_str()),
+            Self::Transition(name) => Named::Transition(name.as_str()),
+            Self::Variable(name) => Named::Variable(name.as_str()),
             Self::System => Named::System,
             Self::Mission => Named::Mission,
             _ => return None,
@@ -90,17 +123,17 @@ impl Item {
                 _ => None,
             };
         };
-        let value = |name: &str| element.attribute(name).map(|a| a.value.clone());
+        let value = |name: &str| element.attribute(name).map(|a| &a.value);
         let number = || {
             let same = half.elements().filter(|other| other.name == element.name);
             same.take_while(|other| other.span != element.span).count()
         };
         match element.name.as_str() {
-            "component" => Some(Self::Component(value("name")?)),
-            "link" => Some(Self::Link { from: value("from")?, to: value("to")? }),
-            "place" => Some(Self::Place(value("name")?)),
-            "transition" => Some(Self::Transition(value("name")?)),
-            "variable" => Some(Self::Variable(value("name")?)),
+            "component" => Some(Self::component(value("name")?)),
+            "link" => Some(Self::link(value("from")?, value("to")?)),
+            "place" => Some(Self::place(value("name")?)),
+            "transition" => Some(Self::transition(value("name")?)),
+            "variable" => Some(Self::variable(value("name")?)),
             "submission" => Some(Self::Submission(number())),
             "exclusive" => Some(Self::Exclusive(number())),
             "check" => Some(Self::Check(number())),
@@ -123,7 +156,7 @@ impl fmt::Display for Item {
                     ArcKind::Take => "takes from",
                     ArcKind::Put => "puts into",
                     ArcKind::Read => "reads",
-                    ArcKind::Inhibitor => "is held by",
+                    ArcKind::Inhibitor => "is inhibited by",
                     ArcKind::Reset => "empties",
                 };
                 write!(f, "arc: {transition} {verb} {place}")
@@ -152,8 +185,8 @@ mod tests {
             </mission></armor>";
         let tree = armor_robotfile::parse_tree("a.xml".as_ref(), file.as_bytes()).unwrap();
         let at = |text: &str| Item::at(&tree, file.find(text).unwrap());
-        assert_eq!(at("value=\"1\""), Some(Item::Component("a".into())));
-        assert_eq!(at("a.x"), Some(Item::Link { from: "a.x".into(), to: "a.y".into() }));
+        assert_eq!(at("value=\"1\""), Some(Item::component("a")));
+        assert_eq!(at("a.x"), Some(Item::link("a.x", "a.y")));
         assert_eq!(at("here"), Some(Item::Place("here".into())));
         assert_eq!(at("eventually"), Some(Item::Check(1)));
         assert_eq!(at("<mission>"), Some(Item::Mission));

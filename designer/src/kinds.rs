@@ -19,10 +19,10 @@ const STOCK: &str = "stock";
 /// The kinds, and where they are from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kinds {
-    /// None as long as nobody could be asked.
+    /// None as long as no answer has arrived.
     manifests: Option<Manifests>,
     origins: BTreeMap<String, String>,
-    /// What went wrong with single executables, as `armor describe` says it.
+    /// What went wrong with single executables, as `armor describe` prints it.
     troubles: String,
 }
 
@@ -31,7 +31,7 @@ pub struct Kinds {
 pub enum KindsError {
     /// No `armor` binary.
     #[error(
-        "the program `armor` is not found: put it beside `armor-designer` or into PATH, or name it in ARMOR"
+        "the program `armor` was not found: put it next to `armor-designer` or into PATH, or set ARMOR to its path"
     )]
     NoArmor,
     /// It cannot be started.
@@ -51,7 +51,7 @@ pub enum KindsError {
         said: String,
     },
     /// It printed something else than manifests.
-    #[error("{path} describe printed what is no manifest: {reason}; is it of another version?", path = path.display())]
+    #[error("{path} describe printed an invalid manifest: {reason}; is it another version?", path = path.display())]
     NotManifests {
         /// The binary.
         path: PathBuf,
@@ -113,7 +113,7 @@ impl Kinds {
         Ok(kinds)
     }
 
-    /// The manifests by kind; none as long as nobody could be asked.
+    /// The manifests by kind; none as long as no answer has arrived.
     pub fn manifests(&self) -> Option<&Manifests> {
         self.manifests.as_ref()
     }
@@ -150,7 +150,7 @@ impl Kinds {
     }
 }
 
-/// The `armor` binary: named by `ARMOR`, else beside this program, else in `PATH`.
+/// The `armor` binary: named by `ARMOR`, else next to this program, else in `PATH`.
 pub fn find_armor() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os("ARMOR").filter(|named| !named.is_empty()) {
         return Some(PathBuf::from(named));

@@ -1,4 +1,4 @@
-//! Where the file says that things are drawn: the `<layout>` of the system or of the mission, with
+//! Where the file states that things are drawn: the `<layout>` of the system or of the mission, with
 //! a `<block>` for each thing and the `<group>`s and `<note>`s of the drawing.
 
 use std::collections::BTreeMap;
@@ -8,14 +8,14 @@ use armor_robotfile::{Document, ElementEdit, Item as Named, NewElement, Position
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::Decoration;
-use crate::desk::View;
 use crate::item::Item;
 use crate::project::Refused;
+use crate::view::View;
 
-/// A group or note that says no size has this one.
+/// A group or note that states no size has this one.
 const DEFAULT_SIZE: Vec2 = Vec2::new(240.0, 120.0);
 
-/// What a layout says.
+/// The contents of a layout.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
     /// Positions by the name of a component or place.
@@ -23,7 +23,7 @@ pub struct Layout {
     /// Positions by the name of a transition.
     pub transitions: BTreeMap<String, Pos2>,
     /// Groups and notes, in their order.
-    pub decorations: Vec<Decoration>,
+    pub decorations: Vec<Decoration<Item>>,
 }
 
 /// The element of the file that a view draws.
@@ -34,7 +34,7 @@ pub fn owner(view: View) -> Named<'static> {
     }
 }
 
-/// What the layout of a view says.
+/// Reads the layout of a view.
 pub fn read(document: &Document, view: View) -> Layout {
     let mut layout = Layout::default();
     let Some(owner) = document.find(owner(view)).and_then(|path| document.tree().element(&path))
@@ -108,7 +108,7 @@ fn path_of(document: &Document, view: View, number: usize) -> Option<Vec<usize>>
 }
 
 fn gone() -> Refused {
-    Refused::Rule("that group or note is not there any more".into())
+    Refused::Rule("that group or note no longer exists".into())
 }
 
 /// Puts blocks, groups and notes at these places, with their upper left corners.
@@ -156,13 +156,13 @@ pub fn add_decoration(
 pub fn add_decorations(
     document: &mut Document,
     view: View,
-    new: &[Decoration],
+    new: &[Decoration<Item>],
 ) -> Result<(), Refused> {
     if new.is_empty() {
         return Ok(());
     }
     let new: Vec<_> = new.iter().map(element_of).collect();
-    let missing = || Refused::Rule("the file has nothing to draw".into());
+    let missing = || Refused::Rule("the file has neither a system nor a mission".into());
     let mut path = document.find(owner(view)).ok_or_else(missing)?;
     let parent = document.tree().element(&path).ok_or_else(missing)?;
     let found = parent.elements().position(|element| element.name == "layout");
@@ -181,7 +181,7 @@ pub fn add_decorations(
     Ok(())
 }
 
-fn element_of(decoration: &Decoration) -> NewElement {
+fn element_of(decoration: &Decoration<Item>) -> NewElement {
     let Decoration { rect, text, is_note, .. } = decoration;
     let new = if *is_note { NewElement::new("note") } else { NewElement::new("group") };
     let new = if *is_note { new } else { new.attribute("title", text) };

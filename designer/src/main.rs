@@ -16,13 +16,13 @@ use tracing_subscriber::EnvFilter;
 const USED_WRONGLY: u8 = 2;
 
 fn main() -> ExitCode {
-    // What winit says of displays is nothing that a user could do something about.
+    // What winit states of displays is nothing that a user could do something about.
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn,winit=error".into());
     tracing_subscriber::fmt().with_writer(std::io::stderr).with_env_filter(filter).init();
     let arguments = match Arguments::parse(std::env::args_os().skip(1)) {
         Ok(arguments) => arguments,
         Err(error) => {
-            eprintln!("{error}\n`armor-designer --help` says what can be given");
+            eprintln!("{error}\n`armor-designer --help` lists the options");
             return ExitCode::from(USED_WRONGLY);
         }
     };
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
 }
 
 fn told(text: &str) -> bool {
-    // Whoever closed the stream does not want to know.
+    // Whatever closed the stream does not want to know.
     let _ = writeln!(std::io::stdout(), "{text}");
     true
 }
@@ -93,7 +93,7 @@ impl From<eframe::Error> for WindowError {
     fn from(error: eframe::Error) -> Self {
         let why = match error {
             // Its words name a line of its source.
-            eframe::Error::WinitEventLoop(_) => "there is no window system".to_owned(),
+            eframe::Error::WinitEventLoop(_) => "no window system was found".to_owned(),
             error => error.to_string(),
         };
         Self { why }

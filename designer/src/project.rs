@@ -43,7 +43,7 @@ pub struct Checked {
     pub is_complete: bool,
 }
 
-/// The open files, their history, and what is known of them.
+/// The open files, their history, and their status.
 pub struct Project {
     files: Vec<OpenFile>,
     disk: Disk,
@@ -220,26 +220,26 @@ impl Project {
         Some(documents.texts())
     }
 
-    /// Takes the last edit back; answers what it did.
+    /// Undoes the last edit; returns what it did.
     pub fn undo(&mut self) -> Option<String> {
         let step = self.history.undo()?.clone();
         self.set_texts(&step.before);
         Some(step.what)
     }
 
-    /// Makes the edit again that was taken back last; answers what it does.
+    /// Makes the edit again that was undone last; returns what it does.
     pub fn redo(&mut self) -> Option<String> {
         let step = self.history.redo()?.clone();
         self.set_texts(&step.after);
         Some(step.what)
     }
 
-    /// What undo would take back.
+    /// What undo would revert.
     pub fn undoable(&self) -> Option<&str> {
         self.history.undoable().map(|step| step.what.as_str())
     }
 
-    /// What redo would make again.
+    /// What redo would apply.
     pub fn redoable(&self) -> Option<&str> {
         self.history.redoable().map(|step| step.what.as_str())
     }
@@ -259,7 +259,7 @@ impl Project {
         self.changed();
     }
 
-    /// Says that a file on the disk has this text now, so that it counts as saved.
+    /// Shows that a file on the disk has this text now, so that it counts as saved.
     pub fn set_saved(&mut self, file: usize, text: Arc<str>) {
         if let Some(open) = self.files.get_mut(file) {
             open.set_saved(text);
@@ -272,7 +272,7 @@ impl Project {
         Item::at(file.document()?.tree(), at.span.start())
     }
 
-    /// Where the item of a drawing is, if the file says it.
+    /// Where the item of a drawing is, if the file gives it.
     pub fn position(&self, item: armor_robotfile::Item<'_>) -> Option<armor_robotfile::Position> {
         self.files.iter().find_map(|file| file.document()?.position(item))
     }

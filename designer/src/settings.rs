@@ -35,7 +35,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Dark or light, whatever the system says.
+    /// Dark or light, whatever the system states.
     pub fn set_dark(&mut self, is_dark: bool) {
         self.theme =
             if is_dark { egui::ThemePreference::Dark } else { egui::ThemePreference::Light };

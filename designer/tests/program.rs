@@ -1,4 +1,4 @@
-//! The program as it is run: `--check` beside `armor check`, pictures, and what a kill leaves.
+//! The program as it is run: `--check` next to `armor check`, pictures, and what a kill leaves.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -95,7 +95,7 @@ fn scratch(name: &str) -> PathBuf {
 const VICTIM: &str = "ARMOR_DESIGNER_VICTIM";
 const ROBOT: &str = "<armor version=\"1\">\n  <system name=\"robot-0\"/>\n</armor>\n";
 
-/// Draws without end, and says each change.
+/// Draws without end, and states each change.
 #[test]
 fn draws_until_it_is_killed() {
     let Some(folder) = std::env::var_os(VICTIM).map(PathBuf::from) else { return };
@@ -134,7 +134,7 @@ fn a_kill_in_the_middle_of_work_leaves_the_work_and_the_file() {
     let kept = folder.join("own/recovery");
     let mut seen = Vec::new();
     let mut drawn = 0;
-    // Until it was written anew twice: the last changes count, not the first alone.
+    // Until it was written again twice: the last changes count, not the first alone.
     for line in lines.map_while(Result::ok) {
         let number = line.strip_prefix("drawn ").and_then(|number| number.parse::<u64>().ok());
         drawn = number.unwrap_or(drawn);

@@ -237,7 +237,7 @@ pub struct Arc {
 }
 
 /// What an arc does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ArcKind {
     /// Takes tokens when the transition fires.
     Take,

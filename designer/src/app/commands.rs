@@ -4,13 +4,7 @@ use eframe::egui::{self, Align2, Id, Modal, Vec2};
 
 use crate::app::Designer;
 use crate::commands::{COMMANDS, Command, about};
-use crate::panels::pick::{Entry, Picked, Picker};
-
-/// The list while it is open.
-#[derive(Default)]
-pub(super) struct AllCommands {
-    picker: Picker,
-}
+use crate::panels::pick::{Entry, Picked};
 
 impl Designer {
     pub(super) fn show_commands(&mut self, ctx: &egui::Context) {

@@ -1,4 +1,4 @@
-//! Questions that the window asks before it goes on.
+//! Questions that the window asks before it continues.
 
 use std::path::PathBuf;
 
@@ -103,10 +103,10 @@ impl Designer {
     }
 
     fn ask_overwrite(&mut self, ui: &mut egui::Ui, path: PathBuf) {
-        ui.heading("There is a file of that name");
+        ui.heading("A file with this name exists");
         ui.label(crate::text::paintable(ui.ctx(), &path.to_string_lossy()));
         ui.horizontal(|ui| {
-            if ui.button("Overwrite it").clicked() {
+            if ui.button("Overwrite").clicked() {
                 self.save_there(path);
             } else if ui.button("Choose another name").clicked() || pressed_escape(ui) {
                 self.dialog = Some(Dialog::save_as(&self.desk.project));
@@ -117,12 +117,9 @@ impl Designer {
     }
 
     fn ask_unsaved(&mut self, ui: &mut egui::Ui, then: Then) {
-        ui.heading("Not everything is saved");
+        ui.heading("Unsaved changes");
         let name = self.desk.project.name();
-        ui.label(format!(
-            "{} has changes that are not saved.",
-            crate::text::paintable(ui.ctx(), &name)
-        ));
+        ui.label(format!("{} has unsaved changes.", crate::text::paintable(ui.ctx(), &name)));
         ui.horizontal(|ui| {
             if ui.button("Save").clicked() {
                 self.after_saving = Some(then);
@@ -142,7 +139,7 @@ impl Designer {
         ui.heading("The robot is running");
         ui.label("It was started from this window and stops with it.");
         ui.horizontal(|ui| {
-            if ui.button("Stop it and leave").clicked() {
+            if ui.button("Stop and leave").clicked() {
                 self.close(&ui.ctx().clone());
             } else if !ui.button("Stay").clicked() && !pressed_escape(ui) {
                 self.dialog = Some(Dialog::Running);
@@ -177,7 +174,7 @@ impl Designer {
         }
     }
 
-    /// Says why not, stays, and leads to what is wrong.
+    /// Shows why not, stays, and leads to what is wrong.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
         self.desk.settings.problems = true;
         self.desk.messages.warn(refused.to_string());

@@ -8,7 +8,7 @@ use eframe::egui::{self, Align2, Area, CentralPanel, FontId, Id, Order};
 
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
-use crate::desk::{Desk, View};
+use crate::desk::Desk;
 use crate::export;
 use crate::files::examples::{self, Example};
 use crate::files::recovery::Kept;
@@ -16,6 +16,7 @@ use crate::files::{Wish, own, put_back};
 use crate::help::welcome::{self, Chosen};
 use crate::panels::path::{self, PathChoice};
 use crate::project::Project;
+use crate::view::View;
 
 impl Dialog {
     pub(super) fn export(project: &Project, view: View) -> Self {
@@ -55,14 +56,14 @@ impl Designer {
         let project = match opened {
             Some(Ok(project)) => project,
             Some(Err(error)) => {
-                self.desk.messages.warn(format!("{error}; its text is kept as a new robot"));
+                self.desk.messages.warn(format!("{error}; its text is open as a new robot"));
                 Project::new(kinds)
             }
             None => Project::new(kinds),
         };
         self.set_project(project);
         put_back(kept, &mut self.desk.project);
-        self.desk.messages.tell("the unsaved work is here again; it is not in the file yet");
+        self.desk.messages.tell("Unsaved work restored; save to write it to the file");
     }
 
     fn take_dropped(&mut self, ctx: &egui::Context) {
@@ -73,7 +74,7 @@ impl Designer {
         });
         if let Some(path) = dropped.first() {
             if dropped.len() > 1 {
-                self.desk.messages.warn("one file at a time: the first one is opened");
+                self.desk.messages.warn("Only one file can be opened at a time; opened the first");
             }
             self.ask_to_open(path.clone(), ctx);
         } else if hovers {
@@ -81,7 +82,7 @@ impl Designer {
         }
     }
 
-    /// Shows the page of the examples, and says where.
+    /// Shows the page of the examples, and shows where.
     pub(super) fn show_first_page(&mut self, ui: &mut egui::Ui) -> egui::Rect {
         let recent = self.keeper.recent();
         let shown = CentralPanel::default().show(ui, |ui| welcome::show(ui, recent));
@@ -102,7 +103,7 @@ impl Designer {
 
     fn open_example(&mut self, example: &Example, ctx: &egui::Context) {
         let Some(data) = own::data_folder() else {
-            self.desk.messages.warn("there is nowhere to copy the example: HOME is not set");
+            self.desk.messages.warn("Cannot copy the example: HOME is not set");
             return;
         };
         let folder = examples::folder(&data);
@@ -119,7 +120,7 @@ impl Designer {
     pub(super) fn recent_menu(&mut self, ui: &mut egui::Ui) {
         let recent = self.keeper.recent().to_vec();
         ui.add_enabled_ui(!recent.is_empty(), |ui| {
-            ui.menu_button("Open before", |ui| {
+            ui.menu_button("Recent files", |ui| {
                 for path in recent {
                     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
                     let name = crate::text::paintable(ui.ctx(), &name).into_owned();
@@ -135,8 +136,8 @@ impl Designer {
     }
 
     pub(super) fn ask_export(&mut self, ui: &mut egui::Ui, mut choice: PathChoice) {
-        ui.heading("Export the drawing");
-        ui.weak("A name that ends in .svg gives lines and text, .png gives pixels.");
+        ui.heading("Export drawing");
+        ui.weak(".svg saves lines and text, .png saves pixels.");
         match choice.show(ui, "Export") {
             path::Chosen::Open => self.dialog = Some(Dialog::Export(choice)),
             path::Chosen::Left => {}
@@ -148,10 +149,10 @@ impl Designer {
     }
 
     pub(super) fn ask_overwrite_picture(&mut self, ui: &mut egui::Ui, path: PathBuf) {
-        ui.heading("There is a file of that name");
+        ui.heading("A file with this name exists");
         ui.label(crate::text::paintable(ui.ctx(), &path.to_string_lossy()));
         ui.horizontal(|ui| {
-            if ui.button("Overwrite it").clicked() {
+            if ui.button("Overwrite").clicked() {
                 self.export(&path);
             } else if ui.button("Choose another name").clicked()
                 || ui.input(|input| input.key_pressed(egui::Key::Escape))
@@ -172,22 +173,22 @@ impl Designer {
         match saved {
             Ok(()) => {
                 let path = crate::text::path(path);
-                self.desk.messages.tell(format!("the drawing is saved as {path}"));
+                self.desk.messages.tell(format!("Drawing saved as {path}"));
             }
-            Err(error) => self.desk.messages.warn(format!("not exported: {error}")),
+            Err(error) => self.desk.messages.warn(format!("Not exported: {error}")),
         }
     }
 }
 
-/// Says what letting go would do.
+/// Shows what letting go would do.
 fn hint_to_drop(ctx: &egui::Context) {
     let area = Area::new(Id::unique("drop")).order(Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).interactable(false).show(ctx, |ui| {
         let window = ctx.content_rect();
-        let colours = crate::theme::Colours::of(ui.visuals());
+        let colours = crate::canvas::CanvasColours::of(ui.visuals());
         ui.painter().rect_filled(window, 0.0, colours.background.gamma_multiply(0.8));
         let font = FontId::proportional(26.0);
-        let text = "Let go to open the file";
+        let text = "Drop to open the file";
         ui.painter().text(window.center(), Align2::CENTER_CENTER, text, font, colours.selected);
     });
 }

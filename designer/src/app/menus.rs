@@ -4,7 +4,7 @@ use eframe::egui::{self, Button, Key};
 
 use crate::app::Designer;
 use crate::commands::{COMMANDS, Command, Menu, about};
-use crate::desk::View;
+use crate::view::View;
 
 /// The commands that are one click away.
 const TOOLS: &[&[Command]] = &[
@@ -179,10 +179,8 @@ impl Designer {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let kinds = self.desk.project.kinds();
                     match kinds.manifests() {
-                        Some(manifests) => {
-                            ui.weak(format!("{} kinds of components", manifests.len()))
-                        }
-                        None => ui.weak("the kinds of components are not known yet"),
+                        Some(manifests) => ui.weak(format!("{} component kinds", manifests.len())),
+                        None => ui.weak("component kinds not loaded yet"),
                     };
                 });
             });
@@ -195,7 +193,7 @@ impl Designer {
         let checked = self.desk.project.checked();
         let counted = |severity| checked.findings.counted(severity);
         let (text, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
-            (None, None) => ("nothing is wrong".to_owned(), ui.visuals().weak_text_color()),
+            (None, None) => ("No problems".to_owned(), ui.visuals().weak_text_color()),
             (None, Some(warnings)) => (warnings, ui.visuals().warn_fg_color),
             (Some(errors), None) => (errors, ui.visuals().error_fg_color),
             (Some(errors), Some(warnings)) => {

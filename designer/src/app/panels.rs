@@ -1,4 +1,4 @@
-//! The panels around the view: palette, properties, problems, and what the user is told.
+//! The panels around the view: palette, properties, problems, and messages.
 
 pub(super) mod find;
 
@@ -9,7 +9,8 @@ use eframe::egui::{
 
 use crate::app::Designer;
 use crate::commands::Command;
-use crate::desk::{Tone, View};
+use crate::desk::Tone;
+use crate::view::View;
 
 /// A panel at a side gets at most this share of the window.
 const SIDE_SHARE: f32 = 0.35;
@@ -42,7 +43,7 @@ impl Designer {
         }
     }
 
-    /// What is wrong, as `armor check` says it; a click goes there.
+    /// What is wrong, as `armor check` prints it; a click goes there.
     fn problems(&mut self, ui: &mut egui::Ui) {
         let findings = std::sync::Arc::clone(&self.desk.project.checked().findings);
         ui.horizontal(|ui| {
@@ -57,7 +58,7 @@ impl Designer {
             });
         });
         if findings.is_empty() {
-            ui.weak("Nothing is wrong.");
+            ui.weak("No problems.");
         }
         // Only the lines that can be seen are laid out: there may be hundreds.
         let height = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
@@ -132,7 +133,7 @@ impl Designer {
                     let text = crate::text::paintable(ctx, text).into_owned();
                     ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()))
                 });
-                if response.inner.on_hover_text("A click takes it away").clicked() {
+                if response.inner.on_hover_text("Click to dismiss").clicked() {
                     dismissed = Some(n);
                 }
             }

@@ -5,13 +5,12 @@ use std::collections::BTreeSet;
 use eframe::egui;
 
 use crate::app::Designer;
-use crate::app::commands::AllCommands;
 use crate::app::dialogs::{Dialog, Then};
-use crate::app::panels::find::Find;
+use crate::app::lists::{AllCommands, FindList};
 use crate::commands::Command;
-use crate::desk::View;
 use crate::item::Item;
 use crate::project::{Project, SaveRefused};
+use crate::view::View;
 
 impl Designer {
     /// Whether a command can be run now.
@@ -37,7 +36,7 @@ impl Designer {
         self.panes.iter().any(|(known, _)| *known == view)
     }
 
-    /// Ends what is being written into a field of any view. Answers whether it was taken.
+    /// Ends what is being written into a field of any view. Returns whether it was taken.
     pub(super) fn finish_writing(&mut self) -> bool {
         let desk = &mut self.desk;
         self.panes.iter_mut().fold(true, |all, (_, pane)| pane.finish(desk) && all)
@@ -58,7 +57,7 @@ impl Designer {
                 self.view = item.view();
             }
             let (pane, desk) = self.pane();
-            pane.show_item(&item, desk);
+            pane.show_item(item, desk);
             ctx.request_repaint();
         }
     }
@@ -79,7 +78,7 @@ impl Designer {
             },
             Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.desk.project)),
             Command::Undo | Command::Redo => self.through_history(command),
-            Command::Find => self.find = Some(Find::default()),
+            Command::Find => self.find = Some(FindList::default()),
             Command::ShowSystem => self.turn_to(View::System),
             Command::ShowMission => self.turn_to(View::Mission),
             Command::ShowLive => self.turn_to(View::Live),
@@ -115,12 +114,12 @@ impl Designer {
         let before = self.drawn();
         let project = &mut self.desk.project;
         let (done, word) = match command {
-            Command::Undo => (project.undo(), "taken back"),
-            _ => (project.redo(), "made again"),
+            Command::Undo => (project.undo(), "Undone"),
+            _ => (project.redo(), "Redone"),
         };
         let Some(what) = done else { return };
         self.desk.messages.tell(format!("{word}: {what}"));
-        let came: BTreeSet<_> = self.drawn().difference(&before).cloned().collect();
+        let came: BTreeSet<_> = self.drawn().difference(&before).copied().collect();
         if !came.is_empty() {
             self.pane().0.select(came);
         }
@@ -130,8 +129,8 @@ impl Designer {
     fn drawn(&mut self) -> BTreeSet<Item> {
         let (pane, desk) = self.pane();
         let drawing = pane.drawing(desk);
-        let nodes = drawing.nodes.iter().map(|node| &node.item);
-        nodes.chain(drawing.decorations.iter().map(|note| &note.item)).cloned().collect()
+        let nodes = drawing.nodes.iter().map(|node| node.item);
+        nodes.chain(drawing.decorations.iter().map(|note| note.item)).collect()
     }
 
     fn change_theme(&mut self, ctx: &egui::Context) {

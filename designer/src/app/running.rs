@@ -5,8 +5,8 @@ use armor_inspect::systems::RunRecord;
 use crate::app::Designer;
 use crate::app::dialogs::{Dialog, Then};
 use crate::commands::Command;
-use crate::desk::View;
 use crate::live::{attach, running};
+use crate::view::View;
 
 impl Designer {
     /// Runs the open file, saved first if it is not.
@@ -48,15 +48,15 @@ impl Designer {
                 attach(&mut self.desk, &record.registry.to_string(), Some(record));
             }
             ([], None) => {
-                let text = "no system of yours runs on this host; run one, or give the address of \
-                            its registry";
+                let text = "No system of yours runs on this host. Run one, or enter the address of \
+                            its registry.";
                 self.desk.messages.warn(text);
             }
-            // On another host, or somebody else's.
+            // On another host, or another caller's.
             (_, Some(registry)) => attach(&mut self.desk, registry, None),
             (several, None) => {
                 let names: Vec<_> = several.iter().map(in_words).collect();
-                let text = format!("several systems run; choose one: {}", names.join(", "));
+                let text = format!("Several systems run; choose one: {}", names.join(", "));
                 self.desk.messages.warn(text);
             }
         }

@@ -2,8 +2,7 @@
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::commands::Command;
-use crate::item::Item;
+use crate::canvas::diagram::DiagramId;
 
 /// How nodes are brought into line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,23 +21,8 @@ pub enum Alignment {
     Down,
 }
 
-impl Alignment {
-    /// What a command asks for, if it is about this.
-    pub fn of(command: Command) -> Option<Self> {
-        Some(match command {
-            Command::AlignLeft => Self::Left,
-            Command::AlignRight => Self::Right,
-            Command::AlignTop => Self::Top,
-            Command::AlignBottom => Self::Bottom,
-            Command::SpaceAcross => Self::Across,
-            Command::SpaceDown => Self::Down,
-            _ => return None,
-        })
-    }
-}
-
 /// The places of what is brought into line.
-pub fn align(areas: &[(Item, Rect)], how: Alignment) -> Vec<(Item, Pos2)> {
+pub fn align<Id: DiagramId>(areas: &[(Id, Rect)], how: Alignment) -> Vec<(Id, Pos2)> {
     let Some(whole) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) else {
         return Vec::new();
     };
@@ -51,10 +35,10 @@ pub fn align(areas: &[(Item, Rect)], how: Alignment) -> Vec<(Item, Pos2)> {
         Alignment::Top => Pos2::new(area.min.x, whole.min.y),
         _ => Pos2::new(area.min.x, whole.max.y - area.height()),
     };
-    areas.iter().map(|(item, area)| (item.clone(), moved(area))).collect()
+    areas.iter().map(|(item, area)| (*item, moved(area))).collect()
 }
 
-fn space(areas: &[(Item, Rect)], whole: Rect, how: Alignment) -> Vec<(Item, Pos2)> {
+fn space<Id: DiagramId>(areas: &[(Id, Rect)], whole: Rect, how: Alignment) -> Vec<(Id, Pos2)> {
     let along = |v: Vec2| if how == Alignment::Across { v.x } else { v.y };
     let mut sorted: Vec<_> = areas.iter().collect();
     sorted.sort_by(|a, b| along(a.1.min.to_vec2()).total_cmp(&along(b.1.min.to_vec2())));
@@ -68,7 +52,7 @@ fn space(areas: &[(Item, Rect)], whole: Rect, how: Alignment) -> Vec<(Item, Pos2
             Alignment::Across => Pos2::new(at, area.min.y),
             _ => Pos2::new(area.min.x, at),
         };
-        places.push((item.clone(), corner));
+        places.push((*item, corner));
         at += along(area.size()) + gap;
     }
     places

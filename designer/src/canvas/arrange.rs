@@ -1,27 +1,33 @@
-//! Places nodes so that wires lead from left to right: in layers by the longest way to each
+//! Places nodes so that wires lead from left to right: in layers by the longest path to each
 //! (Sugiyama, Tagawa and Toda 1981), each layer sorted so that few wires cross, each node near the
-//! middle of those it is joined to.
+//! middle of its neighbours.
+
+use std::collections::HashMap;
 
 use eframe::egui::{Vec2, vec2};
+use petgraph::algo::toposort;
+use petgraph::graph::{DiGraph, NodeIndex};
+use petgraph::unionfind::UnionFind;
+use petgraph::visit::DfsPostOrder;
 
-/// Between two layers, and between two nodes of one.
+/// Space between two layers, and between two nodes of one.
 const ACROSS: f32 = 110.0;
 const DOWN: f32 = 40.0;
-/// The room kept for a link that passes a layer.
-const WAY: Vec2 = vec2(0.0, 6.0);
-/// Nodes and passing links that are looked at.
+/// The space kept for a link that passes a layer.
+const PASSING: Vec2 = vec2(0.0, 6.0);
+/// Most nodes and passing links that are arranged.
 const MAX_NODES: usize = 20_000;
-/// How often the layers are sorted, there and back.
+/// How many times the layers are sorted, there and back.
 const SWEEPS: usize = 12;
-/// Parts that do not hang together are put into rows of which the whole gets about the shape of a
-/// window, width to height; rows that are not longer than this are not broken.
+/// Parts that are not connected are put into rows so that the whole gets about the shape of a
+/// window, width to height; a row no longer than `ROW` is not broken.
 const SHAPE: f32 = 1.6;
 const ROW: f32 = 1200.0;
-/// Between two parts.
+/// Space between two parts.
 const APART: Vec2 = vec2(ACROSS * 0.7, DOWN * 1.5);
 
-/// Positions of the upper left corners of the nodes `wanted`, in their order, the whole beginning at
-/// the origin. `sizes` and `links` are of all nodes; links to others do not count.
+/// Returns the positions of the upper left corners of the nodes `wanted`, in their order, the whole
+/// beginning at the origin. `sizes` and `links` are of all nodes; links to others do not count.
 pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Vec<Vec2> {
     let mut number = vec![usize::MAX; sizes.len()];
     for (n, node) in wanted.iter().enumerate() {
@@ -39,17 +45,19 @@ pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Ve
     }
     let own: Vec<Vec2> = wanted.iter().map(|node| sizes[*node]).collect();
     let mut positions = vec![Vec2::ZERO; wanted.len()];
-    let parts: Vec<_> = parts(&next)
+    let forward = without_cycles(&next);
+    let layer = layers(&forward);
+    let parts: Vec<_> = connected_parts(&next)
         .into_iter()
         .map(|part| {
-            let placed = arrange_part(&own, &next, &part);
+            let placed = arrange_part(&own, &forward, &layer, &part);
             let inner = placed.iter().zip(&part);
             let size = inner.fold(Vec2::ZERO, |size, (at, n)| size.max(*at + own[*n]));
             (part, placed, size)
         })
         .collect();
     let sizes: Vec<_> = parts.iter().map(|(.., size)| *size).collect();
-    for ((part, placed, _), corner) in parts.into_iter().zip(in_rows(&sizes)) {
+    for ((part, placed, _), corner) in parts.into_iter().zip(place_in_rows(&sizes)) {
         for (n, at) in part.iter().zip(placed) {
             let at = corner + at;
             positions[*n] = vec2((at.x / 10.0).round() * 10.0, (at.y / 10.0).round() * 10.0);
@@ -59,7 +67,7 @@ pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Ve
 }
 
 /// The corners of parts of these sizes, put into rows one below the other.
-fn in_rows(sizes: &[Vec2]) -> Vec<Vec2> {
+fn place_in_rows(sizes: &[Vec2]) -> Vec<Vec2> {
     let area: f32 = sizes.iter().map(|size| (size.x + APART.x) * (size.y + APART.y)).sum();
     let longest = (area * SHAPE).sqrt().max(ROW);
     let (mut corner, mut row_height) = (Vec2::ZERO, 0.0_f32);
@@ -76,39 +84,38 @@ fn in_rows(sizes: &[Vec2]) -> Vec<Vec2> {
     corners.collect()
 }
 
-/// Nodes that hang together, the largest part first.
-fn parts(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let mut near = next.to_vec();
+/// The nodes of each connected part, the largest part first.
+fn connected_parts(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let mut joined = UnionFind::new(next.len());
     for (from, list) in next.iter().enumerate() {
-        list.iter().for_each(|to| near[*to].push(from));
+        list.iter().for_each(|to| _ = joined.union(from, *to));
     }
-    let mut seen = vec![false; next.len()];
-    let mut parts = Vec::new();
-    for first in 0..next.len() {
-        let mut part = Vec::new();
-        let mut open = vec![first];
-        while let Some(node) = open.pop() {
-            if !std::mem::replace(&mut seen[node], true) {
-                part.push(node);
-                open.extend(&near[node]);
-            }
+    let mut number_of = HashMap::new();
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for (node, label) in joined.into_labeling().into_iter().enumerate() {
+        let number = *number_of.entry(label).or_insert(parts.len());
+        if number == parts.len() {
+            parts.push(Vec::new());
         }
-        part.sort_unstable();
-        parts.push(part);
+        parts[number].push(node);
     }
-    parts.retain(|part| !part.is_empty());
     parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
     parts
 }
 
-fn arrange_part(sizes: &[Vec2], next: &[Vec<usize>], own: &[usize]) -> Vec<Vec2> {
-    let forward = without_circles(next, own);
-    let layer = layers(&forward, own);
-    let mut rows = vec![Vec::new(); layer.iter().copied().max().map_or(0, |most| most + 1)];
+/// Positions of the nodes of one part, whose links `forward` form no cycle.
+fn arrange_part(
+    sizes: &[Vec2],
+    forward: &[Vec<usize>],
+    layer: &[usize],
+    own: &[usize],
+) -> Vec<Vec2> {
+    let last = own.iter().map(|node| layer[*node]).max();
+    let mut rows = vec![Vec::new(); last.map_or(0, |last| last + 1)];
     for node in own {
         rows[layer[*node]].push(*node);
     }
-    let (forward, sizes, part) = with_ways(forward, sizes, &layer, &mut rows, own);
+    let (forward, sizes, part) = with_passing_nodes(forward, sizes, layer, &mut rows, own);
     let (sizes, part) = (sizes.as_slice(), part.as_slice());
     let mut before = vec![Vec::new(); forward.len()];
     for node in part {
@@ -116,15 +123,15 @@ fn arrange_part(sizes: &[Vec2], next: &[Vec<usize>], own: &[usize]) -> Vec<Vec2>
     }
     for sweep in 0..SWEEPS {
         if sweep % 2 == 0 {
-            (1..rows.len()).for_each(|at| sort(&mut rows, at, at - 1, &before));
+            (1..rows.len()).for_each(|at| sort_layer(&mut rows, at, at - 1, &before));
         } else {
             (0..rows.len().saturating_sub(1))
                 .rev()
-                .for_each(|at| sort(&mut rows, at, at + 1, &forward));
+                .for_each(|at| sort_layer(&mut rows, at, at + 1, &forward));
         }
     }
     let near = |node: usize| forward[node].iter().chain(&before[node]).copied();
-    let heights = settle(sizes, &rows, &near, forward.len());
+    let heights = settle_heights(sizes, &rows, &near, forward.len());
     let mut x = 0.0;
     let mut at = vec![Vec2::ZERO; forward.len()];
     for row in &rows {
@@ -139,15 +146,15 @@ fn arrange_part(sizes: &[Vec2], next: &[Vec<usize>], own: &[usize]) -> Vec<Vec2>
 }
 
 /// Keeps room for links that pass a layer: each is led through a small node of its own there.
-/// Answers the links, the sizes and the nodes with these.
-fn with_ways(
-    forward: Vec<Vec<usize>>,
+/// Returns the links, the sizes and the nodes, with these added.
+fn with_passing_nodes(
+    forward: &[Vec<usize>],
     sizes: &[Vec2],
     layer: &[usize],
     rows: &mut [Vec<usize>],
     own: &[usize],
 ) -> (Vec<Vec<usize>>, Vec<Vec2>, Vec<usize>) {
-    let (mut led, mut sizes, mut part) = (forward.clone(), sizes.to_vec(), own.to_vec());
+    let (mut led, mut sizes, mut part) = (forward.to_vec(), sizes.to_vec(), own.to_vec());
     for from in own {
         for (n, to) in forward[*from].iter().enumerate() {
             let mut before = (*from, n);
@@ -157,80 +164,74 @@ fn with_ways(
                 if led.len() > MAX_NODES {
                     break;
                 }
-                let way = led.len();
-                led[before.0][before.1] = way;
+                let passing = led.len();
+                led[before.0][before.1] = passing;
                 led.push(vec![*to]);
-                sizes.push(WAY);
-                row.push(way);
-                part.push(way);
-                before = (way, 0);
+                sizes.push(PASSING);
+                row.push(passing);
+                part.push(passing);
+                before = (passing, 0);
             }
         }
     }
     (led, sizes, part)
 }
 
-/// The links without those that lead back to where a walk along them came from.
-fn without_circles(next: &[Vec<usize>], part: &[usize]) -> Vec<Vec<usize>> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Walk {
-        New,
-        On,
-        Done,
-    }
-    let mut state = vec![Walk::New; next.len()];
-    let mut forward = vec![Vec::new(); next.len()];
+/// The links without those that close a cycle: in a depth-first search, such a link leads to a node
+/// that is left after the node it comes from.
+fn without_cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let graph = graph_of(next);
     let mut fed = vec![0; next.len()];
-    part.iter().flat_map(|node| &next[*node]).for_each(|to| fed[*to] += 1);
-    let mut starts = part.to_vec();
-    // What nothing feeds comes first; in a circle, what the file names first.
+    next.iter().flatten().for_each(|to| fed[*to] += 1);
+    let mut starts: Vec<usize> = (0..next.len()).collect();
+    // The search begins at what nothing feeds; in a cycle, at what the file names first.
     starts.sort_by_key(|node| (fed[*node] > 0, *node));
+    let mut search = DfsPostOrder::empty(&graph);
+    let mut left_at = vec![0; next.len()];
+    let mut count = 0;
     for start in starts {
-        let mut way = vec![(start, 0)];
-        while let Some((node, at)) = way.pop() {
-            if at == 0 {
-                if state[node] != Walk::New {
-                    continue;
-                }
-                state[node] = Walk::On;
-            }
-            let Some(to) = next[node].get(at).copied() else {
-                state[node] = Walk::Done;
-                continue;
-            };
-            way.push((node, at + 1));
-            if state[to] != Walk::On {
-                forward[node].push(to);
-                if state[to] == Walk::New {
-                    way.push((to, 0));
-                }
-            }
+        search.move_to(NodeIndex::new(start));
+        while let Some(node) = search.next(&graph) {
+            left_at[node.index()] = count;
+            count += 1;
         }
     }
+    let is_forward = |from: usize, to: usize| left_at[to] < left_at[from];
+    let forward = next.iter().enumerate();
     forward
+        .map(|(from, list)| list.iter().copied().filter(|to| is_forward(from, *to)).collect())
+        .collect()
 }
 
-/// The layers of all nodes, right for those of the part: one behind the last that leads to it.
-fn layers(forward: &[Vec<usize>], part: &[usize]) -> Vec<usize> {
-    let mut waits = vec![0; forward.len()];
-    part.iter().flat_map(|node| &forward[*node]).for_each(|to| waits[*to] += 1);
+/// The layer of each node: one behind the last that leads to it.
+fn layers(forward: &[Vec<usize>]) -> Vec<usize> {
     let mut layer = vec![0; forward.len()];
-    let mut ready: Vec<_> = part.iter().copied().filter(|node| waits[*node] == 0).collect();
-    while let Some(node) = ready.pop() {
+    // Without cycles there is always an order.
+    for node in toposort(&graph_of(forward), None).unwrap_or_default() {
+        let node = node.index();
         for to in &forward[node] {
             layer[*to] = layer[*to].max(layer[node] + 1);
-            waits[*to] -= 1;
-            if waits[*to] == 0 {
-                ready.push(*to);
-            }
         }
     }
     layer
 }
 
+/// The links as a graph. A search takes the links of a node in the order of its list: the graph
+/// yields the link added last first, and [`DfsPostOrder`] follows the last one that it was given.
+fn graph_of(next: &[Vec<usize>]) -> DiGraph<(), (), usize> {
+    let mut graph = DiGraph::with_capacity(next.len(), next.iter().map(Vec::len).sum());
+    next.iter().for_each(|_| _ = graph.add_node(()));
+    for (from, list) in next.iter().enumerate() {
+        for to in list {
+            graph.add_edge(NodeIndex::new(from), NodeIndex::new(*to), ());
+        }
+    }
+    graph
+}
+
 /// Sorts a layer by the mean place of the neighbours in another one.
-fn sort(rows: &mut [Vec<usize>], at: usize, other: usize, near: &[Vec<usize>]) {
-    let place: std::collections::HashMap<usize, usize> =
+fn sort_layer(rows: &mut [Vec<usize>], at: usize, other: usize, near: &[Vec<usize>]) {
+    let place: HashMap<usize, usize> =
         rows[other].iter().enumerate().map(|(n, node)| (*node, n)).collect();
     let mean = |node: usize| {
         let places: Vec<_> = near[node].iter().filter_map(|n| place.get(n).copied()).collect();
@@ -246,8 +247,8 @@ fn sort(rows: &mut [Vec<usize>], at: usize, other: usize, near: &[Vec<usize>]) {
     rows[at] = keyed.into_iter().map(|(_, node)| node).collect();
 }
 
-/// How far down each node is: near the middle of its neighbours, in the order of its layer.
-fn settle<I: Iterator<Item = usize>>(
+/// Returns how far down each node is: near the middle of its neighbours, in the order of its layer.
+fn settle_heights<I: Iterator<Item = usize>>(
     sizes: &[Vec2],
     rows: &[Vec<usize>],
     near: &dyn Fn(usize) -> I,
@@ -276,15 +277,15 @@ fn settle<I: Iterator<Item = usize>>(
                     }
                 })
                 .collect();
-            spread(sizes, row, &wanted, &mut top);
+            spread_layer(sizes, row, &wanted, &mut top);
         }
     }
     top
 }
 
-/// Puts the nodes of a layer where they want to be, as far as they do not overlap: those that would
-/// move together as one around the mean of what they want.
-fn spread(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) {
+/// Puts the nodes of a layer at their wanted positions as far as they do not overlap. Nodes that would
+/// overlap form a group, which moves as one to the mean of the positions its nodes want.
+fn spread_layer(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) {
     // (first, count, sum of wishes for the first's top, height)
     let mut groups: Vec<(usize, usize, f32, f32)> = Vec::new();
     for (n, node) in row.iter().enumerate() {
@@ -311,7 +312,6 @@ fn spread(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use eframe::egui::Rect;
 
     fn check(count: usize, links: &[(usize, usize)]) -> Vec<Vec2> {

@@ -2,8 +2,9 @@
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::canvas::diagram::{Node, Side, Wire};
-use crate::canvas::edges::{BELOW, curve, through};
+use crate::canvas::curve::{BELOW, curve, through};
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::node::{DiagramNode, PortAt, PortSide, Wire};
 
 /// Blocks in its way that a wire goes around.
 const MAX_STEPS: usize = 6;
@@ -24,14 +25,19 @@ pub(super) struct Detour {
 }
 
 /// The way of a wire, by its number.
-pub(super) fn detour(nodes: &[Node], wire: &Wire, number: usize) -> Detour {
+pub(super) fn detour<Id: DiagramId>(
+    nodes: &[DiagramNode<Id>],
+    wire: &Wire<Id>,
+    number: usize,
+) -> Detour {
     let mut detour = Detour { low: f32::NEG_INFINITY, via: Vec::new() };
-    let port = |at: crate::canvas::PortAt| {
+    let port = |at: PortAt| {
         let node = nodes.get(at.node)?;
         let port = node.ports.get(at.port)?;
         Some((node.rect.min + port.at, port.side))
     };
-    let (Some((from, Side::Right)), Some((to, Side::Left))) = (port(wire.from), port(wire.to))
+    let (Some((from, PortSide::Right)), Some((to, PortSide::Left))) =
+        (port(wire.from), port(wire.to))
     else {
         return detour;
     };
@@ -44,14 +50,14 @@ pub(super) fn detour(nodes: &[Node], wire: &Wire, number: usize) -> Detour {
 }
 
 /// The lower edge of the blocks that a wire leading back has to go around.
-fn low(nodes: &[Node], wire: &Wire) -> f32 {
+fn low<Id: DiagramId>(nodes: &[DiagramNode<Id>], wire: &Wire<Id>) -> f32 {
     let (from, to) = (nodes[wire.from.node].rect, nodes[wire.to.node].rect);
     let mut low = from.max.y.max(to.max.y);
     let (left, right) = (to.min.x - 30.0, from.max.x + 30.0);
     // Each time it meets a block it goes below that one; a few are enough to see where it leads.
     for _ in 0..MAX_STEPS {
         let line = low + BELOW;
-        let meets = |node: &&Node| {
+        let meets = |node: &&DiagramNode<Id>| {
             node.rect.min.x < right
                 && node.rect.max.x > left
                 && node.rect.min.y < line + BELOW
@@ -66,7 +72,12 @@ fn low(nodes: &[Node], wire: &Wire) -> f32 {
 }
 
 /// Points above or below the blocks that a wire leading on would pass behind.
-fn via(nodes: &[Node], wire: &Wire, [from, to]: [Pos2; 2], lane: f32) -> Vec<Pos2> {
+fn via<Id: DiagramId>(
+    nodes: &[DiagramNode<Id>],
+    wire: &Wire<Id>,
+    [from, to]: [Pos2; 2],
+    lane: f32,
+) -> Vec<Pos2> {
     let ends = [(from, Vec2::new(1.0, 0.0)), (to, Vec2::new(-1.0, 0.0))];
     let near = Rect::from_two_pos(from, to).expand2(Vec2::new(0.0, 60.0));
     let others: Vec<Rect> = nodes

@@ -2,13 +2,13 @@
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::canvas::Rules;
-use crate::canvas::diagram::PortAt;
-use crate::item::Item;
+use crate::canvas::node::PortAt;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::selection::Selection;
 
 /// What is going on between pressing a button and letting it go.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) enum Gesture {
+pub(super) enum Gesture<Id> {
     /// Nothing.
     #[default]
     Idle,
@@ -25,7 +25,7 @@ pub(super) enum Gesture {
         from: Pos2,
         to: Pos2,
         /// What was selected before and stays so.
-        kept: std::collections::BTreeSet<Item>,
+        kept: Selection<Id>,
     },
     /// A wire is drawn.
     Wire {
@@ -42,16 +42,16 @@ pub(super) enum Gesture {
 
 /// A wire that is being dragged.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pending {
+pub(super) struct PendingWire {
     /// The port at which its other end is.
     pub(super) from: PortAt,
     /// The wire that was taken by its end, if it is not a new one.
     pub(super) taken: Option<usize>,
 }
 
-impl Pending {
+impl PendingWire {
     /// Whether it may end at a port, else why not.
-    pub(super) fn may_end(self, rules: &dyn Rules, to: PortAt) -> Result<(), String> {
+    pub(super) fn may_end(self, rules: &dyn JoinRules, to: PortAt) -> Result<(), String> {
         match self.taken {
             Some(wire) => rules.may_lead(wire, self.from, to),
             None => rules.may_join(self.from, to),
@@ -59,7 +59,7 @@ impl Pending {
     }
 }
 
-impl Gesture {
+impl<Id> Gesture<Id> {
     /// How far what is selected is being dragged.
     pub(super) fn shift(&self) -> Vec2 {
         match self {

@@ -1,19 +1,15 @@
-//! What is under a point: looked up in a grid of cells, so that it costs the same however large
-//! the drawing is.
-
-use std::collections::HashMap;
+//! What is under a point of the drawing.
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::canvas::Canvas;
-use crate::canvas::diagram::{Diagram, PortAt, Shape, Side};
-use crate::canvas::edges::{distance, path, wire_ends};
-use crate::canvas::paint::DETAIL;
+use crate::canvas::cells::PORT_REACH;
+use crate::canvas::curve::distance;
+use crate::canvas::diagram::{Diagram, DiagramId};
+use crate::canvas::edges::{path, wire_ends};
+use crate::canvas::node::{NodeShape, PortAt, PortSide};
+use crate::canvas::state::Canvas;
+use crate::canvas::viewport::DETAIL;
 
-/// The side of a cell.
-const CELL: f32 = 256.0;
-/// A port is hit so far from its middle, in points of the window.
-const PORT_REACH: f32 = 11.0;
 /// The border of a node whose port is all around it is hit so far from its line.
 const BORDER_REACH: f32 = 5.0;
 /// A pointer is on a port so near to its middle, in units of the drawing.
@@ -62,72 +58,10 @@ pub struct NearestPort {
     pub distance: f32,
 }
 
-/// Which nodes and wires are in which cell.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Grid {
-    nodes: HashMap<(i32, i32), Vec<u32>>,
-    wires: HashMap<(i32, i32), Vec<u32>>,
-}
-
-impl Grid {
-    pub(super) fn of(diagram: &Diagram) -> Self {
-        let mut grid = Self::default();
-        for (n, node) in diagram.nodes.iter().enumerate() {
-            enter(&mut grid.nodes, node.area().expand(PORT_REACH), n);
-        }
-        for n in 0..diagram.wires.len() {
-            for piece in path(diagram, n, |_| Vec2::ZERO, 8).unwrap_or_default().windows(2) {
-                enter(&mut grid.wires, Rect::from_two_pos(piece[0], piece[1]).expand(8.0), n);
-            }
-        }
-        grid
-    }
-
-    /// The nodes that may be in an area, each once, in their order.
-    pub(super) fn nodes_in(&self, area: Rect, count: usize) -> Vec<usize> {
-        gather(&self.nodes, area, count)
-    }
-
-    /// The same of wires.
-    pub(super) fn wires_in(&self, area: Rect, count: usize) -> Vec<usize> {
-        gather(&self.wires, area, count)
-    }
-}
-
-fn cells(area: Rect) -> impl Iterator<Item = (i32, i32)> {
-    let cell = |at: f32| (at / CELL).floor().clamp(-1e7, 1e7) as i32;
-    let (left, right) = (cell(area.min.x), cell(area.max.x));
-    let (top, bottom) = (cell(area.min.y), cell(area.max.y));
-    (top..=bottom).flat_map(move |y| (left..=right).map(move |x| (x, y)))
-}
-
-fn enter(map: &mut HashMap<(i32, i32), Vec<u32>>, area: Rect, number: usize) {
-    let number = u32::try_from(number).unwrap_or(u32::MAX);
-    // One that is a thousand cells long would be found by looking at all.
-    for cell in cells(area).take(1000) {
-        let list = map.entry(cell).or_default();
-        if list.last() != Some(&number) {
-            list.push(number);
-        }
-    }
-}
-
-fn gather(map: &HashMap<(i32, i32), Vec<u32>>, area: Rect, count: usize) -> Vec<usize> {
-    let wide = (area.width() / CELL + 2.0) * (area.height() / CELL + 2.0);
-    if !wide.is_finite() || wide > map.len() as f32 * 2.0 + 64.0 {
-        return (0..count).collect();
-    }
-    let found = cells(area).filter_map(|cell| map.get(&cell)).flatten();
-    let mut found: Vec<usize> = found.map(|n| *n as usize).filter(|n| *n < count).collect();
-    found.sort_unstable();
-    found.dedup();
-    found
-}
-
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     /// What is under a point of the drawing: ports before nodes before wires before groups. What is
     /// too small to be drawn is not there.
-    pub fn hit(&self, diagram: &Diagram, at: Pos2) -> Option<Hit> {
+    pub fn hit(&self, diagram: &Diagram<Id>, at: Pos2) -> Option<Hit> {
         let reach = GRIP_REACH / self.viewport.zoom;
         let mut grips = self.grips(diagram).into_iter();
         if let Some((wire, stays, _)) = grips.find(|(_, _, end)| end.distance(at) <= reach) {
@@ -135,7 +69,7 @@ impl Canvas {
         }
         let has_ports = self.viewport.zoom >= DETAIL;
         let reach = PORT_REACH / self.viewport.zoom.max(0.5);
-        // Handles that stand beside a node leave the node itself to be clicked.
+        // Handles that stand next to a node leave the node itself to be clicked.
         let is_free = |port: PortAt| {
             let node = &diagram.nodes[port.node];
             let is_beside = diagram
@@ -153,9 +87,9 @@ impl Canvas {
         for n in nodes.into_iter().rev() {
             let node = &diagram.nodes[n];
             let border = border.min(node.rect.size().min_elem() / 4.0);
-            if let Some(port) = node.ports.iter().position(|port| port.side == Side::Around)
+            if let Some(port) = node.ports.iter().position(|port| port.side == PortSide::Around)
                 && has_ports
-                && node.shape != Shape::Bar
+                && node.shape != NodeShape::Bar
                 && node.rect.expand(border).contains(at)
                 && !node.rect.shrink(border).contains(at)
             {
@@ -188,13 +122,13 @@ impl Canvas {
 
     /// The ends of the wire that is selected, if it is one and can be led elsewhere: its number, the
     /// port at the other end, and where.
-    pub(super) fn grips(&self, diagram: &Diagram) -> Vec<(usize, PortAt, Pos2)> {
+    pub(super) fn grips(&self, diagram: &Diagram<Id>) -> Vec<(usize, PortAt, Pos2)> {
         let Some(item) = self.only().filter(|_| self.is_editable) else { return Vec::new() };
         if diagram.node(item).is_some() {
             return Vec::new();
         }
         let mut wires = diagram.wires.iter().enumerate();
-        let Some((n, wire)) = wires.find(|(_, wire)| wire.item == *item && wire.is_led) else {
+        let Some((n, wire)) = wires.find(|(_, wire)| wire.item == item && wire.is_led) else {
             return Vec::new();
         };
         let ends = wire_ends(diagram, wire, |_| Vec2::ZERO);
@@ -202,7 +136,7 @@ impl Canvas {
         ends.unwrap_or_default()
     }
 
-    fn decoration(&self, diagram: &Diagram, at: Pos2, notes: bool) -> Option<Hit> {
+    fn decoration(&self, diagram: &Diagram<Id>, at: Pos2, notes: bool) -> Option<Hit> {
         let corner = CORNER / self.viewport.zoom.min(1.0);
         let reach = FRAME_REACH / self.viewport.zoom;
         let all = diagram.decorations.iter().enumerate().rev().filter(|(_, d)| d.is_note == notes);
@@ -221,7 +155,7 @@ impl Canvas {
     /// The port nearest to a point, of those that are wanted and within reach.
     pub fn nearest_port(
         &self,
-        diagram: &Diagram,
+        diagram: &Diagram<Id>,
         at: Pos2,
         reach: f32,
         wanted: &dyn Fn(PortAt) -> bool,
@@ -233,7 +167,7 @@ impl Canvas {
                 let at_port = diagram.nodes[node].rect.min + shown.at;
                 let distance = (at_port - at).length();
                 let found = NearestPort { at: PortAt { node, port }, distance };
-                if shown.side != Side::Around
+                if shown.side != PortSide::Around
                     && distance <= reach
                     && best.is_none_or(|best| distance < best.distance)
                     && wanted(found.at)
@@ -250,7 +184,7 @@ impl Canvas {
     /// fits.
     pub(super) fn drop_port(
         &self,
-        diagram: &Diagram,
+        diagram: &Diagram<Id>,
         at: Pos2,
         fits: &dyn Fn(PortAt) -> bool,
     ) -> Option<PortAt> {
@@ -268,7 +202,7 @@ impl Canvas {
         let ports = (0..diagram.nodes[node].ports.len()).map(|port| PortAt { node, port });
         let mut fitting = ports.clone().filter(|port| fits(*port));
         fitting.next().or_else(|| {
-            ports.clone().find(|at| diagram.nodes[at.node].ports[at.port].side == Side::Around)
+            ports.clone().find(|at| diagram.nodes[at.node].ports[at.port].side == PortSide::Around)
         })
     }
 }

@@ -3,16 +3,18 @@
 use eframe::egui::{self, Event as Input, EventFilter, Key, Modifiers, Pos2, Vec2};
 
 use crate::canvas::diagram::Diagram;
-use crate::canvas::{Canvas, Event, GRID};
-use crate::item::Item;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::event::CanvasEvent;
+use crate::canvas::snap::GRID;
+use crate::canvas::state::Canvas;
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn keys(
         &mut self,
         ui: &egui::Ui,
         response: &egui::Response,
-        diagram: &Diagram,
-        events: &mut Vec<Event>,
+        diagram: &Diagram<Id>,
+        events: &mut Vec<CanvasEvent<Id>>,
     ) {
         let filter = EventFilter {
             horizontal_arrows: true,
@@ -40,7 +42,7 @@ impl Canvas {
             }
             let nudges = pressed(Modifiers::SHIFT);
             if nudges > 0 && self.is_editable && !self.selection.is_empty() {
-                events.push(Event::Moved(way * GRID * nudges as f32));
+                events.push(CanvasEvent::Moved(way * GRID * nudges as f32));
             }
         }
         if ui.input(|i| i.key_pressed(Key::Home) && i.modifiers.is_none()) {
@@ -49,10 +51,10 @@ impl Canvas {
     }
 
     /// Selects the nearest node in a direction, and brings it into view.
-    fn step(&mut self, diagram: &Diagram, way: Vec2) {
+    fn step(&mut self, diagram: &Diagram<Id>, way: Vec2) {
         let from = self.selection.iter().find_map(|item| diagram.rect(item));
         let Some(from) = from.map(|rect| rect.center()) else {
-            let first = diagram.nodes.first().map(|node| node.item.clone());
+            let first = diagram.nodes.first().map(|node| node.item);
             return first.into_iter().for_each(|item| self.go_to(diagram, item));
         };
         let cost = |at: Pos2| {
@@ -61,18 +63,16 @@ impl Canvas {
             // What lies aside is farther than what lies ahead.
             (along > 1.0).then(|| along + 2.5 * (apart - way * along).length())
         };
-        let others = diagram
-            .nodes
-            .iter()
-            .filter_map(|node| Some((cost(node.rect.center())?, node.item.clone())));
+        let others =
+            diagram.nodes.iter().filter_map(|node| Some((cost(node.rect.center())?, node.item)));
         if let Some((_, item)) = others.min_by(|a, b| a.0.total_cmp(&b.0)) {
             self.go_to(diagram, item);
         }
     }
 
     /// Selects one item and brings it into view.
-    pub fn go_to(&mut self, diagram: &Diagram, item: Item) {
-        if let Some(rect) = diagram.rect(&item) {
+    pub fn go_to(&mut self, diagram: &Diagram<Id>, item: Id) {
+        if let Some(rect) = diagram.rect(item) {
             self.bring_into_view(rect);
         }
         self.selection = [item].into();

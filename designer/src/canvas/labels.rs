@@ -1,10 +1,10 @@
 //! Text on the drawing. Sizes are rounded to half a point, so that letters are sharp at every zoom
 //! and there are few of them; egui keeps what it has laid out from frame to frame.
 
-use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect};
+use std::borrow::Cow;
 
-use crate::text::paintable;
+use eframe::egui::text::{LayoutJob, TextWrapping};
+use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect};
 
 /// Smaller text cannot be read and is not drawn.
 pub(super) const SMALLEST: f32 = 5.0;
@@ -19,7 +19,7 @@ pub(super) struct Label<'a> {
     pub(super) anchor: Align2,
 }
 
-/// Draws a text at a point of the window; answers where it is.
+/// Draws a text at a point of the window; returns where it is.
 pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
     // With more pixels for a point smaller text can be read.
@@ -37,4 +37,20 @@ pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> 
         painter.galley(rect.min, galley, label.colour);
     }
     Some(rect)
+}
+
+/// The text with `?` for every character that no font has and with spaces for control characters.
+/// What a file states may be anything; a box for each unknown character tells no one more.
+pub fn paintable<'a>(ctx: &egui::Context, text: &'a str) -> Cow<'a, str> {
+    if text.bytes().all(|b| (b' '..=b'~').contains(&b)) {
+        return Cow::Borrowed(text);
+    }
+    let font = FontId::proportional(14.0);
+    let shown = |c: char| match c {
+        '\n' => c,
+        c if c.is_control() => ' ',
+        c if ctx.fonts_mut(|fonts| fonts.has_glyph(&font, c)) => c,
+        _ => '?',
+    };
+    Cow::Owned(text.chars().map(shown).collect())
 }

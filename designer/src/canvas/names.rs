@@ -3,15 +3,21 @@
 use eframe::egui::accesskit::{Action, Rect as Bounds, Role};
 use eframe::egui::{self, Pos2, Rect, Vec2};
 
-use crate::canvas::Canvas;
 use crate::canvas::diagram::Diagram;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::state::Canvas;
 
 /// Around the middle of a port.
 const PORT_SIZE: f32 = 14.0;
 
-impl Canvas {
-    /// Names what is shown. It costs nothing while nobody listens.
-    pub(super) fn tell_names(&self, ui: &egui::Ui, response: &egui::Response, diagram: &Diagram) {
+impl<Id: DiagramId> Canvas<Id> {
+    /// Names what is shown. It costs nothing without a listener.
+    pub(super) fn tell_names(
+        &self,
+        ui: &egui::Ui,
+        response: &egui::Response,
+        diagram: &Diagram<Id>,
+    ) {
         let ctx = ui.ctx();
         let listens = ctx.accesskit_node_builder(response.id, |node| {
             node.set_role(Role::Canvas);
@@ -28,7 +34,7 @@ impl Canvas {
                 continue;
             }
             let area = self.viewport.area_to_window(self.rect, node.rect);
-            let is_selected = self.selection.contains(&node.item);
+            let is_selected = self.selection.contains(node.item);
             tell(ctx, response.id.with(("node", n)), &node.label, &node.doc, area, |told| {
                 told.set_role(Role::ListItem);
                 told.set_selected(is_selected);

@@ -1,6 +1,7 @@
 //! Painting the drawing: only what is shown, with less detail the smaller it is.
 
 mod block;
+mod frame;
 mod net;
 mod port;
 mod wire;
@@ -10,44 +11,32 @@ use eframe::egui::{
     Vec2, pos2,
 };
 
-use crate::canvas::diagram::{Decoration, Diagram, Mark, PortAt};
-use crate::canvas::gesture::{Gesture, Pending};
+use crate::canvas::colours::{CanvasColours, mix};
+use crate::canvas::diagram::{Diagram, DiagramId};
+use crate::canvas::gesture::Gesture;
+use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
-use crate::canvas::labels::{Label, draw};
-use crate::canvas::{Canvas, GRID, Rules};
-use crate::theme::Colours;
+use crate::canvas::labels::{Label, SMALLEST, draw, paintable};
+use crate::canvas::node::{Decoration, PortAt};
+use crate::canvas::paint::frame::PaintFrame;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::snap::GRID;
+use crate::canvas::state::Canvas;
+use crate::canvas::viewport::PLAIN;
 
-/// Below this size ports and their names are not drawn.
-pub(super) const DETAIL: f32 = 0.42;
-/// Below this one blocks are plain and wires straight.
-const PLAIN: f32 = 0.2;
-
-/// What painting one frame needs to know.
-struct Frame<'a> {
-    painter: &'a Painter,
-    diagram: &'a Diagram,
-    colours: &'a Colours,
-    /// How far what is selected is being dragged.
-    shift: Vec2,
-    hovered: Option<Hit>,
-    zoom: f32,
-    /// The wire that is being dragged, and the port it would end at.
-    pending: Option<(Pending, Option<PortAt>)>,
-}
-
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint(
         &mut self,
         ui: &egui::Ui,
-        diagram: &Diagram,
-        rules: &dyn Rules,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
         hovered: Option<Hit>,
-        colours: &Colours,
+        colours: &CanvasColours,
     ) {
         let painter = ui.painter().with_clip_rect(self.rect.intersect(ui.clip_rect()));
         painter.rect_filled(self.rect, 0.0, colours.background);
         let pending = self.pending(diagram, rules);
-        let frame = Frame {
+        let frame = PaintFrame {
             painter: &painter,
             diagram,
             colours,
@@ -83,14 +72,18 @@ impl Canvas {
     }
 
     /// The wire that is being dragged: its port, and the one that it would end at.
-    fn pending(&self, diagram: &Diagram, rules: &dyn Rules) -> Option<(Pending, Option<PortAt>)> {
+    fn pending(
+        &self,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
+    ) -> Option<(PendingWire, Option<PortAt>)> {
         let Gesture::Wire { from, to, taken, .. } = self.gesture else { return None };
-        let wire = Pending { from, taken };
+        let wire = PendingWire { from, taken };
         let fits = |port| port != from && wire.may_end(rules, port).is_ok();
         Some((wire, self.drop_port(diagram, to, &fits).filter(|port| *port != from)))
     }
 
-    fn paint_grid(&self, frame: &Frame<'_>) {
+    fn paint_grid(&self, frame: &PaintFrame<'_, Id>) {
         let mut step = GRID * 2.0;
         while step * frame.zoom < 20.0 {
             step *= 2.0;
@@ -114,8 +107,13 @@ impl Canvas {
         frame.painter.add(dots);
     }
 
-    fn paint_decoration(&mut self, frame: &Frame<'_>, number: usize, decoration: &Decoration) {
-        let is_selected = self.selection.contains(&decoration.item);
+    fn paint_decoration(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        number: usize,
+        decoration: &Decoration<Id>,
+    ) {
+        let is_selected = self.selection.contains(decoration.item);
         let mut area = decoration.rect;
         if let Gesture::Resize { number: n, rect } = &self.gesture
             && *n == number
@@ -130,7 +128,7 @@ impl Canvas {
         }
         let colours = frame.colours;
         let (fill, line) = if decoration.is_note {
-            (colours.note, crate::theme::mix(colours.note, colours.text, 0.2))
+            (colours.note, mix(colours.note, colours.text, 0.2))
         } else {
             (colours.group, colours.grid)
         };
@@ -160,12 +158,12 @@ impl Canvas {
         }
     }
 
-    fn paint_note(&mut self, frame: &Frame<'_>, area: Rect, text: &str) {
+    fn paint_note(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, text: &str) {
         let size = 13.0 * frame.zoom;
-        if size < super::labels::SMALLEST {
+        if size < SMALLEST {
             return;
         }
-        let shown = crate::text::paintable(frame.painter.ctx(), text).into_owned();
+        let shown = paintable(frame.painter.ctx(), text).into_owned();
         let font = egui::FontId::proportional((size * 2.0).round() / 2.0);
         let inner = area.shrink(9.0 * frame.zoom);
         let galley = frame.painter.layout(shown, font, frame.colours.text, inner.width().max(10.0));
@@ -177,7 +175,7 @@ impl Canvas {
     }
 
     /// What is going on at the pointer.
-    fn paint_gesture(&mut self, frame: &Frame<'_>, rules: &dyn Rules) {
+    fn paint_gesture(&mut self, frame: &PaintFrame<'_, Id>, rules: &dyn JoinRules) {
         let colours = frame.colours;
         match self.gesture.clone() {
             Gesture::Band { from, to, .. } => {
@@ -191,8 +189,8 @@ impl Canvas {
         }
     }
 
-    /// Says something beside the pointer.
-    fn paint_hint(&mut self, frame: &Frame<'_>, at: Pos2, text: &str, colour: Color32) {
+    /// Shows a hint next to the pointer.
+    fn paint_hint(&mut self, frame: &PaintFrame<'_, Id>, at: Pos2, text: &str, colour: Color32) {
         let label = Label { text, size: 13.0, width: 420.0, colour, anchor: Align2::LEFT_CENTER };
         let at = at + Vec2::new(18.0, 18.0);
         let shape = frame.painter.add(Shape::Noop);
@@ -207,16 +205,6 @@ impl Canvas {
                 StrokeKind::Outside,
             );
             frame.painter.set(shape, back);
-        }
-    }
-}
-
-impl Frame<'_> {
-    fn mark_colour(&self, mark: Mark) -> Option<Color32> {
-        match mark {
-            Mark::None => None,
-            Mark::Warning => Some(self.colours.warning),
-            Mark::Error => Some(self.colours.error),
         }
     }
 }

@@ -2,11 +2,17 @@
 
 use eframe::egui::{self, CursorIcon, Key, PointerButton, Pos2, Rect, Vec2};
 
-use crate::canvas::diagram::{Diagram, PortAt};
-use crate::canvas::gesture::{Gesture, Pending};
+use crate::canvas::diagram::Diagram;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::event::CanvasEvent;
+use crate::canvas::gesture::Gesture;
+use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::Hit;
-use crate::canvas::{Canvas, Event, Rules, snapped};
-use crate::item::Item;
+use crate::canvas::node::PortAt;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::selection::Selection;
+use crate::canvas::snap::snapped;
+use crate::canvas::state::Canvas;
 
 /// Nearer to the edge of the window than this, a drag moves the drawing.
 const EDGE: f32 = 24.0;
@@ -19,7 +25,7 @@ const SMOOTHED: f64 = 0.4;
 /// The smallest size of a group or note.
 const SMALLEST: Vec2 = Vec2::new(80.0, 50.0);
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     /// Moving and sizing the view: wheel and trackpad, the middle button, the space bar.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response) {
         let Some(at) = ui.input(|i| i.pointer.hover_pos()) else { return };
@@ -58,11 +64,11 @@ impl Canvas {
     pub(super) fn point(
         &mut self,
         ui: &egui::Ui,
-        diagram: &Diagram,
-        rules: &dyn Rules,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
         response: &egui::Response,
         hovered: Option<Hit>,
-        events: &mut Vec<Event>,
+        events: &mut Vec<CanvasEvent<Id>>,
     ) {
         self.show_cursor(ui, response, hovered);
         if response.clicked() || response.drag_started() || response.secondary_clicked() {
@@ -83,11 +89,11 @@ impl Canvas {
     fn clicks(
         &mut self,
         ui: &egui::Ui,
-        diagram: &Diagram,
-        rules: &dyn Rules,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
         response: &egui::Response,
         hovered: Option<Hit>,
-        events: &mut Vec<Event>,
+        events: &mut Vec<CanvasEvent<Id>>,
     ) {
         let Some(pointer) = response.interact_pointer_pos() else { return };
         let at = self.to_drawing(pointer);
@@ -101,8 +107,8 @@ impl Canvas {
         let item = hit.and_then(|hit| item_of(diagram, hit));
         if response.double_clicked() {
             events.push(match item {
-                Some(item) => Event::Opened(item),
-                None => Event::OpenedEmpty(snapped(at)),
+                Some(item) => CanvasEvent::Opened(item),
+                None => CanvasEvent::OpenedEmpty(snapped(at)),
             });
         } else if response.clicked() {
             match hit {
@@ -114,21 +120,21 @@ impl Canvas {
             }
         } else if response.secondary_clicked() {
             self.gesture = Gesture::Idle;
-            if let Some(item) = &item
+            if let Some(item) = item
                 && !self.selection.contains(item)
             {
-                self.select(Some(item.clone()), egui::Modifiers::NONE);
+                self.select(Some(item), egui::Modifiers::NONE);
             }
-            events.push(Event::Menu { of: item, at: snapped(at) });
+            events.push(CanvasEvent::Menu { of: item, at: snapped(at) });
         }
     }
 
     /// What a click selects: it alone, or with shift or ctrl it as well.
-    fn select(&mut self, item: Option<Item>, modifiers: egui::Modifiers) {
+    fn select(&mut self, item: Option<Id>, modifiers: egui::Modifiers) {
         let adds = modifiers.shift || modifiers.command;
         match item {
             Some(item) if adds => {
-                if !self.selection.remove(&item) {
+                if !self.selection.remove(item) {
                     self.selection.insert(item);
                 }
             }
@@ -141,8 +147,8 @@ impl Canvas {
     fn begin(
         &mut self,
         ui: &egui::Ui,
-        diagram: &Diagram,
-        rules: &dyn Rules,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
         response: &egui::Response,
     ) {
         let pressed = ui.input(|i| i.pointer.press_origin()).or(response.interact_pointer_pos());
@@ -168,11 +174,11 @@ impl Canvas {
             }
             Some(hit @ (Hit::Node(_) | Hit::Decoration(_) | Hit::Port(_) | Hit::Corner(_))) => {
                 let Some(item) = item_of(diagram, hit) else { return };
-                if !self.selection.contains(&item) {
-                    self.select(Some(item.clone()), modifiers);
-                    self.selection.insert(item.clone());
+                if !self.selection.contains(item) {
+                    self.select(Some(item), modifiers);
+                    self.selection.insert(item);
                 }
-                self.take_group_along(diagram, &item);
+                self.take_group_along(diagram, item);
                 if self.is_editable {
                     self.gesture = Gesture::Move { from: at, by: Vec2::ZERO };
                 }
@@ -186,13 +192,13 @@ impl Canvas {
     }
 
     /// A group that is dragged takes along what is in it.
-    fn take_group_along(&mut self, diagram: &Diagram, item: &Item) {
-        let groups = diagram.decorations.iter().filter(|d| !d.is_note && d.item == *item);
+    fn take_group_along(&mut self, diagram: &Diagram<Id>, item: Id) {
+        let groups = diagram.decorations.iter().filter(|d| !d.is_note && d.item == item);
         for area in groups.map(|group| group.rect) {
             let nodes = diagram.nodes.iter().filter(|node| area.contains_rect(node.rect));
-            self.selection.extend(nodes.map(|node| node.item.clone()));
+            self.selection.extend(nodes.map(|node| node.item));
             let inner = diagram.decorations.iter().filter(|d| area.contains_rect(d.rect));
-            self.selection.extend(inner.map(|decoration| decoration.item.clone()));
+            self.selection.extend(inner.map(|decoration| decoration.item));
         }
     }
 
@@ -234,13 +240,13 @@ impl Canvas {
 
     fn end(
         &mut self,
-        diagram: &Diagram,
-        rules: &dyn Rules,
-        gesture: Gesture,
-        events: &mut Vec<Event>,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
+        gesture: Gesture<Id>,
+        events: &mut Vec<CanvasEvent<Id>>,
     ) {
         match gesture {
-            Gesture::Move { by, .. } if by != Vec2::ZERO => events.push(Event::Moved(by)),
+            Gesture::Move { by, .. } if by != Vec2::ZERO => events.push(CanvasEvent::Moved(by)),
             Gesture::Band { from, to, kept } => self.end_band(diagram, from, to, kept),
             Gesture::Wire { from, to, taken, .. } => {
                 self.end_wire(diagram, rules, (from, to, taken), events);
@@ -249,36 +255,30 @@ impl Canvas {
                 if let Some(decoration) = diagram.decorations.get(number) {
                     let max = if self.snap { snapped(rect.max) } else { rect.max };
                     let rect = Rect::from_min_max(rect.min, max);
-                    events.push(Event::Resized(decoration.item.clone(), rect));
+                    events.push(CanvasEvent::Resized(decoration.item, rect));
                 }
             }
             _ => {}
         }
     }
 
-    fn end_band(
-        &mut self,
-        diagram: &Diagram,
-        from: Pos2,
-        to: Pos2,
-        kept: std::collections::BTreeSet<Item>,
-    ) {
+    fn end_band(&mut self, diagram: &Diagram<Id>, from: Pos2, to: Pos2, kept: Selection<Id>) {
         let area = Rect::from_two_pos(from, to);
         self.selection = kept;
         let nodes = diagram.nodes.iter().filter(|node| area.intersects(node.rect));
-        self.selection.extend(nodes.map(|node| node.item.clone()));
+        self.selection.extend(nodes.map(|node| node.item));
         let decorations = diagram.decorations.iter().filter(|d| area.contains_rect(d.rect));
-        self.selection.extend(decorations.map(|decoration| decoration.item.clone()));
+        self.selection.extend(decorations.map(|decoration| decoration.item));
     }
 
     fn end_wire(
         &mut self,
-        diagram: &Diagram,
-        rules: &dyn Rules,
+        diagram: &Diagram<Id>,
+        rules: &dyn JoinRules,
         (from, at, taken): (PortAt, Pos2, Option<usize>),
-        events: &mut Vec<Event>,
+        events: &mut Vec<CanvasEvent<Id>>,
     ) {
-        let dragged = Pending { from, taken };
+        let dragged = PendingWire { from, taken };
         let fits = |port| port != from && dragged.may_end(rules, port).is_ok();
         let target = self.drop_port(diagram, at, &fits).filter(|port| *port != from);
         if let Some(wire) = taken {
@@ -289,21 +289,21 @@ impl Canvas {
             }
             let refusal = target.and_then(|to| dragged.may_end(rules, to).err());
             events.push(match refusal {
-                Some(why) => Event::Refused(why),
-                None => Event::Rewired { wire, stays: from, to: target },
+                Some(why) => CanvasEvent::Refused(why),
+                None => CanvasEvent::Rewired { wire, stays: from, to: target },
             });
             return;
         }
         match target {
             Some(to) => match rules.may_join(from, to) {
-                Ok(()) => events.push(Event::Joined(from, to)),
-                Err(why) => events.push(Event::Refused(why)),
+                Ok(()) => events.push(CanvasEvent::Joined(from, to)),
+                Err(why) => events.push(CanvasEvent::Refused(why)),
             },
             None => {
                 // Let go where it began it is no wire.
                 let start = diagram.port_position(from);
                 if start.is_none_or(|start| (start - at).length() > 20.0) {
-                    events.push(Event::Loose { from, at: snapped(at) });
+                    events.push(CanvasEvent::Loose { from, at: snapped(at) });
                 }
             }
         }
@@ -328,23 +328,24 @@ impl Canvas {
 }
 
 /// What is at a place of the drawing.
-pub(super) fn item_of(diagram: &Diagram, hit: Hit) -> Option<Item> {
+pub(super) fn item_of<Id: DiagramId>(diagram: &Diagram<Id>, hit: Hit) -> Option<Id> {
     Some(match hit {
-        Hit::Port(PortAt { node, .. }) | Hit::Node(node) => diagram.nodes.get(node)?.item.clone(),
-        Hit::Wire(wire) | Hit::Grip { wire, .. } => diagram.wires.get(wire)?.item.clone(),
-        Hit::Decoration(n) | Hit::Corner(n) => diagram.decorations.get(n)?.item.clone(),
+        Hit::Port(PortAt { node, .. }) | Hit::Node(node) => diagram.nodes.get(node)?.item,
+        Hit::Wire(wire) | Hit::Grip { wire, .. } => diagram.wires.get(wire)?.item,
+        Hit::Decoration(n) | Hit::Corner(n) => diagram.decorations.get(n)?.item,
     })
 }
 
 /// Whole steps of a mouse wheel; a trackpad scrolls by points or parts of a line.
 pub(super) fn wheel_steps(event: &egui::Event) -> f32 {
     match event {
-        egui::Event::MouseWheel { unit: egui::MouseWheelUnit::Line, delta, modifiers, .. }
-            if delta.x == 0.0
-                && delta.y.fract() == 0.0
-                && !modifiers.shift
-                && !modifiers.command
-                && !modifiers.alt =>
+        egui::Event::MouseWheel {
+            unit: egui::MouseWheelUnit::NodeLine, delta, modifiers, ..
+        } if delta.x == 0.0
+            && delta.y.fract() == 0.0
+            && !modifiers.shift
+            && !modifiers.command
+            && !modifiers.alt =>
         {
             delta.y
         }

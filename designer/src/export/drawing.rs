@@ -6,8 +6,10 @@ use armor_picture::svg;
 use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference};
 
 use super::{Format, PngError, Stage, save_png};
-use crate::canvas::{Canvas, Diagram, PortAt, Rules};
-use crate::theme::{self, Colours};
+use crate::canvas::CanvasColours;
+use crate::canvas::{Canvas, Diagram, JoinRules, PortAt};
+use crate::item::Item;
+use crate::theme;
 
 /// Points around the drawing; wires reach a little beyond the blocks.
 const MARGIN: f32 = 60.0;
@@ -19,14 +21,14 @@ const MAX_PIXELS: f32 = 16_384.0;
 /// Why a drawing was not exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The name says no format.
-    #[error("{path} ends neither in .svg nor in .png", path = path.display())]
+    /// The name states no format.
+    #[error("{path} does not end in .svg or .png", path = path.display())]
     Format {
         /// The file.
         path: PathBuf,
     },
     /// There is nothing to be seen.
-    #[error("there is nothing drawn yet")]
+    #[error("the drawing is empty")]
     Empty,
     /// As pixels it would be giant.
     #[error(
@@ -44,13 +46,13 @@ pub enum ExportError {
     Save(#[from] armor_files::SaveError),
 }
 
-/// Saves the drawing as the file at `path`, in the format that its ending says, with `scale` pixels
+/// Saves the drawing as the file at `path`, in the format that its ending states, with `scale` pixels
 /// of a PNG for each point.
 ///
 /// # Errors
-/// If the ending says no format, there is nothing to be seen, or the file cannot be written.
+/// If the ending states no format, there is nothing to be seen, or the file cannot be written.
 pub fn export(
-    diagram: &Diagram,
+    diagram: &Diagram<Item>,
     path: &Path,
     is_dark: bool,
     scale: f32,
@@ -77,7 +79,8 @@ pub fn export(
             canvas.show(ui, diagram, &Still);
         });
     });
-    let under = if is_dark { Colours::DARK.background } else { Colours::LIGHT.background };
+    let under =
+        if is_dark { CanvasColours::DARK.background } else { CanvasColours::LIGHT.background };
     match format {
         Format::Png => save_png(&stage.pixels(under), path)?,
         Format::Svg => {
@@ -92,7 +95,7 @@ pub fn export(
 /// Nothing is joined in a picture.
 struct Still;
 
-impl Rules for Still {
+impl JoinRules for Still {
     fn may_join(&self, _: PortAt, _: PortAt) -> Result<(), String> {
         Err("a picture is not edited".into())
     }

@@ -24,7 +24,7 @@ pub struct Keeper {
     recovery: Option<Recovery>,
     /// The revisions of the files and of what is being written, as they were seen last.
     seen: (u64, u64),
-    /// Counts how often they were others.
+    /// Counts how many times they were others.
     work: u64,
     watch: Option<Watch>,
     recent: Option<Recent>,
@@ -57,7 +57,7 @@ impl Keeper {
         let kept = folder.join("recovery");
         let recovery = Recovery::begin(&kept);
         if let Err(error) = &recovery {
-            messages.warn(format!("unsaved work is not kept: {}: {error}", kept.display()));
+            messages.warn(format!("Unsaved work cannot be backed up: {}: {error}", kept.display()));
         }
         let mut keeper = Self {
             orphans: orphans(&kept),
@@ -79,16 +79,16 @@ impl Keeper {
     pub fn remember(&mut self, path: &Path) {
         let added = self.recent.as_ref().map_or(Ok(()), |recent| recent.add(path));
         if let Err(error) = added {
-            tracing::warn!(%error, "the list of recent files is not written");
+            tracing::warn!(%error, "the list of recent files cannot be written");
         }
         self.read_recent();
     }
 
-    /// Forgets a file that cannot be opened any more.
+    /// Forgets a file that cannot be opened any longer.
     pub fn forget(&mut self, path: &Path) {
         let forgotten = self.recent.as_ref().map_or(Ok(()), |recent| recent.forget(path));
         if let Err(error) = forgotten {
-            tracing::warn!(%error, "the list of recent files is not written");
+            tracing::warn!(%error, "the list of recent files cannot be written");
         }
         self.read_recent();
     }
@@ -98,7 +98,7 @@ impl Keeper {
     }
 
     /// Does what is due; to be called with each frame. `draft` is what is being written;
-    /// `has_written` says whether it is the running system that has written a file, as it was asked
+    /// `has_written` states whether it is the running system that has written a file, as it was asked
     /// to from here.
     pub fn tick(
         &mut self,
@@ -117,7 +117,7 @@ impl Keeper {
         }
     }
 
-    /// Shows what is to be decided by the user, and says what they want of the window.
+    /// Shows what is to be decided by the user, and states what they want of the window.
     pub fn ask(&mut self, ctx: &egui::Context, project: &mut Project) -> Option<Wish> {
         if let Some(question) = &self.question {
             if let Some(decision) = question.show(ctx, project) {
@@ -179,7 +179,7 @@ impl Keeper {
         }
     }
 
-    /// Tells the watch what is known of the disk, when that changed.
+    /// Tells the watch the status of the disk, when that changed.
     fn follow(&mut self, project: &Project) {
         let Some(watch) = &self.watch else { return };
         let open = || {
@@ -208,7 +208,7 @@ impl Keeper {
         watch.follow(of_open.chain(others.map(|path| (path.clone(), read(path)))));
     }
 
-    /// Answers to a file that changed on the disk; `is_own` if that was wished here.
+    /// Returns to a file that changed on the disk; `is_own` if that was wished here.
     fn take(&mut self, news: News, project: &mut Project, messages: &mut Messages, is_own: bool) {
         self.followed_revision = None;
         let is_it = |file: &crate::project::OpenFile| file.path() == Some(&news.path);
@@ -221,7 +221,7 @@ impl Keeper {
         self.odd.insert(news.path.clone(), news.now.clone());
         let Some(bytes) = news.now else {
             project.set_saved(n, "".into());
-            messages.warn(format!("{name} is not there any more; saving writes it again"));
+            messages.warn(format!("{name} was deleted on disk; saving creates it again"));
             return;
         };
         let file = &project.files()[n];
@@ -231,19 +231,19 @@ impl Keeper {
             (Answer::Same, Ok(theirs)) => project.set_saved(n, theirs),
             (Answer::Take, Ok(theirs)) => {
                 project.set_saved(n, Arc::clone(&theirs));
-                project.replace_text(n, "taking what is on the disk", theirs);
+                project.replace_text(n, "use the version on disk", theirs);
                 // Who set a parameter is told of it where that was done.
                 if !is_own {
-                    let text = format!("{name} was changed by another program and is read again");
+                    let text = format!("{name} was changed by another program and reloaded");
                     messages.tell(text);
                 }
             }
             (Answer::Merged(both), Ok(theirs)) => {
                 project.set_saved(n, theirs);
-                project.replace_text(n, "merging with what is on the disk", both.into());
+                project.replace_text(n, "merge with the version on disk", both.into());
                 let who = if is_own { "the running system" } else { "another program" };
                 messages.tell(format!(
-                    "{name} was changed by {who}; both changes are in it now, not saved yet"
+                    "{name} was changed by {who}; both changes are merged, not saved yet"
                 ));
             }
             (Answer::Ask, Ok(theirs)) => {
@@ -252,7 +252,7 @@ impl Keeper {
             (_, Err(_)) => {
                 project.set_saved(n, "".into());
                 messages.warn(format!(
-                    "{name} was changed by another program to something that is not UTF-8 text; \
+                    "{name} was changed by another program and is not UTF-8 text any more; \
                      saving replaces it"
                 ));
             }
@@ -265,7 +265,8 @@ fn watch(ctx: &egui::Context, messages: &mut Messages) -> Option<Watch> {
     match Watch::begin(move || ctx.request_repaint()) {
         Ok(watch) => Some(watch),
         Err(error) => {
-            messages.warn(format!("changes of files by other programs are not noticed: {error}"));
+            messages
+                .warn(format!("Changes made to files by other programs are not detected: {error}"));
             None
         }
     }
@@ -293,7 +294,7 @@ fn unsaved(project: &Project, draft: Option<Draft>) -> Option<Kept> {
 }
 
 /// Puts kept work over a project that was opened again from the same files, as one change for each
-/// file: what the disk says by now is merged where that can be, and else gives way, since it can be
+/// file: what the disk states by now is merged where that can be, and else gives way, since it can be
 /// had again by undo.
 pub fn put_back(kept: &Kept, project: &mut Project) {
     for file in &kept.files {
@@ -308,6 +309,6 @@ pub fn put_back(kept: &Kept, project: &mut Project) {
         let disk = Arc::clone(project.files()[n].saved());
         let merged = super::merge::merge(&file.saved, text, &disk);
         let text = merged.unwrap_or_else(|| text.clone());
-        project.replace_text(n, "bringing back unsaved work", text.into());
+        project.replace_text(n, "restore unsaved work", text.into());
     }
 }

@@ -44,7 +44,7 @@ fn entry(entry: &fs::DirEntry, ending: &str) -> Option<Entry> {
     is_wanted.then_some(Entry { name, path, is_folder })
 }
 
-/// The path that somebody means who types `typed` while looking at `folder`: `~` is the home, and
+/// The path that the user means who types `typed` while looking at `folder`: `~` is the home, and
 /// what is relative counts from the folder.
 pub fn meant(folder: &Path, home: Option<&Path>, typed: &str) -> PathBuf {
     let typed = typed.trim_start();
@@ -55,10 +55,10 @@ pub fn meant(folder: &Path, home: Option<&Path>, typed: &str) -> PathBuf {
     }
 }
 
-/// What the path may go on as: the text as far as all possibilities agree, and these.
+/// What the path may continue as: the text as far as all possibilities agree, and these.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Completion {
-    /// The typed text, longer if there is only one way to go on.
+    /// The typed text, longer if there is only one way to continue.
     pub typed: String,
     /// What begins so.
     pub choices: Vec<Entry>,

@@ -16,7 +16,7 @@ use lines::changes;
 pub enum Answer {
     /// The disk holds what is in the window: it counts as saved.
     Same,
-    /// Nothing was changed in the window: it takes the disk's, whatever that says.
+    /// Nothing was changed in the window: it takes the disk's, whatever that states.
     Take,
     /// Both were changed, in different places: this is both together.
     Merged(String),

@@ -1,4 +1,4 @@
-//! The folder of the designer's own files. Nothing of it ever lies beside the user's.
+//! The folder of the designer's own files. It is never next to the user's files.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ pub fn data_folder() -> Option<PathBuf> {
     folder(std::env::var_os("XDG_DATA_HOME"), std::env::var_os("HOME"), ".local/share")
 }
 
-/// A relative path in the variable counts as none, as the XDG specification says.
+/// A relative path in the variable counts as none, as the XDG specification states.
 fn folder(given: Option<OsString>, home: Option<OsString>, under_home: &str) -> Option<PathBuf> {
     let absolute = |path: &PathBuf| path.is_absolute();
     let base = given

@@ -47,7 +47,7 @@ impl Recent {
         self.write(&paths)
     }
 
-    /// Forgets a path, such as one that is not there any more.
+    /// Forgets a path, such as one that no longer exists.
     ///
     /// # Errors
     /// If the list cannot be written.

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use orphan::{Orphan, orphans};
 use writer::Writer;
 
-/// Pause between two writings. The first change is kept at once, so that with the time a write
+/// Pause between two writings. The first change is kept immediately, so that with the time a write
 /// takes no more than five seconds are ever lost.
 pub const EVERY: Duration = Duration::from_secs(2);
 
@@ -26,7 +26,7 @@ pub const EVERY: Duration = Duration::from_secs(2);
 pub struct Kept {
     /// When it was kept, in seconds since 1970.
     pub at: u64,
-    /// The file that was opened, the first of all, and its mission or system beside it. Those
+    /// The file that was opened, the first of all, and its mission or system next to it. Those
     /// without changes are named too, so that the same project opens again.
     pub files: Vec<KeptFile>,
 }
@@ -68,14 +68,14 @@ impl Recovery {
     /// # Errors
     /// If the folder cannot be made or written.
     pub fn begin(folder: &Path) -> io::Result<Self> {
-        // What a robot's file says is nobody else's to read.
+        // What a robot's file states is no other's to read.
         fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         let (lock_file, lock) = orphan::take_name(folder)?;
         let file = lock_file.with_extension(orphan::KEPT);
         Ok(Self { writer: Writer::of(&file), file, lock_file, _lock: lock, kept: None })
     }
 
-    /// Keeps revision `revision` of the unsaved work if it is time to, and says when to call again;
+    /// Keeps revision `revision` of the unsaved work if it is time to, and computes when to call again;
     /// none if nothing waits. `unsaved` gives the work, or none if all of it is saved.
     pub fn keep(
         &mut self,

@@ -1,5 +1,5 @@
-//! Notices that an open file is another one on the disk: looked at once a second, on a thread of
-//! its own, since a network disk may take its time. A look costs one `stat`; only what that says
+//! Notices that an open file is another one on the disk: looked immediately a second, on a thread of
+//! its own, since a network disk may take its time. A look costs one `stat`; only what that states
 //! may have changed is read.
 
 use std::collections::BTreeMap;
@@ -181,7 +181,7 @@ mod tests {
         Some(text.as_bytes().into())
     }
 
-    /// Looks until nothing is being written any more, and gives the news.
+    /// Looks until nothing is being written any longer, and gives the news.
     fn looked(looker: &mut Looker) -> Vec<News> {
         while looker.look() {}
         std::mem::take(&mut looker.news)

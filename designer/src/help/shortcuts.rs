@@ -9,11 +9,14 @@ const MOUSE: &[(&str, &str)] = &[
     ("Wheel", "zooms at the pointer"),
     ("Middle button, or Space and drag", "moves the view"),
     ("Two fingers on a trackpad", "move the view; a pinch zooms"),
-    ("Drag from a port", "draws a link; ports that fit are ringed, the others say why not"),
-    ("Let a link go over nothing", "offers what it could be linked with"),
-    ("Drag over nothing", "selects what is in the frame; with Shift, more"),
-    ("Double click", "opens the properties; on nothing, adds something"),
-    ("Drag from the palette", "adds a component where it is let go"),
+    (
+        "Drag from a port",
+        "draws a link; matching ports are ringed, others show why they do not match",
+    ),
+    ("Drop a link on the background", "lists what it can be linked with"),
+    ("Drag on the background", "selects what is in the frame; with Shift, adds to the selection"),
+    ("Double click", "opens the properties; on the background, adds an item"),
+    ("Drag from the palette", "adds a component where it is dropped"),
     ("A file dropped on the window", "is opened"),
 ];
 

@@ -16,8 +16,8 @@ const WIDTH: f32 = 900.0;
 const STEPS: [(&str, &str); 3] = [
     (
         "Draw the robot",
-        "Drag components from the palette and link their ports. A number on a block says how many \
-         parameters still need a value: double-click it.",
+        "Drag components from the palette and link their ports. The number on a block counts \
+         the parameters that need a value: double-click it.",
     ),
     (
         "Draw the mission",
@@ -25,7 +25,7 @@ const STEPS: [(&str, &str); 3] = [
          wrong or can never happen is shown while you draw.",
     ),
     (
-        "Let it run",
+        "Run it",
         "Save and press Run. The blocks show who is active, the links how much flows, the net where \
          the robot is.",
     ),
@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
         ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             ui.add_space(28.0);
             ui.label(RichText::new("Armor designer").size(30.0).strong());
-            ui.label("A robot is drawn as blocks, its mission as a net, and both are watched while they run.");
+            ui.label("Draw a robot as blocks and its mission as a net, and watch both run.");
             ui.add_space(14.0);
             steps(ui);
             ui.add_space(14.0);
@@ -88,11 +88,11 @@ fn begin(ui: &mut Ui) -> Option<Chosen> {
                 chosen = Some(Chosen::Run(command));
             }
         }
-        let back = ui.add(egui::Button::new("To the drawing").min_size([110.0, 36.0].into()));
+        let back = ui.add(egui::Button::new("Back to the drawing").min_size([110.0, 36.0].into()));
         if back.on_hover_text("Closes this page.").clicked() {
             chosen = Some(Chosen::Back);
         }
-        ui.weak("or drop a file on the window; F1 shows the keys");
+        ui.weak("or drop a file on the window; F1 shows all keys");
     });
     ui.add_space(14.0);
     chosen
@@ -101,7 +101,7 @@ fn begin(ui: &mut Ui) -> Option<Chosen> {
 fn examples(ui: &mut Ui) -> Option<Chosen> {
     let mut chosen = None;
     ui.label(RichText::new("Examples").size(17.0).strong());
-    ui.weak("Opened as copies: change them as you like.");
+    ui.weak("Examples open as copies that you can change.");
     for row in EXAMPLES.chunks(3) {
         ui.columns(3, |columns| {
             for (ui, example) in columns.iter_mut().zip(row) {
@@ -126,7 +126,7 @@ fn before(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
         return None;
     }
     let mut chosen = None;
-    ui.label(RichText::new("Open before").size(17.0).strong());
+    ui.label(RichText::new("Recent files").size(17.0).strong());
     for path in recent {
         ui.horizontal(|ui| {
             let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

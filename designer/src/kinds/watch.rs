@@ -1,4 +1,4 @@
-//! Asks for the kinds on a thread, at once and whenever something they come from has changed.
+//! Asks for the kinds on a thread, immediately and whenever something they come from has changed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ impl KindsWatch {
         Self { folders, news }
     }
 
-    /// Says that the file is in another folder now.
+    /// Shows that the file is in another folder now.
     pub fn set_folder(&self, folder: PathBuf) {
         // A thread that is not there was told of.
         let _ = self.folders.send(folder);

@@ -5,12 +5,17 @@ use armor_inspect::{ObservedLink, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
 use super::tone::{self, Tone};
+use crate::canvas::CanvasColours;
 use crate::canvas::{Diagram, Mark, Wire};
 use crate::item::Item;
-use crate::theme::Colours;
 
 /// Brings the drawing up to what is seen; `base` is the drawing without it, of the same blocks.
-pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &SystemPicture, colours: &Colours) {
+pub fn show(
+    diagram: &mut Diagram<Item>,
+    base: &Diagram<Item>,
+    picture: &SystemPicture,
+    colours: &CanvasColours,
+) {
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         let Item::Component(name) = &plain.item else { continue };
         let process = picture.processes.get(name);
@@ -42,8 +47,8 @@ pub fn show(diagram: &mut Diagram, base: &Diagram, picture: &SystemPicture, colo
 }
 
 /// A link by what it carries.
-fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&ObservedLink>, colours: &Colours) {
-    let words = edge.map_or_else(|| "nothing known".to_owned(), in_words);
+fn carry(wire: &mut Wire<Item>, plain: &Wire<Item>, edge: Option<&ObservedLink>, colours: &CanvasColours) {
+    let words = edge.map_or_else(|| "unknown".to_owned(), in_words);
     let is_down = edge.is_none_or(|edge| !edge.connected);
     let carries = edge.and_then(|edge| edge.rate_hz).is_some_and(|rate_hz| rate_hz > 0.0);
     wire.is_dashed = is_down;
@@ -54,12 +59,12 @@ fn carry(wire: &mut Wire, plain: &Wire, edge: Option<&ObservedLink>, colours: &C
         Some(edge) if has_lost(edge) => Mark::Warning,
         _ => Mark::None,
     };
-    wire.doc = edge.map_or_else(|| "Neither end has said anything yet.".into(), of_edge);
+    wire.doc = edge.map_or_else(|| "No report from either end yet.".into(), of_edge);
     wire.label = format!("{}: {words}", plain.label);
     wire.text = if edge.is_some() { words } else { String::new() };
 }
 
-fn tint(edge: Option<&ObservedLink>, plain: Option<Color32>, colours: &Colours) -> Option<Color32> {
+fn tint(edge: Option<&ObservedLink>, plain: Option<Color32>, colours: &CanvasColours) -> Option<Color32> {
     match edge {
         None => Some(colours.weak),
         Some(edge) if !edge.connected => Some(colours.error),
@@ -109,7 +114,7 @@ fn of_process(process: &ObservedProcess, picture: &SystemPicture) -> String {
         lines.push(process.problem.clone());
     }
     if let Some(call_s) = process.call_s {
-        lines.push(format!("its code has been busy for {}", format_duration(call_s)));
+        lines.push(format!("in user code for {}", format_duration(call_s)));
     }
     if let Some(status) = &process.status {
         lines.push(format!("{} calls of exec, process {}", status.exec_calls, process.entry.pid));
@@ -130,12 +135,12 @@ fn of_edge(edge: &ObservedLink) -> String {
     }
     lines.push(format!("{} sent, {} received", edge.sent, edge.received));
     lines.push(format!(
-        "{} dropped because a process was slow (keep {}), {} lost on the way",
+        "{} dropped because a process was slow (keep {}), {} lost in transit",
         edge.dropped, edge.keep, edge.lost
     ));
     if edge.queued + edge.waiting > 0 {
         lines.push(format!(
-            "{} wait at the provider, {} at the consumer",
+            "{} waiting at the provider, {} at the consumer",
             edge.queued, edge.waiting
         ));
     }

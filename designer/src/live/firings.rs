@@ -6,7 +6,7 @@ use eframe::egui::{self, RichText, ScrollArea};
 
 use super::watched::Watched;
 use super::words::said;
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// The firings, the newest first.
 pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
@@ -34,13 +34,13 @@ pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
     }
 }
 
-/// The orders that were given, by anybody, the newest first.
+/// The orders that were given, by anyone, the newest first.
 pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     let look = watched.mission.look();
     let orders = look.marking.as_ref().map(|marking| marking.orders.as_slice()).unwrap_or_default();
     if orders.is_empty() {
-        ui.weak("Nobody has ordered anything.");
+        ui.weak("No orders yet.");
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for order in orders.iter().rev() {

@@ -4,11 +4,11 @@ use super::systems::component_of;
 use super::values;
 use super::watched::Watched;
 use super::words::said;
-use crate::canvas::{Diagram, Direction, Hit, PortAt, Shown};
+use crate::canvas::{CanvasOutput, Diagram, Direction, Hit, PortAt};
 use crate::item::Item;
 
 /// Tells it. Data are linked to only while their values are shown.
-pub fn tell(shown: &Shown, diagram: &Diagram, watched: Option<&Watched>) {
+pub fn tell(shown: &CanvasOutput<Item>, diagram: &Diagram<Item>, watched: Option<&Watched>) {
     let (Some(watched), Some(hit)) = (watched, shown.hovered) else { return };
     let Some((data, doc)) = about(diagram, hit) else { return };
     shown.response.clone().on_hover_ui_at_pointer(|ui| {
@@ -23,7 +23,7 @@ pub fn tell(shown: &Shown, diagram: &Diagram, watched: Option<&Watched>) {
 }
 
 /// The data there, and what else is to be said.
-fn about(diagram: &Diagram, hit: Hit) -> Option<(Option<String>, &str)> {
+fn about(diagram: &Diagram<Item>, hit: Hit) -> Option<(Option<String>, &str)> {
     Some(match hit {
         Hit::Wire(number) => {
             let wire = diagram.wires.get(number)?;
@@ -36,7 +36,7 @@ fn about(diagram: &Diagram, hit: Hit) -> Option<(Option<String>, &str)> {
 }
 
 /// The data of an output, or those that feed an input.
-fn data_at(diagram: &Diagram, at: PortAt) -> Option<String> {
+fn data_at(diagram: &Diagram<Item>, at: PortAt) -> Option<String> {
     let mut wires = diagram.wires.iter().filter(|wire| wire.from == at || wire.to == at);
     if let Some(data) = wires.find_map(|wire| data_on(&wire.item)) {
         return Some(data);
@@ -48,7 +48,7 @@ fn data_at(diagram: &Diagram, at: PortAt) -> Option<String> {
 
 fn data_on(item: &Item) -> Option<String> {
     match item {
-        Item::Link { from, .. } => Some(from.clone()),
+        Item::Link { from, .. } => Some(from.to_string()),
         _ => None,
     }
 }

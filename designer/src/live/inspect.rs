@@ -11,7 +11,7 @@ use super::tone::{self, Tone};
 use super::values;
 use super::watched::Watched;
 use super::words::said;
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// A component: what it does, what it publishes and gets, its parameters.
 pub fn component(
@@ -28,7 +28,7 @@ pub fn component(
         return;
     };
     state(ui, process, &picture);
-    // configd says what it does under its second name.
+    // configd states what it does under its second name.
     let second = Some(CONFIGURATION).filter(|it| name == CONFIGD && picture.is_second_name(it));
     let process = second.and_then(|second| picture.processes.get(second)).unwrap_or(process);
     if let Some(status) = &process.status {
@@ -44,7 +44,7 @@ pub fn component(
 }
 
 fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     let (tone, word) = Tone::seen(Some(process), picture, &colours);
     ui.horizontal_wrapped(|ui| {
         let word = RichText::new(word).strong();
@@ -58,20 +58,20 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
         ui.colored_label(colours.warning, said(ui, &process.problem));
     }
     if let Some(call_s) = process.call_s {
-        let text = format!("its code has been busy for {}", format_duration(call_s));
+        let text = format!("in user code for {}", format_duration(call_s));
         ui.colored_label(colours.warning, text);
     }
 }
 
 fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     if !status.last_error.is_empty() {
         ui.colored_label(colours.error, said(ui, &status.last_error));
     }
     let entry = &process.entry;
     let clock = status
         .clock_error_s
-        .map_or("not known".to_owned(), |error_s| format!("within {}", format_short_time(error_s)));
+        .map_or("unknown".to_owned(), |error_s| format!("within {}", format_short_time(error_s)));
     let rows = [
         ("kind", entry.kind.clone()),
         ("process", format!("{} on {}", entry.pid, entry.host)),
@@ -113,7 +113,7 @@ fn inputs(ui: &mut egui::Ui, status: &Status, has_ended: bool) {
     if fed.is_empty() {
         return;
     }
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     ui.add_space(4.0);
     ui.strong("Inputs");
     for input in fed {
@@ -151,7 +151,7 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
             carried(ui, edge);
         }
         None => {
-            ui.weak("Neither end has said anything yet.");
+            ui.weak("No report from either end yet.");
         }
     }
     ui.separator();
@@ -159,7 +159,7 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
 }
 
 fn state_of_link(ui: &mut egui::Ui, edge: &ObservedLink) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     ui.strong(super::blocks::in_words(edge));
     if !edge.problem.is_empty() {
         ui.colored_label(colours.error, said(ui, &edge.problem));
@@ -172,8 +172,8 @@ fn carried(ui: &mut egui::Ui, edge: &ObservedLink) {
         ("keep", edge.keep.clone()),
         ("sent", edge.sent.to_string()),
         ("received", edge.received.to_string()),
-        ("dropped, as a process was slow", edge.dropped.to_string()),
-        ("lost on the way", edge.lost.to_string()),
+        ("dropped because a process was slow", edge.dropped.to_string()),
+        ("lost in transit", edge.lost.to_string()),
         ("waiting at the provider", edge.queued.to_string()),
         ("waiting at the consumer", edge.waiting.to_string()),
     ];

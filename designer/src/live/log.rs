@@ -9,7 +9,7 @@ use eframe::egui::{
 };
 
 use super::rows::Rows;
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// How grave a line must be to be shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,8 +27,8 @@ impl Least {
     fn name(self) -> &'static str {
         match self {
             Self::Anything => "everything",
-            Self::Info => "INFO and graver",
-            Self::Warning => "WARN and graver",
+            Self::Info => "INFO and above",
+            Self::Warning => "WARN and above",
             Self::Error => "only ERROR",
         }
     }
@@ -134,11 +134,7 @@ impl Panel {
         self.choices(ui);
         self.take(log);
         if self.chosen.is_empty() {
-            ui.weak(if log.count() == 0 {
-                "Nothing has been said."
-            } else {
-                "No line is like that."
-            });
+            ui.weak(if log.count() == 0 { "No log lines yet." } else { "No matching lines." });
         }
         self.lines(ui);
     }
@@ -158,7 +154,7 @@ impl Panel {
         }
         // Else a place beyond what it held a moment ago is sprung back from.
         ui.spacing_mut().scroll.kinetic.rubber_band = false;
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         let shown = area.show_viewport(ui, |ui, seen| {
             ui.set_height(whole);
             ui.set_width(ui.available_width());
@@ -206,7 +202,7 @@ impl Panel {
                         ui.selectable_value(&mut self.filter.least, least, least.name());
                     }
                 });
-            levels.response.accessible_name("how grave");
+            levels.response.accessible_name("level");
             let words = TextEdit::singleline(&mut self.filter.words);
             ui.add(words.hint_text("words").desired_width(160.0)).accessible_name("words in lines");
             ui.weak(format!("{} lines", self.chosen.len()));
@@ -225,7 +221,7 @@ fn beside(line: &LogLine) -> usize {
     before(line).iter().map(|part| part.chars().count()).sum()
 }
 
-fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &Colours) {
+fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &CanvasColours) {
     let ink = match line.level.as_str() {
         "ERROR" => colours.error,
         "WARN" => colours.warning,

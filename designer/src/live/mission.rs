@@ -9,7 +9,7 @@ use super::moves;
 use super::orders::Giving;
 use super::session::Session;
 use super::words::{is_over, said};
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// What of this panel is remembered from frame to frame.
 #[derive(Debug, Default)]
@@ -23,12 +23,12 @@ impl Panel {
     /// Shows it; `places` are those that tokens could be moved to.
     pub fn show(&mut self, ui: &mut egui::Ui, session: &mut Session, places: &[String]) {
         let Some(watched) = session.watched() else {
-            ui.weak("Nothing is watched.");
+            ui.weak("Not watching a system.");
             return;
         };
         let look = watched.mission.look();
         let Some(marking) = look.marking.clone() else {
-            ui.weak("No mission is seen in this system.");
+            ui.weak("This system has no mission.");
             if !look.problem.is_empty() {
                 ui.weak(said(ui, &look.problem));
             }
@@ -45,12 +45,12 @@ impl Panel {
         giving.refusal(ui, &marking);
         circumstances(ui, &marking, now_s);
         if !look.problem.is_empty() && !is_over(&marking.stage) && watched.silence().is_none() {
-            let colours = Colours::of(ui.visuals());
+            let colours = CanvasColours::of(ui.visuals());
             ui.colored_label(colours.warning, said(ui, &look.problem));
         }
         facts(ui, &marking);
         ui.horizontal(|ui| {
-            let label = ui.label("Orders are given by");
+            let label = ui.label("Orders as");
             let edit = TextEdit::singleline(&mut session.author).desired_width(150.0);
             ui.add(edit).labelled_by(label.id);
         });
@@ -63,7 +63,7 @@ impl Panel {
         let giving = Giving::to(watched, &marking, &session.author);
         ui.horizontal_wrapped(|ui| {
             let (name, order, doc) = if marking.pause.is_some() {
-                ("Resume", Order::Resume, "Goes on where everything stood.")
+                ("Resume", Order::Resume, "Continues where the mission was paused.")
             } else {
                 let doc = "Stops clocks and components, but for those of safety.";
                 ("Pause", Order::Pause, doc)
@@ -80,7 +80,7 @@ impl Panel {
                 }
                 self.is_leaving = !sure.clicked() && !no.clicked();
             } else {
-                let doc = "Gives the mission up and goes to its safe place. Asks first.";
+                let doc = "Aborts the mission and goes to its safe place. Asks first.";
                 self.is_leaving = giving.button(ui, "Safe place", doc).clicked();
             }
             giving.hold(ui);
@@ -89,9 +89,9 @@ impl Panel {
     }
 }
 
-/// Where it stands; `silence` is why nothing is heard of it any more.
+/// Where it stands; `silence` is why nothing is heard of it any longer.
 fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.strong(&marking.mission);
         let colour = match marking.stage.as_str() {
@@ -106,13 +106,13 @@ fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>
         ui.weak(format!("{} fired", marking.fired));
     });
     if let Some(silence) = silence {
-        ui.weak(format!("{silence} This is where it stood last."));
+        ui.weak(format!("{silence} Last known state:"));
     }
 }
 
 /// What else there is to know of how it goes.
 fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     if !marking.clock.is_empty() {
         ui.weak(format!("Its time follows {}.", marking.clock));
     }
@@ -120,7 +120,7 @@ fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
         ui.colored_label(colours.warning, said(ui, &format!("because {}", marking.why)));
     }
     if let Some(pause) = &marking.pause {
-        let rest = if pause.at_rest { "" } else { "; not everything has come to rest yet" };
+        let rest = if pause.at_rest { "" } else { "; some components have not stopped yet" };
         let for_s = format_duration(now_s - pause.since_at_s);
         ui.colored_label(colours.warning, format!("paused by {} for {for_s}{rest}", pause.by));
     }
@@ -138,7 +138,7 @@ fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
 
 /// What the operator is asked.
 fn asked(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     for asked in &marking.confirmations {
         egui::Frame::group(ui.style()).stroke((1.5, colours.warning)).show(ui, |ui| {
             ui.strong(format!("May {} fire?", asked.transition));
@@ -162,7 +162,7 @@ fn unanswered(asked: &Confirmation, now_s: f64) -> String {
     let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
     match asked.answer_by_at_s {
         None => "It waits for an answer.".to_owned(),
-        Some(_) if asked.put_off => "Its time for an answer stands still.".to_owned(),
+        Some(_) if asked.put_off => "The time to answer is paused.".to_owned(),
         Some(by_s) => {
             format!("Without an answer it {what} in {}.", format_duration((by_s - now_s).max(0.0)))
         }
@@ -172,7 +172,8 @@ fn unanswered(asked: &Confirmation, now_s: f64) -> String {
 fn in_places(ui: &mut egui::Ui, marking: &Marking) {
     let marked = marking.places.iter().map(|place| {
         let tokens = if place.tokens == 1 { String::new() } else { format!(" x {}", place.tokens) };
-        let waits = if place.active || marking.pause.is_some() { "" } else { " (not all run yet)" };
+        let waits =
+            if place.active || marking.pause.is_some() { "" } else { " (not all running yet)" };
         format!("{}{tokens}{waits}", place.place)
     });
     let marked: Vec<_> = marked.collect();
@@ -200,7 +201,7 @@ fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s:
                 let why_not = if enabled.held {
                     Some("The mission is paused: resume it first.")
                 } else if enabled.earliest_at_s > clock_s(false) {
-                    Some("Its time has not come yet.")
+                    Some("It is not due yet.")
                 } else {
                     None
                 };

@@ -1,5 +1,5 @@
-//! Tokens moved by hand while the mission is paused: one says how many each place is to hold, and
-//! orders all the moves at once.
+//! Tokens moved by hand while the mission is paused: one states how many each place is to hold, and
+//! orders all the moves immediately.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::orders::Giving;
 /// What is wanted of the places.
 #[derive(Debug, Default)]
 pub struct Panel {
-    /// How many tokens a place is to hold, where somebody has said so.
+    /// How many tokens a place is to hold, where the user has said so.
     wanted: BTreeMap<String, u32>,
 }
 
@@ -49,13 +49,13 @@ impl Panel {
             let changed = rows.iter().filter(|row| row.now != row.wanted);
             self.wanted = changed.map(|row| (row.place.clone(), row.wanted)).collect();
             ui.horizontal(|ui| {
-                let doc = "What they activate starts when the mission goes on. It is proven first \
-                           that nothing bad follows.";
+                let doc = "The components they activate start when the mission resumes. Before \
+                           that, the move is proven safe.";
                 let why_not = unmovable(&rows);
                 if giving.button_unless(ui, "Move", doc, why_not.as_deref()).clicked() {
                     giving.give(Order::Move { moves: moves(&rows) });
                 }
-                if !self.wanted.is_empty() && ui.button("Leave them").clicked() {
+                if !self.wanted.is_empty() && ui.button("Cancel").clicked() {
                     self.wanted.clear();
                 }
             });
@@ -107,13 +107,13 @@ fn unmovable(rows: &[Row]) -> Option<String> {
     if now != wanted {
         let tokens = |count: u64| if count == 1 { "token" } else { "tokens" };
         return Some(format!(
-            "There are {now} {}, and places are given for {wanted}: tokens are moved, not made.",
+            "There are {now} {}, but {wanted} are placed: tokens are moved, not created.",
             tokens(now)
         ));
     }
     rows.iter()
         .all(|row| row.now == row.wanted)
-        .then(|| "Say first which place is to hold how many.".into())
+        .then(|| "First set how many tokens each place gets.".into())
 }
 
 /// The moves that make every place hold what is wanted, if there are as many tokens as that.

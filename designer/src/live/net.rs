@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{EnabledTransition, MarkedPlace, Marking};
 
-use crate::canvas::{Badge, Diagram, Mark, Node, Outline, Shape};
+use crate::canvas::CanvasColours;
+use crate::canvas::{Badge, Diagram, DiagramNode, Mark, NodeShape, Outline};
 use crate::item::Item;
-use crate::theme::Colours;
 
 /// Brings the drawing up to the marking; `base` is the drawing without it, of the same nodes, and
 /// `now_s` is mission time.
 pub fn show(
-    diagram: &mut Diagram,
-    base: &Diagram,
+    diagram: &mut Diagram<Item>,
+    base: &Diagram<Item>,
     marking: &Marking,
     now_s: f64,
-    colours: &Colours,
+    colours: &CanvasColours,
 ) {
     let marked: BTreeMap<_, _> =
         marking.places.iter().map(|place| (place.place.as_str(), place)).collect();
@@ -41,13 +41,13 @@ pub fn show(
 }
 
 fn place(
-    node: &mut Node,
+    node: &mut DiagramNode<Item>,
     place: Option<&MarkedPlace>,
     name: &str,
     marking: &Marking,
-    colours: &Colours,
+    colours: &CanvasColours,
 ) -> String {
-    if let Shape::Place { tokens, .. } = &mut node.shape {
+    if let NodeShape::Place { tokens, .. } = &mut node.shape {
         *tokens = place.map_or(0, |place| place.tokens);
     }
     let comes = marking.in_flight.iter().any(|flight| flight.to.iter().any(|to| to == name));
@@ -56,10 +56,10 @@ fn place(
             (Some(colours.good), Outline::Strong, "marked")
         }
         Some(_) => {
-            let word = "marked, and not all of its components run yet";
+            let word = "marked; not all of its components are running yet";
             (Some(colours.warning), Outline::Strong, word)
         }
-        None if comes => (Some(colours.warning), Outline::Dashed, "a token is on its way here"),
+        None if comes => (Some(colours.warning), Outline::Dashed, "a token is arriving"),
         None => (None, Outline::Plain, "not marked"),
     };
     (node.look.tint, node.look.outline) = (tint, outline);
@@ -68,18 +68,18 @@ fn place(
 }
 
 fn transition(
-    node: &mut Node,
+    node: &mut DiagramNode<Item>,
     enabled: Option<&EnabledTransition>,
     name: &str,
     marking: &Marking,
     now_s: f64,
-    colours: &Colours,
+    colours: &CanvasColours,
 ) -> String {
     let flies = marking.in_flight.iter().any(|flight| flight.cause == name);
     let asks = marking.confirmations.iter().any(|asked| asked.transition == name);
     let (tint, badge, word) = match enabled {
-        _ if flies => (Some(colours.good), Some("fires".to_owned()), "it fires".to_owned()),
-        _ if asks => (Some(colours.warning), Some("asks".into()), "it asks to be confirmed".into()),
+        _ if flies => (Some(colours.good), Some("fires".to_owned()), "fires".to_owned()),
+        _ if asks => (Some(colours.warning), Some("asks".into()), "asks for confirmation".into()),
         Some(enabled) => {
             let left_s = enabled.earliest_at_s - now_s;
             let badge = match enabled.by.as_str() {
@@ -99,18 +99,23 @@ fn transition(
 }
 
 /// The tokens in the places of a sub-mission.
-fn inside(node: &mut Node, mission: &str, marking: &Marking, colours: &Colours) -> String {
+fn inside(
+    node: &mut DiagramNode<Item>,
+    mission: &str,
+    marking: &Marking,
+    colours: &CanvasColours,
+) -> String {
     let own = marking
         .places
         .iter()
         .filter(|place| place.place.split_once('.').is_some_and(|(outer, _)| outer == mission));
     let own: Vec<_> = own.map(|place| place.place.as_str()).collect();
     if own.is_empty() {
-        return "no token is inside".into();
+        return "no tokens inside".into();
     }
     node.look.tint = Some(colours.good);
     node.look.outline = Outline::Strong;
-    let doc = format!("inside in {}", own.join(", "));
+    let doc = format!("tokens in {}", own.join(", "));
     let (text, tint) = (own.len().to_string(), node.look.tint);
     node.badge = Some(Badge { text, doc: doc.clone(), tint });
     doc

@@ -7,7 +7,7 @@ use eframe::egui::{self, Button, Color32, Label, Response, RichText};
 
 use super::watched::Watched;
 use super::words::{is_over, said};
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// Where orders are given, by whom, and whether that can be.
 pub struct Giving<'a> {
@@ -34,7 +34,7 @@ impl<'a> Giving<'a> {
         self.button_unless(ui, name, doc, None)
     }
 
-    /// A button for an order that cannot be given now, if `why_not` says so.
+    /// A button for an order that cannot be given now, if `why_not` states so.
     pub fn button_unless(
         &self,
         ui: &mut egui::Ui,
@@ -54,11 +54,11 @@ impl<'a> Giving<'a> {
     /// Takes the command and gives it back.
     pub fn hold(&self, ui: &mut egui::Ui) {
         let (name, order, doc) = if self.desk.holds() {
-            ("Give the command back", Order::Release, "Others may order again.")
+            ("Release command", Order::Release, "Others can give orders again.")
         } else {
-            let doc = "Nobody else may order then, but to pause; if this window is lost, the \
-                       mission does what it has for a lost link.";
-            ("Take the command", Order::Lease, doc)
+            let doc = "Others can then only pause. If this window is lost, the mission reacts \
+                       as to a lost link.";
+            ("Take command", Order::Lease, doc)
         };
         if self.button(ui, name, doc).clicked() {
             self.give(order);
@@ -77,7 +77,7 @@ impl<'a> Giving<'a> {
             {
                 self.desk.give(&last.author, true, order.clone());
             }
-            let (text, colour) = in_words(&last, &Colours::of(ui.visuals()));
+            let (text, colour) = in_words(&last, &CanvasColours::of(ui.visuals()));
             let text = RichText::new(said(ui, &text)).color(colour);
             ui.add(Label::new(text).truncate());
         });
@@ -86,15 +86,15 @@ impl<'a> Giving<'a> {
     /// Why the last order was refused, whole, and who else holds the command.
     pub fn refusal(&self, ui: &mut egui::Ui, marking: &Marking) {
         if let Some(holder) = marking.holder.as_ref().filter(|_| !self.desk.holds()) {
-            ui.weak(format!("{} holds the command ({}).", holder.author, holder.from));
+            ui.weak(format!("{} has command ({}).", holder.author, holder.from));
         }
         if let Some(last) = self.desk.given().pop().filter(|last| last.accepted == Some(false)) {
-            ui.colored_label(Colours::of(ui.visuals()).error, said(ui, &last.text));
+            ui.colored_label(CanvasColours::of(ui.visuals()).error, said(ui, &last.text));
         }
     }
 }
 
-fn in_words(given: &SentOrder, colours: &Colours) -> (String, Color32) {
+fn in_words(given: &SentOrder, colours: &CanvasColours) -> (String, Color32) {
     match given.accepted {
         None => (format!("{}: waits for its answer", given.order), colours.weak),
         Some(true) => (format!("{}: {}", given.order, given.text), colours.text),

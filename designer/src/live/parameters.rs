@@ -1,5 +1,5 @@
 //! The parameters of a component that runs, and setting them: configd judges the file as it would
-//! be, writes it and says when the change takes effect.
+//! be, writes it and computes when the change takes effect.
 
 use armor_inspect::{ParameterClient, SetReport};
 use armor_wire::config::{FindingSeverity, ListedParameter};
@@ -7,7 +7,7 @@ use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, 
 
 use super::watched::Watched;
 use super::words::said;
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// How wide a field is, in points: a number with its unit, or the end of a path.
 const FIELD_WIDTH: f32 = 110.0;
@@ -35,15 +35,15 @@ impl Panel {
         let desk = &watched.parameters;
         self.ask(watched);
         let Some(listed) = desk.listed() else {
-            ui.weak(watched.silence().unwrap_or("asking for them"));
+            ui.weak(watched.silence().unwrap_or("loading"));
             return;
         };
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         let listed = match listed.as_ref() {
             Ok(listed) => listed,
             Err(problem) => {
                 ui.colored_label(colours.warning, said(ui, problem));
-                if watched.silence().is_none() && ui.button("Ask again").clicked() {
+                if watched.silence().is_none() && ui.button("Reload").clicked() {
                     desk.list();
                 }
                 return;
@@ -59,7 +59,7 @@ impl Panel {
         let own: Vec<_> =
             listed.parameters.iter().filter(|one| one.component == component).collect();
         if own.is_empty() {
-            ui.weak("It has none.");
+            ui.weak("None.");
         }
         for parameter in own {
             self.row(ui, watched, parameter);
@@ -132,13 +132,13 @@ impl Panel {
 fn field(ui: &mut egui::Ui, name: &str, text: &mut String, is_wrong: bool) -> Response {
     let mut field = TextEdit::singleline(text);
     if is_wrong {
-        field = field.text_color(Colours::of(ui.visuals()).error);
+        field = field.text_color(CanvasColours::of(ui.visuals()).error);
     }
     let size = vec2(FIELD_WIDTH, ui.spacing().interact_size.y);
     ui.add_sized(size, field).accessible_name(format!("parameter {name}"))
 }
 
-/// The button that writes it into the file, which cannot be if `why_not` says so.
+/// The button that writes it into the file, which cannot be if `why_not` states so.
 fn set(ui: &mut egui::Ui, name: &str, why_not: Option<&str>) -> bool {
     let set = ui.add_enabled(why_not.is_none(), Button::new("Set"));
     let set = set.on_hover_text("Writes it into the file");
@@ -156,7 +156,7 @@ fn remark(ui: &mut egui::Ui, parameter: &ListedParameter) {
 
 /// Why a value was refused, and what it may be.
 fn complain(ui: &mut egui::Ui, told: &SetReport, parameter: &ListedParameter) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     let found = told.findings.iter().filter(|finding| finding.severity == FindingSeverity::Error);
     let found: Vec<_> = found.collect();
     if found.is_empty() {
@@ -194,8 +194,8 @@ fn about(parameter: &ListedParameter) -> String {
     lines.join("\n")
 }
 
-/// What became of the last wish, if it is in the file; where it is not, its field says so.
-fn answer(ui: &mut egui::Ui, desk: &ParameterClient, component: &str, colours: &Colours) {
+/// What became of the last wish, if it is in the file; where it is not, its field states so.
+fn answer(ui: &mut egui::Ui, desk: &ParameterClient, component: &str, colours: &CanvasColours) {
     let Some(told) = desk.last_result().filter(|told| told.is_set) else { return };
     if told.parameter.split('.').next() == Some(component) {
         ui.colored_label(colours.good, said(ui, &told.text));

@@ -5,11 +5,11 @@ use armor_inspect::words::format_duration;
 use eframe::egui::{self, RichText, ScrollArea, Vec2b};
 use egui_plot::{Line, Plot, PlotPoints, PlotUi};
 
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// Points drawn of a line: two for each column of a wide window.
 const MOST_POINTS: usize = 3000;
-/// A plot that is less high than this says nothing: one scrolls to see it all.
+/// A plot that is less high than this states nothing: one scrolls to see it all.
 const LEAST_HEIGHT: f32 = 140.0;
 /// How far back a plot may show, in seconds.
 const SPANS_S: [f64; 5] = [10.0, 30.0, 60.0, 300.0, 3600.0];
@@ -78,11 +78,11 @@ impl Plots {
     /// Shows them.
     pub fn show(&mut self, ui: &mut egui::Ui, values: &WatchedValues) {
         if self.lines.is_empty() {
-            ui.weak("Nothing is plotted. Select a block or a link, open an output and choose `plot` beside a number.");
+            ui.weak("Nothing is plotted. Select a block or a link, open an output and choose `plot` next to a number.");
             return;
         }
         self.choices(ui, values);
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         let series: Vec<_> = self.lines.iter().map(|line| self.points(values, line)).collect();
         let newest =
             series.iter().flatten().map(|point| point[0]).fold(f64::NEG_INFINITY, f64::max);
@@ -121,9 +121,9 @@ impl Plots {
 
     fn choices(&mut self, ui: &mut egui::Ui, values: &WatchedValues) {
         let mut gone = None;
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
-            ui.weak("The last").on_hover_text("The newest value stands at 0 seconds.");
+            ui.weak("The last").on_hover_text("The newest value is at 0 seconds.");
             for span_s in SPANS_S {
                 let name = format_duration(span_s)
                     .replace(".0 s", " s")
@@ -139,7 +139,7 @@ impl Plots {
                 let name = line.name();
                 // One thing, so that it is not broken into two rows; in the colour of its line.
                 let text = RichText::new(format!("x {name}")).color(colours.of_type(number));
-                let close = ui.button(text).on_hover_text("Plots it no more");
+                let close = ui.button(text).on_hover_text("Removes the plot");
                 if close.accessible_name(format!("no longer plot {name}")).clicked() {
                     gone = Some(number);
                 }

@@ -16,7 +16,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Begins anew, with rows of so many characters.
+    /// Begins again, with rows of so many characters.
     pub fn begin(&mut self, columns: usize) {
         self.columns = columns.max(LEAST_COLUMNS);
         self.ends.clear();
@@ -27,7 +27,7 @@ impl Rows {
         self.columns == columns.max(LEAST_COLUMNS)
     }
 
-    /// Adds a line whose text is shown beside `beside` other characters.
+    /// Adds a line whose text is shown next to `next to` other characters.
     pub fn push(&mut self, text: &str, beside: usize) {
         let rows = self.wrap(text, beside).lines().count().max(1);
         self.ends.push(self.len() + rows);

@@ -17,7 +17,7 @@ use super::words;
 use crate::commands::Command;
 use crate::kinds::find_armor;
 
-/// News of a running system are shown within this time, all those of it at once.
+/// News of a running system are shown within this time, all those of it immediately.
 const SHOW_WITHIN: Duration = Duration::from_millis(100);
 
 /// How things stand, in a word or two.
@@ -29,7 +29,7 @@ pub enum Standing {
     Starting,
     /// It is watched.
     Watching,
-    /// The system that is watched has ended, or cannot be reached any more.
+    /// The system that is watched has ended, or cannot be reached any longer.
     Lost,
     /// The run was asked to stop.
     Stopping,
@@ -44,7 +44,7 @@ pub struct Session {
     pub log: RunLog,
     /// In whose name orders are given.
     pub author: String,
-    /// Component directories, beside those of the file.
+    /// Component directories, in addition to those of the file.
     components: Vec<PathBuf>,
     watched: Option<Watched>,
     run: Option<ChildRun>,
@@ -167,7 +167,7 @@ impl Session {
                 Some(Tail::begin(&path, self.log.clone(), self.wake())?)
             }
             None => {
-                let text = "the log is kept on the host of the system, in the folder of its run";
+                let text = "The log is on the system's host, in the folder of its run";
                 self.log.push(LogLine::own_line(watched::TOOL, "INFO", text));
                 None
             }
@@ -193,7 +193,7 @@ impl Session {
         Ok(())
     }
 
-    /// Lets go of what is watched, which goes on; a run that this window started is stopped.
+    /// Lets go of what is watched, which continues; a run that this window started is stopped.
     pub fn leave(&mut self) {
         self.ended = None;
         self.watched = None;

@@ -2,24 +2,25 @@
 
 use eframe::egui;
 
-use crate::canvas::{Canvas, Diagram, PortAt, Rules, Shown};
+use crate::canvas::{Canvas, CanvasOutput, Diagram, JoinRules, PortAt};
+use crate::item::Item;
 
 /// One drawing, looked at.
 pub struct Sheet {
     /// How it is looked at.
-    pub canvas: Canvas,
+    pub canvas: Canvas<Item>,
     /// The drawing of the files alone.
-    pub base: Diagram,
+    pub base: Diagram<Item>,
     /// The same with what runs in it.
-    pub diagram: Diagram,
+    pub diagram: Diagram<Item>,
 }
 
 /// Nothing is joined while it runs.
 struct Fixed;
 
-impl Rules for Fixed {
+impl JoinRules for Fixed {
     fn may_join(&self, _: PortAt, _: PortAt) -> Result<(), String> {
-        Err("nothing is joined while it runs; draw in the system or mission view".into())
+        Err("The live view is read-only: edit in the system or mission view".into())
     }
 }
 
@@ -32,7 +33,7 @@ impl Sheet {
     }
 
     /// Draws other files.
-    pub fn set(&mut self, base: Diagram) {
+    pub fn set(&mut self, base: Diagram<Item>) {
         self.diagram.clone_from(&base);
         self.base = base;
         self.canvas.drawing_changed(&self.diagram);
@@ -44,7 +45,7 @@ impl Sheet {
     }
 
     /// Shows it; whether something was selected in it.
-    pub fn show(&mut self, ui: &mut egui::Ui, minimap: bool) -> (Shown, bool) {
+    pub fn show(&mut self, ui: &mut egui::Ui, minimap: bool) -> (CanvasOutput<Item>, bool) {
         self.canvas.minimap = minimap;
         let before = self.canvas.selection.clone();
         let shown = self.canvas.show(ui, &self.diagram, &Fixed);

@@ -8,12 +8,12 @@ use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 
 use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
+use crate::canvas::CanvasColours;
 use crate::commands::Command;
 use crate::desk::Desk;
 use crate::item::Item;
-use crate::theme::Colours;
 
-/// How often the systems of this host are looked for, while none is watched.
+/// How many times the systems of this host are looked for, while none is watched.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// The panel.
@@ -89,7 +89,7 @@ impl Panel {
                 chosen = Some((self.address.clone(), None));
             }
         });
-        ui.weak("As `armor ps --registry` has it.");
+        ui.weak("As for `armor ps --registry`.");
         chosen
     }
 }
@@ -97,28 +97,28 @@ impl Panel {
 /// Watches a system; why that is not possible is a message.
 pub fn attach(desk: &mut Desk, registry: &str, record: Option<RunRecord>) {
     if let Err(error) = desk.live.attach(registry, record) {
-        desk.messages.warn(format!("it cannot be watched: {error}"));
+        desk.messages.warn(format!("Cannot watch it: {error}"));
     }
 }
 
 /// How things stand, and the buttons to change it.
 fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     let is_own = desk.live.run().is_some();
     let (word, colour) = match desk.live.standing() {
-        Standing::Idle => ("nothing is watched", colours.weak),
+        Standing::Idle => ("not watching", colours.weak),
         Standing::Starting => ("starting", colours.selected),
         Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
-        Standing::Lost => ("it has ended, or is out of reach", colours.warning),
+        Standing::Lost => ("ended, or unreachable", colours.warning),
         Standing::Stopping => ("stopping", colours.warning),
-        Standing::Over => ("over; this is what was seen last", colours.weak),
+        Standing::Over => ("ended; showing the last known state", colours.weak),
     };
     ui.colored_label(colour, RichText::new(word).strong());
     if let Some((how, is_fine)) = desk.live.ended() {
         ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
     }
     if let Some(results) = desk.live.results() {
-        ui.weak("Its results are in");
+        ui.weak("Results in");
         ui.label(crate::text::path(results));
     }
     ui.horizontal_wrapped(|ui| {
@@ -140,9 +140,9 @@ fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
 /// Why a command about what runs cannot be run.
 fn why_not(command: Command) -> &'static str {
     match command {
-        Command::Run => "It runs already.",
-        Command::Stop => "Nothing runs that this window has started.",
-        _ => "Nothing is watched that somebody else has started, or that is over.",
+        Command::Run => "It is already running.",
+        Command::Stop => "This window has started no run.",
+        _ => "This window watches no system that it did not start, nor one that has ended.",
     }
 }
 
@@ -153,20 +153,20 @@ fn whose(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
     let Some(record) = &watched.record else { return };
     let file = record.resolve(&record.file);
     if open.is_none_or(|open| !record.runs(open)) {
-        let colours = Colours::of(ui.visuals());
-        let text = format!("What runs is {}, not what is open.", file.display());
+        let colours = CanvasColours::of(ui.visuals());
+        let text = format!("Running: {}, not the open file.", file.display());
         ui.colored_label(colours.warning, text);
     }
 }
 
 /// The processes with their states; the one that was chosen.
 fn processes(ui: &mut egui::Ui, picture: &SystemPicture, selected: Option<&str>) -> Option<String> {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     if !picture.is_found && !picture.has_ended() {
         let text = if picture.was_found {
-            "The registry is out of reach; links live on."
+            "The registry is unreachable; links stay up."
         } else {
-            "The registry is looked for."
+            "Searching for the registry."
         };
         ui.colored_label(colours.warning, text);
     }

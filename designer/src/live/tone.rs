@@ -4,8 +4,8 @@
 use armor_inspect::{Condition, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
+use crate::canvas::CanvasColours;
 use crate::canvas::{Mark, Outline};
-use crate::theme::Colours;
 
 /// How a block of this state is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Tone {
 
 impl Tone {
     /// For a state; none is of a component whose process has not been seen.
-    pub fn of(condition: Option<Condition>, colours: &Colours) -> Self {
+    pub fn of(condition: Option<Condition>, colours: &CanvasColours) -> Self {
         let plain = Self { tint: None, outline: Outline::Plain, is_dim: false, mark: Mark::None };
         let Some(condition) = condition else {
             return Self { outline: Outline::Dashed, is_dim: true, ..plain };
@@ -57,11 +57,11 @@ impl Tone {
         }
     }
 
-    /// For a process as it is seen, with its word. A system that has ended has nobody who died.
+    /// For a process as it is seen, with its word. A system that has ended has no one who died.
     pub fn seen(
         process: Option<&ObservedProcess>,
         picture: &SystemPicture,
-        colours: &Colours,
+        colours: &CanvasColours,
     ) -> (Self, &'static str) {
         match process {
             Some(_) if picture.has_ended() => (Self::of(None, colours), "ended"),
@@ -71,7 +71,7 @@ impl Tone {
     }
 
     /// The colour in which the word is written.
-    pub fn ink(self, colours: &Colours) -> Color32 {
+    pub fn ink(self, colours: &CanvasColours) -> Color32 {
         self.tint.unwrap_or(if self.is_dim { colours.weak } else { colours.text })
     }
 }
@@ -79,15 +79,15 @@ impl Tone {
 /// What there is to say about a state, for who has not met it.
 pub fn doc(condition: Condition) -> &'static str {
     match condition {
-        Condition::Unknown => "It is registered and has not said yet what it is doing.",
-        Condition::Starting => "It waits for its settings and parameters.",
-        Condition::Frozen => "The mission has frozen it: it gets no calls and costs nothing.",
-        Condition::Active => "It runs.",
-        Condition::Done => "It has reported that its task is over.",
+        Condition::Unknown => "It is registered and has not reported its state yet.",
+        Condition::Starting => "It is waiting for its settings and parameters.",
+        Condition::Frozen => "The mission has frozen it: it gets no calls and uses no CPU.",
+        Condition::Active => "It is running.",
+        Condition::Done => "It has reported its task done.",
         Condition::Failed => "It has reported a failure.",
-        Condition::Suspected => "It is registered, and silent for three beats.",
-        Condition::Restarting => "Its process has gone; its launcher may start it again.",
-        Condition::Dead => "Its process has gone, and nothing has come in its place.",
+        Condition::Suspected => "It is registered but has missed three heartbeats.",
+        Condition::Restarting => "Its process has ended; the launcher may restart it.",
+        Condition::Dead => "Its process has ended and was not replaced.",
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
     /// Black and white, and without reading: what is left must still tell what needs a hand.
     #[test]
     fn states_are_told_apart_without_their_colours() {
-        for colours in [Colours::DARK, Colours::LIGHT] {
+        for colours in [CanvasColours::DARK, CanvasColours::LIGHT] {
             let shape = |condition| {
                 let tone = Tone::of(Some(condition), &colours);
                 (

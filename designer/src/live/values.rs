@@ -6,7 +6,7 @@ use eframe::egui::{self, Grid};
 
 use super::plots::Plots;
 use super::words::said;
-use crate::theme::Colours;
+use crate::canvas::CanvasColours;
 
 /// Most values shown of one message.
 const MOST_LINES: usize = 60;
@@ -35,23 +35,23 @@ pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: 
         }
     });
     if lines.len() == MOST_LINES {
-        ui.weak("and more; `armor echo` prints all of it");
+        ui.weak("and more; `armor echo` prints everything");
     }
 }
 
 fn heading(ui: &mut egui::Ui, look: &ValueLook) {
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.weak(&look.type_name);
         if let Some(data) = &look.data {
             ui.weak(super::blocks::rate(look.rate_hz));
             ui.weak(format!("no. {}", data.header.sequence));
         } else if look.problem.is_empty() {
-            ui.weak("nothing has been published since it is looked at");
+            ui.weak("nothing published since watching began");
         }
         if look.lost > 0 {
             ui.weak(format!("{} not seen here", look.lost)).on_hover_text(
-                "This window takes only the newest: what it misses nobody else does.",
+                "This window reads only the newest data; other subscribers lose nothing.",
             );
         }
     });
@@ -63,12 +63,12 @@ fn heading(ui: &mut egui::Ui, look: &ValueLook) {
 /// The newest data of an output in a few lines.
 pub fn in_brief(look: &ValueLook) -> String {
     if look.data.is_none() {
-        let nothing = "nothing has been published since it is looked at";
+        let nothing = "nothing published since watching began";
         return if look.problem.is_empty() { nothing.into() } else { look.problem.clone() };
     }
     let lines = match look.glance(FEW_LINES) {
         Ok(lines) => lines,
-        Err(error) => return format!("it does not fit its own schema: {error}"),
+        Err(error) => return format!("it does not match its schema: {error}"),
     };
     let line = |glimpse: &Glimpse| match glimpse.path.as_str() {
         "" => in_words(glimpse),

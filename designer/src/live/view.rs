@@ -10,13 +10,16 @@ use super::systems::component_of;
 use super::{
     blocks, firings, hover, inspect, log, mission, net, parameters, plots, systems, words,
 };
+use crate::canvas::CanvasColours;
 use crate::canvas::Diagram;
 use crate::commands::Command;
 use crate::desk::{Desk, Pane};
+use crate::diagram_pane::view_action_of;
 use crate::item::Item;
-use crate::theme::Colours;
+use crate::mission::net as mission_net;
+use crate::system::draw;
 
-/// How often clocks that run are drawn anew.
+/// How many times clocks that run are drawn again.
 const CLOCKS_EVERY: Duration = Duration::from_millis(100);
 
 /// What is shown beneath the drawing.
@@ -113,16 +116,16 @@ impl LiveView {
         let drawn = (desk.project.revision(), checked.revision, checked.is_complete, is_dark);
         if self.drawn != Some(drawn) {
             self.drawn = Some(drawn);
-            let colours = if is_dark { Colours::DARK } else { Colours::LIGHT };
-            self.system.set(crate::system::draw(&desk.project).diagram);
-            self.net.set(crate::mission::net(desk, &colours));
+            let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
+            self.system.set(draw(&desk.project).diagram);
+            self.net.set(mission_net(desk, &colours));
             self.places = places(desk);
         }
     }
 
     /// Draws what runs in them.
     fn overlay(&mut self, ui: &egui::Ui, desk: &Desk) {
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         let Some(watched) = desk.live.watched() else {
             self.system.clear();
             self.net.clear();
@@ -176,9 +179,9 @@ impl LiveView {
     /// What is selected, if it is one thing.
     fn selected(&self) -> Option<Item> {
         if let Some(process) = &self.process {
-            return Some(Item::Component(process.clone()));
+            return Some(Item::component(process));
         }
-        self.system.canvas.only().or(self.net.canvas.only()).cloned()
+        self.system.canvas.selection.only().or(self.net.canvas.selection.only())
     }
 
     fn select_none(&mut self) {
@@ -212,7 +215,7 @@ impl LiveView {
             (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
             (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
             (_, None) => {
-                ui.weak("Nothing is watched.");
+                ui.weak("Not watching a system.");
             }
         }
     }
@@ -230,9 +233,9 @@ impl Pane for LiveView {
         let selected = self.selected();
         let selected = selected.as_ref().and_then(component_of);
         if let Some(name) = self.systems.show(ui, desk, selected) {
-            let item = Item::Component(name.clone());
+            let item = Item::component(name);
             self.select_none();
-            if self.system.base.holds(&item) {
+            if self.system.base.holds(item) {
                 self.system.canvas.selection.insert(item);
             } else {
                 self.process = Some(name);
@@ -252,7 +255,9 @@ impl Pane for LiveView {
                 match &selected {
                     Some(Item::Component(name)) => {
                         inspect::component(ui, watched, name, plots, panel);
-                        let only = ui.button("Its log").on_hover_text("Shows only its lines.");
+                        let only = ui
+                            .button("Show log")
+                            .on_hover_text("Shows only the lines of this component.");
                         if only.clicked() {
                             self.log.only(Some(name));
                             self.tab = Tab::Log;
@@ -262,18 +267,18 @@ impl Pane for LiveView {
                         inspect::link(ui, watched, from, to, plots);
                     }
                     Some(item @ (Item::Place(_) | Item::Transition(_))) => {
-                        if let Some(number) = self.net.diagram.node(item) {
+                        if let Some(number) = self.net.diagram.node(*item) {
                             let node = &self.net.diagram.nodes[number];
                             ui.heading(&node.title);
                             ui.label(&node.doc);
                         }
                     }
                     _ => {
-                        ui.weak("Select a block or a link to see what it does.");
+                        ui.weak("Select a block or a link to see its state.");
                     }
                 }
             } else {
-                ui.weak("Run the file, or choose a running system at the left.");
+                ui.weak("Run the file, or choose a running system on the left.");
             }
         });
     }
@@ -306,38 +311,38 @@ impl Pane for LiveView {
 
     fn run(&mut self, command: Command, _: &egui::Context, _: &mut Desk) {
         for sheet in [&mut self.system, &mut self.net] {
-            sheet.canvas.run(command, &sheet.base);
+            if let Some(action) = view_action_of(command) {
+                sheet.canvas.act(action, &sheet.base);
+            }
         }
         if command == Command::SelectNone {
             self.process = None;
         }
     }
 
-    fn drawing(&mut self, desk: &Desk) -> &Diagram {
+    fn drawing(&mut self, desk: &Desk) -> &Diagram<Item> {
         let is_dark = self.drawn.is_none_or(|(.., is_dark)| is_dark);
         self.update(desk, is_dark);
         &self.system.diagram
     }
 
-    fn show_item(&mut self, item: &Item, _: &Desk) {
+    fn show_item(&mut self, item: Item, _: &Desk) {
         self.select_none();
         for sheet in [&mut self.system, &mut self.net] {
             if let Some(area) = sheet.base.rect(item) {
-                sheet.canvas.selection.insert(item.clone());
+                sheet.canvas.selection.insert(item);
                 sheet.canvas.fit_area(area);
             }
         }
     }
 
     fn paste(&mut self, _: &str, desk: &mut Desk) {
-        desk.messages.warn("nothing is added while it runs; paste in the system or mission view");
+        desk.messages.warn("The live view is read-only: paste in the system or mission view");
     }
 
     fn findable(&self, desk: &Desk) -> Vec<(Item, String)> {
         let Some(configuration) = desk.project.configuration() else { return Vec::new() };
         let components = configuration.system.components.iter();
-        components
-            .map(|one| (Item::Component(one.name.value.clone()), one.kind.value.clone()))
-            .collect()
+        components.map(|one| (Item::component(&one.name.value), one.kind.value.clone())).collect()
     }
 }

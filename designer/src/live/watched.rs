@@ -17,7 +17,7 @@ pub const TOOL: &str = "designer";
 pub struct Watched {
     /// Where its registry listens.
     pub registry: String,
-    /// What is known of it, if it is one of this user's on this host.
+    /// The status of it, if it is one of this user's on this host.
     pub record: Option<RunRecord>,
     /// Who is there and what each does.
     pub watch: SystemWatch,
@@ -33,7 +33,7 @@ pub struct Watched {
     silent_since_s: Option<f64>,
     /// It was this window's run, and has ended for good.
     is_over: bool,
-    /// Nothing is looked at any more.
+    /// Nothing is looked at any longer.
     is_at_rest: bool,
     _tail: Option<Tail>,
 }
@@ -97,7 +97,7 @@ impl Watched {
         match (self.silent_since_s, self.is_over) {
             (None, _) => None,
             (Some(_), true) => Some("It has ended."),
-            (Some(_), false) => Some("It has ended, or is out of reach."),
+            (Some(_), false) => Some("It has ended or is unreachable."),
         }
     }
 

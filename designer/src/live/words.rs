@@ -7,7 +7,7 @@ pub fn is_over(stage: &str) -> bool {
     matches!(stage, "goal" | "safe" | "failed" | "stopping")
 }
 
-/// What a process says, as the fonts can show it.
+/// What a process states, as the fonts can show it.
 pub fn said(ui: &egui::Ui, text: &str) -> String {
     crate::text::paintable(ui.ctx(), &text.replace('\u{2192}', "->")).into_owned()
 }

@@ -4,10 +4,10 @@
 use armor_robotfile::mission::ArcKind;
 
 use super::edits::{self, Decides, Timing};
-use crate::desk::View;
 use crate::item::Item;
 use crate::layout;
 use crate::project::{Documents, Refused};
+use crate::view::View;
 
 /// One change of the mission, one step of the history.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,13 +56,13 @@ pub enum Change {
     AddVariable(String, Option<String>),
     /// Something to be proven.
     AddCheck(String),
-    /// What a check says.
+    /// What a check states.
     Check(usize, String),
     /// Another mission's file.
     AddSubmission(String),
     /// `ref`, `in` or `out` of a sub-mission.
     Submission(usize, &'static str, Option<String>),
-    /// What a group or note of the drawing says.
+    /// What a group or note of the drawing states.
     Decoration(usize, String),
     /// These go, together.
     Remove(Vec<Item>),
@@ -79,15 +79,15 @@ impl Change {
                 format!("activate {component} in {place}")
             }
             Self::Component { place, component, .. } => {
-                format!("take {component} out of {place}")
+                format!("deactivate {component} in {place}")
             }
             Self::PlaceParameter { place, component, parameter, .. } => {
                 format!("set {component}.{parameter} in {place}")
             }
-            Self::Timing(transition, _) => format!("set the time of {transition}"),
-            Self::Decides(transition, _) => format!("set who decides about {transition}"),
+            Self::Timing(transition, _) => format!("set timing of {transition}"),
+            Self::Decides(transition, _) => format!("set who decides {transition}"),
             Self::SetVariable(transition, variable, _) => {
-                format!("say what {transition} sets {variable} to")
+                format!("set {variable} in {transition}")
             }
             Self::ArcKind(item, _) | Self::Weight(item, _) => format!("change {item}"),
             Self::AddArc(item) => format!("add {item}"),
@@ -96,12 +96,12 @@ impl Change {
             Self::AddVariable(name, _) => format!("add variable {name}"),
             Self::AddCheck(_) => "add a check".into(),
             Self::Check(number, _) => format!("change check {}", number + 1),
-            Self::AddSubmission(file) => format!("put in {file}"),
+            Self::AddSubmission(file) => format!("add sub-mission {file}"),
             Self::Submission(number, ..) => format!("change sub-mission {}", number + 1),
-            Self::Decoration(..) => "change a text of the drawing".into(),
+            Self::Decoration(..) => "edit text".into(),
             Self::Remove(items) => match &items[..] {
                 [one] => format!("remove {one}"),
-                many => format!("remove {} things", many.len()),
+                many => format!("remove {} items", many.len()),
             },
         }
     }
@@ -140,7 +140,7 @@ impl Change {
                 edits::add_arc(document, transition, place, *kind)?;
             }
             Self::ArcKind(item, _) | Self::Weight(item, _) | Self::AddArc(item) => {
-                return Err(Refused::Rule(format!("{item} is no arc")));
+                return Err(Refused::Rule(format!("{item} is not an arc")));
             }
             Self::AddExclusive(components) => {
                 let names: Vec<_> = components.iter().map(String::as_str).collect();

@@ -11,10 +11,10 @@ use eframe::egui::Pos2;
 use super::marks::Marks;
 use super::play::Play;
 use super::rules::{self, Join};
-use crate::canvas::{Diagram, PortAt, Rules};
+use crate::canvas::CanvasColours;
+use crate::canvas::{Diagram, JoinRules, PortAt};
 use crate::item::Item;
 use crate::layout::Layout;
-use crate::theme::Colours;
 pub use positions::arranged;
 
 /// The port that is the node as a whole.
@@ -37,12 +37,12 @@ pub struct Scene<'a> {
     /// Tokens that have not arrived yet.
     pub in_flight: &'a [(PlaceId, u32)],
     /// The window's colours.
-    pub colours: &'a Colours,
+    pub colours: &'a CanvasColours,
 }
 
 impl Scene<'_> {
     /// The drawing, and what the file gives no position.
-    pub fn draw(&self) -> (Diagram, Vec<Item>) {
+    pub fn draw(&self) -> (Diagram<Item>, Vec<Item>) {
         let mut nodes = self.nodes();
         let unplaced = positions::place(&mut nodes, self);
         let wires = self.wires(&nodes);
@@ -52,8 +52,8 @@ impl Scene<'_> {
     /// Where the file shows a node.
     fn position(&self, item: &Item) -> Option<Pos2> {
         match item {
-            Item::Place(name) => self.layout.blocks.get(name).copied(),
-            Item::Transition(name) => self.layout.transitions.get(name).copied(),
+            Item::Place(name) => self.layout.blocks.get(name.as_str()).copied(),
+            Item::Transition(name) => self.layout.transitions.get(name.as_str()).copied(),
             _ => None,
         }
     }
@@ -64,7 +64,7 @@ pub struct NetRules<'a> {
     /// The mission.
     pub mission: &'a Mission,
     /// Its drawing.
-    pub diagram: &'a Diagram,
+    pub diagram: &'a Diagram<Item>,
     /// What an arc from a place to a transition does.
     pub kind: ArcKind,
 }
@@ -89,7 +89,7 @@ impl NetRules<'_> {
             Some(Item::Arc { kind, .. }) => {
                 rules::lead(self.mission, self.end(stays)?, self.end(to)?, *kind)
             }
-            _ => Err("only arcs are led elsewhere by their ends".to_owned()),
+            _ => Err("only arcs can be reconnected by their ends".to_owned()),
         }
     }
 
@@ -98,12 +98,12 @@ impl NetRules<'_> {
             Some(Item::Place(name)) => Ok(rules::End::Place(name)),
             Some(Item::Transition(name)) => Ok(rules::End::Transition(name)),
             Some(Item::Submission(number)) => Ok(rules::End::Submission(*number)),
-            _ => Err("arcs join places and transitions".to_owned()),
+            _ => Err("arcs connect places and transitions".to_owned()),
         }
     }
 }
 
-impl Rules for NetRules<'_> {
+impl JoinRules for NetRules<'_> {
     fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
         self.join(from, to).map(|_| ())
     }

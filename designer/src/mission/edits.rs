@@ -2,20 +2,20 @@
 //! changes nothing, if the caller works on a copy, as a project's edit does.
 
 mod arcs;
+mod elements;
 mod removal;
 mod sets;
-mod words;
 
 use armor_robotfile::mission::ArcKind;
 use armor_robotfile::{Document, EditError, Item, NewElement, Position};
 
 pub use arcs::{add_arc, arc_element, lead_arc, remove_arc, set_arc_kind, set_weight};
+pub use elements::{free, free_name, names_of};
 pub use removal::remove;
 pub use sets::{
     add_check, add_exclusive, add_submission, add_variable, set_check, set_submission,
     toggle_exclusive,
 };
-pub use words::{free, free_name, names_of};
 
 /// Adds a place under a name that is free, shown at `at`. The first one is where the mission
 /// begins.
@@ -26,7 +26,7 @@ pub fn add_place(
     at: Position,
 ) -> Result<String, EditError> {
     let name = free_name(document, "place", wish);
-    let is_first = words::names(document, "place").next().is_none();
+    let is_first = elements::names(document, "place").next().is_none();
     let list = components.join(" ");
     let mut attributes = Vec::new();
     if is_first {
@@ -66,7 +66,7 @@ pub fn set_component(
     component: &str,
     is_active: bool,
 ) -> Result<(), EditError> {
-    let known = words::list(document, Item::Place(place), "components");
+    let known = elements::list(document, Item::Place(place), "components");
     let others = known.iter().filter(|name| *name != component).map(String::as_str);
     let mut wanted: Vec<_> = others.collect();
     if is_active {
@@ -74,22 +74,11 @@ pub fn set_component(
     }
     if !is_active {
         // A place cannot give values to what it does not activate.
-        for parameter in words::place_parameters(document, place, component) {
+        for parameter in elements::place_parameters(document, place, component) {
             document.set_place_parameter(place, component, &parameter, None)?;
         }
     }
     set_list(document, Item::Place(place), "components", &wanted)
-}
-
-/// Gives a list of names, or removes the attribute if there is none.
-pub fn set_list(
-    document: &mut Document,
-    item: Item<'_>,
-    attribute: &str,
-    names: &[&str],
-) -> Result<(), EditError> {
-    let text = names.join(" ");
-    document.set_attribute(item, attribute, (!names.is_empty()).then_some(text.as_str()))
 }
 
 /// When a transition may fire, as the three attributes that exclude each other say it.
@@ -208,24 +197,6 @@ pub fn set_decides(
         document.set_attribute(item, "autonomy", autonomy)?;
     }
     Ok(())
-}
-
-/// The element of an arc, and its attribute that names the place.
-fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
-    match kind {
-        ArcKind::Take => ("arc", "from"),
-        ArcKind::Put => ("arc", "to"),
-        ArcKind::Read => ("read", "place"),
-        ArcKind::Inhibitor => ("inhibitor", "place"),
-        ArcKind::Reset => ("reset", "place"),
-    }
-}
-
-/// The element of a new arc that the short form cannot say.
-fn new_arc(kind: ArcKind, place: &str, weight: u32) -> NewElement {
-    let (name, attribute) = arc_names(kind);
-    let arc = NewElement::new(name).attribute(attribute, place);
-    if weight > 1 { arc.attribute("weight", weight.to_string()) } else { arc }
 }
 
 #[cfg(test)]

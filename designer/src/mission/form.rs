@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use eframe::egui::{self, RichText};
 
 use super::changes::Change;
+use crate::canvas::CanvasColours;
 use crate::panels::fields::{self, Drafts};
-use crate::theme::Colours;
 
 /// The fields of one panel.
 #[derive(Default)]
@@ -21,7 +21,7 @@ pub struct Form {
     of: String,
     /// Whether the next field is to get the focus.
     wants_focus: bool,
-    /// What the file says of the next field, if that is not understood.
+    /// The file's text of the next field, if that is not understood.
     unread: Option<String>,
 }
 
@@ -46,8 +46,8 @@ impl Form {
         self.wants_focus = true;
     }
 
-    /// What the file says of the next field, if it could not be read: shown as it stands, to be
-    /// mended.
+    /// The file's text of the next field, if it could not be read: shown as it stands, to be
+    /// fixed.
     pub fn unread(&mut self, text: Option<&str>) -> &mut Self {
         self.unread = text.map(str::to_owned);
         self
@@ -79,7 +79,7 @@ impl Form {
         Some((revision, change.clone()))
     }
 
-    /// A line of text. `make` says what the new text changes; nothing if it is to stay as it was.
+    /// A line of text. `make` states what the new text changes; nothing if it is to stay as it was.
     pub fn line(
         &mut self,
         ui: &mut egui::Ui,
@@ -117,7 +117,7 @@ impl Form {
         }
         if let Some(text) = written {
             self.pending.remove(&field);
-            let refused = |why| Err(format!("{name} is left as it was: {why}"));
+            let refused = |why| Err(format!("{name} not changed: {why}"));
             let change = match make(&text) {
                 _ if text == value => None,
                 Some(change) => Some(Ok(change)),
@@ -199,7 +199,7 @@ impl Form {
 
 /// What is wrong, with a sign before it that is no colour.
 pub fn wrong(ui: &mut egui::Ui, why: &str) {
-    let colour = Colours::of(ui.visuals()).error;
+    let colour = CanvasColours::of(ui.visuals()).error;
     ui.label(RichText::new(format!("! {why}")).color(colour).small());
 }
 
@@ -289,7 +289,7 @@ pub fn is_check(text: &str) -> Result<(), String> {
     }
 }
 
-/// A time as a file says it: `90s`, `0.2s`, `10min`.
+/// A time as in a file: `90s`, `0.2s`, `10min`.
 pub fn time_text(time: std::time::Duration) -> String {
     let seconds = time.as_secs_f64();
     match time.as_secs() {

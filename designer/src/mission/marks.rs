@@ -1,4 +1,4 @@
-//! What was found of each thing of the mission, and how the drawing says it in a word.
+//! What was found of each thing of the mission, and how the drawing shows it in a word.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ impl Marks {
         self.found(item).map(|found| format!("\n{}", found.message)).collect()
     }
 
-    /// What a proof says of an item, in a word.
+    /// What a proof states of an item, in a word.
     pub fn badge(&self, item: &Item) -> Option<Badge> {
         let (word, finding) =
             self.found(item).find_map(|found| Some((word(found.code)?, found)))?;
@@ -71,11 +71,11 @@ impl Marks {
     }
 }
 
-/// What the drawing writes beside what a proof speaks of.
+/// What the drawing writes next to what a proof speaks of.
 fn word(code: Code) -> Option<&'static str> {
     Some(match code {
         Code::NeverFires => "dead",
-        Code::Standstill => "stands still",
+        Code::Standstill => "deadlock",
         Code::GoalLost => "no way out",
         Code::GoalNeverReached => "never reached",
         Code::FillsWithoutEnd => "fills",
@@ -111,7 +111,7 @@ mod tests {
         let mut findings = Findings::default();
         findings.push(together);
         findings.push(Finding::new(Code::NeverFires, &at(4, 9), "it never fires"));
-        let item = |name: &str| Item::Place(name.to_owned());
+        let item = |name: &str| Item::place(name);
         let marks = Marks::of(Arc::new(findings), &|at| Some(item(at.text())));
         assert_eq!(
             (marks.mark(&item("one")), marks.mark(&item("none"))),

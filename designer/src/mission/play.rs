@@ -1,13 +1,13 @@
 //! A mission played without a robot: by hand, by itself, or along a firing sequence that a proof
-//! found; every step can be taken back.
+//! found; every step can be undone.
 //!
-//! Time is that of the mission and passes only when somebody lets it pass. Reports, guards and
+//! Time is that of the mission and passes only when the user lets it pass. Reports, guards and
 //! people are whoever plays: a transition that waits for one of them fires when it is told to.
 
-mod chance;
-mod follow;
-mod refusal;
-mod world;
+pub mod chance;
+pub mod follow;
+pub mod refusal;
+pub mod world;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -18,10 +18,9 @@ use armor_robotfile::guard::Scalar;
 
 use super::schedule::is_enabled;
 use super::stage::{Act, Stage};
-pub use chance::{Chance, Step};
-pub use follow::{Course, Leg};
-pub use refusal::NotNow;
-pub use world::{Sense, World, scalar};
+use follow::Course;
+use refusal::NotNow;
+use world::World;
 
 /// Moments that can be gone back to; older ones are forgotten.
 const MAX_PAST: usize = 10_000;
@@ -130,7 +129,7 @@ impl Play {
         self.stage.is_over(self.marking())
     }
 
-    /// Whether nothing can ever fire any more although the mission is not over.
+    /// Whether nothing can ever fire any longer although the mission is not over.
     pub fn stands_still(&self) -> bool {
         !self.is_over() && !self.stage.net.transition_ids().any(|id| self.has_tokens(id))
     }
@@ -195,7 +194,7 @@ impl Play {
         };
         let had_clock = before.state.enabled_since(id).is_some();
         if at > self.time() && !had_clock {
-            let what = format!("{} has what it waited for", self.stage.name(id));
+            let what = format!("{}: condition met", self.stage.name(id));
             self.now.by = Some(Happened::Sensed(what));
             self.remember(before);
             return Ok(Outcome::Clock(at));
@@ -261,7 +260,7 @@ impl Play {
         let before = self.now.clone();
         let what = match &value {
             Some(value) => format!("{name} is {}", world::shown(value)),
-            None => format!("{name} is not known"),
+            None => format!("{name} is unknown"),
         };
         self.now.world.set_value(name, value);
         self.now.world.open_gates(&self.stage, &mut self.now.state);
@@ -269,7 +268,7 @@ impl Play {
         self.remember(before);
     }
 
-    /// What is known of the world.
+    /// The status of the world.
     pub fn world(&self) -> &World {
         &self.now.world
     }

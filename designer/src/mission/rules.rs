@@ -1,5 +1,5 @@
 //! What may be joined in a net, and why not: the drawing asks before it draws, and shows the
-//! answer beside the pointer.
+//! answer next to the pointer.
 
 use armor_robotfile::mission::{ArcKind, Mission};
 
@@ -75,7 +75,7 @@ pub fn join(mission: &Mission, from: End<'_>, to: End<'_>, kind: ArcKind) -> Res
             Ok(Join::Transition { from: one.into(), to: other.into() })
         }
         (End::Transition(one), End::Transition(other)) if one == other => {
-            Err("an arc leads from a place to a transition or the other way round".into())
+            Err("an arc connects a place and a transition".into())
         }
         (End::Transition(one), End::Transition(other)) => {
             Ok(Join::Place { from: one.into(), to: other.into() })
@@ -83,7 +83,7 @@ pub fn join(mission: &Mission, from: End<'_>, to: End<'_>, kind: ArcKind) -> Res
         (End::Place(place), End::Submission(number)) => enter(mission, number, place),
         (End::Submission(number), End::Place(place)) => leave(mission, number, place),
         (End::Submission(_), _) | (_, End::Submission(_)) => {
-            Err("a sub-mission is entered from a place and leaves to a place".into())
+            Err("a sub-mission is connected only to places".into())
         }
     }
 }
@@ -110,7 +110,7 @@ pub fn lead<'a>(
 fn enter(mission: &Mission, submission: usize, place: &str) -> Result<Join, String> {
     let known = mission.submissions.get(submission).and_then(|known| known.enter.as_ref());
     match known {
-        Some(known) if known.value == place => Err(format!("{place} enters it already")),
+        Some(known) if known.value == place => Err(format!("{place} already enters it")),
         _ => Ok(Join::Enter { submission, place: place.into() }),
     }
 }
@@ -118,7 +118,7 @@ fn enter(mission: &Mission, submission: usize, place: &str) -> Result<Join, Stri
 fn leave(mission: &Mission, submission: usize, place: &str) -> Result<Join, String> {
     let known = mission.submissions.get(submission).and_then(|known| known.leave.as_ref());
     match known {
-        Some(known) if known.value == place => Err(format!("it leaves to {place} already")),
+        Some(known) if known.value == place => Err(format!("it already leaves to {place}")),
         _ => Ok(Join::Leave { submission, place: place.into() }),
     }
 }
@@ -131,7 +131,7 @@ fn arc(mission: &Mission, transition: &str, place: &str, kind: ArcKind) -> Resul
             ArcKind::Take => "takes from",
             ArcKind::Put => "puts into",
             ArcKind::Read => "reads",
-            ArcKind::Inhibitor => "is held up by",
+            ArcKind::Inhibitor => "is inhibited by",
             ArcKind::Reset => "empties",
         };
         return Err(format!("{transition} {verb} {place} already; change the arc's weight"));
@@ -149,9 +149,9 @@ pub fn weight_refused(
     let is_active = mission.place(place).is_some_and(|place| !place.components.is_empty());
     match kind {
         _ if weight == 0 => Some("an arc of weight 0 does nothing: remove it".into()),
-        ArcKind::Reset if weight > 1 => Some("a reset arc takes all tokens there are".into()),
+        ArcKind::Reset if weight > 1 => Some("a reset arc takes all tokens".into()),
         ArcKind::Take | ArcKind::Put | ArcKind::Read if weight > 1 && is_active => Some(format!(
-            "{place} activates components, so it holds one token at most: count in a place without"
+            "{place} activates components, so it holds at most one token: count in a place without components"
         )),
         _ => None,
     }
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(led(Transition("t"), Place("a"), Take), Err(already.to_owned()));
         let why = "an arc has a place at one end and a transition at the other";
         assert_eq!(led(Place("a"), Place("b"), Take), Err(why.to_owned()));
-        let why = "a sub-mission is entered from a place and leaves to a place";
+        let why = "a sub-mission is connected only to places";
         check(Transition("t"), Submission(0), Take, Err(why));
     }
 

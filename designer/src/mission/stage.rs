@@ -49,7 +49,7 @@ pub struct Stage {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StageError {
     /// There is no mission.
-    #[error("there is no mission in this file yet: add a place to begin one")]
+    #[error("This file has no mission yet: add a place to begin one")]
     NoMission,
     /// It is too large with its sub-missions put in, or its net is none.
     #[error("this mission cannot be played: {0}")]
@@ -117,7 +117,7 @@ impl Stage {
         }
     }
 
-    /// Whether it fires without anybody doing anything once its time has come.
+    /// Whether it fires without anyone doing anything once its time has come.
     pub fn is_automatic(&self, id: TransitionId) -> bool {
         self.written(id).is_some_and(|written| written.autonomy == Autonomy::Auto)
     }
@@ -160,7 +160,7 @@ struct Set {
     builder: NetBuilder,
     acts: Vec<Act>,
     places: HashMap<String, PlaceId>,
-    /// Marked, nothing fires any more.
+    /// Marked, nothing fires any longer.
     ends: Vec<PlaceId>,
     period: Duration,
 }
@@ -256,7 +256,7 @@ fn is_safety(mission: &Mission, written: &Transition) -> bool {
 }
 
 fn interval(written: &Transition, period: Duration) -> FiringInterval {
-    // Whoever waits for a person is never too late.
+    // Whatever waits for a person is never too late.
     let is_manual = written.autonomy != Autonomy::Auto;
     let latest = |latest: Option<Duration>| {
         latest.filter(|_| !is_manual).map(|latest| latest.saturating_add(period))

@@ -1,9 +1,9 @@
-//! What a net's drawing says in words: conditions of transitions, components of places.
+//! What a net's drawing states in words: conditions of transitions, components of places.
 
 use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Autonomy, Class, Interval, LostLink, Missed, Place, Transition};
 
-/// What a transition waits for, a line for each condition, as the file says it.
+/// What a transition waits for, a line for each condition, as in the file.
 pub fn conditions(transition: &Transition) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(on) = &transition.on {

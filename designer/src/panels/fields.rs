@@ -3,7 +3,7 @@
 
 use eframe::egui::{self, Key, Response, TextBuffer, TextEdit, TextStyle};
 
-/// What is being written into a form whose fields are told apart by `F`.
+/// What is being written into a form whose fields are distinguished by `F`.
 #[derive(Debug)]
 pub struct Drafts<F> {
     /// The field, what is written in it, and whether it was shown in this frame.
@@ -34,7 +34,7 @@ pub struct Form<'a> {
 }
 
 impl<F: Clone + PartialEq> Drafts<F> {
-    /// A field with a text, whose current value is `value`. `check` says what is wrong with a text.
+    /// A field with a text, whose current value is `value`. `check` states what is wrong with a text.
     pub fn text(
         &mut self,
         ui: &mut egui::Ui,
@@ -85,7 +85,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
         response
     }
 
-    /// Says what a field is to be, without anything being written.
+    /// Shows what a field is to be, without anything being written.
     pub fn set(&mut self, field: F, value: impl Into<String>) {
         self.finished.push((field, value.into()));
     }
@@ -105,7 +105,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
     }
 
     /// What is being written into a field, also if it was ended in this frame and is not taken yet:
-    /// a fast hand writes and leaves at once.
+    /// a fast hand writes and leaves immediately.
     pub fn writing(&self, field: &F) -> Option<&str> {
         let current = self.current.as_ref().map(|(own, text, _)| (own, text));
         let ended = self.finished.iter().rev().map(|(own, text)| (own, text));
@@ -121,7 +121,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
     }
 
     /// What was finished in this frame: to be called once, after the form was shown. A field that
-    /// is not shown any more was left.
+    /// is not shown any longer was left.
     pub fn finish(&mut self) -> Vec<(F, String)> {
         match &mut self.current {
             Some((_, _, is_shown)) if *is_shown => *is_shown = false,

@@ -1,4 +1,4 @@
-//! Choosing a file: a list to click through and a path to type, which goes on with Tab. Its own,
+//! Choosing a file: a list to click through and a path to type, which continues with Tab. Its own,
 //! because the dialogs of desktops hang where there is none. All of it works by keyboard.
 
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use eframe::egui::{
 
 use crate::files::listing::{Entry, complete, entries, meant, parts, with_ending};
 
-/// Rows that are seen at once.
+/// Rows that are seen immediately.
 const ROWS: f32 = 13.0;
 
 /// A file being chosen.
@@ -62,7 +62,7 @@ impl PathChoice {
         }
     }
 
-    /// Shows the choice; `verb` is what its button says.
+    /// Shows the choice; `verb` is what its button states.
     pub fn show(&mut self, ui: &mut Ui, verb: &str) -> Chosen {
         self.list();
         self.way(ui);
@@ -128,7 +128,7 @@ impl PathChoice {
                 }
                 let shown = self.shown();
                 if shown.is_empty() {
-                    ui.weak("nothing to choose here");
+                    ui.weak("no files here");
                 }
                 let mut action = None;
                 ui.with_layout(Layout::top_down_justified(Align::LEFT), |ui| {
@@ -175,7 +175,7 @@ impl PathChoice {
         if ui.memory(|memory| memory.has_focus(id)) {
             self.keys(ui, id);
         }
-        // Tab goes on with the path, the arrows go through the list.
+        // Tab continues with the path, the arrows go through the list.
         let filter = EventFilter {
             tab: true,
             horizontal_arrows: true,
@@ -184,7 +184,7 @@ impl PathChoice {
         };
         let edit = TextEdit::singleline(&mut self.typed)
             .id(id)
-            .hint_text("file name or path; Tab goes on with it")
+            .hint_text("file name or path; Tab completes it")
             .desired_width(f32::INFINITY)
             .event_filter(filter)
             .cursor_at_end(true);
@@ -265,9 +265,9 @@ impl PathChoice {
         let path = if self.is_new { with_ending(path, self.ending) } else { path };
         let folder = path.parent().unwrap_or(Path::new("/"));
         self.trouble = if !self.is_new && !path.is_file() {
-            Some(format!("there is no file {}", path.display()))
+            Some(format!("no file {}", path.display()))
         } else if self.is_new && !folder.is_dir() {
-            Some(format!("there is no folder {}", folder.display()))
+            Some(format!("no folder {}", folder.display()))
         } else {
             None
         };

@@ -130,7 +130,7 @@ impl Picker {
             return Picked::One(entry.value.clone());
         }
         if fitting.is_empty() {
-            ui.weak("nothing fits");
+            ui.weak("no match");
         }
         let mut picked = Picked::Open;
         let list = ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT);

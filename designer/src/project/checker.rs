@@ -34,7 +34,7 @@ pub(super) struct Checker {
     newest: Arc<AtomicU64>,
     wanted: Sender<Wanted>,
     found: Receiver<Checked>,
-    /// Taken from `found` while somebody waited.
+    /// Taken from `found` while the user waited.
     taken: Vec<Checked>,
     wake: Arc<Mutex<Option<Wake>>>,
 }
@@ -50,7 +50,7 @@ impl Checker {
         if let Err(error) =
             std::thread::Builder::new().name("check".into()).spawn(move || desk.run(&inbox))
         {
-            tracing::error!(%error, "the files are not checked: no thread could be started");
+            tracing::error!(%error, "The files are not checked: no thread could be started");
         }
         Self { newest, wanted, found, taken: Vec::new(), wake }
     }

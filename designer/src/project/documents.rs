@@ -13,13 +13,13 @@ pub enum Refused {
     #[error(transparent)]
     Edit(#[from] EditError),
     /// A file is no XML.
-    #[error("{file} is not well-formed XML: mend it in a text editor first")]
+    #[error("{file} is not well-formed XML: fix it in a text editor first")]
     Broken {
         /// Which one.
         file: String,
     },
     /// No open file has a system, or a mission.
-    #[error("there is no {what} in the open files")]
+    #[error("the open files have no {what}")]
     Absent {
         /// `<system>` or `<mission>`.
         what: &'static str,

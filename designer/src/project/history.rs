@@ -1,4 +1,4 @@
-//! What was done, to be taken back: the whole texts before and after each step. Files that a step
+//! What was done, to be undone: the whole texts before and after each step. Files that a step
 //! did not touch are shared, so a step costs what it changed, and what it costs is bounded.
 
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ const MIN_STEPS: usize = 20;
 /// One step.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
-    /// What it did, as a menu says it.
+    /// What it did, as a menu shows it.
     pub(super) what: String,
     /// The texts of all files before it.
     pub(super) before: Vec<Arc<str>>,
@@ -32,7 +32,7 @@ impl Step {
 #[derive(Default)]
 pub(super) struct History {
     steps: VecDeque<Step>,
-    /// How many of them are done; those behind were taken back.
+    /// How many of them are done; those behind were undone.
     done: usize,
     bytes: usize,
 }

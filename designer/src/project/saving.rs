@@ -12,15 +12,15 @@ use crate::project::Project;
 #[derive(Debug, thiserror::Error)]
 pub enum SaveRefused {
     /// Something is wrong with them.
-    #[error("not saved: {}", reasons(.0))]
+    #[error("Not saved: {}", reasons(.0))]
     Wrong(Vec<Finding>),
     /// The file is nowhere yet.
-    #[error("the file has no name yet: choose where to save it")]
+    #[error("The file has no name yet: choose where to save it")]
     Nowhere,
-    /// Another program changed a file, and what it says has not been taken yet.
+    /// Another program changed a file, and what it states has not been taken yet.
     #[error(
-        "not saved: another program has just changed {}; what it says is taken in a moment, then \
-         save again", .0.display()
+        "Not saved: another program has just changed {}. It is being reloaded: save again \
+         afterwards", .0.display()
     )]
     Changed(PathBuf),
     /// The disk does not take it.
@@ -51,7 +51,7 @@ pub(super) struct Pending {
 }
 
 impl Project {
-    /// Asks for the files to be saved as soon as they have been looked at; [`Project::poll`] says
+    /// Asks for the files to be saved as soon as they have been looked at; [`Project::poll`] states
     /// what came of it. What is edited until then is saved too.
     ///
     /// # Errors

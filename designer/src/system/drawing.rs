@@ -10,15 +10,15 @@ use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use crate::canvas::{
-    Badge, Diagram, Direction, End, Look, Mark, Node, Outline, Port, PortAt, Shape, Side, Wire,
-    arrange,
+    Badge, Diagram, DiagramNode, Direction, Mark, NodeLook, NodePort, NodeShape, Outline, PortAt,
+    PortSide, Wire, WireEnd, arrange,
 };
-use crate::desk::View;
 use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::layout::{self, Layout};
 use crate::project::Project;
 use crate::system::rules::{Joint, Joints};
+use crate::view::View;
 
 /// From the upper edge of a block to the middle of its first port.
 const FIRST_PORT: f32 = 60.0;
@@ -34,9 +34,9 @@ const WIDEST: f32 = 360.0;
 
 /// The drawing of a system.
 #[derive(Debug, Default)]
-pub struct Drawing {
+pub struct SystemDrawing {
     /// What is drawn.
-    pub diagram: Diagram,
+    pub diagram: Diagram<Item>,
     /// What may be joined.
     pub joints: Joints,
     /// Components that the file gives no position.
@@ -44,8 +44,8 @@ pub struct Drawing {
 }
 
 /// Draws the system of a project as it is now.
-pub fn draw(project: &Project) -> Drawing {
-    let Some(configuration) = project.configuration() else { return Drawing::default() };
+pub fn draw(project: &Project) -> SystemDrawing {
+    let Some(configuration) = project.configuration() else { return SystemDrawing::default() };
     let document = project.document_with(armor_robotfile::Item::System);
     let layout = document.map(|document| layout::read(document, View::System)).unwrap_or_default();
     let system = &configuration.system;
@@ -67,7 +67,7 @@ pub fn draw(project: &Project) -> Drawing {
             joints.ports.push(ends);
         }
     }
-    let mut drawing = Drawing { joints, ..Drawing::default() };
+    let mut drawing = SystemDrawing { joints, ..SystemDrawing::default() };
     let names: BTreeMap<&str, usize> =
         nodes.iter().enumerate().map(|(n, node)| (node.title.as_str(), n)).collect();
     let wires = wires(&system.links, &names, &mut drawing.joints);
@@ -88,7 +88,7 @@ pub fn draw(project: &Project) -> Drawing {
     drawing
 }
 
-fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (Node, Vec<Joint>) {
+fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (DiagramNode<Item>, Vec<Joint>) {
     let name = &component.name.value;
     let kind = kinds.find(&component.kind.value);
     let is_known = kinds.manifests().is_none() || kind.is_some();
@@ -130,16 +130,16 @@ fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (Node, Vec<Joi
     }
     let size = size(name, &component.kind.value, &ports, rows[0].max(rows[1]));
     for port in &mut ports {
-        port.at.x = if port.side == Side::Right { size.x } else { 0.0 };
+        port.at.x = if port.side == PortSide::Right { size.x } else { 0.0 };
     }
     let unassigned = kind.map_or(0, |kind| unassigned(component, kind).count());
-    let node = Node {
-        item: Item::Component(name.clone()),
+    let node = DiagramNode {
+        item: Item::component(name),
         title: name.clone(),
         subtitle: subtitle(component, is_known),
         lines: Vec::new(),
         rect: Rect::from_min_size(Pos2::ZERO, size),
-        shape: Shape::Block,
+        shape: NodeShape::Block,
         ports,
         badge: (unassigned > 0).then(|| Badge {
             text: unassigned.to_string(),
@@ -147,7 +147,7 @@ fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (Node, Vec<Joi
             tint: None,
         }),
         mark: Mark::None,
-        look: Look {
+        look: NodeLook {
             outline: if is_known { Outline::Plain } else { Outline::Dashed },
             is_dim: !is_known,
             tint: None,
@@ -170,7 +170,7 @@ pub fn unassigned<'a>(
 fn subtitle(component: &Component, is_known: bool) -> String {
     let kind = &component.kind.value;
     match &component.rate_hz {
-        _ if !is_known => format!("{kind}: no such kind"),
+        _ if !is_known => format!("{kind}: unknown kind"),
         Some(rate) => format!("{kind}, {} Hz", rate.value),
         None => kind.clone(),
     }
@@ -204,14 +204,14 @@ fn port(
     y: f32,
     manifest: Option<&PortManifest>,
     is_judged: bool,
-) -> Port {
+) -> NodePort {
     let is_output = direction == Direction::Out;
     let sort = if is_output { "output" } else { "input" };
     let doc = match manifest {
         Some(port) => {
             let nature = match (port.required, port.latched) {
                 (true, _) => ", must be fed",
-                (_, true) => ", keeps its last value for those who come late",
+                (_, true) => ", keeps its last value for late subscribers",
                 _ => "",
             };
             let about = if port.doc.is_empty() { "" } else { "\n" };
@@ -224,10 +224,10 @@ fn port(
         }
         None => format!("{sort} {id}"),
     };
-    Port {
+    NodePort {
         name: id.to_owned(),
         at: vec2(0.0, y),
-        side: if is_output { Side::Right } else { Side::Left },
+        side: if is_output { PortSide::Right } else { PortSide::Left },
         direction,
         colour: 0,
         is_wired: false,
@@ -238,22 +238,22 @@ fn port(
     }
 }
 
-fn size(name: &str, kind: &str, ports: &[Port], rows: usize) -> Vec2 {
-    let longest = |side: Side| {
+fn size(name: &str, kind: &str, ports: &[NodePort], rows: usize) -> Vec2 {
+    let longest = |side: PortSide| {
         let names = ports.iter().filter(|port| port.side == side);
         names.map(|port| port.name.chars().count()).max().unwrap_or(0) as f32
     };
     let title = name.chars().count() as f32 * TITLE_LETTER + 30.0;
     let kind = (kind.chars().count() + 8) as f32 * 6.0 + 24.0;
-    let names = (longest(Side::Left) + longest(Side::Right)) * LETTER + 44.0;
+    let names = (longest(PortSide::Left) + longest(PortSide::Right)) * LETTER + 44.0;
     let width = title.max(kind).max(names).clamp(NARROWEST, WIDEST);
     let height = if rows == 0 { 50.0 } else { FIRST_PORT + PORT_STEP * (rows - 1) as f32 + BELOW };
     // Even steps, so that blocks in a row line up.
     vec2((width / 10.0).ceil() * 10.0, height)
 }
 
-fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> Vec<Wire> {
-    let mut wires: Vec<Wire> = Vec::new();
+fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> Vec<Wire<Item>> {
+    let mut wires: Vec<Wire<Item>> = Vec::new();
     for link in links {
         let end = |port: &armor_robotfile::model::Port, direction: Direction| {
             let node = *names.get(port.component.value.as_str())?;
@@ -275,7 +275,7 @@ fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> 
     wires
 }
 
-fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire {
+fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire<Item> {
     let (output, input) = (link.from.data(), link.to.data());
     let unusual = unusual(link);
     let unusual_text = unusual.join(", ");
@@ -284,10 +284,10 @@ fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire {
         false => format!("{output} feeds {input}: {unusual_text}"),
     };
     Wire {
-        item: Item::Link { from: output.clone(), to: input.clone() },
+        item: Item::link(&output, &input),
         from,
         to,
-        end: End::Plain,
+        end: WireEnd::Plain,
         text: unusual_text,
         is_dashed: link.mode == LinkMode::Pull,
         is_strong: link.keep == Keep::All,
@@ -299,7 +299,7 @@ fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire {
     }
 }
 
-/// What a link says that others do not.
+/// What a link states that others do not.
 fn unusual(link: &Link) -> Vec<String> {
     let mut said = Vec::new();
     match link.keep {
@@ -324,8 +324,13 @@ fn unusual(link: &Link) -> Vec<String> {
     said
 }
 
-/// Puts blocks where the file says; those of which it says nothing are arranged beside the others.
-fn place(nodes: &mut [Node], wires: &[Wire], layout: &Layout, unplaced: &mut BTreeSet<usize>) {
+/// Puts blocks where the file places them; those of which it states nothing are arranged next to the others.
+fn place(
+    nodes: &mut [DiagramNode<Item>],
+    wires: &[Wire<Item>],
+    layout: &Layout,
+    unplaced: &mut BTreeSet<usize>,
+) {
     let mut bounds: Option<Rect> = None;
     for (n, node) in nodes.iter_mut().enumerate() {
         match layout.blocks.get(&node.title) {
@@ -350,7 +355,7 @@ fn place(nodes: &mut [Node], wires: &[Wire], layout: &Layout, unplaced: &mut BTr
 }
 
 /// Marks what the findings are about.
-fn mark(diagram: &mut Diagram, project: &Project) {
+fn mark(diagram: &mut Diagram<Item>, project: &Project) {
     let checked = project.checked();
     if checked.revision != project.revision() {
         return;

@@ -7,11 +7,11 @@ use armor_wire::name::{MAX_NAME_LEN, is_name};
 use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::{Diagram, arrange};
-use crate::desk::View;
 use crate::fragment::Names;
 use crate::item::Item;
 use crate::layout;
 use crate::project::{Documents, Refused};
+use crate::view::View;
 
 /// Names that the programs of the system have themselves.
 const TAKEN: &[&str] = &["registry", "configd", "configuration", "executive", "launcher", "all"];
@@ -44,7 +44,7 @@ pub(super) fn free(names: &mut Names, wish: &str) -> String {
     names.free(&wish, &stem[..stem.len().min(MAX_NAME_LEN - 5)])
 }
 
-/// Adds a component of a kind and answers its name.
+/// Adds a component of a kind and returns its name.
 ///
 /// # Errors
 /// If there is no system in the files.
@@ -52,7 +52,7 @@ pub fn add_component(documents: &mut Documents, kind: &str, at: Pos2) -> Result<
     let document = documents.system()?;
     let name = free_name(document, kind);
     document.add(Named::Component(&name), &[("kind", kind)])?;
-    layout::place(document, View::System, &[(Item::Component(name.clone()), at)])?;
+    layout::place(document, View::System, &[(Item::component(name), at)])?;
     Ok(name)
 }
 
@@ -90,10 +90,10 @@ pub fn rewire(
 /// If the name is none or another's, or one that a program of the system has.
 pub fn rename(documents: &mut Documents, old: &str, new: &str) -> Result<(), Refused> {
     if TAKEN.contains(&new) {
-        return Err(Refused::Rule(format!("{new} is the name of a program of every system")));
+        return Err(Refused::Rule(format!("{new} is reserved for a program of the system")));
     }
     if documents.system()?.find(Named::Component(new)).is_some() && old != new {
-        return Err(Refused::Rule(format!("there is a component called {new} already")));
+        return Err(Refused::Rule(format!("a component called {new} already exists")));
     }
     for document in documents.all() {
         let is_here = document.find(Named::Component(old)).is_some();
@@ -115,7 +115,7 @@ pub fn remove<'a>(
     let items: Vec<_> = items.into_iter().collect();
     let components = || {
         items.iter().filter_map(|item| match item {
-            Item::Component(name) => Some(Named::Component(name)),
+            Item::Component(name) => Some(Named::Component(name.as_str())),
             _ => None,
         })
     };
@@ -155,9 +155,9 @@ pub fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), R
     layout::place(documents.system()?, View::System, places)
 }
 
-/// Gives the places of nodes that are arranged anew: all, or those given. The middle of what is
+/// Gives the places of nodes that are arranged again: all, or those given. The middle of what is
 /// arranged stays where it is.
-pub fn arrange_all(diagram: &Diagram, only: &[usize]) -> Vec<(Item, Pos2)> {
+pub fn arrange_all(diagram: &Diagram<Item>, only: &[usize]) -> Vec<(Item, Pos2)> {
     let all: Vec<usize> = (0..diagram.nodes.len()).collect();
     let wanted = if only.len() > 1 { only } else { &all };
     let sizes: Vec<_> = diagram.nodes.iter().map(|node| node.rect.size()).collect();
@@ -166,5 +166,5 @@ pub fn arrange_all(diagram: &Diagram, only: &[usize]) -> Vec<(Item, Pos2)> {
     let old = wanted.iter().map(|n| diagram.nodes[*n].rect).reduce(Rect::union);
     let corner = old.map_or(Pos2::new(40.0, 40.0), |old| crate::canvas::snapped(old.min));
     let places = wanted.iter().zip(positions);
-    places.map(|(n, at)| (diagram.nodes[*n].item.clone(), corner + at)).collect()
+    places.map(|(n, at)| (diagram.nodes[*n].item, corner + at)).collect()
 }

@@ -7,23 +7,27 @@ use armor_robotfile::{Item as Named, NewElement};
 use armor_wire::name::split_data;
 use eframe::egui::{Pos2, Rect};
 
-use crate::desk::View;
 use crate::fragment::{Fragment, copied as element_with, same_element, written};
 use crate::item::Item;
 use crate::project::{Documents, Project, Refused};
-use crate::system::drawing::Drawing;
+use crate::system::drawing::SystemDrawing;
 use crate::system::edits::{free, names_of};
+use crate::view::View;
 
 /// The names that components are copied under.
 type Renamed = BTreeMap<String, String>;
 
 /// What is selected as the text of a file: the components, the links between them, the groups and
 /// notes, and where they are drawn. None if it has neither component nor note.
-pub fn copied(project: &Project, drawing: &Drawing, selection: &BTreeSet<Item>) -> Option<String> {
+pub fn copied(
+    project: &Project,
+    drawing: &SystemDrawing,
+    selection: &BTreeSet<Item>,
+) -> Option<String> {
     let source = project.document_with(Named::System)?;
     let system = source.tree().element(&source.find(Named::System)?)?;
     let names = selection.iter().filter_map(|item| match item {
-        Item::Component(name) => Some((name.clone(), name.clone())),
+        Item::Component(name) => Some((name.to_string(), name.to_string())),
         _ => None,
     });
     let names: Renamed = names.collect();
@@ -42,8 +46,8 @@ fn is_copied(element: &Element, names: &Renamed) -> bool {
     }
 }
 
-/// Adds what a text from the clipboard says, its upper left corner at `at`; what is added gets
-/// names of its own. Answers what was added.
+/// Adds a fragment from the clipboard, its upper left corner at `at`; what is added gets
+/// names of its own. Returns what was added.
 ///
 /// # Errors
 /// If the text is no system, or there is none to add it to.
@@ -61,7 +65,7 @@ pub fn paste(
     for (element, old) in fragment.named("component") {
         let new = free(&mut taken, old);
         elements.push(renamed(element, &new));
-        added.push((Item::Component(new.clone()), Item::Component(old.to_owned())));
+        added.push((Item::component(new), Item::component(old)));
         names.insert(old.to_owned(), new);
     }
     let links = fragment.element.elements().filter(|element| element.name == "link");
@@ -114,7 +118,7 @@ mod tests {
         };
         project.edit("a chain", chain).unwrap();
         let drawing = draw(&project);
-        let all: BTreeSet<_> = drawing.diagram.nodes.iter().map(|node| node.item.clone()).collect();
+        let all: BTreeSet<_> = drawing.diagram.nodes.iter().map(|node| node.item).collect();
         let text = copied(&project, &drawing, &all).unwrap();
         let mut edits = 0;
         let beneath = |whole: Rect| whole.min + eframe::egui::vec2(0.0, 100.0);

@@ -1,60 +1,50 @@
-//! The menu at the pointer, and what an empty drawing says.
+//! The menu at the pointer, and what an empty drawing states.
 
 use eframe::egui::{self, Pos2};
 
-use crate::commands::Command;
+use super::choices::SystemPicker;
+use super::state::SystemView;
 use crate::desk::Desk;
+use crate::diagram_pane::{DECORATION_MENU, EMPTY_MENU, NODE_MENU, WIRE_MENU};
 use crate::item::Item;
-use crate::system::SystemView;
-use crate::system::quick::Quick;
 
 impl SystemView {
     pub(super) fn show_menu(
         &mut self,
         ui: &mut egui::Ui,
         desk: &mut Desk,
-        of: Option<&Item>,
+        of: Option<Item>,
         at: Pos2,
     ) {
-        use Command as C;
         ui.set_min_width(170.0);
-        let commands: &[C] = match of {
-            Some(Item::Component(_)) => &[
-                C::Properties,
-                C::Rename,
-                C::Link,
-                C::Copy,
-                C::Cut,
-                C::Duplicate,
-                C::Group,
-                C::Delete,
-            ],
-            Some(Item::Link { .. }) => &[C::Properties, C::Delete],
-            Some(_) => &[C::Properties, C::Copy, C::Duplicate, C::Delete],
-            None => &[C::Paste, C::Note, C::SelectAll, C::Arrange, C::ZoomFit],
+        let commands = match of {
+            Some(Item::Component(_)) => NODE_MENU,
+            Some(Item::Link { .. }) => WIRE_MENU,
+            Some(_) => DECORATION_MENU,
+            None => EMPTY_MENU,
         };
-        if of.is_none() && ui.button("Add a component..").clicked() {
-            self.quick = Some(Quick::to_add(desk, at));
+        if of.is_none() && ui.button("Add a component…").clicked() {
+            self.picker = Some(SystemPicker::to_add(desk, at));
             ui.close();
         }
         for command in commands {
-            let may = self.may_run(*command, desk).unwrap_or(false);
+            let may = self.can_run(*command, desk).unwrap_or(false);
             desk.offer(ui, *command, may);
         }
     }
 
     /// Three steps to begin with, where there is nothing yet.
-    pub(super) fn empty_hint(&self, ui: &egui::Ui, desk: &Desk) {
+    pub(super) fn show_empty_hint(&self, ui: &egui::Ui, desk: &Desk) {
         if !self.drawing.diagram.nodes.is_empty() {
             return;
         }
         let text = if desk.project.is_broken() || desk.project.configuration().is_none() {
-            "The file cannot be drawn: the problems below say why."
+            "The file cannot be drawn. The problems below show why."
         } else {
-            "Drag a component here from the list at the left, or press A.\n\
+            "Drag a component from the list on the left, or press A.\n\
              Drag from an output to an input to link them.\n\
              Double-click a block to edit its properties."
         };
-        self.canvas.hint(ui, text);
+        self.pane.canvas.hint(ui, text);
     }
 }

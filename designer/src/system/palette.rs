@@ -2,23 +2,28 @@
 
 use armor_wire::manifest::Manifest;
 use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{self, FontId, Key, Label, Rect, RichText, ScrollArea, Sense, TextEdit};
+use eframe::egui::{self, FontId, Key, Rect, ScrollArea, Sense, TextEdit};
 
 use crate::desk::Desk;
+use crate::diagram_pane::show_dragged;
 use crate::panels::pick;
-use crate::system::{DraggedKind, docs};
+use crate::system::docs;
 
 /// The height of one kind in the list.
 const ENTRY_HEIGHT: f32 = 38.0;
 
+/// A kind that is dragged from the palette.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DraggedKind(pub String);
+
 /// The palette.
 #[derive(Debug, Default)]
-pub(super) struct Palette {
+pub struct SystemPalette {
     typed: String,
 }
 
-impl Palette {
-    /// Shows it; answers the kind that is to be added.
+impl SystemPalette {
+    /// Shows it; returns the kind that is to be added.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, desk: &Desk) -> Option<String> {
         ui.add_space(4.0);
         ui.strong("Components");
@@ -30,9 +35,9 @@ impl Palette {
         let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         let mut wanted = found.first().filter(|_| enter).map(|kind| kind.kind.clone());
         if kinds.is_empty() {
-            ui.weak("No components are known: the program armor is asked for them.");
+            ui.weak("No component kinds: the program armor lists them.");
         } else if found.is_empty() {
-            ui.weak("nothing fits");
+            ui.weak("no match");
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for is_stock in [true, false] {
@@ -55,7 +60,7 @@ impl Palette {
         wanted
     }
 
-    /// One kind; answers whether it is to be added.
+    /// One kind; returns whether it is to be added.
     fn entry(&self, ui: &mut egui::Ui, desk: &Desk, kind: &Manifest) -> bool {
         let size = egui::vec2(ui.available_width(), ENTRY_HEIGHT);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
@@ -63,10 +68,8 @@ impl Palette {
         let name = format!("kind {}", kind.kind);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
         response.dnd_set_drag_payload(DraggedKind(kind.kind.clone()));
-        if response.dragged()
-            && let Some(at) = ui.input(|i| i.pointer.latest_pos())
-        {
-            ghost(ui, &kind.kind, at);
+        if response.dragged() {
+            show_dragged(ui, &kind.kind);
         }
         let enter = response.has_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         let origin = desk.project.kinds().origin(&kind.kind);
@@ -96,14 +99,4 @@ fn paint(ui: &egui::Ui, rect: Rect, response: &egui::Response, kind: &Manifest) 
         let at = rect.min + egui::vec2(6.0, y - galley.size().y / 2.0);
         painter.galley(at, galley, colour);
     }
-}
-
-/// What is dragged, at the pointer.
-fn ghost(ui: &egui::Ui, kind: &str, at: egui::Pos2) {
-    let area = egui::Area::new(egui::Id::unique("dragged kind")).order(egui::Order::Tooltip);
-    area.fixed_pos(at - egui::vec2(50.0, 14.0)).interactable(false).show(ui.ctx(), |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.add(Label::new(RichText::new(kind).strong()).selectable(false).extend());
-        });
-    });
 }

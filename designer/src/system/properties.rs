@@ -3,55 +3,27 @@
 
 mod component;
 mod editors;
+pub(super) mod field;
 mod link;
 
-use armor_robotfile::Item as Named;
 use eframe::egui::{self, Button, ComboBox, ScrollArea};
 
+use self::field::{Field, Focus, check_name, write};
+use crate::canvas::Direction;
 use crate::commands::{Command, about};
-use crate::desk::{Desk, View};
+use crate::desk::Desk;
 use crate::item::Item;
-use crate::layout;
 use crate::panels::fields::{Form, anything};
-use crate::project::{Documents, Refused};
-use crate::system::{SystemView, edits};
-
-/// Which field is to get the focus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Focus {
-    /// None: it is where it is.
-    #[default]
-    Nothing,
-    /// The first.
-    Name,
-    /// The first that needs a value, if one does.
-    Value,
-}
-
-/// What can be changed in the panel.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Field {
-    /// The name of a component.
-    Name(String),
-    /// An attribute of an item; an empty text removes it.
-    Attribute(Item, &'static str),
-    /// A parameter of a component; an empty text is a value, too.
-    Parameter(String, String),
-    /// A parameter that goes back to its default, or that the kind does not have.
-    NoParameter(String, String),
-    /// The title of a group, the text of a note.
-    Text(usize),
-    /// The data that time follows; an empty text is the host's clock.
-    Clock,
-}
+use crate::system::rules::Joint;
+use crate::system::state::SystemView;
 
 impl SystemView {
-    pub(super) fn properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
         ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
-            let only = self.canvas.only().cloned();
-            match (only, self.canvas.selection.len()) {
+            let only = self.pane.only();
+            match (only, self.pane.canvas.selection.len()) {
                 (Some(Item::Component(name)), _) => self.component_properties(ui, desk, &name),
                 (Some(Item::Link { from, to }), _) => self.link_properties(ui, desk, &from, &to),
                 (Some(Item::Decoration { number, .. }), _) => self.decoration(ui, number),
@@ -62,7 +34,7 @@ impl SystemView {
         self.take_drafts(desk);
     }
 
-    /// Makes the changes of the fields that were left; answers whether none was refused.
+    /// Makes the changes of the fields that were left; returns whether none was refused.
     pub(super) fn take_drafts(&mut self, desk: &mut Desk) -> bool {
         let drafts = self.drafts.finish();
         drafts.iter().fold(true, |all, (field, text)| self.apply(field, text, desk) && all)
@@ -90,8 +62,7 @@ impl SystemView {
         ui.strong("System");
         let name = system.name.as_ref().map_or("", |name| name.value.as_str());
         ui.label("Name");
-        let form =
-            Form { name: "System name", hint: "what the robot is called", width: 0.0, rows: 1 };
+        let form = Form { name: "System name", hint: "the robot's name", width: 0.0, rows: 1 };
         let field = Field::Attribute(Item::System, "name");
         self.drafts.text(ui, &field, name, form, &check_name);
         ui.label("Time follows");
@@ -120,10 +91,10 @@ impl SystemView {
     fn clocks(&self) -> Vec<String> {
         let joints = self.drawing.joints.ports.iter().flatten();
         let clocks = joints.filter(|joint| {
-            joint.direction == crate::canvas::Direction::Out
+            joint.direction == Direction::Out
                 && joint.message.as_ref().is_some_and(|(name, ..)| name == "Clock")
         });
-        clocks.map(super::Joint::data).collect()
+        clocks.map(Joint::data).collect()
     }
 
     /// Gives a field the focus, if one was asked for.
@@ -140,69 +111,14 @@ impl SystemView {
             Field::Attribute(item, attribute) => format!("set {attribute} of {item}"),
             Field::Parameter(component, name) => format!("set {component}.{name}"),
             Field::NoParameter(component, name) => format!("clear {component}.{name}"),
-            Field::Text(_) => "write a text".to_owned(),
+            Field::Text(_) => "edit text".to_owned(),
             Field::Clock => "set the clock".to_owned(),
         };
         let is_made = desk.edit(what, |documents| write(documents, field, text));
         if is_made && let Field::Name(_) = field {
-            self.select_next = vec![Item::Component(text.to_owned())];
+            self.pane.select_when_drawn([Item::component(text)]);
         }
         is_made
-    }
-}
-
-/// Makes the change of a field in the files.
-pub(super) fn write(documents: &mut Documents, field: &Field, text: &str) -> Result<(), Refused> {
-    match field {
-        Field::Name(name) => edits::rename(documents, name, text),
-        Field::Attribute(item, attribute) => {
-            let value = Some(text.trim()).filter(|text| !text.is_empty());
-            let absent = || Refused::Rule(format!("{item} is not there any more"));
-            let named = item.named().ok_or_else(absent)?;
-            Ok(documents.system()?.set_attribute(named, attribute, value)?)
-        }
-        Field::Parameter(component, name) => {
-            Ok(documents.system()?.set_parameter(component, name, Some(text))?)
-        }
-        Field::NoParameter(component, name) => {
-            Ok(documents.system()?.set_parameter(component, name, None)?)
-        }
-        Field::Text(number) => {
-            layout::write_decoration(documents.system()?, View::System, *number, text)
-        }
-        Field::Clock => set_clock(documents.system()?, text),
-    }
-}
-
-fn set_clock(document: &mut armor_robotfile::Document, source: &str) -> Result<(), Refused> {
-    let missing = || Refused::Absent { what: "<system>" };
-    let mut path = document.find(Named::System).ok_or_else(missing)?;
-    let system = document.tree().element(&path).ok_or_else(missing)?;
-    let found = system.elements().position(|element| element.name == "clock");
-    match (found, source.is_empty()) {
-        (Some(number), true) => {
-            path.push(number);
-            document.remove_element(&path)?;
-        }
-        (Some(number), false) => {
-            path.push(number);
-            document.set_attribute_at(&path, "source", Some(source))?;
-        }
-        (None, true) => {}
-        (None, false) => {
-            let new = armor_robotfile::NewElement::new("clock").attribute("source", source);
-            document.insert_element(&path, 0, &new)?;
-        }
-    }
-    Ok(())
-}
-
-/// Whether a text is a name of the format; an empty one is none.
-fn check_name(text: &str) -> Result<(), String> {
-    if text.is_empty() || armor_wire::name::is_name(text) {
-        Ok(())
-    } else {
-        Err("a name starts with a letter and has letters, digits, _ and -".into())
     }
 }
 

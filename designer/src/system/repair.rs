@@ -9,9 +9,9 @@ use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::panels::fields::Drafts;
 use crate::system::edits;
-use crate::system::properties::Field;
+use crate::system::properties::field::Field;
 
-/// Shows what is broken and what would mend it; nothing if all is well.
+/// Shows what is broken and what would fix it; nothing if all is well.
 pub(super) fn component(
     ui: &mut egui::Ui,
     desk: &mut Desk,
@@ -38,7 +38,7 @@ pub(super) fn component(
         return;
     }
     frame.show(ui, |ui| {
-        ui.label("This kind is not what it was when the file was written.");
+        ui.label("This kind has changed since the file was written.");
         for given in unknown {
             ui.horizontal(|ui| {
                 ui.label(format!("no parameter {}", given.name.value));
@@ -62,7 +62,7 @@ fn unknown_kind(
     desk: &Desk,
     drafts: &mut Drafts<Field>,
 ) {
-    ui.label(format!("There is no kind called {}.", component.kind.value));
+    ui.label(format!("Unknown kind {}.", component.kind.value));
     ui.label("Its executable is missing, or its directory was not named with --components.");
     let wanted = used_ports(desk, component);
     let mut fitting: Vec<_> = kinds.iter().map(|kind| (missing(kind, &wanted), kind)).collect();
@@ -76,7 +76,7 @@ fn unknown_kind(
                 n => format!("{} ({n} of its linked ports missing)", kind.kind),
             };
             if ui.selectable_label(false, text).clicked() {
-                let item = Item::Component(component.name.value.clone());
+                let item = Item::component(&component.name.value);
                 drafts.set(Field::Attribute(item, "kind"), kind.kind.as_str());
             }
         }
@@ -125,7 +125,7 @@ fn broken_link(ui: &mut egui::Ui, desk: &mut Desk, link: &Link, is_output: bool,
     ui.horizontal(|ui| {
         let ports = if is_output { &kind.outputs } else { &kind.inputs };
         let mut other = None;
-        let combo = ComboBox::from_id_salt((&from, &to)).selected_text("lead the link to");
+        let combo = ComboBox::from_id_salt((&from, &to)).selected_text("connect to");
         let combo = combo.show_ui(ui, |ui| {
             for port in ports {
                 if ui.selectable_label(false, format!("{}: {}", port.id, port.type_name)).clicked()
@@ -141,12 +141,12 @@ fn broken_link(ui: &mut egui::Ui, desk: &mut Desk, link: &Link, is_output: bool,
         combo.response.accessible_name(format!("instead of {}", port.port.value));
         if let Some(other) = other {
             let (new_from, new_to) = if is_output { (&other, &to) } else { (&from, &other) };
-            desk.edit(format!("lead a link to {other}"), |documents| {
+            desk.edit(format!("reconnect a link to {other}"), |documents| {
                 edits::rewire(documents, (&from, &to), (new_from, new_to))
             });
         }
         if ui.small_button("remove the link").clicked() {
-            let item = Item::Link { from: from.clone(), to: to.clone() };
+            let item = Item::link(&from, &to);
             desk.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
         }
     });

@@ -3,7 +3,7 @@
 use armor_wire::manifest::PortManifest;
 use armor_wire::schema::difference;
 
-use crate::canvas::{Direction, PortAt, Rules};
+use crate::canvas::{Direction, JoinRules, PortAt};
 
 /// What is to be known of the ports of a drawing, by node and port.
 #[derive(Clone, Debug, Default)]
@@ -79,7 +79,7 @@ impl Joints {
         other: PortAt,
     ) -> Result<(&Joint, &Joint), String> {
         let (Some(first), Some(second)) = (self.joint(one), self.joint(other)) else {
-            return Err("there is no such port".into());
+            return Err("no such port".into());
         };
         let (output, input) = match (first.direction, second.direction) {
             (Direction::Out, Direction::In) => (first, second),
@@ -91,9 +91,9 @@ impl Joints {
         match &input.fed_by {
             Some((fed_by, _)) if Some(*fed_by) == wire => Ok((output, input)),
             Some((_, from)) if *from == output.data() => {
-                Err(format!("{} feeds {} already", output.data(), input.data()))
+                Err(format!("{} already feeds {}", output.data(), input.data()))
             }
-            Some((_, from)) => Err(format!("{} is fed by {from} already", input.data())),
+            Some((_, from)) => Err(format!("{} is already fed by {from}", input.data())),
             None => Ok((output, input)),
         }
     }
@@ -101,7 +101,7 @@ impl Joints {
 
 /// Whether the data of an output is what an input takes.
 pub fn types_fit(output: &Joint, input: &Joint) -> Result<(), String> {
-    let there = |joint: &Joint| format!("{} is not there any more", joint.data());
+    let there = |joint: &Joint| format!("{} no longer exists", joint.data());
     let (name, hash, schema) = output.message.as_ref().ok_or_else(|| there(output))?;
     let (wanted, wanted_hash, wanted_schema) =
         input.message.as_ref().ok_or_else(|| there(input))?;
@@ -115,7 +115,7 @@ pub fn types_fit(output: &Joint, input: &Joint) -> Result<(), String> {
     Ok(())
 }
 
-impl Rules for Joints {
+impl JoinRules for Joints {
     fn may_join(&self, from: PortAt, to: PortAt) -> Result<(), String> {
         self.ends(from, to).map(|_| ())
     }

@@ -1,4 +1,4 @@
-//! Undo of the mission as a property: any sequence of changes, all taken back, gives the bytes of
+//! Undo of the mission as a property: any sequence of changes, all undone, gives the bytes of
 //! the start; made again, those of the end. What is refused has changed nothing.
 
 use std::sync::Arc;
@@ -49,18 +49,15 @@ fn kind() -> impl Strategy<Value = ArcKind> {
 }
 
 fn arc() -> impl Strategy<Value = Item> {
-    (name(), name(), kind()).prop_map(|(transition, place, kind)| Item::Arc {
-        transition,
-        place,
-        kind,
-    })
+    (name(), name(), kind())
+        .prop_map(|(transition, place, kind)| Item::arc(transition, place, kind))
 }
 
 fn item() -> impl Strategy<Value = Item> {
     prop_oneof![
-        name().prop_map(Item::Place),
-        name().prop_map(Item::Transition),
-        name().prop_map(Item::Variable),
+        name().prop_map(Item::place),
+        name().prop_map(Item::transition),
+        name().prop_map(Item::variable),
         arc(),
         (0..2_usize).prop_map(Item::Check),
         (0..2_usize).prop_map(Item::Exclusive),

@@ -77,14 +77,14 @@ fn decides(button: &str, expected: &str, other: &str) {
 #[test]
 fn a_contradiction_is_for_the_user_to_decide() {
     decides("Keep mine", "\"mine\"", "\"theirs\"");
-    decides("Take the disk's", "\"theirs\"", "\"mine\"");
+    decides("Use the version on disk", "\"theirs\"", "\"mine\"");
 }
 
 #[test]
 fn a_file_that_is_gone_is_told_and_written_again() {
     let mut window = Window::open(Some(ROBOT));
     std::fs::remove_file(window.path("robot.xml")).unwrap();
-    window.until("it is missed", |window| window.told().contains("not there any more"));
+    window.until("it is missed", |window| window.told().contains("was deleted on disk"));
     window.harness.state_mut().desk().order(Command::Save);
     window.until("it is there again", |window| window.path("robot.xml").exists());
     assert_eq!(read(&window.path("robot.xml")), ROBOT);
@@ -97,7 +97,7 @@ fn a_file_that_became_no_text_counts_as_not_saved_and_is_replaced() {
     window.until("it is told", |window| window.told().contains("not UTF-8"));
     assert!(window.harness.state_mut().desk().project.is_dirty());
     window.harness.state_mut().desk().order(Command::Save);
-    window.until("it is saved", |window| window.told().starts_with("saved"));
+    window.until("it is saved", |window| window.told().starts_with("Saved"));
     assert_eq!(read(&window.path("robot.xml")), ROBOT);
 }
 

@@ -71,7 +71,7 @@ fn an_input_that_is_fed_takes_no_second_link() {
     let before = window.text();
     window.drag_between("output eye-2.target", "input arm.target");
     assert_eq!(window.text(), before);
-    assert!(window.told().contains("arm.target is fed by eye.target already"), "{}", window.told());
+    assert!(window.told().contains("arm.target is already fed by eye.target"), "{}", window.told());
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn marking() -> Marking {
         held: false,
     };
     Marking {
-        // Nobody has said what time it is: none of it passes in the test.
+        // No one has said what time it is: none of it passes in the test.
         stamp: 0.0,
         mission: "bench".into(),
         now_at_s: 30.0,
@@ -217,7 +217,7 @@ fn watching_a(picture: SystemPicture, marking: Marking, told: Option<SetReport>)
     window
 }
 
-/// When the window would be drawn anew though nothing happens.
+/// When the window would be drawn again though nothing happens.
 fn drawn_again_after(window: &Window) -> Duration {
     window.harness.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay
 }
@@ -253,7 +253,7 @@ fn links_say_what_they_carry_and_the_net_where_it_stands() {
         "place explore: marked",
         "place home: not marked",
         "transition late: late in 1 min 00 s",
-        "transition land: it asks to be confirmed",
+        "transition land: asks for confirmation",
         "transition seen: not enabled",
     ] {
         assert!(window.has(label), "{label}");
@@ -283,7 +283,7 @@ fn the_log_of_what_is_selected_is_one_click_away() {
     window.settle();
     assert!(window.has("sees something") && window.has("reaches for it"));
     window.click("process eye: active");
-    window.click("Its log");
+    window.click("Show log");
     assert!(window.has("sees something") && !window.has("reaches for it"));
     window.click("live: Fired");
     assert!(window.has("began"));
@@ -315,20 +315,20 @@ fn what_was_seen_of_a_system_stays_when_it_has_gone() {
     assert!(drawn_again_after(&running) < Duration::from_secs(1), "its clocks run");
     let mut window = watching_a(ended(), marking(), None);
     assert_eq!(drawn_again_after(&window), Duration::MAX, "no clock runs");
-    assert!(window.has("It has ended, or is out of reach. This is where it stood last."));
+    assert!(window.has("It has ended or is unreachable. Last known state:"));
     assert!(window.has("process eye: ended"));
     for label in ["place explore: marked", "transition late: late in 1 min 00 s"] {
         assert!(window.has(label), "{label}");
     }
     window.click("live: Fired");
     assert!(window.has("began"));
-    for label in ["Fire recall", "Confirm land", "Pause", "Safe place", "Take the command"] {
+    for label in ["Fire recall", "Confirm land", "Pause", "Safe place", "Take command"] {
         window.click(label);
     }
     assert_eq!(ordered(&mut window), Vec::<String>::new(), "nobody is there");
     let at = window.at("Pause");
     window.harness.event(egui::Event::PointerMoved(at));
-    window.until("the reason is said", |window| window.has("It has ended, or is out of reach."));
+    window.until("the reason is said", |window| window.has("It has ended or is unreachable."));
 }
 
 #[test]

@@ -177,7 +177,7 @@ impl Window {
         self.settle();
     }
 
-    /// Writes a field anew and leaves it with Enter.
+    /// Rewrites a field and leaves it with Enter.
     fn fill(&mut self, label: &str, text: &str) {
         self.click(label);
         self.keys(Modifiers::COMMAND, Key::A);
@@ -193,7 +193,7 @@ impl Window {
 
 impl Drop for Window {
     fn drop(&mut self) {
-        // What is left behind in the folder for temporary files harms nobody.
+        // What is left behind in the folder for temporary files harms no one.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }

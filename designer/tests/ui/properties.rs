@@ -41,7 +41,7 @@ fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
     window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     window.harness.run_steps(2);
     let refused = window.harness.state_mut().desk().project.settle();
-    // The window may have taken the answer itself by then.
+    // The window may have taken the answer itself by that time.
     if let Some(refused) = refused {
         assert!(refused.unwrap_err().to_string().contains("eye has no value for device"));
     } else {

@@ -1,4 +1,4 @@
-//! Undo as a property: any sequence of edits, all taken back, gives the bytes of the start; made
+//! Undo as a property: any sequence of edits, all undone, gives the bytes of the start; made
 //! again, those of the end.
 
 use std::sync::Arc;
@@ -69,7 +69,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
     let drawing = system::draw(project);
     let nodes = &drawing.diagram.nodes;
     let name = |n: &usize| nodes.get(n % nodes.len().max(1)).map(|node| node.title.clone());
-    let component = |n: &usize| name(n).map(Item::Component);
+    let component = |n: &usize| name(n).map(Item::component);
     let at = |x: &i16, y: &i16| Pos2::new(f32::from(*x), f32::from(*y));
     match act {
         Act::Add(kind, x, y) => {
@@ -92,7 +92,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
         }
         Act::Cut(n) => {
             let wires = &drawing.diagram.wires;
-            let wire = wires.get(n % wires.len().max(1)).map(|wire| wire.item.clone());
+            let wire = wires.get(n % wires.len().max(1)).map(|wire| wire.item);
             project.edit("cut", |d| system::remove(d, wire.iter()))
         }
         Act::Move(n, x, y) => project.edit("move", |d| {
@@ -105,7 +105,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
         }
         Act::Align(how) => {
             use Alignment::{Across, Bottom, Down, Left, Right, Top};
-            let areas: Vec<_> = nodes.iter().map(|node| (node.item.clone(), node.rect)).collect();
+            let areas: Vec<_> = nodes.iter().map(|node| (node.item, node.rect)).collect();
             let places = align(&areas, [Left, Right, Top, Bottom, Across, Down][*how]);
             project.edit("align", |d| system::place(d, &places))
         }

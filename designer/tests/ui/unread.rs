@@ -1,4 +1,4 @@
-//! What a file says and is not understood stands in its field, to be mended there.
+//! What a file states and is not understood stands in its field, to be fixed there.
 
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -26,8 +26,8 @@ const ROBOT: &str = r#"<armor version="1">
 </armor>
 "#;
 
-/// A field whose value is not understood: what the file says instead of what, where one clicks, the
-/// field, what is wrong there, and what it says after it was mended.
+/// A field whose value is not understood: the file's text instead of what, where one clicks, the
+/// field, what is wrong there, and what it states after it was fixed.
 struct Case {
     broken: (&'static str, &'static str),
     click: &'static str,

@@ -4,15 +4,7 @@ use eframe::egui::{self, Align2, Id, Modal, Vec2};
 
 use crate::app::Designer;
 use crate::item::Item;
-use crate::panels::pick::{Entry, Picked, Picker};
-
-/// A search that is open.
-#[derive(Default)]
-pub(crate) struct Find {
-    picker: Picker,
-    /// Everything there is, gathered when it was opened.
-    entries: Option<Vec<Entry<Item>>>,
-}
+use crate::panels::pick::{Entry, Picked};
 
 impl Designer {
     pub(in crate::app) fn show_find(&mut self, ctx: &egui::Context) {
@@ -26,7 +18,7 @@ impl Designer {
         });
         match modal.inner {
             Picked::Open if !modal.backdrop_response.clicked() => {
-                self.find = Some(Find { entries: Some(entries), ..find });
+                self.find = Some(FindList { entries: Some(entries), ..find });
             }
             Picked::One(item) => self.desk.shown = Some(item),
             _ => {}

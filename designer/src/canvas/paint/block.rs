@@ -5,33 +5,41 @@ use eframe::egui::{
     vec2,
 };
 
-use super::{DETAIL, Frame, PLAIN};
-use crate::canvas::diagram::{Badge, Mark, Node, Outline, Shape};
+use crate::canvas::colours::mix;
+use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
-use crate::canvas::{Canvas, Rules};
-use crate::theme::mix;
+use crate::canvas::node::{Badge, DiagramNode, Mark, NodeShape, Outline};
+use crate::canvas::paint::frame::PaintFrame;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::state::Canvas;
+use crate::canvas::viewport::{DETAIL, PLAIN};
 
 /// Space between the edge of a block and its text.
 pub(super) const PAD: f32 = 10.0;
 
-impl Canvas {
-    pub(super) fn paint_node(&mut self, frame: &Frame<'_>, number: usize, rules: &dyn Rules) {
+impl<Id: DiagramId> Canvas<Id> {
+    pub(super) fn paint_node(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        number: usize,
+        rules: &dyn JoinRules,
+    ) {
         let node = &frame.diagram.nodes[number];
-        let is_selected = self.selection.contains(&node.item);
+        let is_selected = self.selection.contains(node.item);
         let shift = if is_selected { frame.shift } else { Vec2::ZERO };
         let area = self.viewport.area_to_window(self.rect, node.rect.translate(shift));
         match node.shape {
-            Shape::Block => self.paint_block(frame, node, area, is_selected, number),
-            Shape::Place { .. } | Shape::Bar => {
+            NodeShape::Block => self.paint_block(frame, node, area, is_selected, number),
+            NodeShape::Place { .. } | NodeShape::Bar => {
                 self.paint_net_node(frame, node, area, is_selected, number);
             }
         }
         if frame.zoom >= DETAIL {
             self.paint_ports(frame, number, shift, rules);
         }
-        // Both have to stand beside a bar, which is too narrow for two.
-        let beside = if node.shape == Shape::Bar { 14.0 * frame.zoom } else { 0.0 };
+        // Both have to stand next to a bar, which is too narrow for two.
+        let beside = if node.shape == NodeShape::Bar { 14.0 * frame.zoom } else { 0.0 };
         let marked = area.expand2(vec2(beside, 0.0));
         if let Some(badge) = &node.badge
             && frame.zoom > PLAIN
@@ -43,8 +51,8 @@ impl Canvas {
 
     fn paint_block(
         &mut self,
-        frame: &Frame<'_>,
-        node: &Node,
+        frame: &PaintFrame<'_, Id>,
+        node: &DiagramNode<Id>,
         area: Rect,
         is_selected: bool,
         number: usize,
@@ -78,7 +86,12 @@ impl Canvas {
         self.paint_texts(frame, node, area);
     }
 
-    fn border(&self, frame: &Frame<'_>, node: &Node, is_selected: bool) -> Stroke {
+    fn border(
+        &self,
+        frame: &PaintFrame<'_, Id>,
+        node: &DiagramNode<Id>,
+        is_selected: bool,
+    ) -> Stroke {
         let colours = frame.colours;
         let colour = match frame.mark_colour(node.mark) {
             _ if is_selected => colours.selected,
@@ -93,7 +106,7 @@ impl Canvas {
         Stroke::new(width, colour)
     }
 
-    fn paint_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
+    fn paint_texts(&mut self, frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let text = if node.look.is_dim { colours.weak } else { colours.text };
         let width = area.width() - 2.0 * PAD * zoom;
@@ -111,7 +124,7 @@ impl Canvas {
     }
 
     /// The number of what is missing: ArMoR's, at the upper right.
-    pub(super) fn paint_badge(&mut self, frame: &Frame<'_>, area: Rect, badge: &Badge) {
+    pub(super) fn paint_badge(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, badge: &Badge) {
         // Less than this cannot be read.
         let size = 18.0 * frame.zoom.clamp(0.7, 1.3);
         let width = size.max(badge.text.chars().count() as f32 * size * 0.55 + size * 0.4);
@@ -129,8 +142,8 @@ impl Canvas {
     }
 }
 
-/// A sign beside what is wrong, so that it does not take a colour to be seen.
-fn paint_mark(frame: &Frame<'_>, node: &Node, area: Rect) {
+/// A sign next to what is wrong, so that it does not take a colour to be seen.
+fn paint_mark<Id: DiagramId>(frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
     let Some(colour) = frame.mark_colour(node.mark) else { return };
     if frame.zoom < PLAIN {
         return;
@@ -157,7 +170,7 @@ fn paint_mark(frame: &Frame<'_>, node: &Node, area: Rect) {
 }
 
 /// A broken line around an area.
-pub(super) fn dashed(frame: &Frame<'_>, area: Rect, line: Stroke) {
+pub(super) fn dashed<Id: DiagramId>(frame: &PaintFrame<'_, Id>, area: Rect, line: Stroke) {
     let corners: [Pos2; 5] = [
         area.left_top(),
         area.right_top(),

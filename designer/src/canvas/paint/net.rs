@@ -2,21 +2,23 @@
 
 use eframe::egui::{Align2, Rect, Stroke, StrokeKind, Vec2, vec2};
 
-use super::{Frame, PLAIN};
-use crate::canvas::Canvas;
-use crate::canvas::diagram::{BAR_LINE, BAR_TEXT, Node, Outline, Shape};
+use crate::canvas::colours::mix;
+use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
-use crate::theme::mix;
+use crate::canvas::node::{BAR_LINE, BAR_TEXT, DiagramNode, NodeShape, Outline};
+use crate::canvas::paint::frame::PaintFrame;
+use crate::canvas::state::Canvas;
+use crate::canvas::viewport::PLAIN;
 
 /// So many tokens are drawn as dots; more are a number.
 const MAX_DOTS: u32 = 4;
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_net_node(
         &mut self,
-        frame: &Frame<'_>,
-        node: &Node,
+        frame: &PaintFrame<'_, Id>,
+        node: &DiagramNode<Id>,
         area: Rect,
         is_selected: bool,
         number: usize,
@@ -36,7 +38,7 @@ impl Canvas {
         let width = if is_selected || node.look.outline == Outline::Strong { 2.5 } else { 1.5 };
         let line = Stroke::new(width, colour);
         match node.shape {
-            Shape::Place { tokens, is_goal, is_safety } => {
+            NodeShape::Place { tokens, is_goal, is_safety } => {
                 let radius = area.height() / 2.0;
                 frame.painter.rect(area, radius, fill, line, StrokeKind::Inside);
                 let inner = area.shrink(4.0 * frame.zoom);
@@ -50,7 +52,7 @@ impl Canvas {
                 self.paint_place_texts(frame, node, area);
                 self.paint_tokens(frame, area, tokens);
             }
-            Shape::Bar | Shape::Block => {
+            NodeShape::Bar | NodeShape::Block => {
                 let ink = if node.look.is_dim { colours.outline } else { colours.text };
                 let ink = if is_selected { colours.selected } else { ink };
                 let ink = frame.mark_colour(node.mark).filter(|_| !is_selected).unwrap_or(ink);
@@ -66,7 +68,12 @@ impl Canvas {
         }
     }
 
-    fn paint_place_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
+    fn paint_place_texts(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        node: &DiagramNode<Id>,
+        area: Rect,
+    ) {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let width = area.width() - area.height() * 0.6;
         let rows = 1 + node.lines.len() + usize::from(!node.subtitle.is_empty());
@@ -83,7 +90,7 @@ impl Canvas {
         }
     }
 
-    fn paint_bar_texts(&mut self, frame: &Frame<'_>, node: &Node, area: Rect) {
+    fn paint_bar_texts(&mut self, frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let top = area.center_bottom() + Vec2::new(0.0, 4.0 + BAR_LINE / 2.0) * zoom;
         let title = (&node.title, 12.5, colours.text);
@@ -100,7 +107,7 @@ impl Canvas {
     }
 
     /// Tokens hang at the upper edge, where no text is.
-    fn paint_tokens(&mut self, frame: &Frame<'_>, area: Rect, tokens: u32) {
+    fn paint_tokens(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, tokens: u32) {
         if tokens == 0 {
             return;
         }

@@ -2,31 +2,33 @@
 
 use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
 
-use super::Frame;
-use crate::canvas::diagram::{Direction, PortAt, Side};
+use crate::canvas::colours::mix;
+use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
-use crate::canvas::{Canvas, Rules};
-use crate::theme::mix;
+use crate::canvas::node::{Direction, PortAt, PortSide};
+use crate::canvas::paint::frame::PaintFrame;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::state::Canvas;
 
 /// How large a port is drawn.
 const SIZE: f32 = 5.5;
 /// The largest share of a block's width that a port's name takes.
 const NAME_SHARE: f32 = 0.62;
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
         &mut self,
-        frame: &Frame<'_>,
+        frame: &PaintFrame<'_, Id>,
         number: usize,
         shift: Vec2,
-        rules: &dyn Rules,
+        rules: &dyn JoinRules,
     ) {
         let node = &frame.diagram.nodes[number];
         for (p, port) in node.ports.iter().enumerate() {
             // What has no name is there to draw from, and not where nothing is drawn.
             let is_handle = port.name.is_empty() && !self.is_editable;
-            if port.side == Side::Around || is_handle {
+            if port.side == PortSide::Around || is_handle {
                 continue;
             }
             let here = PortAt { node: number, port: p };
@@ -38,26 +40,27 @@ impl Canvas {
             let own = frame.colours.of_type(port.colour);
             let colour = match state {
                 _ if port.is_missing => frame.colours.error,
-                State::Refused => mix(own, frame.colours.block, 0.75),
-                State::Target => frame.colours.connect,
+                PortState::Refused => mix(own, frame.colours.block, 0.75),
+                PortState::Target => frame.colours.connect,
                 _ => own,
             };
             self.paint_port(frame, at, (port.side, port.direction), colour, port.is_wired);
-            if matches!(state, State::Fits | State::Target | State::Hovered) {
-                let radius = (SIZE + if state == State::Target { 6.0 } else { 3.5 }) * frame.zoom;
-                let width = if state == State::Target { 2.5 } else { 1.2 };
+            if matches!(state, PortState::Fits | PortState::Target | PortState::Hovered) {
+                let radius =
+                    (SIZE + if state == PortState::Target { 6.0 } else { 3.5 }) * frame.zoom;
+                let width = if state == PortState::Target { 2.5 } else { 1.2 };
                 frame.painter.circle_stroke(at, radius, Stroke::new(width, colour));
             }
             let ink = match state {
-                State::Refused => mix(frame.colours.weak, frame.colours.block, 0.6),
+                PortState::Refused => mix(frame.colours.weak, frame.colours.block, 0.6),
                 _ if port.is_missing => frame.colours.error,
                 _ if port.is_required && !port.is_wired => frame.colours.text,
                 _ => frame.colours.weak,
             };
             let (anchor, away) = match port.side {
-                Side::Right => (Align2::RIGHT_CENTER, vec2(-11.0, 0.0)),
-                Side::Top => (Align2::CENTER_TOP, vec2(0.0, 9.0)),
-                Side::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
+                PortSide::Right => (Align2::RIGHT_CENTER, vec2(-11.0, 0.0)),
+                PortSide::Top => (Align2::CENTER_TOP, vec2(0.0, 9.0)),
+                PortSide::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
                 _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
             };
             let width = node.rect.width() * NAME_SHARE * frame.zoom;
@@ -78,9 +81,9 @@ impl Canvas {
 
     fn paint_port(
         &self,
-        frame: &Frame<'_>,
+        frame: &PaintFrame<'_, Id>,
         at: Pos2,
-        (side, direction): (Side, Direction),
+        (side, direction): (PortSide, Direction),
         colour: Color32,
         is_wired: bool,
     ) {
@@ -103,7 +106,7 @@ impl Canvas {
 
 /// How a port stands to the wire that is being dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum PortState {
     Plain,
     Hovered,
     Fits,
@@ -111,19 +114,23 @@ enum State {
     Target,
 }
 
-fn state(frame: &Frame<'_>, here: PortAt, rules: &dyn Rules) -> State {
+fn state<Id: DiagramId>(
+    frame: &PaintFrame<'_, Id>,
+    here: PortAt,
+    rules: &dyn JoinRules,
+) -> PortState {
     match frame.pending {
-        Some((wire, _)) if wire.from == here => State::Hovered,
+        Some((wire, _)) if wire.from == here => PortState::Hovered,
         Some((wire, target)) => match wire.may_end(rules, here) {
-            Ok(()) if target == Some(here) => State::Target,
-            Ok(()) => State::Fits,
-            Err(_) => State::Refused,
+            Ok(()) if target == Some(here) => PortState::Target,
+            Ok(()) => PortState::Fits,
+            Err(_) => PortState::Refused,
         },
         None => match frame.hovered {
-            Some(Hit::Port(at)) if at == here => State::Hovered,
+            Some(Hit::Port(at)) if at == here => PortState::Hovered,
             // What it could be linked to is shown before anything is dragged.
-            Some(Hit::Port(at)) if rules.may_join(at, here).is_ok() => State::Fits,
-            _ => State::Plain,
+            Some(Hit::Port(at)) if rules.may_join(at, here).is_ok() => PortState::Fits,
+            _ => PortState::Plain,
         },
     }
 }

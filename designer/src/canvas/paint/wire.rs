@@ -2,23 +2,27 @@
 
 use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, Vec2};
 
-use super::{DETAIL, Frame, PLAIN};
-use crate::canvas::diagram::{End, Side};
-use crate::canvas::edges::{curve, path, wire_ends};
+use crate::canvas::colours::mix;
+use crate::canvas::curve::curve;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::edges::{path, wire_ends};
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
-use crate::canvas::{Canvas, Rules};
-use crate::theme::mix;
+use crate::canvas::node::{PortSide, WireEnd};
+use crate::canvas::paint::frame::PaintFrame;
+use crate::canvas::rules::JoinRules;
+use crate::canvas::state::Canvas;
+use crate::canvas::viewport::{DETAIL, PLAIN};
 
 /// A curve is drawn in pieces about so long, in points.
 const PIECE: f32 = 14.0;
 
-impl Canvas {
-    pub(super) fn paint_wire(&mut self, frame: &Frame<'_>, number: usize) {
+impl<Id: DiagramId> Canvas<Id> {
+    pub(super) fn paint_wire(&mut self, frame: &PaintFrame<'_, Id>, number: usize) {
         let wire = &frame.diagram.wires[number];
         let shift = |node: usize| {
             let is_moved = frame.shift != Vec2::ZERO
-                && self.selection.contains(&frame.diagram.nodes[node].item);
+                && self.selection.contains(frame.diagram.nodes[node].item);
             if is_moved { frame.shift } else { Vec2::ZERO }
         };
         let Some(ends) = wire_ends(frame.diagram, wire, shift) else { return };
@@ -55,19 +59,19 @@ impl Canvas {
         }
     }
 
-    fn wire_ink(&self, frame: &Frame<'_>, number: usize) -> (Color32, f32) {
+    fn wire_ink(&self, frame: &PaintFrame<'_, Id>, number: usize) -> (Color32, f32) {
         let wire = &frame.diagram.wires[number];
         let nodes = [wire.from.node, wire.to.node];
         let touches_selected = !self.selection.is_empty()
-            && nodes.iter().any(|node| self.selection.contains(&frame.diagram.nodes[*node].item));
+            && nodes.iter().any(|node| self.selection.contains(frame.diagram.nodes[*node].item));
         let strong = if wire.is_strong { 1.2 } else { 0.0 };
         let zoom = frame.zoom.clamp(0.5, 1.5);
-        if !self.selection.is_empty() && self.selection.contains(&wire.item) {
+        if !self.selection.is_empty() && self.selection.contains(wire.item) {
             return (frame.colours.selected, (2.8 + strong) * zoom);
         }
         // A hue of its type, so that it can be followed.
         let hue = || {
-            let port = frame.diagram.port(wire.from).filter(|port| port.side != Side::Around);
+            let port = frame.diagram.port(wire.from).filter(|port| port.side != PortSide::Around);
             let wire = frame.colours.wire;
             port.map_or(wire, |port| mix(wire, frame.colours.of_type(port.colour), 0.5))
         };
@@ -79,7 +83,7 @@ impl Canvas {
     }
 
     /// The ends by which the wire that is selected can be led elsewhere.
-    pub(super) fn paint_grips(&self, frame: &Frame<'_>) {
+    pub(super) fn paint_grips(&self, frame: &PaintFrame<'_, Id>) {
         if self.is_busy() {
             return;
         }
@@ -91,7 +95,12 @@ impl Canvas {
     }
 
     /// The wire that is being dragged, and what would come of letting it go.
-    pub(super) fn paint_pending(&mut self, frame: &Frame<'_>, to: Pos2, rules: &dyn Rules) {
+    pub(super) fn paint_pending(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        to: Pos2,
+        rules: &dyn JoinRules,
+    ) {
         let Some((wire, target)) = frame.pending else { return };
         let from = wire.from;
         let Some(start) = frame.diagram.port_position(from) else { return };
@@ -101,9 +110,9 @@ impl Canvas {
         let end = end_at.and_then(|at| frame.diagram.port_position(at)).unwrap_or(to);
         let into = end_at
             .and_then(|at| frame.diagram.port(at))
-            .filter(|port| port.side != Side::Around)
+            .filter(|port| port.side != PortSide::Around)
             .map_or(Vec2::ZERO, |port| port.side.outward());
-        let out = if port.side == Side::Around { Vec2::ZERO } else { port.side.outward() };
+        let out = if port.side == PortSide::Around { Vec2::ZERO } else { port.side.outward() };
         let colour = match &verdict {
             Some(Ok(())) => frame.colours.connect,
             Some(Err(_)) => frame.colours.weak,
@@ -134,7 +143,12 @@ impl Canvas {
     }
 }
 
-fn paint_end(frame: &Frame<'_>, points: &[Pos2], end: End, stroke: Stroke) {
+fn paint_end<Id: DiagramId>(
+    frame: &PaintFrame<'_, Id>,
+    points: &[Pos2],
+    end: WireEnd,
+    stroke: Stroke,
+) {
     let [.., before, tip] = points else { return };
     let way = (*tip - *before).normalized();
     let across = Vec2::new(-way.y, way.x);
@@ -145,13 +159,13 @@ fn paint_end(frame: &Frame<'_>, points: &[Pos2], end: End, stroke: Stroke) {
         frame.painter.add(Painted::convex_polygon(points, stroke.color, Stroke::NONE));
     };
     match end {
-        End::Plain => {}
-        End::Arrow => arrow(*tip),
-        End::Double => {
+        WireEnd::Plain => {}
+        WireEnd::Arrow => arrow(*tip),
+        WireEnd::Double => {
             arrow(*tip);
             arrow(*tip - way * size * 0.8);
         }
-        End::Circle => {
+        WireEnd::Circle => {
             let dot = Rect::from_center_size(*tip - way * size * 0.5, Vec2::splat(size));
             frame.painter.circle(dot.center(), size * 0.5, frame.colours.background, stroke);
         }

@@ -36,21 +36,21 @@ pub(super) enum Decision {
 impl Question {
     pub(super) fn show(&self, ctx: &egui::Context, project: &Project) -> Option<Decision> {
         let mine = project.files().get(self.file).map(|file| file.text().as_ref());
-        let modal = Modal::new(Id::unique("changed on the disk")).show(ctx, |ui| {
+        let modal = Modal::new(Id::unique("changed on disk")).show(ctx, |ui| {
             ui.set_width(WIDTH);
             ui.heading(format!("{} was changed by another program", shown(&self.path)));
-            ui.label("You changed it too, in the same place. Which version is to go on?");
+            ui.label("You changed the same place. Which version do you want to keep?");
             ui.weak(text::path(&self.path));
             compare(ui, &apart(mine.unwrap_or_default(), &self.theirs));
-            ui.weak("Undo brings the other one back, as long as the window is open.");
+            ui.weak("Undo restores the other one while the window is open.");
             ui.add_space(6.0);
             buttons(ui, |ui| {
-                let mine = ui.button("Keep mine").on_hover_text(
-                    "The drawing stays as it is. Saving replaces what is on the disk.",
-                );
+                let mine = ui
+                    .button("Keep mine")
+                    .on_hover_text("The drawing stays as it is. Saving replaces the file on disk.");
                 let theirs = ui
-                    .button("Take the disk's")
-                    .on_hover_text("The drawing becomes what is on the disk.");
+                    .button("Use the version on disk")
+                    .on_hover_text("The drawing is replaced by the file on disk.");
                 let mine = mine.clicked().then_some(Decision::Mine);
                 mine.or(theirs.clicked().then_some(Decision::Theirs))
             })
@@ -64,9 +64,9 @@ impl Question {
         let mine = Arc::clone(file.text());
         project.set_saved(self.file, Arc::clone(&self.theirs));
         let theirs = Arc::clone(&self.theirs);
-        project.replace_text(self.file, "taking what is on the disk", theirs);
+        project.replace_text(self.file, "use the version on disk", theirs);
         if decision == Decision::Mine {
-            project.replace_text(self.file, "keeping one's own version", mine);
+            project.replace_text(self.file, "keep own version", mine);
         }
     }
 }
@@ -92,7 +92,7 @@ fn apart<'a>(mine: &'a str, theirs: &'a str) -> Apart<'a> {
     }
 }
 
-/// Shows both, so that nobody has to choose blindly.
+/// Shows both, so that no one has to choose blindly.
 fn compare(ui: &mut Ui, apart: &Apart<'_>) {
     for (whose, lines) in [("Yours", &apart.mine), ("The disk's", &apart.theirs)] {
         ui.label(format!("{whose}, from line {}:", apart.line));
@@ -125,7 +125,7 @@ pub(super) fn offer(ctx: &egui::Context, orphans: &[Orphan]) -> Option<Offer> {
     let modal = Modal::new(Id::unique("unsaved work")).show(ctx, |ui| {
         ui.set_width(WIDTH);
         ui.heading("Unsaved work was found");
-        ui.label("The designer ended without saving it. Nothing of it is in your files yet.");
+        ui.label("The designer ended without saving it. Your files do not contain it yet.");
         ui.separator();
         let mut offer = None;
         for (n, orphan) in orphans.iter().enumerate() {
@@ -133,7 +133,9 @@ pub(super) fn offer(ctx: &egui::Context, orphans: &[Orphan]) -> Option<Offer> {
         }
         ui.separator();
         let later = buttons(ui, |ui| {
-            ui.button("Later").on_hover_text("It is offered again at the next start.").clicked()
+            ui.button("Later")
+                .on_hover_text("It will be offered again at the next start.")
+                .clicked()
         });
         offer.or(later.then_some(Offer::Later))
     });
@@ -162,7 +164,7 @@ fn buttons<T>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> T) -> T {
     ui.with_layout(Layout::right_to_left(Align::Min), add).inner
 }
 
-/// How long ago that is, as one says it.
+/// How long ago that is, for people.
 fn ago(at: u64) -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     in_words(now.saturating_sub(at))

@@ -9,16 +9,16 @@ use super::Kept;
 
 /// The ending of the unsaved work.
 pub(super) const KEPT: &str = "json";
-/// The ending of the lock beside it.
+/// The ending of the lock next to it.
 const LOCK: &str = "lock";
 /// Longest recovery file that is read: a few files of 1 MiB in both versions, escaped as JSON.
 const MAX_BYTES: u64 = 64 << 20;
-/// Most that are looked at; nobody wants to be asked more often.
+/// Most that are looked at; no one wants to be asked more often.
 const MAX_ORPHANS: usize = 16;
 /// Names tried.
 const MAX_NAMES: usize = 1000;
 
-/// Unsaved work of a designer that is not there any more. As long as this is held nobody else is
+/// Unsaved work of a designer that no longer exists. As long as this is held no other designer is
 /// offered it.
 pub struct Orphan {
     /// The work.
@@ -69,7 +69,7 @@ fn adopt(file: PathBuf) -> Option<Orphan> {
     Some(Orphan { kept, file, lock_file, _lock: lock })
 }
 
-/// A name that is nobody's, as the file of its lock, held.
+/// A name that is no one's, as the file of its lock, held.
 pub(super) fn take_name(folder: &Path) -> io::Result<(PathBuf, File)> {
     for n in 0..MAX_NAMES {
         let path = folder.join(format!("{}-{n}.{LOCK}", std::process::id()));

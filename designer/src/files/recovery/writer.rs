@@ -27,7 +27,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// Nobody panics while holding the lock; if somebody did, the desk is still in order.
+    /// No one panics while holding the lock; if the user did, the desk is still in order.
     fn desk(&self) -> MutexGuard<'_, Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -46,7 +46,7 @@ impl Writer {
         let thread =
             thread::Builder::new().name("recovery".into()).spawn(move || run(&theirs, file));
         if let Err(error) = &thread {
-            shared.desk().trouble = Some(format!("unsaved work is not kept: {error}"));
+            shared.desk().trouble = Some(format!("Unsaved work cannot be backed up: {error}"));
         }
         Self { shared, thread: thread.ok() }
     }
@@ -117,7 +117,7 @@ fn perform(job: &Job, file: &Path) -> Result<(), String> {
         Job::Write(work) => {
             let text = serde_json::to_vec(work).map_err(|error| error.to_string())?;
             armor_files::save_atomically(file, &text)
-                .map_err(|error| format!("unsaved work is not kept: {error}"))
+                .map_err(|error| format!("Unsaved work cannot be backed up: {error}"))
         }
         Job::Remove => match fs::remove_file(file) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {

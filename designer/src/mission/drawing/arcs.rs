@@ -5,19 +5,19 @@ use std::collections::BTreeMap;
 use armor_robotfile::mission::{Arc, ArcKind, Transition};
 
 use super::{IN, OUT, Scene, WHOLE};
-use crate::canvas::{End, Mark, Node, PortAt, Wire};
+use crate::canvas::{DiagramNode, Mark, PortAt, Wire, WireEnd};
 use crate::item::Item;
 
 impl Scene<'_> {
-    pub(super) fn wires(&self, nodes: &[Node]) -> Vec<Wire> {
+    pub(super) fn wires(&self, nodes: &[DiagramNode<Item>]) -> Vec<Wire<Item>> {
         let numbers: BTreeMap<_, _> =
-            nodes.iter().enumerate().map(|(number, node)| (&node.item, number)).collect();
+            nodes.iter().enumerate().map(|(number, node)| (node.item, number)).collect();
         let mut wires = Vec::new();
         for transition in &self.mission.transitions {
-            let own = Item::Transition(transition.name.value.clone());
+            let own = Item::transition(&transition.name.value);
             let Some(own) = numbers.get(&own) else { continue };
             for arc in &transition.arcs {
-                let place = Item::Place(arc.place.value.clone());
+                let place = Item::place(&arc.place.value);
                 // An arc to a place that is not there is a finding.
                 if let Some(place) = numbers.get(&place) {
                     let is_left = nodes[*place].rect.center().x < nodes[*own].rect.center().x;
@@ -29,7 +29,7 @@ impl Scene<'_> {
             let Some(own) = numbers.get(&Item::Submission(number)) else { continue };
             let ends = [(&submission.enter, true), (&submission.leave, false)];
             for (place, enters) in ends {
-                let place = place.as_ref().map(|place| Item::Place(place.value.clone()));
+                let place = place.as_ref().map(|place| Item::place(&place.value));
                 if let Some(place) = place.as_ref().and_then(|place| numbers.get(place)) {
                     wires.push(of_submission(number, *own, *place, enters));
                 }
@@ -46,10 +46,9 @@ impl Scene<'_> {
         arc: &Arc,
         (own, place): (usize, usize),
         is_left: bool,
-    ) -> Wire {
+    ) -> Wire<Item> {
         let name = &transition.name.value;
-        let item =
-            Item::Arc { transition: name.clone(), place: arc.place.value.clone(), kind: arc.kind };
+        let item = Item::arc(name, &arc.place.value, arc.kind);
         let others = transition.arcs.iter().filter(|other| other.place.value == arc.place.value);
         let is_pair = others.count() > 1;
         let port = |port: usize| {
@@ -58,11 +57,11 @@ impl Scene<'_> {
         };
         let at = |node, port| PortAt { node, port };
         let (from, to, end) = match arc.kind {
-            ArcKind::Take => (at(place, WHOLE), at(own, port(IN)), End::Arrow),
-            ArcKind::Put => (at(own, port(OUT)), at(place, WHOLE), End::Arrow),
-            ArcKind::Read => (at(place, WHOLE), at(own, WHOLE), End::Plain),
-            ArcKind::Inhibitor => (at(place, WHOLE), at(own, WHOLE), End::Circle),
-            ArcKind::Reset => (at(place, WHOLE), at(own, port(IN)), End::Double),
+            ArcKind::Take => (at(place, WHOLE), at(own, port(IN)), WireEnd::Arrow),
+            ArcKind::Put => (at(own, port(OUT)), at(place, WHOLE), WireEnd::Arrow),
+            ArcKind::Read => (at(place, WHOLE), at(own, WHOLE), WireEnd::Plain),
+            ArcKind::Inhibitor => (at(place, WHOLE), at(own, WHOLE), WireEnd::Circle),
+            ArcKind::Reset => (at(place, WHOLE), at(own, port(IN)), WireEnd::Double),
         };
         let text = match arc.weight {
             1 => String::new(),
@@ -98,7 +97,7 @@ fn arc_doc(transition: &str, arc: &Arc) -> String {
     }
 }
 
-fn of_submission(number: usize, own: usize, place: usize, enters: bool) -> Wire {
+fn of_submission(number: usize, own: usize, place: usize, enters: bool) -> Wire<Item> {
     let (own, place) = (PortAt { node: own, port: WHOLE }, PortAt { node: place, port: WHOLE });
     let (from, to) = if enters { (place, own) } else { (own, place) };
     let word = if enters { "in" } else { "out" };
@@ -106,7 +105,7 @@ fn of_submission(number: usize, own: usize, place: usize, enters: bool) -> Wire 
         item: Item::Submission(number),
         from,
         to,
-        end: End::Arrow,
+        end: WireEnd::Arrow,
         text: word.into(),
         is_dashed: false,
         is_strong: true,

@@ -5,7 +5,9 @@ use armor_robotfile::mission::{Autonomy, Class, Place, Submission, Transition};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
-use crate::canvas::{Badge, Direction, Line, Look, Node, Outline, Port, Shape, Side};
+use crate::canvas::{
+    Badge, DiagramNode, Direction, NodeLine, NodeLook, NodePort, NodeShape, Outline, PortSide,
+};
 use crate::item::Item;
 use crate::mission::marks::takes_words;
 use crate::mission::play::Standing;
@@ -15,7 +17,7 @@ use crate::mission::words::{component_lines, conditions};
 const PLACE: Vec2 = vec2(96.0, 44.0);
 /// A bar.
 pub(super) const BAR: Vec2 = vec2(12.0, 46.0);
-/// The handles of a bar are so far beside it, so that the bar itself can be clicked.
+/// The handles of a bar are so far next to it, so that the bar itself can be clicked.
 const BESIDE: f32 = 13.0;
 /// How wide a character is at most about, in the title's size.
 const TITLE_WIDTH: f32 = 7.8;
@@ -31,7 +33,7 @@ const MAX_CONDITIONS: usize = 4;
 const MAX_CONDITION: usize = 34;
 
 impl Scene<'_> {
-    pub(super) fn nodes(&self) -> Vec<Node> {
+    pub(super) fn nodes(&self) -> Vec<DiagramNode<Item>> {
         let places = self.mission.places.iter().map(|place| self.place(place));
         let transitions = self.mission.transitions.iter().map(|t| self.transition(t));
         let inner = self.mission.submissions.iter().enumerate();
@@ -39,9 +41,9 @@ impl Scene<'_> {
         places.chain(inner).chain(transitions).collect()
     }
 
-    fn place(&self, place: &Place) -> Node {
+    fn place(&self, place: &Place) -> DiagramNode<Item> {
         let name = &place.name.value;
-        let item = Item::Place(name.clone());
+        let item = Item::place(name);
         let is = |role: &Option<armor_robotfile::Spanned<String>>| {
             role.as_ref().is_some_and(|role| role.value == *name)
         };
@@ -67,12 +69,12 @@ impl Scene<'_> {
         let size = vec2(PLACE.x.max(inner + height * 0.75), height);
         let tokens = self.tokens(place);
         let doc = self.place_doc(place, &subtitle) + &self.marks.said(&item);
-        Node {
+        DiagramNode {
             title: name.clone(),
             subtitle,
-            lines: lines.into_iter().map(|text| Line { text, is_weak: true }).collect(),
+            lines: lines.into_iter().map(|text| NodeLine { text, is_weak: true }).collect(),
             rect: Rect::from_min_size(Pos2::ZERO, size),
-            shape: Shape::Place { tokens, is_goal, is_safety: is_safety || is_safe },
+            shape: NodeShape::Place { tokens, is_goal, is_safety: is_safety || is_safe },
             ports: vec![whole(size), handle(size, &item)],
             badge: self.marks.badge(&item),
             mark: self.marks.mark(&item),
@@ -94,7 +96,7 @@ impl Scene<'_> {
         play.marking()[number].saturating_sub(on_the_way)
     }
 
-    fn place_look(&self, place: &Place, tokens: u32) -> Look {
+    fn place_look(&self, place: &Place, tokens: u32) -> NodeLook {
         let is_marked = tokens > 0 && self.play.is_some();
         let breaches = self
             .play
@@ -108,7 +110,7 @@ impl Scene<'_> {
             _ => None,
         };
         let outline = if is_marked { Outline::Strong } else { Outline::Plain };
-        Look { tint, outline, is_dim: false }
+        NodeLook { tint, outline, is_dim: false }
     }
 
     fn place_doc(&self, place: &Place, roles: &str) -> String {
@@ -130,25 +132,25 @@ impl Scene<'_> {
         doc
     }
 
-    fn transition(&self, transition: &Transition) -> Node {
+    fn transition(&self, transition: &Transition) -> DiagramNode<Item> {
         let name = &transition.name.value;
-        let item = Item::Transition(name.clone());
+        let item = Item::transition(name);
         let all = conditions(transition);
-        let shown = all.iter().take(MAX_CONDITIONS).map(|text| Line {
+        let shown = all.iter().take(MAX_CONDITIONS).map(|text| NodeLine {
             text: crate::text::short(text, MAX_CONDITION).into_owned(),
             is_weak: true,
         });
         let mut lines: Vec<_> = self.standing_line(name).into_iter().chain(shown).collect();
         if all.len() > MAX_CONDITIONS {
-            lines.push(Line {
+            lines.push(NodeLine {
                 text: format!("and {} more", all.len() - MAX_CONDITIONS),
                 is_weak: true,
             });
         }
         let badge = self.marks.badge(&item);
-        let into = Port {
+        let into = NodePort {
             at: vec2(-BESIDE, BAR.y / 2.0),
-            side: Side::Left,
+            side: PortSide::Left,
             direction: Direction::In,
             is_wired: false,
             label: format!("into {item}"),
@@ -157,12 +159,12 @@ impl Scene<'_> {
         };
         let ports = vec![whole(BAR), handle(BAR + vec2(BESIDE, 0.0), &item), into];
         let doc = format!("{item}\n{}", all.join("\n")) + &self.marks.said(&item);
-        Node {
+        DiagramNode {
             title: name.clone(),
             subtitle: String::new(),
             lines,
             rect: Rect::from_min_size(Pos2::ZERO, BAR),
-            shape: Shape::Bar,
+            shape: NodeShape::Bar,
             ports,
             badge,
             mark: self.marks.mark(&item),
@@ -173,7 +175,7 @@ impl Scene<'_> {
         }
     }
 
-    fn transition_look(&self, transition: &Transition) -> Look {
+    fn transition_look(&self, transition: &Transition) -> NodeLook {
         let standing = self.standing(&transition.name.value);
         let tint = match standing {
             Some(Standing::Ready) => Some(self.colours.good),
@@ -183,7 +185,7 @@ impl Scene<'_> {
         };
         let is_dim = matches!(standing, Some(Standing::Disabled))
             || (standing.is_none() && transition.autonomy != Autonomy::Auto);
-        Look { tint, outline: Outline::Plain, is_dim }
+        NodeLook { tint, outline: Outline::Plain, is_dim }
     }
 
     fn standing(&self, name: &str) -> Option<Standing> {
@@ -192,18 +194,18 @@ impl Scene<'_> {
     }
 
     /// How it stands while it is played, in words.
-    fn standing_line(&self, name: &str) -> Option<Line> {
+    fn standing_line(&self, name: &str) -> Option<NodeLine> {
         let play = self.play?;
         let text = match self.standing(name)? {
             Standing::Ready => "fires now".to_owned(),
             Standing::Waits(at) => format!("fires in {}", time(at.saturating_sub(play.time()))),
-            Standing::Expects => "a click brings what it waits for".into(),
+            Standing::Expects => "click: triggers what it waits for".into(),
             Standing::Disabled => return None,
         };
-        Some(Line { text, is_weak: false })
+        Some(NodeLine { text, is_weak: false })
     }
 
-    fn submission(&self, number: usize, submission: &Submission) -> Node {
+    fn submission(&self, number: usize, submission: &Submission) -> DiagramNode<Item> {
         let item = Item::Submission(number);
         let file = &submission.file.value;
         let stem = std::path::Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
@@ -221,16 +223,16 @@ impl Scene<'_> {
             tint: Some(self.colours.good),
         });
         let tint = (inner > 0).then_some(self.colours.good);
-        Node {
+        DiagramNode {
             title: stem.into_owned(),
             subtitle: file.clone(),
             lines: Vec::new(),
             rect: Rect::from_min_size(Pos2::ZERO, size),
-            shape: Shape::Block,
+            shape: NodeShape::Block,
             ports: vec![whole(size), handle(size, &item)],
             badge,
             mark: self.marks.mark(&item),
-            look: Look { tint, ..Look::default() },
+            look: NodeLook { tint, ..NodeLook::default() },
             label: format!("{item}: {file}"),
             doc: format!("sub-mission {file}") + &self.marks.said(&item),
             item,
@@ -238,11 +240,11 @@ impl Scene<'_> {
     }
 }
 
-fn whole(size: Vec2) -> Port {
-    Port {
+fn whole(size: Vec2) -> NodePort {
+    NodePort {
         name: String::new(),
         at: size / 2.0,
-        side: Side::Around,
+        side: PortSide::Around,
         direction: Direction::Both,
         colour: 0,
         is_wired: true,
@@ -254,10 +256,10 @@ fn whole(size: Vec2) -> Port {
 }
 
 /// Where an arc is drawn from.
-fn handle(size: Vec2, item: &Item) -> Port {
-    Port {
+fn handle(size: Vec2, item: &Item) -> NodePort {
+    NodePort {
         at: vec2(size.x, size.y / 2.0),
-        side: Side::Right,
+        side: PortSide::Right,
         direction: Direction::Out,
         is_wired: false,
         label: format!("arc from {item}"),

@@ -1,4 +1,4 @@
-//! Where the nodes are: where the file says, and the others where they read well.
+//! Where the nodes are: where the file places them, and the others where they read well.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
 use super::nodes::LINE;
-use crate::canvas::{Node, Shape, arrange, snapped};
+use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;
 
 /// Below what the file shows somewhere, the others begin.
@@ -15,8 +15,8 @@ const BELOW: f32 = 60.0;
 /// A sub-mission that the file shows nowhere is so far beneath the places it joins.
 const BENEATH: f32 = 40.0;
 
-/// Puts every node where it is shown; answers those that the file does not show anywhere.
-pub(super) fn place(nodes: &mut [Node], scene: &Scene<'_>) -> Vec<Item> {
+/// Puts every node where it is shown; returns those that the file does not show anywhere.
+pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<Item> {
     let mut lost = Vec::new();
     for (number, node) in nodes.iter_mut().enumerate() {
         match scene.position(&node.item) {
@@ -24,7 +24,7 @@ pub(super) fn place(nodes: &mut [Node], scene: &Scene<'_>) -> Vec<Item> {
             None => lost.push(number),
         }
     }
-    let unplaced: Vec<_> = lost.iter().map(|number| nodes[*number].item.clone()).collect();
+    let unplaced: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
     if lost.len() < nodes.len() {
         lost.retain(|number| !beside_its_places(nodes, *number, scene));
     }
@@ -36,23 +36,23 @@ pub(super) fn place(nodes: &mut [Node], scene: &Scene<'_>) -> Vec<Item> {
         }
         false => 0.0,
     };
-    let items: Vec<_> = lost.iter().map(|number| nodes[*number].item.clone()).collect();
+    let items: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
     for (number, (_, at)) in lost.iter().zip(arranged_of(nodes, scene.mission, &items)) {
         move_to(&mut nodes[*number], at + vec2(0.0, top));
     }
     unplaced
 }
 
-fn move_to(node: &mut Node, at: Pos2) {
+fn move_to(node: &mut DiagramNode<Item>, at: Pos2) {
     node.rect = Rect::from_min_size(at, node.rect.size());
 }
 
 /// Between the places that it joins, if it is a sub-mission and they are shown.
-fn beside_its_places(nodes: &mut [Node], number: usize, scene: &Scene<'_>) -> bool {
+fn beside_its_places(nodes: &mut [DiagramNode<Item>], number: usize, scene: &Scene<'_>) -> bool {
     let Item::Submission(submission) = nodes[number].item else { return false };
     let submission = &scene.mission.submissions[submission];
     let of = |name: &Option<armor_robotfile::Spanned<String>>| {
-        let item = Item::Place(name.as_ref()?.value.clone());
+        let item = Item::place(&name.as_ref()?.value);
         scene.position(&item)?;
         nodes.iter().find(|node| node.item == item).map(|node| node.rect)
     };
@@ -66,8 +66,12 @@ fn beside_its_places(nodes: &mut [Node], number: usize, scene: &Scene<'_>) -> bo
 }
 
 /// Where these nodes, or all if there are none, read well from left to right.
-pub fn arranged(nodes: &[Node], mission: &Mission, items: &[Item]) -> Vec<(Item, Pos2)> {
-    let all: Vec<_> = nodes.iter().map(|node| node.item.clone()).collect();
+pub fn arranged(
+    nodes: &[DiagramNode<Item>],
+    mission: &Mission,
+    items: &[Item],
+) -> Vec<(Item, Pos2)> {
+    let all: Vec<_> = nodes.iter().map(|node| node.item).collect();
     let items = if items.is_empty() { &all } else { items };
     let placed = arranged_of(nodes, mission, items);
     // Some of them stay where they are as a whole.
@@ -77,29 +81,33 @@ pub fn arranged(nodes: &[Node], mission: &Mission, items: &[Item]) -> Vec<(Item,
     placed.into_iter().map(|(item, at)| (item, moved(at))).collect()
 }
 
-fn arranged_of(nodes: &[Node], mission: &Mission, items: &[Item]) -> Vec<(Item, Pos2)> {
+fn arranged_of(
+    nodes: &[DiagramNode<Item>],
+    mission: &Mission,
+    items: &[Item],
+) -> Vec<(Item, Pos2)> {
     let numbers: BTreeMap<_, _> = items.iter().enumerate().map(|(n, item)| (item, n)).collect();
     let rooms: Vec<_> = items.iter().map(|item| room(nodes, item)).collect();
     let roots: Vec<_> = mission
         .places
         .iter()
         .filter(|place| place.initial > 0)
-        .filter_map(|place| numbers.get(&Item::Place(place.name.value.clone())).copied())
+        .filter_map(|place| numbers.get(&Item::place(&place.name.value)).copied())
         .collect();
     let sizes: Vec<_> = rooms.iter().map(|(size, _)| *size).collect();
     let all: Vec<_> = (0..items.len()).collect();
     let corners = arrange::arrange(&sizes, &edges(mission, &numbers, &roots), &all);
     let at = |n: usize| snapped(corners[n].to_pos2() + rooms[n].1);
-    items.iter().enumerate().map(|(n, item)| (item.clone(), at(n))).collect()
+    items.iter().enumerate().map(|(n, item)| (*item, at(n))).collect()
 }
 
 /// The room that a node takes with its texts, and where the node is in it.
-fn room(nodes: &[Node], item: &Item) -> (Vec2, Vec2) {
+fn room(nodes: &[DiagramNode<Item>], item: &Item) -> (Vec2, Vec2) {
     let Some(node) = nodes.iter().find(|node| node.item == *item) else {
         return (Vec2::ZERO, Vec2::ZERO);
     };
     let size = node.rect.size();
-    if node.shape != Shape::Bar {
+    if node.shape != NodeShape::Bar {
         return (size, Vec2::ZERO);
     }
     let texts = node.lines.iter().map(|line| &line.text).chain([&node.title]);
@@ -117,10 +125,10 @@ fn edges(
     numbers: &BTreeMap<&Item, usize>,
     roots: &[usize],
 ) -> Vec<(usize, usize)> {
-    let of_place = |name: &str| numbers.get(&Item::Place(name.to_owned())).copied();
+    let of_place = |name: &str| numbers.get(&Item::place(name)).copied();
     let mut edges = Vec::new();
     for transition in &mission.transitions {
-        let own = numbers.get(&Item::Transition(transition.name.value.clone()));
+        let own = numbers.get(&Item::transition(&transition.name.value));
         for arc in &transition.arcs {
             if let (Some(own), Some(place)) = (own, of_place(&arc.place.value)) {
                 edges.push(if arc.kind == ArcKind::Put { (*own, place) } else { (place, *own) });

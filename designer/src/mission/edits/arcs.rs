@@ -4,7 +4,7 @@ use armor_robotfile::mission::ArcKind;
 use armor_robotfile::tree::Element;
 use armor_robotfile::{Document, EditError, Item};
 
-use super::{new_arc, set_list, words};
+use super::elements::{self, new_arc, set_list};
 
 pub(super) const KINDS: [ArcKind; 5] =
     [ArcKind::Take, ArcKind::Put, ArcKind::Read, ArcKind::Inhibitor, ArcKind::Reset];
@@ -26,7 +26,7 @@ pub fn add_arc(
 ) -> Result<(), EditError> {
     match short_form(kind) {
         Some(list) => {
-            let mut names = words::list(document, Item::Transition(transition), list);
+            let mut names = elements::list(document, Item::Transition(transition), list);
             names.push(place.to_owned());
             let names: Vec<_> = names.iter().map(String::as_str).collect();
             set_list(document, Item::Transition(transition), list, &names)
@@ -129,7 +129,7 @@ pub(super) fn short_form(kind: ArcKind) -> Option<&'static str> {
 
 fn find(document: &Document, transition: &str, place: &str, kind: ArcKind) -> Option<Place> {
     if let Some(list) = short_form(kind)
-        && words::list(document, Item::Transition(transition), list).iter().any(|n| n == place)
+        && elements::list(document, Item::Transition(transition), list).iter().any(|n| n == place)
     {
         return Some(Place::Listed(list));
     }
@@ -156,7 +156,7 @@ fn unlist(
     place: &str,
     list: &str,
 ) -> Result<(), EditError> {
-    let names = words::list(document, Item::Transition(transition), list);
+    let names = elements::list(document, Item::Transition(transition), list);
     let left: Vec<_> = names.iter().map(String::as_str).filter(|name| *name != place).collect();
     set_list(document, Item::Transition(transition), list, &left)
 }

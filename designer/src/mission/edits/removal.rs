@@ -6,14 +6,14 @@ use armor_robotfile::mission::ArcKind;
 use armor_robotfile::tree::Element;
 use armor_robotfile::{Document, ElementEdit, Item as Named};
 
-use super::{arcs, words};
-use crate::desk::View;
+use super::{arcs, elements};
 use crate::item::Item;
 use crate::layout;
 use crate::project::Refused;
+use crate::view::View;
 
 /// Removes places with their arcs and whatever else leads to them, transitions, arcs, variables,
-/// and what is known by its number. What a check or a guard says of one of them is for a person to
+/// and what is known by its number. What a check or a guard states of one of them is for a person to
 /// change, and refuses.
 ///
 /// # Errors
@@ -31,7 +31,7 @@ pub fn remove(document: &mut Document, items: &[Item]) -> Result<(), Refused> {
         Item::Check(number) => Some((*number, "check")),
         _ => None,
     });
-    let paths = numbered.map(|(number, sort)| words::numbered(document, sort, number));
+    let paths = numbered.map(|(number, sort)| elements::numbered(document, sort, number));
     let paths = paths.map(|path| path.map(ElementEdit::Removal)).collect::<Result<Vec<_>, _>>()?;
     document.edit_elements(&paths)?;
     let decorations = items.iter().filter_map(|item| match item {
@@ -55,10 +55,10 @@ impl<'a> Gone<'a> {
         let mut gone = Self::default();
         for item in items {
             match item {
-                Item::Place(name) => _ = gone.places.insert(name),
-                Item::Transition(name) => _ = gone.transitions.insert(name),
+                Item::Place(name) => _ = gone.places.insert(name.as_str()),
+                Item::Transition(name) => _ = gone.transitions.insert(name.as_str()),
                 Item::Arc { transition, place, kind } => {
-                    gone.arcs.insert((transition, place, *kind));
+                    gone.arcs.insert((transition.as_str(), place.as_str(), *kind));
                 }
                 _ => {}
             }
@@ -71,7 +71,7 @@ impl<'a> Gone<'a> {
         let mission = document.find(Named::Mission).unwrap_or_default();
         let own = document.tree().element(&mission).map(|element| (mission, element));
         let mut edits = Vec::new();
-        for (path, element) in own.into_iter().chain(words::elements(document)) {
+        for (path, element) in own.into_iter().chain(elements::elements(document)) {
             let name = element.attribute("name").map_or("", |name| name.value.as_str());
             if element.name == "transition" {
                 if self.transitions.contains(name) {
@@ -79,7 +79,7 @@ impl<'a> Gone<'a> {
                 }
                 self.arcs_of(name, element, &path, &mut edits);
             }
-            let named = words::NAMES_A_PLACE.iter().filter(|attribute| {
+            let named = elements::NAMES_A_PLACE.iter().filter(|attribute| {
                 let given = element.attribute(attribute);
                 given.is_some_and(|given| self.places.contains(given.value.as_str()))
             });

@@ -3,7 +3,7 @@
 
 use armor_robotfile::{Document, EditError, Item, NewElement};
 
-use super::{free_name, words};
+use super::elements::{self, free_name};
 
 /// Adds an exclusive set of these components.
 pub fn add_exclusive(document: &mut Document, components: &[&str]) -> Result<(), EditError> {
@@ -18,7 +18,7 @@ pub fn toggle_exclusive(
     component: &str,
     is_in: bool,
 ) -> Result<(), EditError> {
-    let path = words::numbered(document, "exclusive", number)?;
+    let path = elements::numbered(document, "exclusive", number)?;
     let element = document.tree().element(&path).ok_or(EditError::NoElement)?;
     let value = element.attribute("components").map(|given| given.value.clone());
     let value = value.unwrap_or_default();
@@ -54,9 +54,9 @@ pub fn add_check(document: &mut Document, text: &str) -> Result<(), EditError> {
     add(document, &NewElement::new("check").text(text), "check", &before)
 }
 
-/// Changes what a check says.
+/// Changes what a check states.
 pub fn set_check(document: &mut Document, number: usize, text: &str) -> Result<(), EditError> {
-    let path = words::numbered(document, "check", number)?;
+    let path = elements::numbered(document, "check", number)?;
     document.set_text_at(&path, text)
 }
 
@@ -73,7 +73,7 @@ pub fn set_submission(
     attribute: &str,
     value: Option<&str>,
 ) -> Result<(), EditError> {
-    let path = words::numbered(document, "submission", number)?;
+    let path = elements::numbered(document, "submission", number)?;
     document.set_attribute_at(&path, attribute, value)
 }
 
@@ -86,7 +86,7 @@ fn add(
 ) -> Result<(), EditError> {
     let mission = document.find(Item::Mission).ok_or(EditError::NoElement)?;
     let names: Vec<_> =
-        words::elements(document).map(|(_, element)| element.name.clone()).collect();
+        elements::elements(document).map(|(_, element)| element.name.clone()).collect();
     let last = |sorts: &[&str]| names.iter().rposition(|name| sorts.contains(&name.as_str()));
     let index = last(&[sort]).or_else(|| last(before)).map_or(0, |last| last + 1);
     document.insert_element(&mission, index, new)

@@ -97,7 +97,7 @@ fn an_arc_is_listed_until_it_has_a_weight() {
 #[test]
 fn a_place_goes_with_all_that_leads_to_it() {
     check(
-        |document| remove(document, &[crate::Item::Place("hold".into())]).unwrap(),
+        |document| remove(document, &[crate::Item::place("hold")]).unwrap(),
         &[
             r#"<mission goal="home" safe="hold">"#,
             r#"<place name="hold"/>"#,
@@ -126,7 +126,7 @@ fn much_is_removed_in_a_few_edits() {
     let edits_of = |count: usize| {
         let text = mission(count);
         let mut document = Document::open("m.xml".as_ref(), text.as_bytes()).unwrap();
-        let place = |n| crate::Item::Place(format!("p{n}"));
+        let place = |n| crate::Item::place(format!("p{n}"));
         let items: Vec<_> = (0..count).flat_map(|n| [place(n), crate::Item::Check(n)]).collect();
         remove(&mut document, &items).unwrap();
         let text = String::from_utf8_lossy(document.bytes()).into_owned();

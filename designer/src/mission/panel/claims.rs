@@ -3,14 +3,19 @@
 use armor_robotfile::{Code, Finding};
 use eframe::egui::{self, RichText};
 
-use super::{Shown, Wish, section, tell};
+use super::parts::{PanelRequest, PanelSource, section, tell};
+use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_check};
-use crate::theme::Colours;
 
-pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes: &mut Vec<Wish>) {
-    section(ui, "Checks: what is to be proven");
+pub(super) fn show(
+    ui: &mut egui::Ui,
+    shown: &PanelSource<'_>,
+    form: &mut Form,
+    wishes: &mut Vec<PanelRequest>,
+) {
+    section(ui, "Checks: properties to prove");
     for (number, check) in shown.mission.checks.iter().enumerate() {
         let item = Item::Check(number);
         let found: Vec<_> = shown.marks.found(&item).collect();
@@ -18,7 +23,7 @@ pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes
             verdict(ui, shown, &found);
             let remove = format!("Remove check {}", number + 1);
             if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
-                form.change(Change::Remove(vec![item.clone()]));
+                form.change(Change::Remove(vec![item]));
             }
         });
         let name = format!("check {}", number + 1);
@@ -30,7 +35,7 @@ pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes
         }
         ui.add_space(4.0);
     }
-    ui.menu_button("Add a check..", |ui| {
+    ui.menu_button("Add a check…", |ui| {
         for text in proposals(shown) {
             if ui.button(&text).clicked() {
                 form.change(Change::AddCheck(text));
@@ -39,24 +44,24 @@ pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes
     });
 }
 
-fn verdict(ui: &mut egui::Ui, shown: &Shown<'_>, found: &[&Finding]) {
-    let colours = Colours::of(ui.visuals());
+fn verdict(ui: &mut egui::Ui, shown: &PanelSource<'_>, found: &[&Finding]) {
+    let colours = CanvasColours::of(ui.visuals());
     let is = |code: Code| found.iter().any(|found| found.code == code);
     let (text, colour) = match () {
-        () if is(Code::CheckFails) => ("x does not hold", colours.error),
-        () if is(Code::CheckUndecided) => ("? not decided", colours.warning),
+        () if is(Code::CheckFails) => ("x violated", colours.error),
+        () if is(Code::CheckUndecided) => ("? undecided", colours.warning),
         () if !found.is_empty() => ("! cannot be read", colours.error),
-        () if shown.is_checking => (".. being proven", colours.weak),
+        () if shown.is_checking => ("… proving", colours.weak),
         () if shown.marks.all().has_errors() => {
             ("? not proven while there are errors", colours.weak)
         }
-        () => ("it holds", colours.good),
+        () => ("valid", colours.good),
     };
     ui.label(RichText::new(text).color(colour));
 }
 
 /// Checks that fit this mission.
-fn proposals(shown: &Shown<'_>) -> Vec<String> {
+fn proposals(shown: &PanelSource<'_>) -> Vec<String> {
     let mission = shown.mission;
     let name = |place: &Option<armor_robotfile::Spanned<String>>| {
         place.as_ref().map(|place| place.value.clone())

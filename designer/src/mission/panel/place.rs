@@ -3,24 +3,24 @@
 use armor_robotfile::mission::{ArcKind, Place};
 use eframe::egui::{self, RichText};
 
-use super::{Shown, Wish, go_to, section};
+use super::parts::{PanelRequest, PanelSource, go_to, section};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, is_name, row};
 
 pub(super) fn show(
     ui: &mut egui::Ui,
-    shown: &Shown<'_>,
+    shown: &PanelSource<'_>,
     place: &Place,
     form: &mut Form,
-    wishes: &mut Vec<Wish>,
+    wishes: &mut Vec<PanelRequest>,
 ) {
     let name = &place.name.value;
-    let item = Item::Place(name.clone());
+    let item = Item::place(name);
     ui.heading("Place");
-    row(ui, "Name", "What transitions and checks call it.", |ui| {
+    row(ui, "Name", "The name that transitions and checks use.", |ui| {
         form.line(ui, "name of the place", name, &is_name, |new| {
-            Some(Change::Rename(item.clone(), new.to_owned()))
+            Some(Change::Rename(item, new.to_owned()))
         });
     });
     roles(ui, shown, place, form);
@@ -29,10 +29,10 @@ pub(super) fn show(
     neighbours(ui, shown, place, wishes);
 }
 
-fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
+fn roles(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &mut Form) {
     let name = &place.name.value;
-    let item = Item::Place(name.clone());
-    let attribute = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let item = Item::place(name);
+    let attribute = |key, value: Option<String>| Change::Attribute(item, key, value);
     if place.components.is_empty() {
         row(ui, "Tokens", "Tokens in it at the start of the mission.", |ui| {
             let form = form.unread(shown.unread(&item, "initial"));
@@ -52,15 +52,18 @@ fn roles(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
     };
     let of_mission =
         |key, is_set: bool| Change::Attribute(Item::Mission, key, is_set.then(|| name.clone()));
-    form.flag(ui, "Goal: the mission ends well here", is(&shown.mission.goal), |is_set| {
+    form.flag(ui, "Goal: the mission ends successfully here", is(&shown.mission.goal), |is_set| {
         of_mission("goal", is_set)
     });
-    form.flag(ui, "Safe: where it goes when something fails", is(&shown.mission.safe), |is_set| {
-        of_mission("safe", is_set)
-    });
+    form.flag(
+        ui,
+        "Safe: where the mission goes when something fails",
+        is(&shown.mission.safe),
+        |is_set| of_mission("safe", is_set),
+    );
     let is_safety = place.class == armor_robotfile::mission::Class::Safety;
     let form = form.unread(shown.unread(&item, "class"));
-    form.flag(ui, "Safety class: goes first, and on in a pause", is_safety, |is_set| {
+    form.flag(ui, "Safety class: has priority and continues during a pause", is_safety, |is_set| {
         attribute("class", is_set.then(|| "safety".into()))
     });
     if !place.components.is_empty() {
@@ -85,8 +88,8 @@ fn tokens_text(tokens: i64) -> Option<String> {
     }
 }
 
-fn components(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
-    section(ui, "Active while it is marked");
+fn components(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &mut Form) {
+    section(ui, "Active while marked");
     let system = &shown.configuration.system;
     if system.components.is_empty() {
         ui.weak("The system has no components yet.");
@@ -119,7 +122,7 @@ fn components(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Fo
             };
         });
     }
-    // Those that the system does not have (any more) can be taken out.
+    // Those that the system does not have (any longer) can be taken out.
     for gone in place.components.iter().filter(|name| system.component(name).is_none()) {
         form.flag(ui, &format!("{} (not in the system)", gone.value), true, |is_active| {
             Change::Component {
@@ -132,7 +135,7 @@ fn components(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Fo
 }
 
 /// A component that is active here and excludes this one.
-fn rival(shown: &Shown<'_>, place: &Place, component: &str) -> Option<String> {
+fn rival(shown: &PanelSource<'_>, place: &Place, component: &str) -> Option<String> {
     let sets = shown.mission.exclusives.iter();
     let sets = sets.filter(|set| set.components.iter().any(|name| name.value == component));
     let mut others = sets.flat_map(|set| &set.components);
@@ -140,11 +143,11 @@ fn rival(shown: &Shown<'_>, place: &Place, component: &str) -> Option<String> {
     found.map(|other| other.value.clone())
 }
 
-fn parameters(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Form) {
+fn parameters(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &mut Form) {
     if place.components.is_empty() {
         return;
     }
-    section(ui, "Values it gives them");
+    section(ui, "Parameter values while marked");
     let change = |component: &str, parameter: &str, value: Option<String>| Change::PlaceParameter {
         place: place.name.value.clone(),
         component: component.to_owned(),
@@ -169,7 +172,7 @@ fn parameters(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Fo
             shown
         });
     }
-    ui.menu_button("Add a value..", |ui| {
+    ui.menu_button("Add a value…", |ui| {
         for component in &place.components {
             let Some(manifest) = kind_of(shown, &component.value) else { continue };
             for parameter in &manifest.parameters {
@@ -188,15 +191,20 @@ fn parameters(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, form: &mut Fo
 }
 
 fn kind_of<'a>(
-    shown: &'a Shown<'_>,
+    shown: &'a PanelSource<'_>,
     component: &str,
 ) -> Option<&'a armor_wire::manifest::Manifest> {
     let component = shown.configuration.system.component(component)?;
     shown.kinds.find(&component.kind.value)
 }
 
-fn neighbours(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, wishes: &mut Vec<Wish>) {
-    section(ui, "Ways in and out");
+fn neighbours(
+    ui: &mut egui::Ui,
+    shown: &PanelSource<'_>,
+    place: &Place,
+    wishes: &mut Vec<PanelRequest>,
+) {
+    section(ui, "Arcs");
     let name = &place.name.value;
     let mut is_lonely = true;
     for transition in &shown.mission.transitions {
@@ -212,7 +220,7 @@ fn neighbours(ui: &mut egui::Ui, shown: &Shown<'_>, place: &Place, wishes: &mut 
             };
             ui.horizontal(|ui| {
                 ui.label(RichText::new(format!("{word}{weight}")).weak());
-                let item = Item::Transition(transition.name.value.clone());
+                let item = Item::transition(&transition.name.value);
                 go_to(ui, &transition.name.value, item, wishes);
             });
         }

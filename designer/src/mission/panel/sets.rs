@@ -3,23 +3,23 @@
 use eframe::egui::{self, RichText};
 
 use super::fields::data_fields;
-use super::{Shown, section};
+use super::parts::{PanelSource, section};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_name, row};
 use crate::panels::fields::anything;
 
 /// The variables, each with its source and domain.
-pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
-    section(ui, "Variables that guards speak of");
+pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut Form) {
+    section(ui, "Variables used in guards");
     for variable in &shown.mission.variables {
         let name = &variable.name.value;
-        let item = Item::Variable(name.clone());
-        let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+        let item = Item::variable(name);
+        let set = |key, value: Option<String>| Change::Attribute(item, key, value);
         form.of(&item);
-        row(ui, "Name", "What guards call it.", |ui| {
+        row(ui, "Name", "The name that guards use.", |ui| {
             form.line(ui, &format!("name of {name}"), name, &is_name, |new| {
-                Some(Change::Rename(item.clone(), new.to_owned()))
+                Some(Change::Rename(item, new.to_owned()))
             });
         });
         let source = variable.source.as_ref().map_or("", |source| source.value.as_str());
@@ -33,30 +33,20 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
                 |text| Some(set("source", given(text))),
             );
         });
-        row(
-            ui,
-            "Domain",
-            "Its least and greatest value; what is outside counts as the end.",
-            |ui| {
-                let least = variable.minimum.as_ref().map_or("", |end| end.at.text());
-                let form = form.unread(shown.unread(&item, "min"));
-                form.hinted(ui, &format!("least {name}"), "least", least, &is_quantity, |text| {
-                    Some(set("min", given(text)))
-                });
-                let most = variable.maximum.as_ref().map_or("", |end| end.at.text());
-                let form = form.unread(shown.unread(&item, "max"));
-                form.hinted(
-                    ui,
-                    &format!("greatest {name}"),
-                    "greatest",
-                    most,
-                    &is_quantity,
-                    |text| Some(set("max", given(text))),
-                );
-            },
-        );
+        row(ui, "Domain", "Its least and greatest value; values outside are clamped.", |ui| {
+            let least = variable.minimum.as_ref().map_or("", |end| end.at.text());
+            let form = form.unread(shown.unread(&item, "min"));
+            form.hinted(ui, &format!("least {name}"), "least", least, &is_quantity, |text| {
+                Some(set("min", given(text)))
+            });
+            let most = variable.maximum.as_ref().map_or("", |end| end.at.text());
+            let form = form.unread(shown.unread(&item, "max"));
+            form.hinted(ui, &format!("greatest {name}"), "greatest", most, &is_quantity, |text| {
+                Some(set("max", given(text)))
+            });
+        });
         if variable.source.is_none() {
-            row(ui, "At the start", "A whole number; else its least value.", |ui| {
+            row(ui, "At the start", "A whole number; default: its least value.", |ui| {
                 let initial = variable.initial.as_ref().map(|initial| initial.value.to_string());
                 let initial = initial.unwrap_or_default();
                 let form = form.unread(shown.unread(&item, "initial"));
@@ -71,15 +61,15 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
             });
         }
         if ui.small_button(format!("Remove {item}")).clicked() {
-            form.change(Change::Remove(vec![item.clone()]));
+            form.change(Change::Remove(vec![item]));
         }
         ui.add_space(6.0);
     }
     let fields = data_fields(shown.configuration, shown.kinds);
-    ui.menu_button("Add a variable..", |ui| {
+    ui.menu_button("Add a variable…", |ui| {
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
             let counter = ui.button("Set by transitions");
-            if counter.on_hover_text("A whole number, such as of rounds.").clicked() {
+            if counter.on_hover_text("A whole number, such as a count of rounds.").clicked() {
                 form.change(Change::AddVariable("count".into(), None));
             }
             for field in &fields {
@@ -105,12 +95,14 @@ fn is_quantity(text: &str) -> Result<(), String> {
 fn is_whole(text: &str) -> Result<(), String> {
     match text.trim() {
         "" => Ok(()),
-        text => text.parse::<i64>().map(|_| ()).map_err(|_| format!("{text} is no whole number")),
+        text => {
+            text.parse::<i64>().map(|_| ()).map_err(|_| format!("{text} is not a whole number"))
+        }
     }
 }
 
 /// The exclusive sets as checklists.
-pub(super) fn exclusives(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
+pub(super) fn exclusives(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut Form) {
     section(ui, "Exclusive: at most one is active");
     for (number, set) in shown.mission.exclusives.iter().enumerate() {
         form.of(Item::Exclusive(number));
@@ -126,7 +118,7 @@ pub(super) fn exclusives(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) 
         let gone: Vec<_> = gone.filter(|name| !known.contains(name)).collect();
         for component in known.into_iter().chain(gone) {
             let is_in = set.components.iter().any(|name| name.value == component);
-            // What no place activates is always active and excludes nobody.
+            // What no place activates is always active and excludes no one.
             let may = is_in || shown.mission.controls(&component);
             let mut is_now = is_in;
             let label = format!("{component} in exclusive set {}", number + 1);
@@ -148,7 +140,7 @@ pub(super) fn exclusives(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) 
 }
 
 /// The sub-missions' files, and a new one.
-pub(super) fn submissions(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form) {
+pub(super) fn submissions(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut Form) {
     section(ui, "Sub-missions");
     for number in 0..shown.mission.submissions.len() {
         form.of(Item::Submission(number));
@@ -164,16 +156,21 @@ pub(super) fn submissions(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form)
 }
 
 /// One sub-mission: its file and the places it joins.
-pub(super) fn submission(ui: &mut egui::Ui, shown: &Shown<'_>, number: usize, form: &mut Form) {
+pub(super) fn submission(
+    ui: &mut egui::Ui,
+    shown: &PanelSource<'_>,
+    number: usize,
+    form: &mut Form,
+) {
     let Some(submission) = shown.mission.submissions.get(number) else { return };
     let title = format!("sub-mission {}", number + 1);
-    row(ui, "File", "The mission that is put in.", |ui| {
+    row(ui, "File", "The file of the sub-mission.", |ui| {
         form.line(ui, &format!("file of {title}"), &submission.file.value, &anything, |text| {
             given(text).map(|file| Change::Submission(number, "ref", Some(file)))
         });
     });
     let ends = [
-        ("Enters from", "in", "The place whose token begins it.", &submission.enter),
+        ("Entered from", "in", "The place whose token begins it.", &submission.enter),
         ("Leaves to", "out", "The place that gets a token at its goal.", &submission.leave),
     ];
     for (label, key, doc, value) in ends {

@@ -3,15 +3,15 @@
 use armor_robotfile::mission::Transition;
 use eframe::egui;
 
-use super::Shown;
+use super::parts::PanelSource;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::edits::Timing;
 use crate::mission::form::{Form, given, is_time, row};
 
-/// As the file says it, also what is not understood of it.
-fn text_of(shown: &Shown<'_>, transition: &Transition) -> Timing {
-    let item = Item::Transition(transition.name.value.clone());
+/// As the file shows it, also what is not understood of it.
+fn text_of(shown: &PanelSource<'_>, transition: &Transition) -> Timing {
+    let item = Item::transition(&transition.name.value);
     let unread = |attribute| shown.unread(&item, attribute).map(str::to_owned);
     let Some(interval) = &transition.interval else {
         let timeout = || unread("timeout").map(Timing::Timeout);
@@ -36,7 +36,7 @@ fn ends_of(text: &str) -> Timing {
 
 pub(super) fn timing(
     ui: &mut egui::Ui,
-    shown: &Shown<'_>,
+    shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
 ) {
@@ -55,12 +55,12 @@ pub(super) fn timing(
         Timing::Interval(..) => 3,
     };
     let sorts = [
-        (0, "at once".to_owned()),
+        (0, "immediately".to_owned()),
         (1, "after a time (timeout)".to_owned()),
         (2, "after a time, or later".to_owned()),
         (3, "between two times".to_owned()),
     ];
-    row(ui, "When", "Counted from when all it waits for is there.", |ui| {
+    row(ui, "When", "Counted from when everything it waits for is present.", |ui| {
         form.choice(ui, "when it fires", &sort(&now), &sorts, |sort| {
             set(match sort {
                 1 => Timing::Timeout(own.clone()),
@@ -100,7 +100,7 @@ pub(super) fn timing(
                 "" | "inf" => Ok(()),
                 text => is_time(text),
             };
-            row(ui, "To", "The latest, with its unit; inf is without end.", |ui| {
+            row(ui, "To", "The latest, with its unit; inf: no limit.", |ui| {
                 form.line(ui, "latest time", &to, &is_end, |text| {
                     Some(set(Timing::Interval(from.clone(), text.trim().to_owned())))
                 });

@@ -3,7 +3,8 @@
 use armor_robotfile::mission::{Autonomy, Class, LostLink, Missed, Transition};
 use eframe::egui::{self, RichText};
 
-use super::{Shown, Wish, arcs, section, timing, waits};
+use super::parts::{PanelRequest, PanelSource, section};
+use super::{arcs, timing, waits};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::edits::Decides;
@@ -11,17 +12,17 @@ use crate::mission::form::{Form, given, is_count, is_date, is_name, is_time, row
 
 pub(super) fn show(
     ui: &mut egui::Ui,
-    shown: &Shown<'_>,
+    shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
-    wishes: &mut Vec<Wish>,
+    wishes: &mut Vec<PanelRequest>,
 ) {
     let name = &transition.name.value;
-    let item = Item::Transition(name.clone());
+    let item = Item::transition(name);
     ui.heading("Transition");
-    row(ui, "Name", "What operators and checks call it.", |ui| {
+    row(ui, "Name", "The name that operators and checks use.", |ui| {
         form.line(ui, "name of the transition", name, &is_name, |new| {
-            Some(Change::Rename(item.clone(), new.to_owned()))
+            Some(Change::Rename(item, new.to_owned()))
         });
     });
     arcs::show(ui, shown, transition, form, wishes);
@@ -31,9 +32,9 @@ pub(super) fn show(
     waits::guard(ui, shown, transition, form);
     decides(ui, shown, transition, form);
     sets(ui, shown, transition, form);
-    section(ui, "Before others");
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
-    row(ui, "Priority", "The higher fires first.", |ui| {
+    section(ui, "Priority");
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
+    row(ui, "Priority", "The higher priority fires first.", |ui| {
         let range = -999_999_999..=999_999_999;
         let form = form.unread(shown.unread(&item, "priority"));
         form.number(ui, "priority", transition.priority.into(), range, |priority| {
@@ -42,9 +43,12 @@ pub(super) fn show(
     });
     let is_safety = transition.class == Class::Safety;
     let form = form.unread(shown.unread(&item, "class"));
-    form.flag(ui, "Safety class: before all priorities, and on in a pause", is_safety, |is_set| {
-        set("class", is_set.then(|| "safety".into()))
-    });
+    form.flag(
+        ui,
+        "Safety class: has priority over all others and continues during a pause",
+        is_safety,
+        |is_set| set("class", is_set.then(|| "safety".into())),
+    );
     let dated = egui::CollapsingHeader::new("Dates").default_open(has_dates(transition));
     let unread = ["not-before", "not-after", "missed"].map(|key| shown.unread(&item, key));
     let must_be_seen = unread.iter().any(Option::is_some);
@@ -60,7 +64,7 @@ pub(super) fn show(
 }
 
 /// What it sets variables to that follow no data.
-fn sets(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
+fn sets(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
     let free = shown.mission.variables.iter().filter(|variable| variable.source.is_none());
     let names: Vec<_> = free.map(|variable| variable.name.value.clone()).collect();
     if names.is_empty() && transition.sets.is_empty() {
@@ -71,18 +75,18 @@ fn sets(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mu
     for name in &names {
         let known = transition.sets.iter().find(|set| set.variable.value == *name);
         let value = known.map_or("", |set| set.value.value.as_str());
-        row(ui, name, "A whole number, such as round + 1; empty leaves it as it is.", |ui| {
+        row(ui, name, "A whole number, such as round + 1; empty: unchanged.", |ui| {
             let label = format!("sets {name} to");
-            form.hinted(ui, &label, "not set", value, &is_count, |text| {
+            form.hinted(ui, &label, "unchanged", value, &is_count, |text| {
                 Some(Change::SetVariable(owner.clone(), name.clone(), given(text)))
             });
         });
     }
 }
 
-fn decides(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
+fn decides(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
     let name = transition.name.value.clone();
-    let item = Item::Transition(name.clone());
+    let item = Item::transition(name);
     let now = match transition.autonomy {
         Autonomy::Auto => Decides::Auto,
         Autonomy::Confirm { .. } => Decides::Confirm,
@@ -103,12 +107,12 @@ fn decides(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: 
     if now == Decides::Auto {
         return;
     }
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
     if let Autonomy::Confirm { within, fire_unanswered } = transition.autonomy {
         let text = within.map_or_else(String::new, crate::mission::form::time_text);
-        row(ui, "Waits", "How long it waits for an answer; empty is for ever.", |ui| {
+        row(ui, "Waits", "How long it waits for an answer; empty: forever.", |ui| {
             let form = form.unread(shown.unread(&item, "answer-within"));
-            form.hinted(ui, "answer within", "for ever", &text, &is_time, |text| {
+            form.hinted(ui, "answer within", "forever", &text, &is_time, |text| {
                 Some(set("answer-within", given(text)))
             });
         });
@@ -121,9 +125,9 @@ fn decides(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: 
     }
     let lost = transition.lost_link.as_deref().copied();
     let choices = [
-        (None, "nothing is said".to_owned()),
-        (Some(LostLink::Fire), "it fires".to_owned()),
-        (Some(LostLink::Wait), "it waits".to_owned()),
+        (None, "default".to_owned()),
+        (Some(LostLink::Fire), "fires".to_owned()),
+        (Some(LostLink::Wait), "waits".to_owned()),
     ];
     row(ui, "Lost link", "What happens when the link to the operator is lost.", |ui| {
         let form = form.unread(shown.unread(&item, "lost-link"));
@@ -138,9 +142,9 @@ fn has_dates(transition: &Transition) -> bool {
     transition.not_before.is_some() || transition.not_after.is_some()
 }
 
-fn dates(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
-    let item = Item::Transition(transition.name.value.clone());
-    let set = |key, value: Option<String>| Change::Attribute(item.clone(), key, value);
+fn dates(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
+    let item = Item::transition(&transition.name.value);
+    let set = |key, value: Option<String>| Change::Attribute(item, key, value);
     let hint = "2026-11-21T14:30Z";
     let first = transition.not_before.as_ref().map_or("", |date| date.at.text());
     row(ui, "Not before", "A date in UTC.", |ui| {
@@ -159,11 +163,11 @@ fn dates(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &m
     if transition.not_after.is_some() {
         let missed = transition.missed.as_deref().copied().unwrap_or_default();
         let choices = [
-            (Missed::Skip, "it never fires any more".to_owned()),
-            (Missed::Fire, "it fires once, late".to_owned()),
+            (Missed::Skip, "never fires".to_owned()),
+            (Missed::Fire, "fires once, late".to_owned()),
             (Missed::Fail, "the mission goes to its safe place".to_owned()),
         ];
-        row(ui, "Missed", "What happens when that date passed before it fired.", |ui| {
+        row(ui, "Missed", "What happens when this date passes before it has fired.", |ui| {
             let form = form.unread(shown.unread(&item, "missed"));
             form.choice(ui, "when the date is missed", &missed, &choices, |missed| {
                 let value = match missed {
@@ -178,11 +182,16 @@ fn dates(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &m
     ui.label(RichText::new("In UTC, by the clock of the robot.").weak().small());
 }
 
-fn failures(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form: &mut Form) {
-    let item = Item::Transition(transition.name.value.clone());
+fn failures(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
+    let item = Item::transition(&transition.name.value);
     let mut targets = vec![
-        ("No stop", "on-stop-fail", "when a component does not stop", &transition.on_stop_fail),
-        ("No start", "on-start-fail", "when a component does not start", &transition.on_start_fail),
+        ("Stop failed", "on-stop-fail", "when a component does not stop", &transition.on_stop_fail),
+        (
+            "Start failed",
+            "on-start-fail",
+            "when a component does not start",
+            &transition.on_start_fail,
+        ),
     ];
     if transition.interval.as_ref().is_none_or(|interval| interval.latest.is_some()) {
         targets.push(("Overrun", "overrun", "when it fires late", &transition.overrun));
@@ -194,7 +203,7 @@ fn failures(ui: &mut egui::Ui, shown: &Shown<'_>, transition: &Transition, form:
         let value = value.as_ref().map(|place| place.value.clone());
         row(ui, label, &format!("The place that gets a token {doc}."), |ui| {
             form.choice(ui, doc, &value, &choices, |place| {
-                Change::Attribute(item.clone(), key, place.clone())
+                Change::Attribute(item, key, place.clone())
             });
         });
     }

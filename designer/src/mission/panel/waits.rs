@@ -1,21 +1,21 @@
-//! What a transition waits for beside time: a report, a guard.
+//! What a transition waits for next to time: a report, a guard.
 
 use armor_robotfile::mission::Transition;
 use eframe::egui;
 
-use super::Shown;
 use super::fields::data_fields;
+use super::parts::PanelSource;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_guard, is_name, row, wrong};
 
 pub(super) fn report(
     ui: &mut egui::Ui,
-    shown: &Shown<'_>,
+    shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
 ) {
-    let item = Item::Transition(transition.name.value.clone());
+    let item = Item::transition(&transition.name.value);
     let on = transition.on.as_ref();
     let component = on.map(|on| on.component.value.clone());
     let event = on.map_or_else(|| "done".to_owned(), |on| on.event.value.clone());
@@ -26,17 +26,17 @@ pub(super) fn report(
         others.into_iter().map(|name| (Some(name.clone()), format!("{name} (frozen here)"))),
     );
     let set = |component: &str, event: &str| {
-        Change::Attribute(item.clone(), "on", Some(format!("{component}.{event}")))
+        Change::Attribute(item, "on", Some(format!("{component}.{event}")))
     };
     row(ui, "Report of", "The component whose report it waits for.", |ui| {
         let form = form.unread(shown.unread(&item, "on"));
         form.choice(ui, "report of", &component, &choices, |choice| match choice {
             Some(component) => set(component, &event),
-            None => Change::Attribute(item.clone(), "on", None),
+            None => Change::Attribute(item, "on", None),
         });
     });
     let Some(component) = component else { return };
-    row(ui, "Report", "done, failed, or an event that the component names.", |ui| {
+    row(ui, "Report", "done, failed, or a named event of the component.", |ui| {
         form.line(ui, "report", &event, &is_name, |event| Some(set(&component, event.trim())));
         ui.horizontal_wrapped(|ui| {
             for known in events(shown, &component) {
@@ -49,7 +49,7 @@ pub(super) fn report(
 }
 
 /// The components that are active in a place this transition starts from, and the others.
-fn reporters(shown: &Shown<'_>, transition: &Transition) -> (Vec<String>, Vec<String>) {
+fn reporters(shown: &PanelSource<'_>, transition: &Transition) -> (Vec<String>, Vec<String>) {
     let starts =
         transition.arcs.iter().filter(|arc| arc.kind != armor_robotfile::mission::ArcKind::Put);
     let places: Vec<_> = starts.filter_map(|arc| shown.mission.place(&arc.place.value)).collect();
@@ -59,7 +59,7 @@ fn reporters(shown: &Shown<'_>, transition: &Transition) -> (Vec<String>, Vec<St
 }
 
 /// Reports that a component is known to send: the two that all send, and those others wait for.
-fn events(shown: &Shown<'_>, component: &str) -> Vec<String> {
+fn events(shown: &PanelSource<'_>, component: &str) -> Vec<String> {
     let mut known = vec!["done".to_owned(), "failed".to_owned()];
     for on in shown.mission.transitions.iter().filter_map(|transition| transition.on.as_ref()) {
         if on.component.value == component && !known.contains(&on.event.value) {
@@ -71,20 +71,20 @@ fn events(shown: &Shown<'_>, component: &str) -> Vec<String> {
 
 pub(super) fn guard(
     ui: &mut egui::Ui,
-    shown: &Shown<'_>,
+    shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
 ) {
-    let item = Item::Transition(transition.name.value.clone());
+    let item = Item::transition(&transition.name.value);
     let value = transition.when.as_ref().map_or("", |when| when.value.as_str());
-    let set = |text: &str| Change::Attribute(item.clone(), "when", given(text));
-    row(ui, "While", "A guard: it is enabled only while this holds.", |ui| {
+    let set = |text: &str| Change::Attribute(item, "when", given(text));
+    row(ui, "While", "A guard: the transition is enabled only while it is true.", |ui| {
         let hint = "battery < 30% and not power.state.charging";
         form.hinted(ui, "guard", hint, value, &is_guard, |text| Some(set(text)));
         for finding in shown.marks.found(&item).filter(|found| is_of_guard(found.code)) {
             wrong(ui, &format!("{} ({})", finding.message, finding.remedy));
         }
-        ui.menu_button("Add a condition..", |ui| {
+        ui.menu_button("Add a condition…", |ui| {
             egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
                 for (name, is) in known_names(shown) {
                     if ui.button(&name).on_hover_text(&is).clicked() {
@@ -111,7 +111,7 @@ fn is_of_guard(code: armor_robotfile::Code) -> bool {
 }
 
 /// Variables, then fields of data, each with what it is.
-fn known_names(shown: &Shown<'_>) -> Vec<(String, String)> {
+fn known_names(shown: &PanelSource<'_>) -> Vec<(String, String)> {
     let variables = shown.mission.variables.iter().map(|variable| {
         let source = variable.source.as_ref().map_or("nothing", |source| source.value.as_str());
         (variable.name.value.clone(), format!("a variable that follows {source}"))

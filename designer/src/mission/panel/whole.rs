@@ -6,13 +6,19 @@ use armor_robotfile::mission::{Mission, Resume};
 use armor_robotfile::{Severity, Spanned, Takes, Way};
 use eframe::egui::{self, RichText};
 
-use super::{Shown, Wish, claims, section, sets, tell};
+use super::parts::{PanelRequest, PanelSource, section, tell};
+use super::{claims, sets};
+use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_name, is_time, row};
-use crate::theme::Colours;
 
-pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes: &mut Vec<Wish>) {
+pub(super) fn show(
+    ui: &mut egui::Ui,
+    shown: &PanelSource<'_>,
+    form: &mut Form,
+    wishes: &mut Vec<PanelRequest>,
+) {
     ui.heading("Mission");
     let mission = shown.mission;
     attributes(ui, shown, mission, form);
@@ -23,18 +29,18 @@ pub(super) fn show(ui: &mut egui::Ui, shown: &Shown<'_>, form: &mut Form, wishes
     sets::submissions(ui, shown, form);
 }
 
-fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mut Form) {
+fn attributes(ui: &mut egui::Ui, shown: &PanelSource<'_>, mission: &Mission, form: &mut Form) {
     let set = |key, value: Option<String>| Change::Attribute(Item::Mission, key, value);
     let name = mission.name.as_ref().map_or("", |name| name.value.as_str());
     let is_name_or_none = |text: &str| if text.is_empty() { Ok(()) } else { is_name(text) };
-    row(ui, "Name", "What the mission is called.", |ui| {
+    row(ui, "Name", "The mission's name.", |ui| {
         form.line(ui, "name of the mission", name, &is_name_or_none, |text| {
             Some(set("name", given(text)))
         });
     });
     let ends = [
-        ("Goal", "goal", "Marked, the mission is over, well.", &mission.goal),
-        ("Safe place", "safe", "Where it goes when something fails.", &mission.safe),
+        ("Goal", "goal", "The mission ends successfully when this place is marked.", &mission.goal),
+        ("Safe place", "safe", "Where the mission goes when something fails.", &mission.safe),
     ];
     for (label, key, doc, value) in ends {
         let mut choices = vec![(None, "none".to_owned())];
@@ -46,12 +52,12 @@ fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mu
     }
     let resume = mission.resume.as_deref().copied();
     let choices = [
-        (None, "goes on (not said)".to_owned()),
-        (Some(Resume::Continue), "goes on".to_owned()),
-        (Some(Resume::Hold), "waits for the operator".to_owned()),
-        (Some(Resume::Safe), "goes to the safe place".to_owned()),
+        (None, "continue (default)".to_owned()),
+        (Some(Resume::Continue), "continue".to_owned()),
+        (Some(Resume::Hold), "wait for the operator".to_owned()),
+        (Some(Resume::Safe), "go to the safe place".to_owned()),
     ];
-    row(ui, "Restarted", "What it does after a power loss.", |ui| {
+    row(ui, "Resume", "What the mission does after a power loss.", |ui| {
         let form = form.unread(shown.unread(&Item::Mission, "resume"));
         form.choice(ui, "after a restart", &resume, &choices, |resume| {
             let value = resume.map(|resume| match resume {
@@ -63,24 +69,29 @@ fn attributes(ui: &mut egui::Ui, shown: &Shown<'_>, mission: &Mission, form: &mu
         });
     });
     let period = mission.period.as_ref().map_or("", |period| period.at.text());
-    row(ui, "Period", "Looks at the net so often; without, it acts at once.", |ui| {
-        let form = form.unread(shown.unread(&Item::Mission, "period"));
-        form.hinted(ui, "period", "acts at once", period, &is_time, |text| {
-            Some(set("period", given(text)))
-        });
-    });
+    row(
+        ui,
+        "Period",
+        "Time between two evaluations of the net; empty: evaluated on every change.",
+        |ui| {
+            let form = form.unread(shown.unread(&Item::Mission, "period"));
+            form.hinted(ui, "period", "on every change", period, &is_time, |text| {
+                Some(set("period", given(text)))
+            });
+        },
+    );
 }
 
 /// What was found of the mission, in a few words.
-fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
+fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, wishes: &mut Vec<PanelRequest>) {
     section(ui, "Proof");
-    let colours = Colours::of(ui.visuals());
+    let colours = CanvasColours::of(ui.visuals());
     let counted = |severity| shown.marks.all().counted(severity);
     let (verdict, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
-        _ if shown.is_checking => ("being proven..".to_owned(), colours.weak),
+        _ if shown.is_checking => ("proving…".to_owned(), colours.weak),
         (Some(errors), _) => (format!("not proven: {errors}"), colours.error),
         (None, Some(doubts)) => (format!("proven, with {doubts}"), colours.warning),
-        (None, None) => ("proven: nothing is wrong".to_owned(), colours.good),
+        (None, None) => ("proven: no problems".to_owned(), colours.good),
     };
     ui.label(RichText::new(verdict).color(colour));
     let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
@@ -92,14 +103,14 @@ fn proof(ui: &mut egui::Ui, shown: &Shown<'_>, wishes: &mut Vec<Wish>) {
     }
 }
 
-fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<Wish>) {
+fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<PanelRequest>) {
     let play = |firings: &[String], circle: &[String], is_late| {
-        Wish::Play(Way { firings: firings.to_vec(), circle: circle.to_vec(), is_late })
+        PanelRequest::Play(Way { firings: firings.to_vec(), circle: circle.to_vec(), is_late })
     };
     let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
     ui.horizontal(|ui| {
         ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
-        let button = ui.small_button("play").accessible_name("Play the shortest way");
+        let button = ui.small_button("play").accessible_name("Play the shortest run");
         if button.on_hover_text(takes.shortest_way.join(", ")).clicked() {
             wishes.push(play(&takes.shortest_way, &[], false));
         }
@@ -107,9 +118,9 @@ fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         match takes.longest_s {
             Some(longest) => ui.label(format!("Longest: {}", seconds(longest))),
-            None => ui.label("Longest: without end"),
+            None => ui.label("Longest: unbounded"),
         };
-        let button = ui.small_button("play").accessible_name("Play the longest way");
+        let button = ui.small_button("play").accessible_name("Play the longest run");
         if button.on_hover_text(takes.longest_way.join(", ")).clicked() {
             wishes.push(play(&takes.longest_way, &takes.longest_circle, true));
         }

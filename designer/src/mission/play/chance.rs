@@ -29,7 +29,7 @@ pub enum Step {
     Happened,
     /// The mission is over.
     Over,
-    /// Nothing can happen any more, as things are.
+    /// Nothing can happen any longer, as things are.
     StandsStill,
 }
 
@@ -130,7 +130,7 @@ impl Play {
             return Step::StandsStill;
         }
         if self.now.by == before.by && self.now.firings == before.firings {
-            let what = format!("{} has what it waited for", self.stage.name(id));
+            let what = format!("{}: condition met", self.stage.name(id));
             self.now.by = Some(Happened::Sensed(what));
         }
         self.remember(before);

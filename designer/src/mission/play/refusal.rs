@@ -31,12 +31,12 @@ pub enum NotNow {
         by: Duration,
     },
     /// A place would hold more tokens than can be counted.
-    #[error("{0} would put more tokens into a place than can be counted")]
+    #[error("{0} would overflow a place's token count")]
     Overflow(String),
 }
 
 impl Play {
-    /// Whether nobody else must fire before `at`.
+    /// Whether no other must fire before `at`.
     pub(super) fn may_wait_until(&self, id: TransitionId, at: Duration) -> Result<(), NotNow> {
         let state = &self.now.state;
         let others = state.enabled().filter(|other| *other != id);
@@ -62,7 +62,7 @@ impl Play {
             wanted.filter(|(place, weight)| tokens(*place) < *weight).map(|(place, n)| {
                 let has = tokens(*place);
                 match n {
-                    1 => format!("there is no token in {}", name(*place)),
+                    1 => format!("no token in {}", name(*place)),
                     n => format!("{} has {has} of {n} tokens", name(*place)),
                 }
             });
@@ -72,7 +72,7 @@ impl Play {
             let is_end = [self.stage.goal, self.stage.safe].contains(&Some(*place));
             match is_end {
                 true => format!("the mission is over in {}", name(*place)),
-                false => format!("the tokens in {} hold it up", name(*place)),
+                false => format!("the tokens in {} inhibit it", name(*place)),
             }
         });
         let why = missing.chain(in_the_way).collect::<Vec<_>>().join(", ");

@@ -1,3 +1,5 @@
+use super::chance::{Chance, Step};
+use super::world::scalar;
 use super::*;
 use armor_robotfile::Way;
 

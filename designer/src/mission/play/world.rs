@@ -9,7 +9,7 @@ use armor_wire::quantity;
 
 use crate::mission::stage::{Act, Stage};
 
-/// What is known of the world at a moment.
+/// The status of the world at a moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
     /// `component.event` that has come and was not consumed.
@@ -101,7 +101,7 @@ impl World {
         }
     }
 
-    /// A transition has fired: its report is consumed, and so are those that nobody listens to any
+    /// A transition has fired: its report is consumed, and so are those that no one listens to any
     /// more because their component has been frozen.
     pub(super) fn fired(&mut self, stage: &Stage, id: TransitionId, marking: &[u32]) {
         if let Some(number) = number_of(stage, id) {
@@ -188,7 +188,7 @@ fn key(transition: &str, name: &Name) -> String {
     }
 }
 
-/// A value as somebody types it: `30%`, `true`, `Full`. Empty is not known.
+/// A value as a user types it: `30%`, `true`, `Full`. Empty is not known.
 pub fn scalar(text: &str) -> Option<Scalar> {
     match text.trim() {
         "" => None,

@@ -7,22 +7,27 @@ use armor_robotfile::{Document, Item as Named, NewElement};
 use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::Diagram;
-use crate::desk::{Desk, View};
+use crate::desk::Desk;
 use crate::fragment::{Fragment, copied as element_with, same_element, written};
 use crate::item::Item;
 use crate::mission::edits::{free, names_of};
 use crate::project::{Documents, Refused};
+use crate::view::View;
 
 /// What is selected as the text of a file: places, transitions, groups and notes, and where they
 /// are drawn. None if it has none of them.
-pub(super) fn copied(desk: &Desk, diagram: &Diagram, selection: &BTreeSet<Item>) -> Option<String> {
+pub(super) fn copied(
+    desk: &Desk,
+    diagram: &Diagram<Item>,
+    selection: &BTreeSet<Item>,
+) -> Option<String> {
     let source = desk.project.document_with(Named::Mission)?;
     let mission = source.tree().element(&source.find(Named::Mission)?)?;
     let is_selected = |element: &&Element| {
         let name = element.attribute("name").map_or("", |name| name.value.as_str());
         selection.contains(&match element.name.as_str() {
-            "place" => Item::Place(name.to_owned()),
-            "transition" => Item::Transition(name.to_owned()),
+            "place" => Item::place(name),
+            "transition" => Item::transition(name),
             _ => return false,
         })
     };
@@ -30,9 +35,9 @@ pub(super) fn copied(desk: &Desk, diagram: &Diagram, selection: &BTreeSet<Item>)
     written(View::Mission, &elements, diagram, selection)
 }
 
-/// Adds what a text from the clipboard says, its upper left corner at `at`. Places and transitions
+/// Adds a fragment from the clipboard, its upper left corner at `at`. Places and transitions
 /// get names of their own; arcs lead to what was copied with them, else to places of this mission
-/// with the same name, and are left out if there are none. Answers what was added.
+/// with the same name, and are left out if there are none. Returns what was added.
 ///
 /// # Errors
 /// If the text is no part of a mission.
@@ -46,13 +51,13 @@ pub(super) fn paste(
     let (mut elements, mut added) = (Vec::new(), Vec::new());
     let places = Places::copied(&fragment, document, &mut elements);
     for (old, new) in &places.renamed {
-        added.push((Item::Place(new.clone()), Item::Place(old.clone())));
+        added.push((Item::place(new), Item::place(old)));
     }
     let mut taken = names_of(document, "transition");
     for (element, old) in fragment.named("transition") {
         let new = free(&mut taken, old);
         elements.push(places.transition(element, &new));
-        added.push((Item::Transition(new), Item::Transition(old.to_owned())));
+        added.push((Item::transition(new), Item::transition(old)));
     }
     document.add_elements(Named::Mission, &elements)?;
     fragment.place(document, &added, at)

@@ -2,38 +2,42 @@
 
 use armor_robotfile::Position;
 use armor_robotfile::mission::ArcKind;
-use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
+use eframe::egui::{self, Pos2, Vec2, vec2};
 
-use super::palette::Dragged;
-use super::quick::Quick;
-use super::{MissionView, mission_of};
-use crate::canvas::{Event, Hit, PortAt, snapped};
-use crate::desk::{Desk, View};
+use super::choices::MissionPicker;
+use super::part::DraggedPart;
+use super::state::{MissionView, mission_of};
+use crate::canvas::{CanvasEvent, Hit, PortAt, snapped};
+use crate::desk::Desk;
 use crate::item::Item;
-use crate::layout;
 use crate::mission::edits;
 use crate::mission::rules::Join;
 use crate::project::{Documents, Refused};
 
-/// A place or a transition with its texts needs about so much.
-pub(super) const ROOM: Vec2 = vec2(100.0, 70.0);
+/// The space that a place or a transition needs with its texts.
+pub(super) const NODE_SPACE: Vec2 = vec2(100.0, 70.0);
 
 impl MissionView {
-    pub(super) fn take(&mut self, event: Event, ui: &egui::Ui, desk: &mut Desk) {
+    pub(super) fn take_event(&mut self, event: CanvasEvent<Item>, ui: &egui::Ui, desk: &mut Desk) {
         match event {
-            Event::Moved(by) => self.moved(by, desk),
-            Event::Joined(from, to) => self.join(from, to, desk),
-            Event::Refused(why) => desk.messages.warn(format!("not joined: {why}")),
-            Event::Loose { from, at } => self.quick = self.quick_for(from, at, desk),
-            Event::Rewired { wire, stays, to } => self.lead(wire, stays, to, desk),
-            Event::Opened(item) => {
-                self.canvas.selection = [item].into();
+            CanvasEvent::Moved(by) => {
+                let unplaced = self.unplaced.iter();
+                let position = |item: &Item| Some((*item, self.diagram.rect(*item)?.min));
+                let unplaced: Vec<_> = unplaced.filter_map(position).collect();
+                self.pane.move_selected(by, &self.diagram, &unplaced, desk);
+            }
+            CanvasEvent::Joined(from, to) => self.connect(from, to, desk),
+            CanvasEvent::Refused(why) => desk.messages.warn(format!("Not connected: {why}")),
+            CanvasEvent::Loose { from, at } => self.picker = self.picker_for(from, at, desk),
+            CanvasEvent::Rewired { wire, stays, to } => self.reconnect(wire, stays, to, desk),
+            CanvasEvent::Opened(item) => {
+                self.pane.select([item]);
                 desk.settings.properties = true;
                 self.form.take_focus();
             }
-            Event::OpenedEmpty(at) => self.quick = Some(Quick::to_add(desk, at)),
-            Event::Menu { of, at } => self.menu = (of, at),
-            Event::Resized(item, rect) => resized(&item, rect, desk),
+            CanvasEvent::OpenedEmpty(at) => self.picker = Some(MissionPicker::to_add(desk, at)),
+            CanvasEvent::Menu { of, at } => self.pane.menu = (of, at),
+            CanvasEvent::Resized(item, rect) => self.pane.resize(item, rect, desk),
         }
         ui.ctx().request_repaint();
     }
@@ -44,22 +48,22 @@ impl MissionView {
             Some(Hit::Node(node) | Hit::Port(PortAt { node, .. })) => node,
             _ => return,
         };
-        if let Some(Item::Transition(name)) = self.diagram.nodes.get(node).map(|n| n.item.clone()) {
+        if let Some(Item::Transition(name)) = self.diagram.nodes.get(node).map(|n| n.item) {
             self.fire(&name, desk);
         }
     }
 
-    fn join(&mut self, from: PortAt, to: PortAt, desk: &mut Desk) {
+    fn connect(&mut self, from: PortAt, to: PortAt, desk: &mut Desk) {
         let Some(mission) = mission_of(desk) else { return };
         match self.rules(mission, &self.diagram).join(from, to) {
             Ok(join) => self.make_join(join, desk),
-            Err(why) => desk.messages.warn(format!("not joined: {why}")),
+            Err(why) => desk.messages.warn(format!("Not connected: {why}")),
         }
     }
 
     /// An arc was taken by its end and let go elsewhere; nowhere, it is removed.
-    fn lead(&mut self, wire: usize, stays: PortAt, to: Option<PortAt>, desk: &mut Desk) {
-        let item = self.diagram.wires.get(wire).map(|wire| wire.item.clone());
+    fn reconnect(&mut self, wire: usize, stays: PortAt, to: Option<PortAt>, desk: &mut Desk) {
+        let item = self.diagram.wires.get(wire).map(|wire| wire.item);
         let Some(Item::Arc { transition, place, kind }) = item else { return };
         let Some(to) = to else {
             desk.edit(format!("remove the arc of {transition} and {place}"), |documents| {
@@ -70,28 +74,28 @@ impl MissionView {
         let Some(mission) = mission_of(desk) else { return };
         let (new, at) = match self.rules(mission, &self.diagram).led(wire, stays, to) {
             Ok((transition, place)) => (transition.to_owned(), place.to_owned()),
-            Err(why) => return desk.messages.warn(format!("not joined: {why}")),
+            Err(why) => return desk.messages.warn(format!("Not connected: {why}")),
         };
-        let what = format!("lead the arc of {transition} and {place} elsewhere");
+        let what = format!("reconnect the arc of {transition} and {place}");
         let is_led = desk.edit(what, |documents| {
             let document = documents.mission()?;
             Ok(edits::lead_arc(document, (&transition, &place), (&new, &at), kind)?)
         });
         if is_led {
-            self.select_next = vec![Item::Arc { transition: new, place: at, kind }];
+            self.pane.select_when_drawn([Item::arc(new, at, kind)]);
         }
     }
 
     /// Joins two things; between two of a sort, what is missing is put halfway.
     pub(super) fn make_join(&mut self, join: Join, desk: &mut Desk) {
         let mut added = None;
-        let between = |one: &Item, other: &Item| {
+        let between = |one: Item, other: Item| {
             let middle = |item| self.diagram.rect(item).map(|rect| rect.center());
             let (one, other) = (middle(one)?, middle(other)?);
             Some(one.lerp(other, 0.5))
         };
         let what = match &join {
-            Join::Arc { transition, place, .. } => format!("join {transition} and {place}"),
+            Join::Arc { transition, place, .. } => format!("connect {transition} and {place}"),
             Join::Transition { from, to } => format!("add a transition from {from} to {to}"),
             Join::Place { from, to } => format!("add a place between {from} and {to}"),
             Join::Enter { place, .. } => format!("enter the sub-mission from {place}"),
@@ -100,59 +104,27 @@ impl MissionView {
         let at = match &join {
             Join::Transition { from, to } if from == to => {
                 // A loop goes out of the place and comes back.
-                let place = self.diagram.rect(&Item::Place(from.clone()));
+                let place = self.diagram.rect(Item::place(from));
                 place.map(|rect| rect.center_bottom() + vec2(0.0, 60.0))
             }
-            Join::Transition { from, to } => {
-                between(&Item::Place(from.clone()), &Item::Place(to.clone()))
-            }
-            Join::Place { from, to } => {
-                between(&Item::Transition(from.clone()), &Item::Transition(to.clone()))
-            }
+            Join::Transition { from, to } => between(Item::place(from), Item::place(to)),
+            Join::Place { from, to } => between(Item::transition(from), Item::transition(to)),
             _ => None,
         };
-        let at = at.map(|at| self.diagram.free_spot(at, ROOM)).unwrap_or_default();
+        let at = at.map(|at| self.diagram.free_spot(at, NODE_SPACE)).unwrap_or_default();
         desk.edit(what, |documents| {
             added = Some(joined(documents, &join, at)?);
             Ok(())
         });
-        self.select_next = added.into_iter().collect();
-    }
-
-    /// What is selected was dragged. What had no place in the file gets one with the first drag, so
-    /// that nothing else moves.
-    fn moved(&mut self, by: Vec2, desk: &mut Desk) {
-        let selected = self.selected_areas();
-        let count = selected.len();
-        let mut places: Vec<_> =
-            selected.into_iter().map(|(item, area)| (item, area.min + by)).collect();
-        let rest = self.unplaced.iter().filter(|item| !self.canvas.selection.contains(item));
-        let rest: Vec<_> = rest.cloned().collect();
-        for item in rest {
-            if let Some(area) = self.diagram.rect(&item) {
-                places.push((item, area.min));
-            }
-        }
-        let what = match self.canvas.only() {
-            Some(item) => format!("move {item}"),
-            None => format!("move {count} things"),
-        };
-        desk.edit(what, |documents| place(documents, &places));
-    }
-
-    /// Where what is selected is drawn; arcs have no place of their own.
-    pub(super) fn selected_areas(&self) -> Vec<(Item, Rect)> {
-        let items = self.canvas.selection.iter();
-        let items = items.filter(|item| !matches!(item, Item::Arc { .. } | Item::Submission(_)));
-        items.filter_map(|item| Some((item.clone(), self.diagram.rect(item)?))).collect()
+        self.pane.select_when_drawn(added);
     }
 
     /// Something of the palette was let go over the drawing.
-    pub(super) fn dropped(&mut self, dragged: &Dragged, at: Pos2, desk: &mut Desk) {
+    pub(super) fn add_part(&mut self, dragged: &DraggedPart, at: Pos2, desk: &mut Desk) {
         match dragged {
-            Dragged::Place => self.add_place("place", &[], at - vec2(48.0, 22.0), desk),
-            Dragged::Transition => self.add_transition(at - vec2(6.0, 23.0), desk),
-            Dragged::Active(component) => {
+            DraggedPart::Place => self.add_place("place", &[], at - vec2(48.0, 22.0), desk),
+            DraggedPart::Transition => self.add_transition(at - vec2(6.0, 23.0), desk),
+            DraggedPart::Active(component) => {
                 self.add_place(component, &[component], at - vec2(60.0, 30.0), desk);
             }
         }
@@ -165,7 +137,7 @@ impl MissionView {
             added = Some(edits::add_place(documents.mission()?, wish, components, at)?);
             Ok(())
         });
-        self.select_next = added.into_iter().map(Item::Place).collect();
+        self.pane.select_when_drawn(added.map(Item::place));
         desk.settings.properties = true;
     }
 
@@ -176,7 +148,7 @@ impl MissionView {
             added = Some(edits::add_transition(documents.mission()?, "transition", &[], &[], at)?);
             Ok(())
         });
-        self.select_next = added.into_iter().map(Item::Transition).collect();
+        self.pane.select_when_drawn(added.map(Item::transition));
         desk.settings.properties = true;
     }
 }
@@ -186,20 +158,20 @@ fn joined(documents: &mut Documents, join: &Join, at: Pos2) -> Result<Item, Refu
     Ok(match join {
         Join::Arc { transition, place, kind } => {
             edits::add_arc(document, transition, place, *kind)?;
-            Item::Arc { transition: transition.clone(), place: place.clone(), kind: *kind }
+            Item::arc(transition, place, *kind)
         }
         Join::Transition { from, to } => {
             let at = Some(position(at - vec2(6.0, 23.0)));
             let wish = format!("to-{to}");
             let wish = if armor_wire::name::is_name(&wish) { wish } else { "transition".into() };
-            Item::Transition(edits::add_transition(document, &wish, &[from], &[to], at)?)
+            Item::transition(edits::add_transition(document, &wish, &[from], &[to], at)?)
         }
         Join::Place { from, to } => {
             let at = position(at - vec2(48.0, 22.0));
             let name = edits::add_place(document, "place", &[], at)?;
             edits::add_arc(document, from, &name, ArcKind::Put)?;
             edits::add_arc(document, to, &name, ArcKind::Take)?;
-            Item::Place(name)
+            Item::place(name)
         }
         Join::Enter { submission, place } => {
             edits::set_submission(document, *submission, "in", Some(place))?;
@@ -210,19 +182,6 @@ fn joined(documents: &mut Documents, join: &Join, at: Pos2) -> Result<Item, Refu
             Item::Submission(*submission)
         }
     })
-}
-
-/// Puts places, transitions, groups and notes where they are to be shown.
-pub(super) fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), Refused> {
-    layout::place(documents.mission()?, View::Mission, places)
-}
-
-fn resized(item: &Item, rect: Rect, desk: &mut Desk) {
-    if let Item::Decoration { view, number } = item {
-        desk.edit("change a size", |documents| {
-            layout::place_decoration(documents.mission()?, *view, *number, rect)
-        });
-    }
 }
 
 pub(super) fn position(at: Pos2) -> Position {

@@ -3,10 +3,10 @@
 use armor_petri::PlaceId;
 use eframe::egui::{self, Pos2, Stroke, Vec2};
 
-use super::MissionView;
+use super::state::MissionView;
+use crate::canvas::CanvasColours;
 use crate::canvas::{Wire, curve, wire_ends};
 use crate::item::Item;
-use crate::theme::Colours;
 use armor_robotfile::mission::ArcKind;
 
 /// The radius of a token, in the drawing.
@@ -39,21 +39,16 @@ impl MissionView {
         } else {
             (ArcKind::Put, &net.outputs, share * 2.0 - 1.0)
         };
-        let name = |place: &PlaceId| stage.net.place(*place).to_owned();
-        let items: Vec<_> = arcs
-            .iter()
-            .map(|(place, _)| Item::Arc {
-                transition: written.name.value.clone(),
-                place: name(place),
-                kind,
-            })
-            .collect();
-        let colours = Colours::of(ui.visuals());
-        let painter = ui.painter_at(self.canvas.rect());
+        let arc_item = |(place, _): &(PlaceId, _)| {
+            Item::arc(&written.name.value, stage.net.place(*place), kind)
+        };
+        let items: Vec<_> = arcs.iter().map(arc_item).collect();
+        let colours = CanvasColours::of(ui.visuals());
+        let painter = ui.painter_at(self.pane.canvas.rect());
         for item in items {
             let wire = self.diagram.wires.iter().find(|wire| wire.item == item);
             if let Some(at) = wire.and_then(|wire| self.point(wire, eased(along))) {
-                let radius = (TOKEN * self.canvas.viewport.zoom).max(3.0);
+                let radius = (TOKEN * self.pane.canvas.viewport.zoom).max(3.0);
                 let edge = Stroke::new(2.0, colours.background);
                 painter.circle(at, radius, colours.good, edge);
             }
@@ -61,13 +56,13 @@ impl MissionView {
     }
 
     /// A point along a wire, in the window.
-    fn point(&self, wire: &Wire, share: f32) -> Option<Pos2> {
+    fn point(&self, wire: &Wire<Item>, share: f32) -> Option<Pos2> {
         let ends = wire_ends(&self.diagram, wire, |_| Vec2::ZERO)?;
         let points = curve(ends, PIECES);
         let at = share.clamp(0.0, 1.0) * (points.len() - 1) as f32;
         let first = (at.floor() as usize).min(points.len() - 2);
         let point = points[first].lerp(points[first + 1], at - first as f32);
-        Some(self.canvas.to_window(point))
+        Some(self.pane.canvas.to_window(point))
     }
 }
 

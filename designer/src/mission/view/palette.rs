@@ -3,38 +3,32 @@
 use armor_robotfile::mission::ArcKind;
 use eframe::egui::{self, Label, RichText, ScrollArea, Sense, UiBuilder};
 
-use super::{MissionView, mission_of};
+use super::gestures::NODE_SPACE;
+use super::part::DraggedPart;
+use super::state::{MissionView, mission_of};
 use crate::commands::Command;
 use crate::desk::Desk;
+use crate::diagram_pane::show_dragged;
 use crate::item::Item;
-
-/// What is dragged from the palette.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Dragged {
-    /// An empty place.
-    Place,
-    /// A transition.
-    Transition,
-    /// A place that activates this component.
-    Active(String),
-}
+use crate::mission::changes::Change;
+use crate::panels::fields::anything;
 
 /// What arcs from a place to a transition can do.
 const KINDS: [(ArcKind, &str, &str); 4] = [
     (ArcKind::Take, "take", "The transition takes a token from the place."),
     (ArcKind::Read, "read", "It needs a token there and leaves it."),
-    (ArcKind::Inhibitor, "inhibit", "It waits while there is a token."),
-    (ArcKind::Reset, "reset", "It takes all tokens there are."),
+    (ArcKind::Inhibitor, "inhibit", "It waits while the place has a token."),
+    (ArcKind::Reset, "reset", "It takes all tokens."),
 ];
 
 impl MissionView {
-    pub(super) fn palette(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    pub(super) fn show_palette(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
         ui.add_space(4.0);
         ui.strong("Mission");
         let mut wanted = None;
         let parts = [
-            (Dragged::Place, "Place", "A state of the mission; components are active in it."),
-            (Dragged::Transition, "Transition", "A change of state, with its conditions."),
+            (DraggedPart::Place, "Place", "A state of the mission; components are active in it."),
+            (DraggedPart::Transition, "Transition", "A change of state, with its conditions."),
         ];
         for (dragged, name, about) in parts {
             if entry(ui, &dragged, name, about, about) {
@@ -72,7 +66,7 @@ impl MissionView {
                     (true, uses) => format!("in {uses} places"),
                 };
                 let doc = format!("kind {}", component.kind.value);
-                let dragged = Dragged::Active(name.clone());
+                let dragged = DraggedPart::Active(name.clone());
                 ui.add_enabled_ui(component.controllable, |ui| {
                     if entry(ui, &dragged, name, &about, &doc) {
                         wanted = Some(dragged.clone());
@@ -81,28 +75,26 @@ impl MissionView {
             }
         });
         if let Some(dragged) = wanted {
-            let at = self.diagram.free_spot(self.canvas.centre(), super::gestures::ROOM);
-            self.dropped(&dragged, at, desk);
+            let at = self.diagram.free_spot(self.pane.canvas.centre(), NODE_SPACE);
+            self.add_part(&dragged, at, desk);
         }
     }
 
-    /// A group or note that is selected; answers whether one is.
+    /// A group or note that is selected; returns whether one is.
     pub(super) fn decoration_panel(&mut self, ui: &mut egui::Ui, selected: &[Item]) -> bool {
         let [item @ Item::Decoration { number, .. }] = selected else { return false };
         let decorations = &self.diagram.decorations;
         let Some(decoration) = decorations.iter().find(|d| d.item == *item) else { return false };
         ui.heading(if decoration.is_note { "Note" } else { "Group" });
-        let change = |text: &str| {
-            Some(crate::mission::changes::Change::Decoration(*number, text.to_owned()))
-        };
+        let change = |text: &str| Some(Change::Decoration(*number, text.to_owned()));
         let text = decoration.text.clone();
-        self.form.of(item).line(ui, "text", &text, &crate::panels::fields::anything, change);
+        self.form.of(item).line(ui, "text", &text, &anything, change);
         true
     }
 }
 
-/// One line of the palette; answers whether it is to be added.
-fn entry(ui: &mut egui::Ui, dragged: &Dragged, name: &str, about: &str, doc: &str) -> bool {
+/// One line of the palette; returns whether it is to be added.
+fn entry(ui: &mut egui::Ui, dragged: &DraggedPart, name: &str, about: &str, doc: &str) -> bool {
     let id = ui.scope_id().with(("part", name));
     let inner = UiBuilder::new().id_salt(id).sense(Sense::click_and_drag());
     let response = ui
@@ -122,20 +114,13 @@ fn entry(ui: &mut egui::Ui, dragged: &Dragged, name: &str, about: &str, doc: &st
         })
         .response;
     let label = match dragged {
-        Dragged::Active(_) => format!("place with {name}"),
+        DraggedPart::Active(_) => format!("place with {name}"),
         _ => format!("new {}", name.to_lowercase()),
     };
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &label));
     response.dnd_set_drag_payload(dragged.clone());
-    if response.dragged()
-        && let Some(at) = ui.input(|i| i.pointer.latest_pos())
-    {
-        let area = egui::Area::new(egui::Id::unique("dragged part")).order(egui::Order::Tooltip);
-        area.fixed_pos(at - egui::vec2(50.0, 14.0)).interactable(false).show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| {
-                ui.add(Label::new(RichText::new(name).strong()).selectable(false).extend());
-            });
-        });
+    if response.dragged() {
+        show_dragged(ui, name);
     }
     let enter = response.has_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
     let twice = response.double_clicked();

@@ -1,4 +1,4 @@
-//! The simulation's panel beneath the drawing: what goes on, what can be done, what happened.
+//! The simulation's panel beneath the drawing: what continues, what can be done, what happened.
 
 use std::time::Duration;
 
@@ -7,12 +7,13 @@ use armor_proof::time_in_words as time;
 use armor_robotfile::Way;
 use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
 
-use super::MissionView;
-use super::simulator::Simulator;
+use super::simulator::MissionSimulator;
+use super::state::MissionView;
+use crate::canvas::CanvasColours;
 use crate::commands::{Command, about};
 use crate::desk::Desk;
-use crate::mission::play::{Happened, Play, Standing, World, act_words};
-use crate::theme::Colours;
+use crate::mission::play::world::World;
+use crate::mission::play::{Happened, Play, Standing, act_words};
 
 /// Steps of the story that are shown.
 const MAX_STORY: usize = 200;
@@ -22,15 +23,19 @@ impl MissionView {
         if self.simulator.take().is_some() {
             return;
         }
-        self.canvas.cancel();
-        match Simulator::of(desk) {
+        self.pane.canvas.cancel();
+        match MissionSimulator::of(desk) {
             Ok(simulator) => self.simulator = Some(simulator),
             Err(why) => desk.messages.warn(why),
         }
     }
 
     /// Does something with the simulation, if there is one.
-    pub(super) fn simulate(&mut self, ctx: &egui::Context, act: impl FnOnce(&mut Simulator, f64)) {
+    pub(super) fn simulate(
+        &mut self,
+        ctx: &egui::Context,
+        act: impl FnOnce(&mut MissionSimulator, f64),
+    ) {
         let now = ctx.input(|i| i.time);
         if let Some(simulator) = &mut self.simulator {
             act(simulator, now);
@@ -92,7 +97,7 @@ impl MissionView {
     /// The buttons, and how things stand.
     fn transport(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
         let Some(simulator) = &mut self.simulator else { return };
-        let colours = Colours::of(ui.visuals());
+        let colours = CanvasColours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
             ui.strong("Simulation");
             let run = if simulator.is_running { "Pause" } else { "Play" };
@@ -117,7 +122,7 @@ impl MissionView {
             ui.add(speed.text("firings/s").show_value(false)).accessible_name("speed");
             let now = ui.input(|i| i.time);
             for (name, wait) in [("+1 s", 1), ("+10 s", 10), ("+1 min", 60)] {
-                let button = ui.button(name).on_hover_text("Lets mission time pass");
+                let button = ui.button(name).on_hover_text("Advances mission time");
                 if button.clicked() {
                     simulator.wait(Duration::from_secs(wait), now);
                 }
@@ -134,7 +139,7 @@ impl MissionView {
         if simulator.play().course().is_some() {
             return course(ui, simulator);
         }
-        ui.strong("What can happen now");
+        ui.strong("Possible now");
         let told = ScrollArea::vertical()
             .id_salt("choices")
             .auto_shrink(false)
@@ -148,15 +153,15 @@ impl MissionView {
     /// What guards look at, and what chance may bring about.
     fn senses(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
         let Some(simulator) = &mut self.simulator else { return };
-        ui.strong("The world");
+        ui.strong("Environment");
         ScrollArea::vertical().id_salt("senses").auto_shrink(false).show(ui, |ui| {
             values(ui, simulator);
-            ui.weak("By itself, when it plays:");
+            ui.weak("While it runs, also simulate:");
             let chance = simulator.chance();
-            ui.checkbox(&mut chance.people, "people act")
-                .on_hover_text("Operators fire their transitions and answer questions, by chance.");
-            ui.checkbox(&mut chance.faults, "components fail")
-                .on_hover_text("They do not stop, do not start or fail, by chance.");
+            ui.checkbox(&mut chance.people, "operators")
+                .on_hover_text("Operators fire their transitions and answer questions at random.");
+            ui.checkbox(&mut chance.faults, "failures")
+                .on_hover_text("Components fail, or fail to stop or start, at random.");
             ui.horizontal(|ui| {
                 let drag = egui::DragValue::new(&mut simulator.seed);
                 ui.label("seed").on_hover_text("The same seed gives the same run.");
@@ -169,7 +174,7 @@ impl MissionView {
 
     fn story(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
         let Some(simulator) = &mut self.simulator else { return };
-        ui.strong("What happened");
+        ui.strong("History");
         let play = simulator.play();
         ScrollArea::vertical().id_salt("story").auto_shrink(false).show(ui, |ui| {
             for (at, happened) in play.story().take(MAX_STORY) {
@@ -191,22 +196,22 @@ impl MissionView {
 }
 
 /// How the mission stands, in words and a colour.
-fn status(ui: &mut egui::Ui, simulator: &Simulator, colours: &Colours) {
+fn status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &CanvasColours) {
     let play = simulator.play();
     let stage = play.stage();
     let marked = |place: Option<armor_petri::PlaceId>| {
         place.is_some_and(|place| play.marking()[place.index()] > 0)
     };
     for (one, other) in stage.breaches(play.marking()) {
-        let text = format!("x {one} and {other} are wanted together, and exclude each other");
+        let text = format!("x {one} and {other} would both be active, but exclude each other");
         ui.label(RichText::new(text).color(colours.error));
     }
     if marked(stage.goal) {
-        ui.label(RichText::new("= the goal is reached").color(colours.good));
+        ui.label(RichText::new("= goal reached").color(colours.good));
     } else if marked(stage.safe) {
         ui.label(RichText::new("! in the safe place").color(colours.warning));
     } else if play.stands_still() {
-        ui.label(RichText::new("x the mission stands still").color(colours.error));
+        ui.label(RichText::new("x deadlock: nothing can fire").color(colours.error));
     }
     let active = stage.active(play.marking());
     let active = if active.is_empty() { "nobody".to_owned() } else { active.join(", ") };
@@ -217,21 +222,21 @@ fn status(ui: &mut egui::Ui, simulator: &Simulator, colours: &Colours) {
 }
 
 /// The firings that are followed, with when they happen.
-fn course(ui: &mut egui::Ui, simulator: &mut Simulator) {
+fn course(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     let mut leaves = false;
     if let Some(course) = simulator.play().course() {
         ui.horizontal(|ui| {
-            ui.strong("The way that is shown");
+            ui.strong("Run being shown");
             leaves =
-                ui.small_button("leave it").on_hover_text("Goes on by hand from here").clicked();
+                ui.small_button("leave it").on_hover_text("Continues by hand from here").clicked();
         });
         if !course.is_timed {
-            ui.weak("in this order as far as tokens go; times were not looked at");
+            ui.weak("this order respects tokens; times were not considered");
         }
         ScrollArea::vertical().id_salt("course").auto_shrink(false).show(ui, |ui| {
             for (number, leg) in course.legs().iter().enumerate() {
                 if number == course.circle() {
-                    ui.weak("again and again:");
+                    ui.weak("repeats:");
                 }
                 let at = leg.at.map_or_else(String::new, |at| format!(" at {}", time(at)));
                 let name = act_words(simulator.play().stage(), leg.transition);
@@ -252,7 +257,7 @@ fn course(ui: &mut egui::Ui, simulator: &mut Simulator) {
     }
 }
 
-/// A button for each transition that has its tokens; answers the one that was told to fire.
+/// A button for each transition that has its tokens; returns the one that was told to fire.
 fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
     let mut told = None;
     let mut is_empty = true;
@@ -262,7 +267,7 @@ fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
             Standing::Disabled => continue,
             Standing::Ready => "now".to_owned(),
             Standing::Waits(at) => format!("at {}", time(at)),
-            Standing::Expects => "when it gets what it waits for".to_owned(),
+            Standing::Expects => "when what it waits for arrives".to_owned(),
         };
         is_empty = false;
         ui.horizontal(|ui| {
@@ -274,7 +279,7 @@ fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
             ui.weak(how);
             if let Some(progress) = play.progress(id) {
                 let bar = egui::ProgressBar::new(progress).desired_width(60.0).desired_height(6.0);
-                ui.add(bar).on_hover_text("How much of its time has passed");
+                ui.add(bar).on_hover_text("Elapsed share of its time");
             }
         });
     }
@@ -285,15 +290,15 @@ fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
 }
 
 /// A field for each value that guards look at.
-fn values(ui: &mut egui::Ui, simulator: &mut Simulator) {
+fn values(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     let senses = World::senses(simulator.play().stage());
     for sense in senses {
         let mut set = None;
         ui.horizontal(|ui| {
             let label = ui.label(&sense.name);
-            label.on_hover_text(format!("looked at by {}", sense.transitions.join(", ")));
+            label.on_hover_text(format!("read by {}", sense.transitions.join(", ")));
             let text = simulator.typed.entry(sense.name.clone()).or_default();
-            let field = egui::TextEdit::singleline(text).hint_text("not known").desired_width(90.0);
+            let field = egui::TextEdit::singleline(text).hint_text("unknown").desired_width(90.0);
             let field = ui.add(field).accessible_name(format!("value of {}", sense.name));
             if field.lost_focus() {
                 set = Some(text.clone());

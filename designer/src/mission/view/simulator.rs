@@ -1,4 +1,4 @@
-//! The mission played over its drawing: what goes on from frame to frame, and what the user has
+//! The mission played over its drawing: what continues from frame to frame, and what the user has
 //! chosen. What is played is [`Play`]'s.
 
 use std::collections::BTreeMap;
@@ -9,21 +9,24 @@ use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::Way;
 
 use crate::desk::Desk;
-use crate::mission::play::{Chance, Happened, NotNow, Outcome, Play, Step, scalar};
+use crate::mission::play::chance::{Chance, Step};
+use crate::mission::play::refusal::NotNow;
+use crate::mission::play::world::scalar;
+use crate::mission::play::{Happened, Outcome, Play};
 use crate::mission::stage::Stage;
 
 /// A token is on its way for so long, in seconds, at the usual speed.
 const ON_THE_WAY: f64 = 0.7;
 
 /// A simulation.
-pub(super) struct Simulator {
+pub(super) struct MissionSimulator {
     play: Play,
     chance: Chance,
     /// The seed of the chances, to see the same run again.
     pub(super) seed: u64,
     /// Firings in a second, as far as time is shown.
     pub(super) speed: f32,
-    /// Whether it goes on by itself.
+    /// Whether it continues by itself.
     pub(super) is_running: bool,
     /// The revision of the files it was made of.
     revision: u64,
@@ -56,14 +59,14 @@ impl Motion {
     }
 }
 
-impl Simulator {
+impl MissionSimulator {
     /// A simulation of the mission as it is.
     ///
     /// # Errors
     /// Why it cannot be played, for people.
     pub(super) fn of(desk: &Desk) -> Result<Self, String> {
         let configuration = desk.project.configuration();
-        let configuration = configuration.ok_or("the file cannot be read as a robot yet")?;
+        let configuration = configuration.ok_or("The file is not a valid robot yet")?;
         let stage = Stage::of(configuration).map_err(|error| error.to_string())?;
         Ok(Self {
             play: Play::new(Arc::new(stage)),
@@ -95,7 +98,7 @@ impl Simulator {
                 self.play = fresh.play;
                 self.is_running = false;
                 self.changed();
-                self.said = "the mission was changed: it begins again".into();
+                self.said = "The mission was changed: the simulation restarts".into();
             }
         }
     }
@@ -137,7 +140,7 @@ impl Simulator {
         self.said = match outcome {
             Outcome::Fired => String::new(),
             Outcome::Clock(at) => format!(
-                "{} has what it waited for; its time comes at {}",
+                "{}: condition met; due at {}",
                 self.play.stage().name(id),
                 armor_proof::time_in_words(at)
             ),
@@ -152,12 +155,12 @@ impl Simulator {
         if let Some(course) = self.play.course() {
             if course.is_done() {
                 self.is_running = false;
-                self.said = "this is where the way leads".into();
+                self.said = "End of the run".into();
             } else if self.play.next_leg() {
                 self.moved(now);
             } else {
                 self.is_running = false;
-                self.said = "the mission does not allow the next firing any more".into();
+                self.said = "The next firing is no longer possible".into();
             }
             return;
         }
@@ -169,7 +172,7 @@ impl Simulator {
             }
             Step::StandsStill => {
                 self.is_running = false;
-                self.said = "nothing happens any more, as things are".into();
+                self.said = "Nothing more can happen".into();
             }
         }
     }
@@ -194,9 +197,9 @@ impl Simulator {
 
     /// Follows a firing sequence from the start.
     pub(super) fn follow(&mut self, way: &Way) -> Result<(), String> {
-        self.play.follow(way).map_err(|name| {
-            format!("the mission has changed since: there is no {name} any more")
-        })?;
+        self.play
+            .follow(way)
+            .map_err(|name| format!("The mission has changed: {name} no longer exists"))?;
         self.is_running = false;
         self.said.clear();
         self.changed();
@@ -208,7 +211,7 @@ impl Simulator {
         self.changed();
     }
 
-    /// Lets time of the window pass; answers after how many seconds something is to be drawn.
+    /// Lets time of the window pass; returns after how many seconds something is to be drawn.
     pub(super) fn advance(&mut self, now: f64) -> Option<f64> {
         if self.motion.is_some_and(|motion| motion.share(now) >= 1.0) {
             self.motion = None;

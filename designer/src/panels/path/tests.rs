@@ -101,5 +101,5 @@ fn a_folder_is_gone_into() {
     let mut choice = shown("", false);
     choice.types("wor").presses(Key::Tab).presses(Key::Enter);
     choice.harness.get_by_label("worlds");
-    choice.harness.get_by_label("nothing to choose here");
+    choice.harness.get_by_label("no files here");
 }

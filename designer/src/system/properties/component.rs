@@ -7,8 +7,9 @@ use eframe::egui::{self, ComboBox, RichText};
 use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::Form;
-use crate::system::properties::{Field, Focus, check_name};
-use crate::system::{SystemView, docs, repair};
+use crate::system::properties::field::{Field, Focus, check_name};
+use crate::system::state::SystemView;
+use crate::system::{docs, repair};
 
 impl SystemView {
     pub(super) fn component_properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk, name: &str) {
@@ -34,7 +35,7 @@ impl SystemView {
         let form = Form { name: "Component name", hint: "", width: 0.0, rows: 1 };
         let field = Field::Name(name.to_owned());
         let response = self.drafts.text(ui, &field, name, form, &|text| {
-            if text.is_empty() { Err("it needs a name".into()) } else { check_name(text) }
+            if text.is_empty() { Err("a name is required".into()) } else { check_name(text) }
         });
         let needs = |kind: &Manifest| {
             let mut needed = kind.parameters.iter().filter(|it| it.default.is_none());
@@ -48,7 +49,7 @@ impl SystemView {
         }
         // Whatever is needed first may have no field to write into.
         self.wants_focus = Focus::Nothing;
-        ui.collapsing("How it is run", |ui| self.running(ui, desk, &component));
+        ui.collapsing("Execution", |ui| self.running(ui, desk, &component));
         ui.collapsing("Ports and links", |ui| self.ports(ui, name));
     }
 
@@ -73,7 +74,7 @@ impl SystemView {
     }
 
     fn running(&mut self, ui: &mut egui::Ui, desk: &Desk, component: &Component) {
-        let item = Item::Component(component.name.value.clone());
+        let item = Item::component(&component.name.value);
         let document = desk.project.document_with(armor_robotfile::Item::System);
         let written = |attribute: &str| {
             let document = document?;
@@ -81,12 +82,17 @@ impl SystemView {
             Some(document.tree().element(&path)?.attribute(attribute)?.value.clone())
         };
         for (attribute, label, hint, doc) in [
-            ("rate", "Rate", "after each data", "How often its exec is called, such as 10Hz."),
+            (
+                "rate",
+                "Rate",
+                "after each data",
+                "How many times per second its exec is called, such as 10Hz.",
+            ),
             (
                 "watchdog",
                 "Watchdog",
                 "none",
-                "How long one call may take, such as 2s; then it is killed.",
+                "Longest time of one call, such as 2s; after that it is killed.",
             ),
         ] {
             ui.label(label).on_hover_text(doc);
@@ -94,13 +100,9 @@ impl SystemView {
             let form = Form { name: &name, hint, width: 0.0, rows: 1 };
             let value = written(attribute).unwrap_or_default();
             let is_rate = attribute == "rate";
-            self.drafts.text(
-                ui,
-                &Field::Attribute(item.clone(), attribute),
-                &value,
-                form,
-                &|text| check_quantity(text, is_rate),
-            );
+            self.drafts.text(ui, &Field::Attribute(item, attribute), &value, form, &|text| {
+                check_quantity(text, is_rate)
+            });
         }
         ui.label("Restart").on_hover_text("What happens when its process ends by itself.");
         let restarts = [
@@ -117,13 +119,13 @@ impl SystemView {
         let combo = combo.show_ui(ui, |ui| {
             for (restart, value, text) in restarts {
                 if ui.selectable_label(is_it(restart), text).clicked() {
-                    drafts.set(Field::Attribute(item.clone(), "restart"), value);
+                    drafts.set(Field::Attribute(item, "restart"), value);
                 }
             }
         });
         combo.response.accessible_name("component restart");
         let mut controllable = component.controllable;
-        let check = ui.checkbox(&mut controllable, "the mission may freeze it");
+        let check = ui.checkbox(&mut controllable, "the mission can freeze it");
         if check.changed() {
             let value = if controllable { "" } else { "false" };
             self.drafts.set(Field::Attribute(item, "controllable"), value);
@@ -133,16 +135,13 @@ impl SystemView {
     /// The ports with what they are linked to; a click selects the link.
     fn ports(&mut self, ui: &mut egui::Ui, name: &str) {
         let diagram = &self.drawing.diagram;
-        let Some(node) = diagram.node(&Item::Component(name.to_owned())) else { return };
+        let Some(node) = diagram.node(Item::component(name)) else { return };
         let mut selected = None;
         for (number, port) in diagram.nodes[node].ports.iter().enumerate() {
             let sort = if port.direction == crate::canvas::Direction::Out { "out" } else { "in" };
             let text = format!("{sort}: {}", port.name);
             let label = if port.is_missing {
-                ui.colored_label(
-                    ui.visuals().error_fg_color,
-                    format!("{text} (not there any more)"),
-                )
+                ui.colored_label(ui.visuals().error_fg_color, format!("{text} (no longer exists)"))
             } else {
                 ui.label(text)
             };
@@ -150,18 +149,18 @@ impl SystemView {
             let here = crate::canvas::PortAt { node, port: number };
             let wires = diagram.wires.iter().filter(|wire| wire.from == here || wire.to == here);
             for wire in wires {
-                let Item::Link { from, to } = &wire.item else { continue };
+                let Item::Link { from, to } = wire.item else { continue };
                 let other = if wire.from == here { to } else { from };
                 ui.horizontal(|ui| {
                     ui.add_space(14.0);
-                    if ui.link(other).on_hover_text("Selects the link").clicked() {
-                        selected = Some(wire.item.clone());
+                    if ui.link(other.as_str()).on_hover_text("Selects the link").clicked() {
+                        selected = Some(wire.item);
                     }
                 });
             }
         }
         if let Some(item) = selected {
-            self.canvas.selection = [item].into();
+            self.pane.select([item]);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A fitting editor for each type of parameter. What is wrong with a value is said beside it.
+//! A fitting editor for each type of parameter. What is wrong with a value is said next to it.
 
 use armor_robotfile::model::Component;
 use armor_wire::manifest::{ParameterManifest, ParameterType};
@@ -8,9 +8,9 @@ use eframe::egui::{self, Color32, ComboBox, RichText, Slider};
 use crate::desk::Desk;
 use crate::panels::fields::Form;
 use crate::panels::path::{Chosen, PathChoice};
-use crate::system::SystemView;
 use crate::system::docs;
-use crate::system::properties::Field;
+use crate::system::properties::field::Field;
+use crate::system::state::SystemView;
 
 impl SystemView {
     pub(super) fn parameter(
@@ -88,7 +88,7 @@ impl SystemView {
             }
             if parameter.live {
                 let live = ui.label(RichText::new("live").small().weak());
-                live.on_hover_text("A change reaches the running component at once.");
+                live.on_hover_text("A change reaches the running component immediately.");
             }
             if is_given {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

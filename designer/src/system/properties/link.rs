@@ -8,8 +8,8 @@ use crate::commands::Command;
 use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::Form;
-use crate::system::SystemView;
-use crate::system::properties::Field;
+use crate::system::properties::field::Field;
+use crate::system::state::SystemView;
 
 /// An attribute with a few values: its name, what it is called, its values with what they mean. The
 /// first value is the default, which the file does not say.
@@ -35,11 +35,11 @@ impl SystemView {
                 if ui.link(data).on_hover_text("Selects the component").clicked()
                     && let Some((component, _)) = data.split_once('.')
                 {
-                    self.canvas.selection = [Item::Component(component.to_owned())].into();
+                    self.pane.select([Item::component(component)]);
                 }
             });
         }
-        let item = Item::Link { from: from.to_owned(), to: to.to_owned() };
+        let item = Item::link(from, to);
         let unread = |attribute| {
             let named = armor_robotfile::Item::Link { from, to };
             desk.project.unread(named, attribute).map(str::to_owned)
@@ -66,7 +66,10 @@ impl SystemView {
                 (
                     "wake",
                     "Wake",
-                    &[("sleep", "the ends sleep"), ("spin", "the ends poll: fast, for a core")],
+                    &[
+                        ("sleep", "both ends sleep"),
+                        ("spin", "both ends poll: lower latency, uses a core"),
+                    ],
                 ),
                 wake,
             ),
@@ -75,7 +78,7 @@ impl SystemView {
                     "transport",
                     "Transport",
                     &[
-                        ("auto", "whatever fits"),
+                        ("auto", "automatic"),
                         ("tcp", "TCP"),
                         ("shm", "shared memory"),
                         ("udp", "UDP, for a remote operator"),
@@ -87,7 +90,7 @@ impl SystemView {
         for (choice, current) in choices {
             self.choices(ui, &item, choice, current, unread(choice.0));
         }
-        ui.label("History").on_hover_text("How many of the last data the input holds.");
+        ui.label("History").on_hover_text("How many of the newest data the input keeps.");
         let said = || if link.history == 1 { String::new() } else { link.history.to_string() };
         let history = unread("history").unwrap_or_else(said);
         let form = Form { name: "link history", hint: "1", width: 80.0, rows: 1 };
@@ -102,7 +105,7 @@ impl SystemView {
 
     fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep, unread: Option<String>) {
         ui.label("Keep").on_hover_text("What a slow consumer gets.");
-        let field = Field::Attribute(item.clone(), "keep");
+        let field = Field::Attribute(*item, "keep");
         let last = |count: u32| format!("the newest {count}");
         let shown = match keep {
             Keep::Latest => "the newest".to_owned(),
@@ -151,7 +154,7 @@ impl SystemView {
             for (n, entry) in values.iter().enumerate() {
                 if ui.selectable_label(shown == Some(entry), text(entry)).clicked() {
                     let written = if n == 0 { "" } else { entry.0 };
-                    self.drafts.set(Field::Attribute(item.clone(), attribute), written);
+                    self.drafts.set(Field::Attribute(*item, attribute), written);
                 }
             }
         });

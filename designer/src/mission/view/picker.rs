@@ -1,71 +1,22 @@
-//! The small list at the pointer: what can be added there, and what an arc that was let go over
-//! nothing can lead to.
+//! The small list at the pointer, and what is done with what is picked from it.
 
+use armor_robotfile::mission::ArcKind;
 use eframe::egui::{self, Pos2, vec2};
 
-use super::{MissionView, gestures, mission_of};
+use super::choices::{MissionChoice, MissionPicker, components, entry};
+use super::gestures;
+use super::state::{MissionView, mission_of};
 use crate::canvas::PortAt;
 use crate::desk::Desk;
 use crate::item::Item;
 use crate::mission::drawing::{IN, WHOLE};
 use crate::mission::edits;
 use crate::panels::pick::{Entry, Picked, Picker};
-use armor_robotfile::mission::ArcKind;
-
-/// What is done with what is picked.
-#[derive(Clone, Debug, PartialEq)]
-enum Pick {
-    /// A place, and the components that it activates.
-    Place(Vec<String>),
-    /// A transition.
-    Transition,
-    /// A transition that leads on to a new place.
-    TransitionAndPlace(Vec<String>),
-    /// These are joined.
-    Join(PortAt, PortAt),
-}
-
-/// The list.
-pub(super) struct Quick {
-    picker: Picker,
-    name: &'static str,
-    entries: Vec<Entry<Pick>>,
-    at: Pos2,
-    /// What the arc comes from, and whether it is drawn backwards.
-    from: Option<(Item, bool)>,
-}
-
-impl Quick {
-    /// Everything that can be added.
-    pub(super) fn to_add(desk: &Desk, at: Pos2) -> Self {
-        let mut entries = vec![
-            entry("place", "A state of the mission.", Pick::Place(Vec::new())),
-            entry("transition", "A change of state.", Pick::Transition),
-        ];
-        entries.extend(components(desk).into_iter().map(|name| {
-            let label = format!("place with {name}");
-            entry(&label, "A place that activates it.", Pick::Place(vec![name]))
-        }));
-        Self { picker: Picker::default(), name: "Add to the mission", entries, at, from: None }
-    }
-}
-
-fn entry(name: &str, about: &str, value: Pick) -> Entry<Pick> {
-    Entry { name: name.to_owned(), about: about.to_owned(), value }
-}
-
-/// The components that a mission may control.
-fn components(desk: &Desk) -> Vec<String> {
-    let system = desk.project.configuration().map(|configuration| &configuration.system);
-    let components = system.into_iter().flat_map(|system| &system.components);
-    let may = components.filter(|component| component.controllable);
-    may.map(|component| component.name.value.clone()).collect()
-}
 
 impl MissionView {
     /// What an arc that was let go over nothing can lead to.
-    pub(super) fn quick_for(&self, from: PortAt, at: Pos2, desk: &Desk) -> Option<Quick> {
-        let item = self.diagram.nodes.get(from.node)?.item.clone();
+    pub(super) fn picker_for(&self, from: PortAt, at: Pos2, desk: &Desk) -> Option<MissionPicker> {
+        let item = self.diagram.nodes.get(from.node)?.item;
         let is_backwards = from.port == IN;
         let mut entries = Vec::new();
         match &item {
@@ -73,84 +24,94 @@ impl MissionView {
                 entries.push(entry(
                     "transition and place",
                     "A transition that leads on to a new place.",
-                    Pick::TransitionAndPlace(Vec::new()),
+                    MissionChoice::TransitionAndPlace(Vec::new()),
                 ));
                 entries.push(entry(
                     "transition",
                     "A transition that takes from it.",
-                    Pick::Transition,
+                    MissionChoice::Transition,
                 ));
                 entries.extend(components(desk).into_iter().map(|name| {
                     let label = format!("transition and place with {name}");
-                    entry(&label, "", Pick::TransitionAndPlace(vec![name]))
+                    entry(&label, "", MissionChoice::TransitionAndPlace(vec![name]))
                 }));
             }
             Item::Transition(_) | Item::Submission(_) => {
-                entries.push(entry("place", "A new place.", Pick::Place(Vec::new())));
+                entries.push(entry("place", "A new place.", MissionChoice::Place(Vec::new())));
                 entries.extend(components(desk).into_iter().map(|name| {
                     let label = format!("place with {name}");
-                    entry(&label, "A new place that activates it.", Pick::Place(vec![name]))
+                    entry(
+                        &label,
+                        "A new place that activates it.",
+                        MissionChoice::Place(vec![name]),
+                    )
                 }));
             }
             _ => return None,
         }
         entries.extend(self.joinable(from, desk));
         let from = Some((item, is_backwards));
-        Some(Quick { picker: Picker::default(), name: "Lead the arc to", entries, at, from })
+        Some(MissionPicker {
+            picker: Picker::default(),
+            name: "Connect the arc to",
+            entries,
+            at,
+            from,
+        })
     }
 
     /// Everything that what is selected can be joined with.
-    pub(super) fn quick_to_join(&self, desk: &Desk) -> Option<Quick> {
-        let node = self.diagram.node(self.canvas.only()?)?;
+    pub(super) fn picker_to_connect(&self, desk: &Desk) -> Option<MissionPicker> {
+        let node = self.diagram.node(self.pane.only()?)?;
         let from = PortAt { node, port: WHOLE };
         let at = self.diagram.nodes[node].rect.right_top() + vec2(20.0, 0.0);
-        let mut quick = self.quick_for(from, at, desk)?;
-        quick.name = "Join with";
-        Some(quick)
+        let mut picker = self.picker_for(from, at, desk)?;
+        picker.name = "Connect with";
+        Some(picker)
     }
 
-    fn joinable(&self, from: PortAt, desk: &Desk) -> Vec<Entry<Pick>> {
+    fn joinable(&self, from: PortAt, desk: &Desk) -> Vec<Entry<MissionChoice>> {
         let Some(mission) = mission_of(desk) else { return Vec::new() };
         let rules = self.rules(mission, &self.diagram);
         let nodes = (0..self.diagram.nodes.len()).map(|node| PortAt { node, port: WHOLE });
         let may = nodes.filter(|to| rules.join(from, *to).is_ok());
         may.map(|to| {
             let label = &self.diagram.nodes[to.node].label;
-            entry(&format!("to {label}"), "", Pick::Join(from, to))
+            entry(&format!("to {label}"), "", MissionChoice::Join(from, to))
         })
         .collect()
     }
 
-    pub(super) fn show_quick(&mut self, ui: &egui::Ui, desk: &mut Desk) {
-        let Some(mut quick) = self.quick.take() else { return };
-        let at = self.canvas.to_window(quick.at);
-        match quick.picker.show_at(ui, quick.name, at, &quick.entries) {
-            Picked::Open => self.quick = Some(quick),
-            Picked::One(pick) => self.take_pick(pick, &quick, desk),
+    pub(super) fn show_picker(&mut self, ui: &egui::Ui, desk: &mut Desk) {
+        let Some(mut picker) = self.picker.take() else { return };
+        let at = self.pane.canvas.to_window(picker.at);
+        match picker.picker.show_at(ui, picker.name, at, &picker.entries) {
+            Picked::Open => self.picker = Some(picker),
+            Picked::One(pick) => self.take_choice(pick, &picker, desk),
             Picked::Left => {}
         }
     }
 
-    fn take_pick(&mut self, pick: Pick, quick: &Quick, desk: &mut Desk) {
+    fn take_choice(&mut self, pick: MissionChoice, picker: &MissionPicker, desk: &mut Desk) {
         let names = |components: &[String]| -> Vec<String> { components.to_vec() };
-        match (pick, &quick.from) {
-            (Pick::Join(from, to), _) => {
+        match (pick, &picker.from) {
+            (MissionChoice::Join(from, to), _) => {
                 let Some(mission) = mission_of(desk) else { return };
                 match self.rules(mission, &self.diagram).join(from, to) {
                     Ok(join) => self.make_join(join, desk),
-                    Err(why) => desk.messages.warn(format!("not joined: {why}")),
+                    Err(why) => desk.messages.warn(format!("Not connected: {why}")),
                 }
             }
-            (Pick::Place(components), None) => {
+            (MissionChoice::Place(components), None) => {
                 let components = names(&components);
                 let list: Vec<_> = components.iter().map(String::as_str).collect();
                 let wish = list.first().copied().unwrap_or("place");
-                self.add_place(wish, &list, quick.at, desk);
+                self.add_place(wish, &list, picker.at, desk);
             }
-            (Pick::Transition, None) => self.add_transition(quick.at, desk),
-            (Pick::TransitionAndPlace(_), None) => {}
+            (MissionChoice::Transition, None) => self.add_transition(picker.at, desk),
+            (MissionChoice::TransitionAndPlace(_), None) => {}
             (pick, Some((from, is_backwards))) => {
-                self.add_joined(&pick, from, *is_backwards, quick.at, desk);
+                self.add_joined(&pick, from, *is_backwards, picker.at, desk);
             }
         }
     }
@@ -158,7 +119,7 @@ impl MissionView {
     /// Adds something with the arc that was drawn to it, in one step.
     fn add_joined(
         &mut self,
-        pick: &Pick,
+        pick: &MissionChoice,
         from: &Item,
         is_backwards: bool,
         at: Pos2,
@@ -166,17 +127,17 @@ impl MissionView {
     ) {
         let mut added = None;
         let kind = self.kind;
-        desk.edit(format!("lead {from} on"), |documents| {
+        desk.edit(format!("continue from {from}"), |documents| {
             let document = documents.mission()?;
             let position = gestures::position;
             added = match (pick, from) {
-                (Pick::Transition, Item::Place(place)) => {
+                (MissionChoice::Transition, Item::Place(place)) => {
                     let at = Some(position(at - vec2(6.0, 23.0)));
                     let name = edits::add_transition(document, "transition", &[], &[], at)?;
                     edits::add_arc(document, &name, place, kind)?;
-                    Some(Item::Transition(name))
+                    Some(Item::transition(name))
                 }
-                (Pick::TransitionAndPlace(components), Item::Place(place)) => {
+                (MissionChoice::TransitionAndPlace(components), Item::Place(place)) => {
                     let list: Vec<_> = components.iter().map(String::as_str).collect();
                     let wish = list.first().copied().unwrap_or("place");
                     let target =
@@ -184,29 +145,29 @@ impl MissionView {
                     let bar = Some(position(at - vec2(6.0, 23.0)));
                     let wish = format!("to-{target}");
                     edits::add_transition(document, &wish, &[place], &[&target], bar)?;
-                    Some(Item::Place(target))
+                    Some(Item::place(target))
                 }
-                (Pick::Place(components), Item::Transition(transition)) => {
+                (MissionChoice::Place(components), Item::Transition(transition)) => {
                     let list: Vec<_> = components.iter().map(String::as_str).collect();
                     let wish = list.first().copied().unwrap_or("place");
                     let at = position(at - vec2(48.0, 22.0));
                     let name = edits::add_place(document, wish, &list, at)?;
                     let kind = if is_backwards { kind } else { ArcKind::Put };
                     edits::add_arc(document, transition, &name, kind)?;
-                    Some(Item::Place(name))
+                    Some(Item::place(name))
                 }
-                (Pick::Place(components), Item::Submission(number)) => {
+                (MissionChoice::Place(components), Item::Submission(number)) => {
                     let list: Vec<_> = components.iter().map(String::as_str).collect();
                     let wish = list.first().copied().unwrap_or("place");
                     let at = position(at - vec2(48.0, 22.0));
                     let name = edits::add_place(document, wish, &list, at)?;
                     edits::set_submission(document, *number, "out", Some(&name))?;
-                    Some(Item::Place(name))
+                    Some(Item::place(name))
                 }
                 _ => None,
             };
             Ok(())
         });
-        self.select_next = added.into_iter().collect();
+        self.pane.select_when_drawn(added);
     }
 }

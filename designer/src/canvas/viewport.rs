@@ -8,6 +8,11 @@ const MAX_ZOOM: f32 = 4.0;
 /// Left free around what is fitted into the window, in points.
 const MARGIN: f32 = 40.0;
 
+/// Below this zoom ports and their names are not drawn.
+pub(super) const DETAIL: f32 = 0.42;
+/// Below this zoom blocks are plain and wires straight.
+pub(super) const PLAIN: f32 = 0.2;
+
 /// A part of the drawing in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
@@ -70,7 +75,6 @@ impl Viewport {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
 
     const WINDOW: Rect = Rect { min: Pos2::new(100.0, 50.0), max: Pos2::new(1100.0, 650.0) };
 

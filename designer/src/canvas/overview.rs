@@ -2,9 +2,11 @@
 
 use eframe::egui::{self, Mesh, PointerButton, Pos2, Rect, Stroke, StrokeKind, Vec2};
 
-use crate::canvas::Canvas;
-use crate::canvas::diagram::{Diagram, Mark};
-use crate::theme::Colours;
+use crate::canvas::colours::CanvasColours;
+use crate::canvas::diagram::Diagram;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::node::Mark;
+use crate::canvas::state::Canvas;
 
 /// The largest it gets, in points.
 const SIZE: Vec2 = Vec2::new(180.0, 120.0);
@@ -12,12 +14,12 @@ const SIZE: Vec2 = Vec2::new(180.0, 120.0);
 const MARGIN: f32 = 12.0;
 
 /// The map: where it is in the window, and what part of the drawing it shows.
-struct Map {
+struct Overview {
     rect: Rect,
     area: Rect,
 }
 
-impl Map {
+impl Overview {
     fn scale(&self) -> f32 {
         self.rect.width() / self.area.width().max(1.0)
     }
@@ -31,9 +33,9 @@ impl Map {
     }
 }
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     /// The map, unless the whole drawing is shown anyway.
-    fn map(&self, diagram: &Diagram) -> Option<Map> {
+    fn map(&self, diagram: &Diagram<Id>) -> Option<Overview> {
         let bounds = diagram.bounds().filter(|_| diagram.nodes.len() > 1)?;
         let shown = self.viewport.shown(self.rect);
         if shown.contains_rect(bounds) || self.rect.width() < 3.0 * SIZE.x {
@@ -43,14 +45,14 @@ impl Canvas {
         let scale = (SIZE.x / area.width()).min(SIZE.y / area.height());
         let size = area.size() * scale;
         let corner = self.rect.max - Vec2::splat(MARGIN);
-        Some(Map { rect: Rect::from_min_max(corner - size, corner), area })
+        Some(Overview { rect: Rect::from_min_max(corner - size, corner), area })
     }
 
     /// Whether the pointer is on the map; dragging there moves the view.
     pub(super) fn drag_map(
         &mut self,
         ui: &egui::Ui,
-        diagram: &Diagram,
+        diagram: &Diagram<Id>,
         response: &egui::Response,
     ) -> bool {
         let Some(map) = self.map(diagram).filter(|_| !self.is_busy()) else { return false };
@@ -66,7 +68,12 @@ impl Canvas {
         is_pressed || response.hover_pos().is_some_and(|at| map.rect.contains(at))
     }
 
-    pub(super) fn paint_map(&self, painter: &egui::Painter, diagram: &Diagram, colours: &Colours) {
+    pub(super) fn paint_map(
+        &self,
+        painter: &egui::Painter,
+        diagram: &Diagram<Id>,
+        colours: &CanvasColours,
+    ) {
         let Some(map) = self.map(diagram) else { return };
         let paper = colours.background.gamma_multiply(0.92);
         painter.rect_filled(map.rect.expand(4.0), 4.0, paper);
@@ -78,7 +85,7 @@ impl Canvas {
                 Rect::from_min_max(map.to_window(node.rect.min), map.to_window(node.rect.max));
             let size = area.size().max(Vec2::splat(1.5));
             let colour = match node.mark {
-                _ if self.selection.contains(&node.item) => colours.selected,
+                _ if self.selection.contains(node.item) => colours.selected,
                 Mark::Error => colours.error,
                 Mark::Warning => colours.warning,
                 Mark::None => colours.outline,

@@ -1,7 +1,8 @@
 //! What an edit reads of a file before it changes it.
 
+use armor_robotfile::mission::ArcKind;
 use armor_robotfile::tree::Element;
-use armor_robotfile::{Document, EditError, Item};
+use armor_robotfile::{Document, EditError, Item, NewElement};
 
 use crate::fragment::Names;
 
@@ -74,4 +75,33 @@ pub(super) fn numbered(
 ) -> Result<Vec<usize>, EditError> {
     let mut of_sort = elements(document).filter(|(_, element)| element.name == sort);
     of_sort.nth(number).map(|(path, _)| path).ok_or(EditError::NoElement)
+}
+
+/// Gives a list of names, or removes the attribute if there is none.
+pub fn set_list(
+    document: &mut Document,
+    item: Item<'_>,
+    attribute: &str,
+    names: &[&str],
+) -> Result<(), EditError> {
+    let text = names.join(" ");
+    document.set_attribute(item, attribute, (!names.is_empty()).then_some(text.as_str()))
+}
+
+/// The element of an arc, and its attribute that names the place.
+pub(super) fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
+    match kind {
+        ArcKind::Take => ("arc", "from"),
+        ArcKind::Put => ("arc", "to"),
+        ArcKind::Read => ("read", "place"),
+        ArcKind::Inhibitor => ("inhibitor", "place"),
+        ArcKind::Reset => ("reset", "place"),
+    }
+}
+
+/// The element of a new arc that the short form cannot say.
+pub(super) fn new_arc(kind: ArcKind, place: &str, weight: u32) -> NewElement {
+    let (name, attribute) = arc_names(kind);
+    let arc = NewElement::new(name).attribute(attribute, place);
+    if weight > 1 { arc.attribute("weight", weight.to_string()) } else { arc }
 }

@@ -1,13 +1,16 @@
-//! What is told over a drawing: of what the pointer rests on, and where there is nothing yet.
+//! Texts over a drawing: the tooltip at the pointer, and the hint of an empty drawing.
 
 use eframe::egui::{self, Align2, FontId};
 
-use super::{Canvas, Diagram, Hit, Shown};
-use crate::text::paintable;
+use crate::canvas::diagram::Diagram;
+use crate::canvas::diagram::DiagramId;
+use crate::canvas::hit::Hit;
+use crate::canvas::labels::paintable;
+use crate::canvas::state::{Canvas, CanvasOutput};
 
-impl Canvas {
+impl<Id: DiagramId> Canvas<Id> {
     /// What rests under the pointer is explained.
-    pub fn explain(&self, shown: &Shown, diagram: &Diagram) {
+    pub fn explain(&self, shown: &CanvasOutput<Id>, diagram: &Diagram<Id>) {
         let doc = shown.hovered.and_then(|hit| diagram.doc(hit)).filter(|doc| !doc.is_empty());
         if let Some(doc) = doc.filter(|_| !self.is_busy()) {
             let doc = paintable(&shown.response.ctx, doc).into_owned();
@@ -18,7 +21,7 @@ impl Canvas {
         }
     }
 
-    /// Says in the middle of an empty drawing what to do.
+    /// Shows in the middle of an empty drawing what to do.
     pub fn hint(&self, ui: &egui::Ui, text: &str) {
         let colour = ui.visuals().weak_text_color();
         let at = self.rect.center();
@@ -26,14 +29,14 @@ impl Canvas {
     }
 }
 
-impl Diagram {
-    /// What is to be said of something.
+impl<Id: DiagramId> Diagram<Id> {
+    /// The tooltip of something.
     pub fn doc(&self, hit: Hit) -> Option<&str> {
         match hit {
             Hit::Port(at) => self.port(at).map(|port| port.doc.as_str()),
             Hit::Node(node) => self.nodes.get(node).map(|node| node.doc.as_str()),
             Hit::Wire(wire) => self.wires.get(wire).map(|wire| wire.doc.as_str()),
-            Hit::Grip { .. } => Some("Drag it to lead it elsewhere."),
+            Hit::Grip { .. } => Some("Drag to connect it elsewhere."),
             Hit::Decoration(_) | Hit::Corner(_) => None,
         }
     }

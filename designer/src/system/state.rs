@@ -1,0 +1,65 @@
+//! What the view of the system keeps from frame to frame.
+
+use super::choices::SystemPicker;
+use super::drawing::{SystemDrawing, draw};
+use super::palette::SystemPalette;
+use super::properties::field::{Field, Focus};
+use crate::desk::Desk;
+use crate::diagram_pane::DiagramPane;
+use crate::panels::fields::Drafts;
+use crate::panels::path::PathChoice;
+use crate::view::View;
+
+/// The view of the system.
+pub struct SystemView {
+    pub(super) pane: DiagramPane,
+    pub(super) drawing: SystemDrawing,
+    /// What the drawing was made of: the revision, and whether its findings were there.
+    drawn: Option<(u64, u64, bool)>,
+    pub(super) palette: SystemPalette,
+    pub(super) drafts: Drafts<Field>,
+    pub(super) picker: Option<SystemPicker>,
+    /// A file that is being chosen for a parameter.
+    pub(super) choosing: Option<(Field, PathChoice)>,
+    /// Which field of the properties is to get the focus.
+    pub(super) wants_focus: Focus,
+}
+
+impl SystemView {
+    /// Creates a view that shows the whole system at first.
+    pub fn new() -> Self {
+        Self {
+            pane: DiagramPane::new("drawing of the system", View::System),
+            drawing: SystemDrawing::default(),
+            drawn: None,
+            palette: SystemPalette::default(),
+            drafts: Drafts::default(),
+            picker: None,
+            choosing: None,
+            wants_focus: Focus::Nothing,
+        }
+    }
+
+    /// Draws the system again if it or its findings have changed.
+    pub(super) fn update(&mut self, desk: &Desk) {
+        let checked = desk.project.checked();
+        let now = (desk.project.revision(), checked.revision, checked.is_complete);
+        if self.drawn == Some(now) {
+            return;
+        }
+        self.drawing = draw(&desk.project);
+        self.pane.set_drawing(&self.drawing.diagram);
+        if desk.project.undoable().is_none() {
+            // Nothing has been edited: the kinds have just arrived, and blocks have grown by their
+            // ports, so that what was fitted no longer fits.
+            self.pane.canvas.fit_again();
+        }
+        self.drawn = Some(now);
+    }
+}
+
+impl Default for SystemView {
+    fn default() -> Self {
+        Self::new()
+    }
+}
