@@ -36,7 +36,7 @@ fn check(rows: &[&str]) {
             assert!(off_m <= 0.25, "{off_m:.2} m off: {goal:?}\n{rows:#?}");
         }
         (ExplorerDecision::Wait, None) => {
-            assert_eq!(exploration.step(2.1), ExplorerDecision::Done, "{rows:#?}")
+            assert_eq!(exploration.step(2.1), ExplorerDecision::Done, "{rows:#?}");
         }
         _ => panic!("{first:?} for {rows:#?}"),
     }
