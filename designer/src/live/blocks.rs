@@ -47,7 +47,12 @@ pub fn show(
 }
 
 /// A link by what it carries.
-fn carry(wire: &mut Wire<Item>, plain: &Wire<Item>, edge: Option<&ObservedLink>, colours: &CanvasColours) {
+fn carry(
+    wire: &mut Wire<Item>,
+    plain: &Wire<Item>,
+    edge: Option<&ObservedLink>,
+    colours: &CanvasColours,
+) {
     let words = edge.map_or_else(|| "unknown".to_owned(), in_words);
     let is_down = edge.is_none_or(|edge| !edge.connected);
     let carries = edge.and_then(|edge| edge.rate_hz).is_some_and(|rate_hz| rate_hz > 0.0);
@@ -64,7 +69,11 @@ fn carry(wire: &mut Wire<Item>, plain: &Wire<Item>, edge: Option<&ObservedLink>,
     wire.text = if edge.is_some() { words } else { String::new() };
 }
 
-fn tint(edge: Option<&ObservedLink>, plain: Option<Color32>, colours: &CanvasColours) -> Option<Color32> {
+fn tint(
+    edge: Option<&ObservedLink>,
+    plain: Option<Color32>,
+    colours: &CanvasColours,
+) -> Option<Color32> {
     match edge {
         None => Some(colours.weak),
         Some(edge) if !edge.connected => Some(colours.error),

@@ -84,8 +84,9 @@ impl Proof<'_> {
         proven: &mut Vec<String>,
         open: &mut Vec<String>,
     ) {
-        let is_excluded =
-            |places: &[_; 2]| excluding_sum(self.token_sums(), self.net, places[0], places[1]).is_some();
+        let is_excluded = |places: &[_; 2]| {
+            excluding_sum(self.token_sums(), self.net, places[0], places[1]).is_some()
+        };
         let unproven: Vec<_> = pairs.iter().filter(|places| !is_excluded(places)).collect();
         // Those that were seen together are findings already.
         let is_open =

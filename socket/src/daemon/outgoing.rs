@@ -104,9 +104,7 @@ impl Outgoing {
             return Some(Next::Write);
         }
         match state.end.take() {
-            Some(PendingEnd::Now(reason) | PendingEnd::Written(reason)) => {
-                Some(Next::End(reason))
-            }
+            Some(PendingEnd::Now(reason) | PendingEnd::Written(reason)) => Some(Next::End(reason)),
             None => None,
         }
     }
@@ -161,9 +159,6 @@ mod tests {
         }
         assert!(outgoing.lock().bytes.len() < 200);
         let mut bytes = Vec::new();
-        assert!(matches!(
-            outgoing.take_step(&mut bytes),
-            Some(Next::End(CloseReason::NotReading))
-        ));
+        assert!(matches!(outgoing.take_step(&mut bytes), Some(Next::End(CloseReason::NotReading))));
     }
 }
