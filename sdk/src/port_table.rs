@@ -171,7 +171,11 @@ impl PortTable {
     /// Writes what waits on all outputs; whether nothing waits any more.
     pub fn flush_outputs(&self) -> bool {
         // Every output is flushed, also after one that cannot be written completely.
-        self.outputs().iter().fold(true, |all_written, output| output.flush() && all_written)
+        let mut all_written = true;
+        for output in self.outputs() {
+            all_written &= output.flush();
+        }
+        all_written
     }
 
     /// Ends every link.

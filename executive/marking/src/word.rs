@@ -39,10 +39,10 @@ macro_rules! words {
                 <String as ::armor_wire::WireType>::schema()
             }
 
-            fn read<D: ::armor_wire::bincode::de::Decoder>(
+            fn read_value<D: ::armor_wire::bincode::de::Decoder>(
                 decoder: &mut D,
             ) -> Result<Self, ::armor_wire::bincode::error::DecodeError> {
-                let word = <String as ::armor_wire::WireType>::read(decoder)?;
+                let word = <String as ::armor_wire::WireType>::read_value(decoder)?;
                 match word.as_str() {
                     $($word => Ok(Self::$variant),)+
                     _ => Err(::armor_wire::bincode::error::DecodeError::Other(concat!(

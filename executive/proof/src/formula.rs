@@ -21,8 +21,8 @@ pub(super) enum PlaceFormula {
 
 impl PlaceFormula {
     /// Of a check over `plan`; none if it names what is not there.
-    pub fn of(formula: &claim::PlaceFormula, plan: &Plan, analysed: &Analysed) -> Option<Self> {
-        use claim::PlaceFormula as F;
+    pub fn of(formula: &claim::Formula, plan: &Plan, analysed: &Analysed) -> Option<Self> {
+        use claim::Formula as F;
         Some(match formula {
             F::Truth(true) => Self::All(Vec::new()),
             F::Truth(false) => Self::Any(Vec::new()),

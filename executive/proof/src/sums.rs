@@ -15,7 +15,7 @@ type TokenCount = (Vec<(PlaceId, i64)>, i64);
 pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &PlaceFormula) -> bool {
     let Some(alternatives) = alternatives(formula) else { return false };
     let is_excluded = |counts: &Vec<TokenCount>| {
-        counts.iter().any(|count| never(count) || is_beyond(sums, net, count))
+        counts.iter().any(|count| decide_never(count) || is_beyond(sums, net, count))
             || sums.semiflows.iter().any(|flow| excludes(flow, net, counts))
     };
     alternatives.iter().all(is_excluded)

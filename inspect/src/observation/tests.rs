@@ -74,7 +74,7 @@ fn a_process_has_the_condition_that_it_reports() {
     for state in
         [RunState::Starting, RunState::Frozen, RunState::Active, RunState::Done, RunState::Failed]
     {
-        assert_eq!(Scene::with_process("laser", state).is("laser"), state.into());
+        assert_eq!(Scene::with_process("laser", state).condition("laser"), state.into());
     }
 }
 

@@ -25,15 +25,20 @@ fn three_hundred_register_together_and_all_find_each_other() {
     for (n, client) in crowd.iter_mut().enumerate() {
         client.answer().unwrap();
         let data = format!("c{}.scan", (n + 1) % CROWD);
-        client.send(&Request::Lookup { request: 2, data, schema: String::new(), wait: true });
-        client.send(&Request::Provide { request: 1, entry: scan(&format!("c{n}")) });
+        client.send(&RegistryRequest::Lookup {
+            request: 2,
+            data,
+            schema: String::new(),
+            wait: true,
+        });
+        client.send(&RegistryRequest::Provide { request: 1, entry: scan(&format!("c{n}")) });
     }
     for (n, client) in crowd.iter_mut().enumerate() {
         let (mut provided, mut found) = (false, false);
         while !(provided && found) {
             match client.reply() {
-                Reply::Provided { request: 1 } => provided = true,
-                Reply::Found { request: 2, provider, .. } => {
+                RegistryReply::Provided { request: 1 } => provided = true,
+                RegistryReply::Found { request: 2, provider, .. } => {
                     assert_eq!(provider.name, format!("c{}", (n + 1) % CROWD));
                     found = true;
                 }

@@ -24,9 +24,9 @@ impl Good {
         let (stop, stopped) = mpsc::channel();
         let thread = thread::spawn(move || {
             for request in 0.. {
-                client.send(&Request::List { request });
+                client.send(&RegistryRequest::List { request });
                 assert!(
-                    matches!(client.reply(), Reply::Listing { request: r, .. } if r == request)
+                    matches!(client.reply(), RegistryReply::Listing { request: r, .. } if r == request)
                 );
                 if stopped.recv_timeout(Duration::from_millis(20)) != Err(RecvTimeoutError::Timeout)
                 {
@@ -147,7 +147,7 @@ fn a_client_that_asks_and_never_reads_is_closed() {
     deaf.write(&hello()).unwrap();
     // Each answer is longer than its question: sooner or later writing fails.
     let question =
-        to_bytes(FrameKind::Control, &Request::List { request: 1 }).unwrap().repeat(1000);
+        to_bytes(FrameKind::Control, &RegistryRequest::List { request: 1 }).unwrap().repeat(1000);
     let mut written = 0_usize;
     while deaf.write(&question).is_ok() {
         written += question.len();
@@ -160,13 +160,13 @@ fn a_client_that_asks_and_never_reads_is_closed() {
 fn one_connection_too_many_is_turned_away() {
     let registry = registry_with(ServerLimits { connections: 2, ..ServerLimits::default() });
     let mut first = Client::observe(registry.address()).unwrap();
-    first.send(&Request::Watch);
+    first.send(&RegistryRequest::Watch);
     let second = Client::register(registry.address(), &entry("lidar", 1)).unwrap();
     let mut third = Client::stranger(registry.address());
     let error = third.answer().err().unwrap();
     let HandshakeError::Refused(refusal) = error else { panic!("{error}") };
     assert_eq!(refusal.code, RefusalCode::Limit);
     drop(second);
-    while !matches!(first.reply(), Reply::Gone { .. }) {}
+    while !matches!(first.reply(), RegistryReply::Gone { .. }) {}
     Client::observe(registry.address()).unwrap();
 }

@@ -38,8 +38,8 @@ fn a_registration_survives_the_registry() {
         };
         assert_ne!(first, second);
         let mut tool = Client::observe(address).unwrap();
-        tool.send(&Request::List { request: 1 });
-        let Reply::Listing { components, .. } = tool.reply() else { panic!("no listing") };
+        tool.send(&RegistryRequest::List { request: 1 });
+        let RegistryReply::Listing { components, .. } = tool.reply() else { panic!("no listing") };
         assert_eq!(components, [configd()]);
     });
 }

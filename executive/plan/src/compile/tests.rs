@@ -37,7 +37,7 @@ fn everything_written_is_in_the_plan() {
     assert!(t.gated && t.priority == 3 && t.class == armor_petri::FiringClass::Ordinary);
     assert_eq!(plan.transitions[0].on, Some((a, "done".to_owned())));
     assert_eq!(late.class, armor_petri::FiringClass::Safety, "it leads to a place of that class");
-    assert_eq!(late.interval, Interval::exactly(std::time::Duration::from_secs(5)));
+    assert_eq!(late.interval, FiringInterval::exactly(std::time::Duration::from_secs(5)));
     assert_eq!(
         (plan.transitions[1].on_stop_fail, plan.transitions[1].overrun),
         (place("z"), place("s"))
@@ -56,8 +56,8 @@ fn whoever_waits_for_a_person_is_never_too_late() {
     .expect("it plays all of that");
     let second = std::time::Duration::from_secs(1);
     let (t, u) = (&plan.net.transitions()[0], &plan.net.transitions()[1]);
-    assert_eq!(t.interval, Interval { earliest: 3 * second, latest: None });
-    assert_eq!(u.interval, Interval::UNTIMED);
+    assert_eq!(t.interval, FiringInterval { earliest: 3 * second, latest: None });
+    assert_eq!(u.interval, FiringInterval::UNTIMED);
     assert!(u.gated && !t.gated && plan.listeners.len() == 1);
     let within = Some(5 * second);
     assert_eq!(

@@ -6,6 +6,7 @@ use crate::proof::MAX_BYTES;
 use armor_petri::PlaceId;
 use armor_petri::analysis::invariants::PlaceBounds;
 use armor_petri::analysis::runs::MarkingGraph;
+use armor_petri::analysis::{AnalysisBudget, ExplorationEnd, explore_states};
 use std::collections::BTreeSet;
 
 const ROUNDS: &str = "<variable name='round' min='0' max='3'/>
@@ -207,9 +208,9 @@ fn random_missions_with_variables_have_the_states_of_the_definition() {
         let Some(expected) = defined(&plan, 3000) else { continue };
         let analysed = Analysed::of(&plan).expect("a net");
         let bounds = PlaceBounds::of_net(&analysed.net, &|| false);
-        let budget = Budget { states: 5000, memory_bytes: MAX_BYTES, stop: &|| false };
-        let found = explore(&analysed.net, &bounds, true, &budget);
-        assert_eq!(found.ending, Ending::Complete, "seed {seed}\n{net}");
+        let budget = AnalysisBudget { states: 5000, memory_bytes: MAX_BYTES, stop: &|| false };
+        let found = explore_states(&analysed.net, &bounds, true, &budget);
+        assert_eq!(found.ending, ExplorationEnd::Complete, "seed {seed}\n{net}");
         let state = |node: u32| {
             let marking = found.space.tokens(node).into_owned();
             let values = analysed.values(&marking).map(|it| it.1).collect();
