@@ -250,7 +250,7 @@ fn edits_that_break_the_format_are_refused() {
     refused(document.add(Item::Component("x"), &[("name", "y")]), "error[E0011]");
     refused(document.add(Item::Component("x"), &[("a b", "y")]), "cannot be the name");
     refused(document.add(link("sim.scan", "slam"), &[]), "two names joined by a dot");
-    refused(document.add(link("sim.x", "slam.scan"), &[]), "a link to slam.scan is there already");
+    refused(document.add(link("sim.x", "slam.scan"), &[]), "a link to slam.scan exists already");
     refused(document.add(link("laser.x", "slam.y"), &[]), "no component laser");
     refused(
         document.set_attribute(link("sim.scan", "slam.scan"), "to", Some("sim.map")),
@@ -258,7 +258,7 @@ fn edits_that_break_the_format_are_refused() {
     );
     refused(document.set_attribute(link("sim.scan", "slam.scan"), "to", None), "two names");
     refused(document.set_attribute(Item::Place("home"), "name", None), "is not a name");
-    refused(document.rename(Item::Place("home"), "explore"), "place explore is there already");
+    refused(document.rename(Item::Place("home"), "explore"), "place explore exists already");
     refused(document.rename(link("sim.scan", "slam.scan"), "x"), "cannot be renamed");
     refused(document.rename(Item::Place("nowhere"), "x"), "no place nowhere");
     refused(document.set_parameter("slam", "a b", Some("1")), "is not a name");

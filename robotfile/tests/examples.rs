@@ -162,7 +162,7 @@ fn unsupported_features_are_refused_by_name_and_place() {
     all.refuse_unplayed(&every[1..], &mut findings);
     let shown = findings.render(Colours::No);
     assert!(
-        shown.contains("error[E0301]: a pulling link (mode=\"pull\") is understood"),
+        shown.contains("error[E0301]: a pulling link (mode=\"pull\") is not supported"),
         "{shown}"
     );
     assert!(shown.contains("^^^^\n") && shown.ends_with("1 error\n"), "{shown}");

@@ -75,14 +75,14 @@ fn told(formula: &Formula) -> String {
 #[test]
 fn errors_point_at_the_wrong_piece() {
     for (text, message) in [
-        ("[[home]]", "does not say when"),
-        ("[[a and b]]", "does not say when"),
+        ("[[home]]", "does not specify when"),
+        ("[[a and b]]", "does not specify when"),
         ("always [[]]", "ends here"),
         ("always a [[b]]", "not expected"),
         ("reachable(a) [[and]] b", "complete before this"),
         ("reachable[[(]]a", "not closed"),
         ("always a[[)]]", "closes nothing"),
-        ("[[active(a)]]", "does not say when"),
+        ("[[active(a)]]", "does not specify when"),
         ("always [[foo]](a)", "nothing called foo"),
         ("never [[reachable]](a)", "not expected here"),
         ("never [[always]] a", "not expected here"),

@@ -125,13 +125,13 @@ mod tests {
         };
         check("round + 1.5", "1.5", "not a whole number");
         check("round + 1s", "1s", "unit");
-        check("round / 2", "round / 2", "divides");
+        check("round / 2", "round / 2", "division");
         check("power.level + 1", "power.level", "field of data");
         check("(round > 1)", "(round > 1)", "true or false");
         check("true", "true", "true or false");
         check("round < 3", "<", "");
         check("round +", "", "ends here");
-        check("", "", "says nothing");
+        check("", "", "is empty");
         check("99999999999", "99999999999", "not a whole number");
     }
 }
