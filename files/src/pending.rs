@@ -44,7 +44,8 @@ impl PendingFile {
     /// read-only.
     pub fn create(path: &Path) -> Result<Self, SaveError> {
         let failed = |step| move |reason| SaveError { path: path.to_path_buf(), step, reason };
-        let target = follow_symlinks(path).map_err(failed("its link cannot be followed"))?;
+        let target =
+            follow_symlinks(path).map_err(failed("its symbolic link cannot be followed"))?;
         let old = writable_metadata(&target).map_err(failed("it cannot be written"))?;
         let temporary = create_temporary(&target, old.as_ref())
             .map_err(failed("no file can be made in its folder"))?;

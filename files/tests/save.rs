@@ -31,7 +31,7 @@ fn mode(path: &Path) -> u32 {
 }
 
 #[test]
-fn a_new_version_has_the_mode_of_the_old_and_nothing_is_left_beside_it() {
+fn a_new_version_keeps_the_mode_and_no_temporary_file_remains() {
     let folder = folder("mode");
     let path = folder.join("a.xml");
     save(&path, b"new").unwrap();
@@ -46,7 +46,7 @@ fn a_new_version_has_the_mode_of_the_old_and_nothing_is_left_beside_it() {
 }
 
 #[test]
-fn links_stay_and_what_they_lead_to_is_replaced() {
+fn symbolic_links_stay_and_their_target_is_replaced() {
     let folder = folder("links");
     fs::create_dir(folder.join("robots")).unwrap();
     fs::write(folder.join("robots/rover.xml"), "old").unwrap();
@@ -67,7 +67,7 @@ fn links_stay_and_what_they_lead_to_is_replaced() {
 }
 
 #[test]
-fn what_cannot_be_saved_is_said_and_stays_as_it_was() {
+fn a_file_that_cannot_be_saved_is_reported_and_unchanged() {
     let folder = folder("refused");
     let said = |path: &Path| save(path, b"x").unwrap_err().to_string();
     let missing = folder.join("gone/a.xml");
@@ -86,7 +86,7 @@ fn what_cannot_be_saved_is_said_and_stays_as_it_was() {
 
 /// Root may write what is read-only, so this shows something only to other users.
 #[test]
-fn what_is_read_only_is_not_replaced() {
+fn a_read_only_file_is_not_replaced() {
     let folder = folder("read-only");
     let path = folder.join("a.xml");
     fs::write(&path, "old").unwrap();

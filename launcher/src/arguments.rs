@@ -318,6 +318,6 @@ fn name(text: &str) -> Result<String, String> {
     if is_name(text) {
         Ok(text.into())
     } else {
-        Err("a name starts with a letter and has letters, digits, _ and - (at most 64)".into())
+        Err("a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters".into())
     }
 }

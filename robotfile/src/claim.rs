@@ -1,6 +1,6 @@
-//! Claims: what `<check>` says. A small language of statements about the net of a mission, over
-//! formulas of tokens, places and components. Read here from its text; who proves missions decides
-//! it. `docs/file-format.md` has the grammar. Pure, linear in the text, no panics whatever the text.
+//! Claims: the language of `<check>`, statements about the net of a mission over formulas of
+//! tokens, places and components. This module parses them; the executive decides it.
+//! `docs/file-format.md` has the grammar. Pure, linear in the text, no panics whatever the text.
 //!
 //! ```
 //! use armor_robotfile::claim::{Claim, Statement};
@@ -21,11 +21,11 @@ use std::time::Duration;
 /// A claim as read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
-    /// What it states.
+    /// The statement.
     pub statement: Statement,
 }
 
-/// What can be stated of a mission.
+/// The statements about a mission.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Statement {
     /// In every marking that can come.
@@ -42,7 +42,7 @@ pub enum Statement {
     LeadsTo(Formula, Formula),
     /// The time from the start to the first marking of the kind.
     Duration {
-        /// What ends it.
+        /// The formula that ends the time.
         until: Formula,
         /// `<` and `<=` bound the longest, `>` and `>=` the shortest.
         relation: Relation,
@@ -53,26 +53,26 @@ pub enum Statement {
     Fires(Name),
     /// A transition that never fires.
     Dead(Name),
-    /// A place that never holds more than so many tokens; without a number, not ever more and more.
+    /// A place never has more than this number of tokens; without a number, it has some bound.
     Bounded(Name, Option<u32>),
 }
 
-/// What holds of a marking or not.
+/// A condition that a marking satisfies or not.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Formula {
     /// `true`, `false`.
     Truth(bool),
-    /// A place holds a token.
+    /// A place has a token.
     Marked(Name),
     /// A place is marked that activates the component.
     Active(Name),
     /// Counts of tokens, or values of variables, are compared.
     Compare(Sum, Relation, Sum),
-    /// It does not hold.
+    /// The formula is false.
     Not(Box<Formula>),
-    /// Both hold.
+    /// Both are true.
     And(Box<Formula>, Box<Formula>),
-    /// One of them holds, or both.
+    /// At least one of them is true.
     Or(Box<Formula>, Box<Formula>),
 }
 
@@ -85,7 +85,7 @@ pub struct Sum {
     pub number: u64,
 }
 
-/// How two counts or times stand to each other.
+/// A comparison of two counts or times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// `<`
@@ -106,11 +106,11 @@ pub enum Relation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Name {
     text: String,
-    /// The bytes of the text where it stands.
+    /// The bytes of the text where it occurs.
     pub(crate) at: Range<usize>,
 }
 
-/// Of what sort a thing is that is named.
+/// The kind of thing that a name refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sort {
     /// A place.
@@ -129,9 +129,9 @@ pub enum Sort {
 pub struct ClaimError {
     /// The bytes of the text that it is about.
     pub at: Range<usize>,
-    /// What is wrong there.
+    /// The problem.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 

@@ -87,7 +87,7 @@ codes! {
         Doctype = "E0005", "a DOCTYPE is not allowed";
         TooDeep = "E0006", "elements are nested too deeply";
         TooManyAttributes = "E0007", "too many attributes";
-        TooMany = "E0008", "too many elements of a sort";
+        TooMany = "E0008", "too many elements of a kind";
         UnknownEntity = "E0009", "an unknown entity";
         BadCharacter = "E0010", "a character that XML does not allow";
         DuplicateAttribute = "E0011", "an attribute is written twice";
@@ -125,24 +125,24 @@ codes! {
         ParameterType = "E0112", "a value of the wrong type";
         ParameterRange = "E0113", "a value out of range";
         BadOverride = "E0114", "a malformed override";
-        ReservedName = "E0115", "a name that Armor needs itself";
-        SimilarNames = "W0116", "two names that differ only in capitals";
-        ComponentIdle = "W0117", "a component that takes part in nothing";
+        ReservedName = "E0115", "a reserved name";
+        SimilarNames = "W0116", "two names that differ only in upper and lower case";
+        ComponentIdle = "W0117", "an unused component";
         FileMissing = "W0118", "a file that a parameter names is missing";
         NeverCalled = "W0120", "a component that is never called";
-        KeepAllCircle = "W0121", "links in a circle that may wait for each other";
-        ShortQueue = "N0122", "a queue shorter than what may come at once";
-        UnusedOutput = "N0123", "outputs that nothing takes";
+        KeepAllCircle = "W0121", "links in a circle that may block each other";
+        ShortQueue = "N0122", "a queue that may be too short";
+        UnusedOutput = "N0123", "outputs that no link uses";
     }
     "The component directories" from ComponentDirectories {
-        BrokenExecutable = "W0119", "an executable that is no component";
-        KindTwice = "E0124", "a kind that is there twice";
+        BrokenExecutable = "W0119", "an executable that is not a component";
+        KindTwice = "E0124", "a kind that is provided twice";
         NoDirectory = "E0125", "a component directory cannot be read";
         DescribeHangs = "W0126", "an executable takes too long to describe itself";
         ManifestVersion = "W0127", "a manifest of another version";
-        NotAProgram = "W0128", "a file marked executable is no program";
-        UnusableEntry = "W0129", "something in a component directory cannot be used";
-        KindTwiceUnused = "W0130", "an unused kind is there twice";
+        NotAProgram = "W0128", "a file marked executable is not a program";
+        UnusableEntry = "W0129", "an entry of a component directory cannot be used";
+        KindTwiceUnused = "W0130", "an unused kind is provided twice";
     }
     "The mission" from File {
         DuplicatePlace = "E0201", "two places have the same name";
@@ -152,10 +152,10 @@ codes! {
         NoArcs = "E0205", "a transition or an arc without places";
         NotControllable = "E0206", "the mission may not control this component";
         ExclusiveTogether = "E0207", "exclusive components are active together";
-        DuplicateInList = "E0208", "a name is twice in a list";
+        DuplicateInList = "E0208", "a name is listed twice";
         ForeignParameter = "E0209", "a place sets a parameter of a component it does not activate";
         DuplicateVariable = "E0210", "two variables have the same name";
-        DuplicateArc = "E0211", "two arcs of one sort join the same place and transition";
+        DuplicateArc = "E0211", "two arcs of the same kind between a place and a transition";
         UnreachablePlace = "W0212", "a place that cannot be reached";
         NoSafePlace = "W0213", "no safe place";
         ReportNeverSent = "W0214", "a report that cannot be sent there";
@@ -166,7 +166,7 @@ codes! {
         DatesCrossed = "E0219", "dates that leave no time";
         ShorterThanPeriod = "W0220", "a time shorter than the mission's period";
         ReportMisspelt = "W0221", "a report that is probably misspelt";
-        EndlessLoop = "W0222", "transitions in a circle that takes no time";
+        EndlessLoop = "W0222", "transitions that fire forever in no time";
         DatePassed = "W0223", "a date that has passed";
     }
     "Guards and variables" from File {
@@ -177,7 +177,7 @@ codes! {
         GuardUnit = "E0234", "numbers in a guard that do not fit together";
         FieldNotSaid = "E0235", "a field of data is not a single value";
         GuardConstant = "W0236", "a guard that never changes";
-        UnusedVariable = "W0237", "a variable that no guard speaks of";
+        UnusedVariable = "W0237", "a variable that no guard uses";
         CountSyntax = "E0238", "a value that a variable cannot be set to";
         NotSettable = "E0239", "a variable that cannot be set";
         NothingSets = "W0224", "a variable that nothing sets";
@@ -187,22 +187,22 @@ codes! {
         UnknownTransition = "E0251", "an unknown transition";
     }
     "What is proven of the mission" from Proof {
-        FillsWithoutEnd = "W0240", "a place that fills without end";
+        FillsWithoutEnd = "W0240", "a place without a bound";
         GoalNeverReached = "E0241", "the goal can never be reached";
         Standstill = "W0242", "a mission that can come to a standstill";
-        GoalLost = "W0243", "a goal that can get out of reach";
+        GoalLost = "W0243", "a goal that can become unreachable";
         TwoTokens = "W0244", "a second token in a place with components";
-        MarkedTogether = "W0245", "exclusive components wanted together";
+        MarkedTogether = "W0245", "exclusive components requested together";
         NotProven = "W0246", "a mission too large to be proven";
         Takes = "N0247", "how long the mission takes";
         ValuesContradict = "W0248", "two values for one parameter";
         ValuesOpen = "W0249", "variables that are not followed in the proof";
-        CheckFails = "E0252", "a check that does not hold";
+        CheckFails = "E0252", "a check that fails";
         CheckUndecided = "W0253", "a check that could not be decided";
-        ValueOutside = "E0254", "a value outside of a variable's domain";
+        ValueOutside = "E0254", "a value outside a variable's domain";
     }
     "Limits of this version" from File {
-        NotPlayed = "E0301", "not played by this version";
+        NotPlayed = "E0301", "not supported by this version";
         More = "N0999", "more findings were left out";
     }
 }

@@ -21,24 +21,24 @@ pub struct Date {
 }
 
 impl Date {
-    /// The moment so long after the beginning of 1970.
+    /// Returns the moment that is `time` after the beginning of 1970.
     pub fn since_1970(time: Duration) -> Self {
-        Self { ns: nanoseconds(time) }
+        Self { ns: as_nanoseconds(time) }
     }
 
-    /// So much later.
+    /// Returns the moment that is `time` later.
     #[must_use]
     pub fn later(self, time: Duration) -> Self {
-        Self { ns: self.ns + nanoseconds(time) }
+        Self { ns: self.ns + as_nanoseconds(time) }
     }
 
-    /// So much earlier.
+    /// Returns the moment that is `time` earlier.
     #[must_use]
     pub fn earlier(self, time: Duration) -> Self {
-        Self { ns: self.ns - nanoseconds(time) }
+        Self { ns: self.ns - as_nanoseconds(time) }
     }
 
-    /// How long from `earlier` to this one; none if that is later.
+    /// Returns the time from `earlier` to this moment; none if `earlier` is later.
     pub fn after(self, earlier: Self) -> Option<Duration> {
         let ns = self.ns.checked_sub(earlier.ns).filter(|ns| *ns >= 0)?;
         let seconds = u64::try_from(ns / SECOND_NS).unwrap_or(u64::MAX);
@@ -46,17 +46,17 @@ impl Date {
     }
 }
 
-fn nanoseconds(time: Duration) -> i128 {
+fn as_nanoseconds(time: Duration) -> i128 {
     i128::from(time.as_secs()) * SECOND_NS + i128::from(time.subsec_nanos())
 }
 
-/// `2026-11-21T14:30Z`, with seconds and their fraction if wanted; what is finer than a nanosecond
-/// is cut off.
+/// Parses `2026-11-21T14:30Z`, optionally with seconds and their fraction; digits below a
+/// nanosecond are cut off.
 impl FromStr for Date {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let fraction = fraction(text)
+        let fraction = fraction_digits(text)
             .ok_or("a date in UTC is expected, such as 2026-11-21T14:30:00Z".to_owned())?;
         // Only digits are at these places; without seconds there are none at the last.
         let number = |at: usize, len: usize| {
@@ -79,8 +79,8 @@ impl FromStr for Date {
     }
 }
 
-/// The digits of the second's fraction, if the text has the shape of a date.
-fn fraction(text: &str) -> Option<&str> {
+/// Returns the digits of the second's fraction, if the text has the form of a date.
+fn fraction_digits(text: &str) -> Option<&str> {
     let shape: String = text.chars().map(|c| if c.is_ascii_digit() { '0' } else { c }).collect();
     let rest = shape.strip_prefix("0000-00-00T00:00")?.strip_suffix('Z')?;
     let digits = match rest.strip_prefix(":00") {
@@ -97,7 +97,7 @@ fn fraction(text: &str) -> Option<&str> {
     text.get(end - digits..end)
 }
 
-/// As it is written, with seconds, and with a fraction where there is one.
+/// Writes the date as in a file, with seconds, and with a fraction if it has one.
 impl fmt::Display for Date {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let seconds = i64::try_from(self.ns.div_euclid(SECOND_NS)).unwrap_or(i64::MAX);

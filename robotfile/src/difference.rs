@@ -1,4 +1,4 @@
-//! What changed from one configuration to another, as a person would say it: which components,
+//! The changes from one configuration to another, in the words of a user: which components,
 //! parameters, links, places and transitions came, went, or are others. Comments, order and layout
 //! are not in it, except the order of transitions, which decides between equals.
 
@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::model::Configuration;
-use items::{Aspect, Item};
+use items::{Aspect, ComparedItem};
 
-/// What a difference is about.
+/// The subject of a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Subject {
     /// The system itself: its name, its clock.
@@ -21,7 +21,7 @@ pub enum Subject {
     Parameter,
     /// A link; its name is `component.output -> component.input`.
     Link,
-    /// The mission itself: its name, its goal, what is to be proven.
+    /// The mission itself: its name, its goal, its checks.
     Mission,
     /// A variable.
     Variable,
@@ -52,26 +52,26 @@ impl fmt::Display for Subject {
     }
 }
 
-/// What became of it.
+/// The change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// It is there now.
+    /// It was added.
     Added {
-        /// What it says, in a few words; may be empty.
+        /// The new value, in a few words; may be empty.
         what: String,
     },
     /// It is not there any more.
     Removed {
-        /// What it said, in a few words; may be empty.
+        /// The old value, in a few words; may be empty.
         what: String,
     },
-    /// It says something else.
+    /// Its value changed.
     Changed {
         /// Which attribute of it; empty for the value of a parameter.
         aspect: String,
-        /// What it said; empty if it did not say it.
+        /// The old value; empty if there was none.
         before: String,
-        /// What it says; empty if it does not say it any more.
+        /// The new value; empty if there is none.
         after: String,
     },
 }
@@ -79,11 +79,11 @@ pub enum Change {
 /// One thing that is not as before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// What sort of thing.
+    /// The kind of thing.
     pub subject: Subject,
     /// Which one; empty for the system and the mission.
     pub name: String,
-    /// What became of it.
+    /// The change.
     pub change: Change,
 }
 
@@ -101,48 +101,51 @@ impl fmt::Display for Difference {
             Change::Removed { what } => write!(f, " removed; it was {what}"),
             Change::Changed { aspect, before, after } => {
                 let space = if aspect.is_empty() { "" } else { " " };
-                write!(f, ":{space}{aspect} {} → {}", said(before), said(after))
+                write!(f, ":{space}{aspect} {} → {}", or_empty(before), or_empty(after))
             }
         }
     }
 }
 
-fn said(text: &str) -> &str {
+fn or_empty(text: &str) -> &str {
     if text.is_empty() { "(none)" } else { text }
 }
 
-/// All differences from `before` to `after`: the system's first, then the mission's, each sort in
-/// the order of the file, what was removed before what was added.
+/// Returns all differences from `before` to `after`: first the system's, then the mission's, each
+/// kind in the order of the file, with removals before additions.
 pub fn differences(before: &Configuration, after: &Configuration) -> Vec<Difference> {
     let (old, new) = (items::of(before), items::of(after));
     let mut found = Vec::new();
-    compare(&old, &new, &mut found);
+    compare_items(&old, &new, &mut found);
     found.extend(another_order(before, after));
-    // Stable: within a sort the order stays as found.
+    // A stable sort: within a kind the order stays as found.
     found.sort_by_key(|difference| difference.subject);
     found
 }
 
-fn compare(old: &[Item], new: &[Item], found: &mut Vec<Difference>) {
-    let index = |items: &[Item]| -> BTreeMap<(Subject, String), usize> {
+fn compare_items(old: &[ComparedItem], new: &[ComparedItem], found: &mut Vec<Difference>) {
+    let index = |items: &[ComparedItem]| -> BTreeMap<(Subject, String), usize> {
         // Of two with one name the first counts, as everywhere; such a file is refused anyhow.
         let numbered = items.iter().enumerate().rev();
         numbered.map(|(at, item)| ((item.subject, item.name.clone()), at)).collect()
     };
     let (old_at, new_at) = (index(old), index(new));
-    let owner_is_in = |item: &Item, index: &BTreeMap<(Subject, String), usize>| {
+    let owner_is_in = |item: &ComparedItem, index: &BTreeMap<(Subject, String), usize>| {
         let owner = item.owner.as_ref();
         owner.is_none_or(|owner| index.contains_key(&(Subject::Component, owner.clone())))
     };
-    let difference =
-        |item: &Item, change| Difference { subject: item.subject, name: item.name.clone(), change };
+    let difference = |item: &ComparedItem, change| Difference {
+        subject: item.subject,
+        name: item.name.clone(),
+        change,
+    };
     for item in old {
         match new_at.get(&(item.subject, item.name.clone())) {
             Some(at) => {
                 let changes = changed_aspects(&item.aspects, &new[*at].aspects);
                 found.extend(changes.map(|change| difference(item, change)));
             }
-            // What belonged to a component that is gone went with it.
+            // The parts of a removed component are not listed again.
             None if !owner_is_in(item, &new_at) => {}
             None => found.push(difference(item, Change::Removed { what: item.in_words() })),
         }
@@ -179,7 +182,7 @@ fn changed_aspects<'a>(
     kept.chain(added.filter_map(move |aspect| changed(aspect, None, Some(aspect))))
 }
 
-/// Whether the transitions that both have stand in another order.
+/// Returns a difference if the order of the transitions changed that both have.
 fn another_order(before: &Configuration, after: &Configuration) -> Option<Difference> {
     let names = |of: &Configuration| -> Vec<String> {
         let transitions = of.mission.iter().flat_map(|mission| &mission.transitions);

@@ -101,17 +101,17 @@ impl Configuration {
             used.next_of(link.transport == Transport::Udp, Feature::Udp, &mut places);
             used.next_of(link.history > 1, Feature::History, &mut places);
         }
-        used.at(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));
-        self.missions().for_each(|mission| used.mission(mission));
+        used.add_uses(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));
+        self.missions().for_each(|mission| used.add_mission(mission));
         used.0
     }
 
     /// A finding for each feature that is used and is not among those `played`.
     pub fn refuse_unplayed(&self, played: &[Feature], findings: &mut Findings) {
         for used in self.features().into_iter().filter(|used| !played.contains(&used.value)) {
-            let message = format!("{} is understood, but not played by this version", used.value);
+            let message = format!("{} is not supported by this version", used.value);
             let finding = Finding::new(Code::NotPlayed, &used.at, message);
-            findings.push(finding.remedy("do without it for now"));
+            findings.push(finding.remedy("remove it, or use a version that supports it"));
         }
     }
 }
@@ -120,7 +120,7 @@ impl Configuration {
 struct Uses(Vec<Spanned<Feature>>);
 
 impl Uses {
-    fn at<'a>(&mut self, feature: Feature, places: impl IntoIterator<Item = &'a Location>) {
+    fn add_uses<'a>(&mut self, feature: Feature, places: impl IntoIterator<Item = &'a Location>) {
         self.0.extend(places.into_iter().map(|at| Spanned::new(feature, at.clone())));
     }
 
@@ -131,56 +131,56 @@ impl Uses {
         places: &mut impl Iterator<Item = &'a Location>,
     ) {
         if used {
-            self.at(feature, places.next());
+            self.add_uses(feature, places.next());
         }
     }
 
-    fn mission(&mut self, mission: &Mission) {
-        self.at(Feature::Period, mission.period.iter().map(|period| &period.at));
-        self.at(Feature::Resume, mission.resume.iter().map(|resume| &resume.at));
+    fn add_mission(&mut self, mission: &Mission) {
+        self.add_uses(Feature::Period, mission.period.iter().map(|period| &period.at));
+        self.add_uses(Feature::Resume, mission.resume.iter().map(|resume| &resume.at));
         for variable in &mission.variables {
             let is_free = variable.source.is_none();
             let feature = if is_free { Feature::FreeVariable } else { Feature::Variable };
-            self.at(feature, [&variable.name.at]);
+            self.add_uses(feature, [&variable.name.at]);
         }
         for place in &mission.places {
             let name = &place.name.at;
-            self.at(Feature::Weight, (place.initial > 1).then_some(name));
-            self.at(Feature::SafetyClass, (place.class == Class::Safety).then_some(name));
+            self.add_uses(Feature::Weight, (place.initial > 1).then_some(name));
+            self.add_uses(Feature::SafetyClass, (place.class == Class::Safety).then_some(name));
             let parameters = place.parameters.iter().map(|given| &given.parameter.name.at);
-            self.at(Feature::PlaceParameter, parameters);
+            self.add_uses(Feature::PlaceParameter, parameters);
         }
-        mission.transitions.iter().for_each(|transition| self.transition(transition));
-        self.at(
+        mission.transitions.iter().for_each(|transition| self.add_transition(transition));
+        self.add_uses(
             Feature::Submission,
             mission.submissions.iter().map(|submission| &submission.file.at),
         );
-        self.at(Feature::Check, mission.checks.iter().map(|check| &check.at));
+        self.add_uses(Feature::Check, mission.checks.iter().map(|check| &check.at));
     }
 
-    fn transition(&mut self, transition: &Transition) {
+    fn add_transition(&mut self, transition: &Transition) {
         let name = &transition.name.at;
         for arc in &transition.arcs {
             let at = &arc.place.at;
-            self.at(Feature::Weight, (arc.weight > 1).then_some(at));
-            self.at(Feature::ReadArc, (arc.kind == ArcKind::Read).then_some(at));
-            self.at(Feature::InhibitorArc, (arc.kind == ArcKind::Inhibitor).then_some(at));
-            self.at(Feature::ResetArc, (arc.kind == ArcKind::Reset).then_some(at));
+            self.add_uses(Feature::Weight, (arc.weight > 1).then_some(at));
+            self.add_uses(Feature::ReadArc, (arc.kind == ArcKind::Read).then_some(at));
+            self.add_uses(Feature::InhibitorArc, (arc.kind == ArcKind::Inhibitor).then_some(at));
+            self.add_uses(Feature::ResetArc, (arc.kind == ArcKind::Reset).then_some(at));
         }
         let loose = transition.interval.iter().filter(|i| i.latest != Some(i.earliest));
-        self.at(Feature::Interval, loose.map(|interval| &interval.at));
-        self.at(Feature::Guard, transition.when.iter().map(|when| &when.at));
-        self.at(Feature::Priority, (transition.priority != 0).then_some(name));
-        self.at(Feature::SafetyClass, (transition.class == Class::Safety).then_some(name));
+        self.add_uses(Feature::Interval, loose.map(|interval| &interval.at));
+        self.add_uses(Feature::Guard, transition.when.iter().map(|when| &when.at));
+        self.add_uses(Feature::Priority, (transition.priority != 0).then_some(name));
+        self.add_uses(Feature::SafetyClass, (transition.class == Class::Safety).then_some(name));
         let manual = transition.autonomy != Autonomy::Auto;
-        self.at(
+        self.add_uses(
             Feature::Operator,
             manual.then_some(transition.autonomy_at.as_ref().unwrap_or(name)),
         );
-        self.at(Feature::Operator, transition.lost_link.iter().map(|lost| &lost.at));
-        self.at(Feature::Date, transition.not_before.iter().map(|date| &date.at));
-        self.at(Feature::Date, transition.not_after.iter().map(|date| &date.at));
-        self.at(Feature::Date, transition.missed.iter().map(|missed| &missed.at));
-        self.at(Feature::Overrun, transition.overrun.iter().map(|place| &place.at));
+        self.add_uses(Feature::Operator, transition.lost_link.iter().map(|lost| &lost.at));
+        self.add_uses(Feature::Date, transition.not_before.iter().map(|date| &date.at));
+        self.add_uses(Feature::Date, transition.not_after.iter().map(|date| &date.at));
+        self.add_uses(Feature::Date, transition.missed.iter().map(|missed| &missed.at));
+        self.add_uses(Feature::Overrun, transition.overrun.iter().map(|place| &place.at));
     }
 }

@@ -1,6 +1,6 @@
-//! Reads the attributes and children of one element, reporting what is missing, malformed or not
-//! known. A malformed name or value is reported once and, where that misleads nobody, still used,
-//! so that one slip does not bring ten findings.
+//! Reads the attributes and children of one element, reporting those that are missing, malformed or
+//! unknown. A malformed name or value is reported once and then still used where that is harmless,
+//! so that one mistake does not cause ten findings.
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -17,14 +17,14 @@ use crate::suggestion::suggest_similar;
 use crate::tree::{Attribute, Element, Node};
 
 /// The attributes of one element, being read.
-pub(crate) struct Fields<'a, 'f> {
+pub(crate) struct ElementFields<'a, 'f> {
     element: &'a Element,
     source: &'a Arc<Source>,
     findings: &'f mut Findings,
     known: Vec<&'static str>,
 }
 
-impl<'a, 'f> Fields<'a, 'f> {
+impl<'a, 'f> ElementFields<'a, 'f> {
     pub(crate) fn new(
         element: &'a Element,
         source: &'a Arc<Source>,
@@ -33,7 +33,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         Self { element, source, findings, known: Vec::new() }
     }
 
-    /// Where the element's name stands.
+    /// Returns the location of the element's name.
     pub(crate) fn at(&self) -> Location {
         self.element.at(self.source)
     }
@@ -42,17 +42,17 @@ impl<'a, 'f> Fields<'a, 'f> {
         self.findings.push(finding);
     }
 
-    /// The value as it stands.
+    /// Returns the value as written.
     pub(crate) fn text(&mut self, name: &'static str) -> Option<Spanned<String>> {
         self.known.push(name);
         let attribute = self.element.attribute(name)?;
         Some(Spanned::new(attribute.value.clone(), self.value_at(attribute)))
     }
 
-    /// The value as it stands; its absence is a finding.
+    /// Returns the value as written; its absence is a finding.
     pub(crate) fn required(&mut self, name: &'static str) -> Option<Spanned<String>> {
         let value = self.text(name);
-        // One that is misspelt is a finding already.
+        // A misspelt attribute is a finding already.
         let mut others = self.element.attributes.iter();
         let is_misspelt = others.any(|other| {
             let other = other.name.to_ascii_lowercase();
@@ -66,21 +66,21 @@ impl<'a, 'f> Fields<'a, 'f> {
         value
     }
 
-    /// A name, handed on even if it is malformed.
+    /// Returns a name, even if it is malformed.
     pub(crate) fn name(&mut self, name: &'static str) -> Option<Spanned<String>> {
         let value = self.text(name)?;
         self.check_name(&value);
         Some(value)
     }
 
-    /// A name; its absence is a finding.
+    /// Returns a name; its absence is a finding.
     pub(crate) fn required_name(&mut self, name: &'static str) -> Option<Spanned<String>> {
         let value = self.required(name)?;
         self.check_name(&value);
         Some(value)
     }
 
-    /// Names separated by spaces.
+    /// Returns names separated by spaces.
     pub(crate) fn names(&mut self, name: &'static str) -> Vec<Spanned<String>> {
         let Some(attribute) = self.text(name) else { return Vec::new() };
         let raw = attribute.at.text();
@@ -108,9 +108,9 @@ impl<'a, 'f> Fields<'a, 'f> {
         let mut seen = std::collections::BTreeMap::new();
         for word in words {
             if let Some(first) = seen.insert(word.value.as_str(), &word.at) {
-                let message = format!("{} is twice in this list", short(&word.value));
+                let message = format!("{} is listed twice", short(&word.value));
                 let finding = Finding::new(Code::DuplicateInList, &word.at, message);
-                self.report(finding.remedy("name it once").related(first, "first here"));
+                self.report(finding.remedy("remove one of them").related(first, "first here"));
             }
         }
     }
@@ -120,7 +120,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         self.choice(name, &[("true", true), ("false", false)]).map_or(default, |flag| flag.value)
     }
 
-    /// One of a few words.
+    /// Returns the choice for one of a few words.
     pub(crate) fn choice<T: Copy>(
         &mut self,
         name: &'static str,
@@ -135,7 +135,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         found.map(|(_, choice)| value.with(*choice))
     }
 
-    /// Anything that parses from text by itself.
+    /// Returns a value of a type that parses from text.
     pub(crate) fn parsed<T: FromStr<Err = String>>(
         &mut self,
         name: &'static str,
@@ -151,7 +151,7 @@ impl<'a, 'f> Fields<'a, 'f> {
     /// A duration above zero.
     pub(crate) fn longer_than_nothing(&mut self, name: &'static str) -> Option<Spanned<Duration>> {
         self.converted(name, |text| match duration(text)? {
-            Duration::ZERO => Err("a duration longer than nothing is expected".into()),
+            Duration::ZERO => Err("a duration above zero is expected".into()),
             longer => Ok(longer),
         })
     }
@@ -184,16 +184,16 @@ impl<'a, 'f> Fields<'a, 'f> {
     /// `component.port`, or `component.event`.
     pub(crate) fn dotted(&mut self, name: &'static str) -> Option<Port> {
         let value = self.text(name)?;
-        self.port(name, value)
+        self.split_port(name, value)
     }
 
     /// `component.port`; its absence is a finding.
     pub(crate) fn required_dotted(&mut self, name: &'static str) -> Option<Port> {
         let value = self.required(name)?;
-        self.port(name, value)
+        self.split_port(name, value)
     }
 
-    fn port(&mut self, name: &str, value: Spanned<String>) -> Option<Port> {
+    fn split_port(&mut self, name: &str, value: Spanned<String>) -> Option<Port> {
         let Some(dot) =
             value.value.find('.').filter(|_| armor_wire::name::split_data(&value.value).is_some())
         else {
@@ -228,7 +228,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         }
     }
 
-    /// At most one of these attributes may be there.
+    /// Reports a finding if more than one of these attributes is present.
     pub(crate) fn only_one_of(&mut self, names: &[&str]) {
         let element = self.element;
         let mut given = names.iter().filter_map(|name| element.attribute(name));
@@ -241,28 +241,28 @@ impl<'a, 'f> Fields<'a, 'f> {
         }
     }
 
-    /// Reports the attribute, if it is there, as one that changes nothing, and why.
+    /// Reports the attribute, if it is present, as one that has no effect, with the reason.
     pub(crate) fn without_effect(&mut self, name: &str, why: &str) {
         if let Some(at) = self.attribute_at(name) {
-            let finding = Finding::new(Code::NoEffect, &at, format!("{name} changes nothing here"));
+            let finding = Finding::new(Code::NoEffect, &at, format!("{name} has no effect here"));
             self.report(finding.remedy(why));
         }
     }
 
-    /// Where the attribute's name stands, if it is there.
+    /// Returns the location of the attribute's name, if it is present.
     pub(crate) fn attribute_at(&self, name: &str) -> Option<Location> {
         let attribute = self.element.attribute(name)?;
         Some(Location::new(self.source, attribute.name_span))
     }
 
-    /// Whether there are attributes that nobody has asked for so far.
+    /// Returns whether the element has attributes that were not read so far.
     pub(crate) fn has_strangers(&self) -> bool {
         let mut names = self.element.attributes.iter().map(|attribute| attribute.name.as_str());
         names.any(|name| !name.contains(':') && name != "xmlns" && !self.known.contains(&name))
     }
 
-    /// Reports attributes that nobody asked for, children other than `allowed`, and stray text;
-    /// hands on the children that are allowed.
+    /// Reports attributes that were not read, children other than `allowed`, and stray text;
+    /// returns the allowed children.
     pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {
         self.unknown_attributes();
         let element = self.element;
@@ -275,7 +275,7 @@ impl<'a, 'f> Fields<'a, 'f> {
                 Node::Element(child) => self.unknown_element(child, allowed),
                 Node::Text(text, span) if !text.trim().is_empty() => {
                     let at = without_space(&Location::new(self.source, *span));
-                    let message = format!("text does not belong into <{}>", element.name);
+                    let message = format!("text is not allowed in <{}>", element.name);
                     let finding = Finding::new(Code::StrayText, &at, message);
                     self.report(finding.remedy("remove it, or make it a comment"));
                 }
@@ -285,7 +285,7 @@ impl<'a, 'f> Fields<'a, 'f> {
         children
     }
 
-    /// Like [`Self::finish`], for an element that holds text and nothing else.
+    /// Like [`Self::finish`], for an element that contains only text.
     pub(crate) fn finish_text(mut self) {
         self.unknown_attributes();
         let element = self.element;
@@ -293,12 +293,13 @@ impl<'a, 'f> Fields<'a, 'f> {
     }
 
     fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
-        let message = format!("<{}> is not known in <{}>", short(&child.name), self.element.name);
+        let message =
+            format!("<{}> is not an element of <{}>", short(&child.name), self.element.name);
         let remedy =
             match suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
                 Some(guess) => guess,
-                None if allowed.is_empty() => "nothing may stand there".into(),
-                None => format!("known there: {}", allowed.join(", ")),
+                None if allowed.is_empty() => "it may contain no elements".into(),
+                None => format!("known elements: {}", allowed.join(", ")),
             };
         let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
         self.report(finding.remedy(remedy));
@@ -315,9 +316,12 @@ impl<'a, 'f> Fields<'a, 'f> {
             let guess =
                 suggest_similar(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
             let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
-                [] => "it has none".into(),
+                [] => "it takes no attributes".into(),
                 known => {
-                    format!("known are {}; notes of your own need a namespace", known.join(", "))
+                    format!(
+                        "known attributes: {}; your own need a namespace prefix",
+                        known.join(", ")
+                    )
                 }
             });
             let at = Location::new(self.source, attribute.name_span);
@@ -333,7 +337,7 @@ impl<'a, 'f> Fields<'a, 'f> {
             };
             let finding = Finding::new(Code::BadName, &value.at, message);
             self.report(finding.remedy(
-                "a name starts with a letter and goes on with letters, digits, _ and -, at most 64",
+                "a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters",
             ));
         }
     }
@@ -341,7 +345,7 @@ impl<'a, 'f> Fields<'a, 'f> {
     pub(crate) fn bad_value<T>(&mut self, name: &str, value: &Spanned<T>, expected: String) {
         let message = match value.at.text() {
             "" => format!("{name} is empty"),
-            text => format!("{name}: `{}` is not understood", short(text)),
+            text => format!("{name}: `{}` is not valid", short(text)),
         };
         self.report(Finding::new(Code::BadValue, &value.at, message).remedy(expected));
     }
@@ -351,7 +355,7 @@ impl<'a, 'f> Fields<'a, 'f> {
     }
 }
 
-/// The piece without the white space around it.
+/// Returns the location without the white space around the text.
 fn without_space(at: &Location) -> Location {
     let (text, len) = (at.text(), at.text().len());
     at.part(len - text.trim_start().len(), text.trim_end().len())
@@ -364,7 +368,7 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{}` is too long", short(text)))
 }
 
-/// What is wrong with a quantity; one that starts with a number may be too large for any.
+/// Returns what is expected instead of a wrong quantity; a number may be too large.
 fn number_expected(text: &str, error: &QuantityError) -> String {
     let digits = text.trim_start_matches(['+', '-']);
     match error {
@@ -375,7 +379,7 @@ fn number_expected(text: &str, error: &QuantityError) -> String {
     }
 }
 
-/// What to write instead: the known units if it is only the unit that is wrong.
+/// Returns what to write instead: the known units if only the unit is wrong.
 fn expected(error: QuantityError, wanted: &str) -> String {
     match error {
         QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => error.to_string(),

@@ -1,4 +1,4 @@
-//! Findings: what is wrong with a file, where, and what to do about it.
+//! Findings: the problems of a file, their locations, and the remedies.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -7,20 +7,20 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use crate::code::Code;
 use crate::source::Location;
-use crate::way::{Takes, Way};
+use crate::trace::{FiringTrace, MissionDuration};
 
-/// Findings kept of one reading. A file of a million faults is refused as well by the first few
-/// hundred, and a listener that never ends helps nobody.
+/// The findings that are kept of one reading. A file with a million problems is refused for the
+/// first few hundred, and a list without end helps no user.
 pub const MAX_FINDINGS: usize = 500;
 
-/// How grave a finding is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The file is refused.
     Error,
-    /// The file is taken, but is probably not what was meant.
+    /// The file is accepted, but probably does not mean what was intended.
     Warning,
-    /// Worth knowing.
+    /// Information.
     Note,
 }
 
@@ -34,36 +34,36 @@ impl fmt::Display for Severity {
     }
 }
 
-/// One thing that is wrong.
+/// One problem of a file.
 #[derive(Clone, Debug)]
 pub struct Finding {
-    /// What kind of finding it is.
+    /// The kind of finding.
     pub code: Code,
-    /// What is wrong here, in one sentence.
+    /// The problem, in one sentence.
     pub message: String,
-    /// Where; none if it is about no text (a file that cannot be read).
+    /// The location; none if the finding is not about a piece of text (a file that cannot be read).
     pub at: Option<Location>,
-    /// The file that it is about where it is about no text in it.
+    /// The file, for a finding that is about a file and not about a piece of its text.
     pub file: Option<PathBuf>,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
-    /// Other places that belong to it, each with a few words ("first fed here").
+    /// Other locations that belong to it, each with a label ("first fed here").
     pub related: Vec<(Location, String)>,
-    /// The firings that show it, where there are some.
-    pub way: Option<Way>,
-    /// How long the mission takes, where it is about that.
-    pub takes: Option<Takes>,
+    /// The firings that show it, if there are any.
+    pub way: Option<FiringTrace>,
+    /// The duration of the mission, for the finding that reports it.
+    pub takes: Option<MissionDuration>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     more: usize,
 }
 
 impl Finding {
-    /// A finding about the text at `at`.
+    /// Creates a finding about the text at `at`.
     pub fn new(code: Code, at: &Location, message: impl Into<String>) -> Self {
         Self { at: Some(at.clone()), ..Self::nowhere(code, message) }
     }
 
-    /// A finding about no text in particular.
+    /// Creates a finding without a location.
     pub fn nowhere(code: Code, message: impl Into<String>) -> Self {
         let message = bounded(message.into());
         Self {
@@ -79,46 +79,46 @@ impl Finding {
         }
     }
 
-    /// A finding about a file of which no text is known.
+    /// Creates a finding about a file whose text is unknown.
     pub fn of_file(code: Code, file: &Path, message: impl Into<String>) -> Self {
         Self { file: Some(file.to_path_buf()), ..Self::nowhere(code, message) }
     }
 
-    /// Says what to do.
+    /// Sets the remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = bounded(remedy.into());
         self
     }
 
-    /// Shows another place that belongs to it.
+    /// Adds another location that belongs to it.
     #[must_use]
     pub fn related(mut self, at: &Location, label: impl Into<String>) -> Self {
         self.related.push((at.clone(), label.into()));
         self
     }
 
-    /// Shows the firings that lead to it.
+    /// Sets the firings that show it.
     #[must_use]
-    pub fn way(mut self, way: Way) -> Self {
+    pub fn way(mut self, way: FiringTrace) -> Self {
         self.way = Some(way);
         self
     }
 
-    /// How grave it is.
+    /// Returns the severity.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
 
-    /// Whether both say that the same name is not there.
+    /// Returns whether both report the same unknown name.
     fn is_same_name(&self, other: &Self) -> bool {
         matches!(self.code, Code::UnknownComponent | Code::UnknownPlace)
             && self.code == other.code
             && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
     }
 
-    /// Takes in another mention of the same name.
-    fn fold(&mut self, other: Self) {
+    /// Merges another mention of the same name into this finding.
+    fn fold_mention(&mut self, other: Self) {
         if self.more > 0 {
             let own = self.message.rfind(FOLDED).unwrap_or(self.message.len());
             self.message.truncate(own);
@@ -137,11 +137,11 @@ impl Finding {
             n => format!("{n} more findings were left out"),
         };
         let finding = Self::nowhere(Code::More, message);
-        Self { more: count, ..finding.remedy("mend the first ones and check again") }
+        Self { more: count, ..finding.remedy("fix the first ones and check again") }
     }
 }
 
-/// What a message says before the number of further places.
+/// The text of a message before the number of further places.
 const FOLDED: &str = ", and named in ";
 /// Further places of the same mistake that are shown.
 const MAX_RELATED: usize = 3;
@@ -152,12 +152,12 @@ const MAX_WORD: usize = 200;
 const MAX_MESSAGE: usize = 2000;
 const MAX_TEXT: usize = 200;
 
-/// A name or value as messages show it: a file may hold some of a megabyte.
+/// Returns a name or value as messages show it: in a file it may have a megabyte.
 pub(crate) fn short(text: &str) -> std::borrow::Cow<'_, str> {
     cut(text, MAX_SHOWN)
 }
 
-/// The first `most` characters, the last of them an ellipsis if there are more.
+/// Returns the first `most` characters, the last of them an ellipsis if there are more.
 fn cut(text: &str, most: usize) -> std::borrow::Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => text.into(),
@@ -165,7 +165,7 @@ fn cut(text: &str, most: usize) -> std::borrow::Cow<'_, str> {
     }
 }
 
-/// A message that stays readable whatever names and values went into it.
+/// Returns the message with long words cut, so that it stays readable with any names and values.
 fn bounded(text: String) -> String {
     if text.len() <= MAX_WORD {
         return text;
@@ -205,7 +205,7 @@ impl Serialize for Finding {
         let related: Vec<_> =
             self.related.iter().map(|(at, label)| Related { at, label }).collect();
         out.serialize_field("related", &related)?;
-        if let Some(Way { firings, circle, is_late }) = &self.way {
+        if let Some(FiringTrace { firings, circle, is_late }) = &self.way {
             out.serialize_field("way", firings)?;
             if *is_late {
                 out.serialize_field("late", is_late)?;
@@ -251,20 +251,20 @@ fn serialize_location<S: SerializeStruct>(out: &mut S, at: &Location) -> Result<
 pub struct Findings {
     list: Vec<Finding>,
     left_out: usize,
-    /// Whether the last of the list says how many were left out, if any were.
+    /// Whether the list ends with the finding that counts those left out, if there are any.
     is_finished: bool,
 }
 
 impl Findings {
-    /// Adds one, or counts it if there are too many already. Room is made for an error: a file is
-    /// not taken because its warnings were many. A name that was found missing before is named
-    /// there once more.
+    /// Adds a finding, or counts it if the list is full. An error then replaces a warning: a file
+    /// must not be accepted because it has many warnings. Another mention of an unknown name is
+    /// merged into the first.
     pub fn push(&mut self, finding: Finding) {
         self.list.pop_if(|last| last.code == Code::More);
         if finding.code == Code::More {
             self.left_out += finding.more;
         } else if let Some(first) = self.list.iter_mut().find(|f| f.is_same_name(&finding)) {
-            first.fold(finding);
+            first.fold_mention(finding);
         } else if self.list.len() < MAX_FINDINGS {
             self.list.push(finding);
         } else {
@@ -274,7 +274,7 @@ impl Findings {
         self.say_left_out();
     }
 
-    /// Puts an error in the place of something that is none.
+    /// Replaces a finding that is not an error by an error.
     fn make_room(&mut self, finding: Finding) {
         let is_minor = |other: &Finding| other.severity() != Severity::Error;
         if finding.severity() == Severity::Error
@@ -290,29 +290,30 @@ impl Findings {
         }
     }
 
-    /// How many were found, also those left out: for telling whether there was another one.
+    /// Returns the number of findings, with those left out.
     pub(crate) fn total(&self) -> usize {
         self.list.iter().map(|finding| 1 + finding.more).sum::<usize>() + self.left_out
     }
 
-    /// Takes out those that are not to be kept.
+    /// Removes the findings for which `keep` is false.
     pub(crate) fn retain(&mut self, keep: impl Fn(&Finding) -> bool) {
         self.list.retain(keep);
     }
 
-    /// Adds all of another reading.
+    /// Adds all findings of another reading.
     pub fn extend(&mut self, others: impl IntoIterator<Item = Finding>) {
         others.into_iter().for_each(|finding| self.push(finding));
     }
 
-    /// Adds those of another list that are to be kept, and how many that one left out.
+    /// Adds the findings of another list for which `keep` is true, and the number of those that it
+    /// left out.
     pub(crate) fn absorb(&mut self, others: Self, keep: impl Fn(&Finding) -> bool) {
         self.left_out += others.left_out;
         self.extend(others.list.into_iter().filter(keep));
     }
 
-    /// Adds those of another reading that say nothing new of a place: the same code there is the
-    /// same mistake, seen from elsewhere.
+    /// Adds the findings of another reading that are new: the same code at the same location is the
+    /// same mistake.
     pub fn extend_new(&mut self, others: impl IntoIterator<Item = Finding>) {
         for finding in others {
             let place = |finding: &Finding| finding.at.as_ref().map(ToString::to_string);
@@ -324,23 +325,23 @@ impl Findings {
         }
     }
 
-    /// Whether nothing was found, not even a note.
+    /// Returns whether there are no findings, not even notes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// Whether the file is refused.
+    /// Returns whether the file is refused.
     pub fn has_errors(&self) -> bool {
         self.count(Severity::Error) > 0
     }
 
-    /// How many of a severity were found (among those kept).
+    /// Returns the number of findings of a severity (among those kept).
     pub fn count(&self, severity: Severity) -> usize {
         self.list.iter().filter(|finding| finding.severity() == severity).count()
     }
 
-    /// How many of a severity, in words: `1 error`, `2 errors`, `500 or more errors` where some were
-    /// left out; none if there are none.
+    /// Returns the number of findings of a severity, in words: `1 error`, `2 errors`, `500 or more
+    /// errors` where some were left out; none if there are none.
     pub fn counted(&self, severity: Severity) -> Option<String> {
         Some(match self.count(severity) {
             0 => return None,
@@ -352,35 +353,36 @@ impl Findings {
         })
     }
 
-    /// The code of the first error, or else of the first warning.
+    /// Returns the code of the first error, or else of the first warning.
     pub fn gravest(&self) -> Option<Code> {
         let codes = self.iter().map(|finding| finding.code);
         codes.filter(|code| code.severity() != Severity::Note).min_by_key(|code| code.severity())
     }
 
-    /// The findings in the order of the files and their lines.
+    /// Returns the findings in the order of the files and their lines.
     pub fn iter(&self) -> std::slice::Iter<'_, Finding> {
         self.list.iter()
     }
 
-    /// The same, to say more about them.
+    /// Returns the findings, to add to them.
     pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, Finding> {
         self.list.iter_mut()
     }
 
-    /// Whether no more will be kept, so that a search for suggestions is in vain.
+    /// Returns whether the list is full, so that a suggestion need not be computed.
     pub(crate) fn is_full(&self) -> bool {
         self.list.len() >= MAX_FINDINGS
     }
 
-    /// The errors and warnings among them, and that some were left out.
+    /// Returns the errors and warnings, and the finding that counts those left out.
     #[must_use]
     pub fn without_notes(&self) -> Self {
         let is_kept = |f: &&Finding| f.severity() != Severity::Note || f.code == Code::More;
         Self { list: self.list.iter().filter(is_kept).cloned().collect(), ..*self }
     }
 
-    /// Sorts by file and place; what is about no text goes first, that others were left out last.
+    /// Sorts by file and location; findings without a location come first, the one that counts
+    /// those left out last.
     pub fn sort(&mut self) {
         let place = |finding: &Finding| {
             finding.at.as_ref().map(|at| (at.source.path().to_path_buf(), at.span, finding.code))
@@ -388,7 +390,7 @@ impl Findings {
         self.list.sort_by_key(|finding| (finding.code == Code::More, place(finding)));
     }
 
-    /// Sorts and says how many were left out, now and whatever is added later.
+    /// Sorts, and adds the finding that counts those left out, also after later additions.
     pub(crate) fn finish(mut self) -> Self {
         self.list.retain(|finding| finding.code != Code::More);
         self.sort();
@@ -434,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_later_and_from_elsewhere_is_counted_once() {
+    fn later_additions_are_counted_once() {
         let many = |count| {
             let mut findings = Findings::default();
             (0..count).for_each(|_| findings.push(Finding::nowhere(Code::NoSystem, "an error")));

@@ -1,7 +1,7 @@
 //! Sub-missions put into their mission: one net, the names inside qualified by the sub-mission's.
 //!
 //! `<submission ref="dock.xml" in="at-dock" out="docked"/>`: a token in `at-dock` is taken and the
-//! sub-mission's initial places are marked; when its goal is marked, whatever else it holds is taken
+//! sub-mission's initial places are marked; when its goal is marked, all its other tokens are taken
 //! and a token put into `docked`; when its safe place is marked, the whole mission goes to its own.
 //! Without `in` it is marked from the start, without `out` nothing follows its goal.
 
@@ -13,8 +13,8 @@ use crate::read::MAX_ELEMENTS;
 use crate::source::Spanned;
 
 impl Configuration {
-    /// The mission with its sub-missions put in; none without a mission. What a sub-mission has to
-    /// prove or to do on resuming counts in its own file only.
+    /// Returns the mission with its sub-missions included; none without a mission. What a
+    /// sub-mission has to prove or to do on resuming counts in its own file only.
     ///
     /// # Errors
     /// A finding if the whole is larger than a mission may be.
@@ -37,7 +37,8 @@ impl Configuration {
         Ok(whole)
     }
 
-    /// What a sub-mission is called: as its mission, or else its file; the second of a name `-2`.
+    /// Returns the name of a sub-mission: that of its mission, or else of its file; the second of a
+    /// name gets `-2`.
     fn name_of(&self, submission: &Submission, names: &mut Vec<String>) -> String {
         let named = self.included.get(&submission.path).and_then(|inner| inner.name.as_ref());
         let stem = || submission.path.file_stem().unwrap_or_default().to_string_lossy().into();
@@ -61,8 +62,8 @@ impl Configuration {
             let nested = self.name_of(submission, &mut names);
             self.put_in(&mut inner, submission, &nested)?;
         }
-        qualify(&mut inner, name);
-        join(whole, &inner, by, name);
+        qualify_names(&mut inner, name);
+        join_mission(whole, &inner, by, name);
         for place in &mut inner.places {
             if by.enter.is_some() {
                 place.initial = 0;
@@ -78,7 +79,7 @@ impl Configuration {
             let message = message + " places or transitions";
             let mut findings = Findings::default();
             let finding = Finding::new(Code::TooMany, &by.file.at, message);
-            findings.push(finding.remedy("put fewer of them in: this is the format's limit"));
+            findings.push(finding.remedy("include fewer of them: this is the format's limit"));
             return Err(findings);
         }
         Ok(())
@@ -87,7 +88,7 @@ impl Configuration {
 
 /// Puts `name.` before every name of the mission's own: places, transitions and variables. Guards
 /// and values stay as written: a variable in them is that of the mission whose transition it is.
-fn qualify(inner: &mut Mission, name: &str) {
+fn qualify_names(inner: &mut Mission, name: &str) {
     let qualify = |own: &mut Spanned<String>| own.value = format!("{name}.{}", own.value);
     let Mission { goal, safe, places, transitions, variables, .. } = inner;
     goal.iter_mut().chain(safe).for_each(qualify);
@@ -106,7 +107,7 @@ fn qualify(inner: &mut Mission, name: &str) {
 }
 
 /// The transitions between a mission and the sub-mission `inner`, whose names are qualified.
-fn join(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
+fn join_mission(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
     let transition = |what: &str, class, arcs| Transition {
         name: by.file.with(format!("{name}.{what}")),
         arcs,
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_sub_mission_still_holds_at_its_goal_is_taken() {
+    fn tokens_left_in_a_sub_mission_at_its_goal_are_taken() {
         let main = "<mission goal='over' safe='hold'><place name='a' initial='true'/>
             <place name='over'/><place name='hold'/>
             <submission ref='two.xml' in='a' out='over'/></mission>";

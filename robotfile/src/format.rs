@@ -1,6 +1,6 @@
 //! The one layout of a file: an element per line, two spaces deeper per level, at most one blank
 //! line in a row. Only white space that means nothing changes; values, texts and comments stay as
-//! they are written, and a comment stays on the line of what it is beside.
+//! they are written, and a comment stays on the line of its element.
 
 use std::path::Path;
 
@@ -8,20 +8,21 @@ use crate::code::Code;
 use crate::edit::{line_break, quote};
 use crate::finding::{Finding, Findings};
 use crate::tree::{Attribute, Element, Node, Tree};
+use crate::xml::parse_tree;
 
 /// A start tag that would be longer has each of its attributes on a line, below the first.
 const MAX_COLUMNS: usize = 100;
-/// What a level of indentation is.
+/// The indentation of one level.
 const INDENT: &str = "  ";
 
-/// Lays out the bytes of the file called `path`. What comes out says the same, and laid out again
-/// it stays as it is. Line breaks are all as the first one.
+/// Formats the bytes of the file called `path`. The result has the same meaning, and formatted
+/// again it stays as it is. Line breaks are all as the first one.
 ///
 /// # Errors
 /// The findings, if it is no XML or breaks a limit, or is not Armor's: then white space may mean
-/// something. What else is wrong with it does not matter here.
+/// something. Other errors of the file do not matter here.
 pub fn format(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Findings> {
-    let tree = crate::parse_tree(path, bytes)?;
+    let tree = parse_tree(path, bytes)?;
     if tree.root().name != "armor" {
         let message = format!("the root element is <{}>", tree.root().name);
         let finding = Finding::new(Code::WrongRoot, &tree.root().at(tree.source()), message);
@@ -29,23 +30,23 @@ pub fn format(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Findings> {
         findings.push(finding.remedy("only Armor files are formatted"));
         return Err(findings);
     }
-    let formatted = whole(&tree);
+    let formatted = format_tree(&tree);
     // A file just within the limits may be beyond them with its line breaks.
-    crate::parse_tree(path, formatted.as_bytes())?;
+    parse_tree(path, formatted.as_bytes())?;
     Ok(formatted.into_bytes())
 }
 
-fn whole(tree: &Tree) -> String {
+fn format_tree(tree: &Tree) -> String {
     let text = tree.source().text();
-    let mut page = Page { text, out: String::with_capacity(text.len() + text.len() / 4) };
-    let mut line = Line::default();
+    let mut page = FormattedText { text, out: String::with_capacity(text.len() + text.len() / 4) };
+    let mut line = LineState::default();
     for node in tree.before() {
-        page.node(node, 0, &mut line);
+        page.write_node(node, 0, &mut line);
     }
     page.start_line(0, &mut line);
-    page.element(tree.root(), 0, false);
+    page.write_element(tree.root(), 0, false);
     for node in tree.after() {
-        page.node(node, 0, &mut line);
+        page.write_node(node, 0, &mut line);
     }
     let mark = if text.starts_with('\u{feff}') { "\u{feff}" } else { "" };
     let lines = page.out.replace("\r\n", "\n").replace('\r', "\n");
@@ -53,28 +54,28 @@ fn whole(tree: &Tree) -> String {
     format!("{mark}{lines}{}", line_break(text))
 }
 
-/// What has been read of the white space since the last piece.
+/// The white space since the last piece.
 #[derive(Default)]
-struct Line {
-    /// Whether a piece stands before it, among its siblings.
+struct LineState {
+    /// Whether a sibling precedes it.
     follows: bool,
     /// The line breaks in it.
     breaks: usize,
 }
 
-struct Page<'a> {
+struct FormattedText<'a> {
     text: &'a str,
     out: String,
 }
 
-impl<'a> Page<'a> {
+impl<'a> FormattedText<'a> {
     /// Writes a piece among its siblings, none of which is text.
-    fn node(&mut self, node: &Node, depth: usize, line: &mut Line) {
+    fn write_node(&mut self, node: &Node, depth: usize, line: &mut LineState) {
         match node {
-            Node::Text(..) => line.breaks += self.written(node).matches('\n').count(),
+            Node::Text(..) => line.breaks += self.source_text(node).matches('\n').count(),
             Node::Element(element) => {
                 self.start_line(depth, line);
-                self.element(element, depth, false);
+                self.write_element(element, depth, false);
             }
             Node::Comment(_) | Node::Instruction(_) => {
                 if line.breaks == 0 && !self.out.is_empty() {
@@ -83,21 +84,21 @@ impl<'a> Page<'a> {
                 } else {
                     self.start_line(depth, line);
                 }
-                self.out += self.written(node);
+                self.out += self.source_text(node);
             }
         }
     }
 
     /// Starts a line, after a blank one if there was one among the siblings.
-    fn start_line(&mut self, depth: usize, line: &mut Line) {
+    fn start_line(&mut self, depth: usize, line: &mut LineState) {
         if !self.out.is_empty() {
             self.out += if line.follows && line.breaks > 1 { "\n\n" } else { "\n" };
         }
         self.out += &INDENT.repeat(depth);
-        *line = Line { follows: true, breaks: 0 };
+        *line = LineState { follows: true, breaks: 0 };
     }
 
-    fn element(&mut self, element: &Element, depth: usize, in_mission: bool) {
+    fn write_element(&mut self, element: &Element, depth: usize, in_mission: bool) {
         let in_line = element.children.iter().any(|node| self.is_text(node))
             || element.attribute("xml:space").is_some_and(|space| space.value == "preserve");
         let empty = !in_line && element.children.iter().all(|n| matches!(n, Node::Text(..)));
@@ -106,32 +107,37 @@ impl<'a> Page<'a> {
             return;
         }
         if in_line {
-            let inner = self.inner(element);
+            let inner = self.inner_text(element);
             let is_check = in_mission
                 && element.name == "check"
                 && element.children.iter().all(|node| matches!(node, Node::Text(..)));
             self.out += if is_check { inner.trim_ascii() } else { inner };
         } else {
-            let mut line = Line::default();
+            let mut line = LineState::default();
             for node in &element.children {
                 match node {
                     Node::Element(child) => {
                         self.start_line(depth + 1, &mut line);
-                        self.element(child, depth + 1, depth == 1 && element.name == "mission");
+                        self.write_element(
+                            child,
+                            depth + 1,
+                            depth == 1 && element.name == "mission",
+                        );
                     }
-                    node => self.node(node, depth + 1, &mut line),
+                    node => self.write_node(node, depth + 1, &mut line),
                 }
             }
-            self.start_line(depth, &mut Line::default());
+            self.start_line(depth, &mut LineState::default());
         }
         self.out += &format!("</{}>", element.name);
     }
 
     /// The start tag, on one line or with an attribute per line.
     fn start_tag(&mut self, element: &Element, depth: usize, end: &str) {
-        let attributes: Vec<_> = element.attributes.iter().map(|a| self.attribute(a)).collect();
+        let attributes: Vec<_> =
+            element.attributes.iter().map(|a| self.write_attribute(a)).collect();
         let head = format!("<{}", element.name);
-        // A value may hold a line break, which is one character however it is written.
+        // A value may contain a line break, which is one character in any spelling.
         let columns = |written: &String| written.chars().filter(|c| *c != '\r').count();
         let widths = attributes.iter().map(|written| columns(written) + 1);
         let width = INDENT.len() * depth + head.chars().count() + widths.sum::<usize>() + end.len();
@@ -148,23 +154,23 @@ impl<'a> Page<'a> {
         self.out += end;
     }
 
-    fn attribute(&self, attribute: &Attribute) -> String {
+    fn write_attribute(&self, attribute: &Attribute) -> String {
         let (quote, value) = (quote(self.text, attribute), attribute.value_span);
         format!("{}={quote}{}{quote}", attribute.name, &self.text[value.start()..value.end()])
     }
 
-    /// What stands between the tags.
-    fn inner(&self, element: &Element) -> &'a str {
+    /// Returns the text between the tags.
+    fn inner_text(&self, element: &Element) -> &'a str {
         let inner = &self.text[element.tag_span.end()..element.span.end()];
         &inner[..inner.rfind("</").unwrap_or(0)]
     }
 
     /// Whether a node is text that may mean something: not plain white space.
     fn is_text(&self, node: &Node) -> bool {
-        matches!(node, Node::Text(..)) && !self.written(node).trim_ascii().is_empty()
+        matches!(node, Node::Text(..)) && !self.source_text(node).trim_ascii().is_empty()
     }
 
-    fn written(&self, node: &Node) -> &'a str {
+    fn source_text(&self, node: &Node) -> &'a str {
         &self.text[node.span().start()..node.span().end()]
     }
 }

@@ -1,7 +1,7 @@
 //! The mission file: read with positions, checked as a whole, described by a typed model.
 //!
-//! [`load`] reads a file and what it includes; [`check`] proves the whole; a [`Configuration`]
-//! without errors is what the rest of the system runs. On the way: bytes → [`tree`] (quick-xml's
+//! [`load`] reads a file and the files that it names; [`check`] checks them as a whole; the rest of
+//! the system runs a [`Configuration`] without errors. The stages: bytes → [`tree`] (quick-xml's
 //! events, with limits) → [`model`] and [`mission`] → findings, each with its place and remedy.
 //!
 //! ```
@@ -19,7 +19,7 @@ pub mod claim;
 mod code;
 mod date;
 mod difference;
-mod doubts;
+
 mod edit;
 mod features;
 mod fields;
@@ -38,13 +38,12 @@ mod read;
 mod recover;
 mod render;
 mod source;
+mod start_tag;
 mod suggestion;
-mod tag;
+mod trace;
 pub mod tree;
-mod way;
+mod unreadable;
 mod xml;
-
-use std::path::Path;
 
 pub use check::{Manifests, NeededPath, check, needed_paths, passed_dates};
 pub use code::{Code, CodeSection, FindingOrigin};
@@ -62,21 +61,8 @@ pub use page::PageExample;
 pub use read::{MAX_ELEMENTS, MAX_LINKS};
 pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
-pub use way::{Takes, Way};
-pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES};
+pub use trace::{FiringTrace, MissionDuration};
+pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES, parse_tree};
 
 /// The schema of the format, for other XML tools.
 pub const SCHEMA: &str = include_str!("../armor.xsd");
-
-/// Reads the bytes of the file called `path` as a tree, without asking what they mean.
-///
-/// # Errors
-/// The findings, if they are no XML or break a limit.
-pub fn parse_tree(path: &Path, bytes: &[u8]) -> Result<tree::Tree, Findings> {
-    let mut findings = Findings::default();
-    let (_, tree) = xml::parse(path, bytes, &mut findings);
-    match tree.filter(|_| !findings.has_errors()) {
-        Some(tree) => Ok(tree),
-        None => Err(findings.finish()),
-    }
-}

@@ -6,7 +6,7 @@ mod submissions;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::code::Code;
@@ -15,35 +15,35 @@ use crate::mission::Mission;
 use crate::model::{Configuration, System};
 use crate::read::{Contents, contents};
 use crate::recover::{Recovered, recover};
-use crate::source::{Location, Source, Spanned};
+use crate::source::{Location, Source, Spanned, plain_path};
 use crate::xml::{MAX_FILE_BYTES, parse};
 
-/// What came of reading a file.
+/// The result of reading a file.
 #[derive(Clone, Debug)]
 pub struct Reading {
-    /// What the file says, as far as it could be understood; none if it is not XML or has no
-    /// system. Only if [`Self::is_valid`] may it be used.
+    /// The contents of the file, as far as they could be read; none if it is not XML or has no
+    /// system. It may be used only if [`Self::is_valid`].
     pub configuration: Option<Configuration>,
-    /// What is wrong with it.
+    /// The problems of the file.
     pub findings: Findings,
-    /// Every file that was asked for, also those that are missing: what to watch.
+    /// Every file that was requested, also missing ones: the files to watch.
     pub files: Vec<PathBuf>,
-    /// Whether something could not be read, so that what seems to be missing may be there.
+    /// Whether a part could not be read, so that things that seem to be missing may exist.
     pub(crate) is_partial: bool,
 }
 
 impl Reading {
-    /// Whether the configuration is there and free of errors.
+    /// Returns whether there is a configuration without errors.
     pub fn is_valid(&self) -> bool {
         self.configuration.is_some() && !self.findings.has_errors()
     }
 }
 
 /// Reads the file at `path`, the system file and the sub-missions that it may name, taking their
-/// bytes from `loader`. It looks at each file by itself; [`crate::check`] looks at the whole.
+/// bytes from `loader`. It checks each file separately; [`crate::check`] checks the whole.
 pub fn read(path: &Path, loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -> Reading {
     let mut files =
-        Files { loader, findings: Findings::default(), asked: Vec::new(), is_partial: false };
+        FileReader { loader, findings: Findings::default(), asked: Vec::new(), is_partial: false };
     let configuration = files.configuration(path);
     Reading {
         configuration,
@@ -58,11 +58,11 @@ pub fn load(path: &Path) -> Reading {
     read(path, &mut read_bytes)
 }
 
-/// The bytes of a file, at most one more than the limit, so that a giant or endless one costs
-/// nothing. Only regular files are opened: a pipe could hold the reader up for ever.
+/// Returns the bytes of a file, at most one more than the limit, so that a giant or endless file
+/// costs nothing. Only regular files are opened: a pipe could block the reader forever.
 ///
 /// # Errors
-/// As the operating system says, or that it is no regular file.
+/// The error of the operating system, or that it is not a regular file.
 pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(io::Error::other("it is not a regular file"));
@@ -72,14 +72,14 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-struct Files<'a> {
+struct FileReader<'a> {
     loader: &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
     findings: Findings,
     asked: Vec<PathBuf>,
     is_partial: bool,
 }
 
-impl Files<'_> {
+impl FileReader<'_> {
     fn configuration(&mut self, path: &Path) -> Option<Configuration> {
         self.asked.push(path.to_path_buf());
         let bytes = match (self.loader)(path) {
@@ -120,7 +120,7 @@ impl Files<'_> {
         Some(Configuration { sources, system: system?, mission, included })
     }
 
-    /// What a file holds, also one that is no well-formed XML, as far as it can be told.
+    /// Returns the contents of a file, as far as possible also of one that is not well-formed XML.
     fn contents(&mut self, path: &Path, bytes: &[u8]) -> Option<(Arc<Source>, Contents)> {
         let mut of_xml = Findings::default();
         let (source, tree) = parse(path, bytes, &mut of_xml);
@@ -138,7 +138,7 @@ impl Files<'_> {
         Some((source, contents?))
     }
 
-    /// The system of the file that the mission in `path` names.
+    /// Returns the system of the file that the mission in `path` names.
     fn named_system(
         &mut self,
         path: &Path,
@@ -146,9 +146,9 @@ impl Files<'_> {
     ) -> (Option<System>, Vec<Arc<Source>>) {
         let file = named.at.source.folder().join(&named.value);
         let refuse = |code, message: String| {
-            Finding::new(code, &named.at, message).remedy("name the file that holds <system>")
+            Finding::new(code, &named.at, message).remedy("name the file that contains <system>")
         };
-        if plain(&file) == plain(path) {
+        if plain_path(&file) == plain_path(path) {
             let message = format!("{} names itself as its system file", path.display());
             self.findings.push(refuse(Code::IncludeCycle, message));
             return (None, Vec::new());
@@ -164,13 +164,15 @@ impl Files<'_> {
                         format!("{} and {} name each other", path.display(), file.display());
                     refuse(Code::IncludeCycle, message).related(back, "and back from here")
                 }
-                None => refuse(Code::IncludeMissing, format!("{} holds no system", file.display())),
+                None => {
+                    refuse(Code::IncludeMissing, format!("{} contains no system", file.display()))
+                }
             });
         }
         (contents.system, vec![source])
     }
 
-    /// The bytes of a file named at `named`; that it cannot be read is a finding.
+    /// Returns the bytes of a file named at `named`; if it cannot be read, that is a finding.
     fn bytes_of(&mut self, file: &Path, named: &Spanned<String>) -> Option<Vec<u8>> {
         self.asked.push(file.to_path_buf());
         match (self.loader)(file) {
@@ -178,7 +180,7 @@ impl Files<'_> {
             Err(error) => {
                 let message = format!("{} cannot be read: {error}", file.display());
                 let finding = Finding::new(Code::IncludeMissing, &named.at, message);
-                let remedy = "correct the path (it is relative to the file it stands in), or put \
+                let remedy = "correct the path (it is relative to the file in which it is written), or put \
                               the file there";
                 self.findings.push(finding.remedy(remedy));
                 None
@@ -187,24 +189,9 @@ impl Files<'_> {
     }
 }
 
-/// Where a file, instead of holding a system, names one of the two as its system file.
+/// Returns where a file without a system names one of the two as its system file.
 fn names_back<'a>(contents: &'a Contents, path: &Path, file: &Path) -> Option<&'a Location> {
     let named = contents.mission.as_ref()?.system.as_ref()?;
-    let next = plain(&file.parent().unwrap_or(Path::new("")).join(&named.value));
-    [path, file].into_iter().any(|known| plain(known) == next).then_some(&named.at)
-}
-
-/// The path without `.` and `..` where that needs no disk, for telling files apart.
-pub(crate) fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir if plain.file_name().is_some() => {
-                plain.pop();
-            }
-            part => plain.push(part),
-        }
-    }
-    plain
+    let next = plain_path(&file.parent().unwrap_or(Path::new("")).join(&named.value));
+    [path, file].into_iter().any(|known| plain_path(known) == next).then_some(&named.at)
 }

@@ -5,27 +5,27 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::date::Date;
-use crate::doubts::Doubts;
 use crate::guard::MAX_COUNT;
 use crate::model::Parameter;
 use crate::source::{Location, Spanned};
+use crate::unreadable::UnreadableParts;
 
 /// The Petri net over a system.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// What it is called; may be missing.
+    /// The name, if it has one.
     pub name: Option<Spanned<String>>,
-    /// The file that holds the system, as written, if it is another one.
+    /// The file with the system, as written, if it is another file.
     pub system: Option<Spanned<String>>,
     /// The place that ends the mission well.
     pub goal: Option<Spanned<String>>,
     /// The place to be in when something fails.
     pub safe: Option<Spanned<String>>,
-    /// What a restarted executive does after its recovery.
+    /// The behaviour of a restarted executive after its recovery.
     pub resume: Option<Spanned<Resume>>,
     /// Time between two looks at the net; without it, it acts on events.
     pub period: Option<Spanned<Duration>>,
-    /// Values that guards speak of.
+    /// Values that guards use.
     pub variables: Vec<Variable>,
     /// The places in the order of the file.
     pub places: Vec<Place>,
@@ -33,14 +33,14 @@ pub struct Mission {
     pub exclusives: Vec<Exclusive>,
     /// The transitions in the order of the file, which decides between equals.
     pub transitions: Vec<Transition>,
-    /// Other missions put in here.
+    /// The sub-missions.
     pub submissions: Vec<Submission>,
-    /// What is to be proven, as text.
+    /// The statements to be proven, as text.
     pub checks: Vec<Spanned<String>>,
     /// The `<mission>` tag.
     pub at: Location,
-    /// What it says and could not be read.
-    pub(crate) doubts: Doubts,
+    /// The parts that could not be read.
+    pub(crate) unreadable: UnreadableParts,
 }
 
 impl Mission {
@@ -55,10 +55,10 @@ impl Mission {
     }
 }
 
-/// What a restarted executive does after its recovery.
+/// The behaviour of a restarted executive after its recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resume {
-    /// It goes on by itself.
+    /// It continues automatically.
     Continue,
     /// It waits for the operator.
     Hold,
@@ -66,7 +66,7 @@ pub enum Resume {
     Safe,
 }
 
-/// A value with a finite domain that guards speak of: it follows data, or is set by transitions.
+/// A value with a finite domain that guards use: it follows data, or transitions set it.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Its name.
@@ -77,7 +77,7 @@ pub struct Variable {
     pub minimum: Option<Spanned<f64>>,
     /// Largest value, in SI.
     pub maximum: Option<Spanned<f64>>,
-    /// What it is at the start, if transitions set it; its smallest value if it does not say so.
+    /// The value at the start, if transitions set it; by default its smallest value.
     pub initial: Option<Spanned<i64>>,
 }
 
@@ -100,7 +100,7 @@ impl Variable {
     }
 }
 
-/// What a variable that transitions set may be.
+/// The domain of a variable that transitions set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
     /// Its smallest value.
@@ -120,7 +120,7 @@ pub struct Place {
     pub initial: u32,
     /// The components that it activates.
     pub components: Vec<Spanned<String>>,
-    /// Whether it belongs to what keeps the robot safe.
+    /// Whether it is for safety.
     pub class: Class,
     /// Where its token goes when one of its components fails for good.
     pub on_failure: Option<Spanned<String>>,
@@ -144,7 +144,7 @@ pub struct PlaceParameter {
     pub parameter: Parameter,
 }
 
-/// What a place or transition is for, in conflicts and pauses.
+/// The purpose of a place or transition, for conflicts and pauses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// The mission itself.
@@ -180,17 +180,17 @@ pub struct Transition {
     pub when: Option<Spanned<String>>,
     /// Goes before those of a lower priority.
     pub priority: i32,
-    /// Whether it belongs to what keeps the robot safe.
+    /// Whether it is for safety.
     pub class: Class,
-    /// Who decides that it fires.
+    /// The decision to fire it.
     pub autonomy: Autonomy,
-    /// What happens to an operator's transition when the link to the operator is lost.
+    /// The behaviour of an operator's transition when the link to the operator is lost.
     pub lost_link: Option<Spanned<LostLink>>,
     /// It is not enabled before this date.
     pub not_before: Option<Spanned<Date>>,
-    /// It is not enabled from this date on, but for what `missed` says.
+    /// It is not enabled from this date on, except by `missed`.
     pub not_after: Option<Spanned<Date>>,
-    /// What happens when `not_after` passed and it had not fired; nothing said is `Skip`.
+    /// The behaviour when `not_after` passed before it fired; the default is `Skip`.
     pub missed: Option<Spanned<Missed>>,
     /// Where the token goes when a component does not stop.
     pub on_stop_fail: Option<Spanned<String>>,
@@ -198,7 +198,7 @@ pub struct Transition {
     pub on_start_fail: Option<Spanned<String>>,
     /// The place that gets a token when it fires after its deadline.
     pub overrun: Option<Spanned<String>>,
-    /// Where it says who decides, if it says it.
+    /// The location of the attribute that specifies who decides, if present.
     pub(crate) autonomy_at: Option<Location>,
     /// Whether something in its element could not be read.
     pub(crate) is_doubtful: bool,
@@ -216,7 +216,8 @@ impl Transition {
     }
 }
 
-/// A variable and what a transition sets it to, by the values there were before.
+/// A variable and the value that a transition sets it to, computed from the values before the
+/// firing.
 #[derive(Clone, Debug)]
 pub struct SetVariable {
     /// The variable.
@@ -228,7 +229,7 @@ pub struct SetVariable {
 /// A place and a transition, joined.
 #[derive(Clone, Debug)]
 pub struct Arc {
-    /// What it does.
+    /// The kind of arc.
     pub kind: ArcKind,
     /// The place.
     pub place: Spanned<String>,
@@ -236,16 +237,16 @@ pub struct Arc {
     pub weight: u32,
 }
 
-/// What an arc does.
+/// The kinds of arcs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ArcKind {
     /// Takes tokens when the transition fires.
     Take,
     /// Puts tokens when the transition fires.
     Put,
-    /// Wants tokens and leaves them.
+    /// Requires tokens and does not take them.
     Read,
-    /// Wants fewer tokens than its weight.
+    /// Requires fewer tokens than its weight.
     Inhibitor,
     /// Takes all tokens there are, none too.
     Reset,
@@ -254,9 +255,9 @@ pub enum ArcKind {
 /// `component.event`: `done`, `failed`, or an event that the component names.
 #[derive(Clone, Debug)]
 pub struct ReportRef {
-    /// Who reports.
+    /// The component that reports.
     pub component: Spanned<String>,
-    /// What is reported.
+    /// The name of the report.
     pub event: Spanned<String>,
 }
 
@@ -265,17 +266,17 @@ pub struct ReportRef {
 pub struct Interval {
     /// It does not fire before.
     pub earliest: Duration,
-    /// It must have fired by then; none is never.
+    /// The latest time of the firing; none if there is no limit.
     pub latest: Option<Duration>,
 }
 
-/// Who decides that a transition fires.
+/// The decision to fire a transition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Autonomy {
     /// The executive.
     #[default]
     Auto,
-    /// The executive asks the operator; without an answer in time it does as told here.
+    /// The executive asks the operator; without an answer in time it follows this setting.
     Confirm {
         /// How long it waits for an answer; none is for ever.
         within: Option<Duration>,
@@ -286,7 +287,7 @@ pub enum Autonomy {
     Operator,
 }
 
-/// What happens to an operator's transition when the link to the operator is lost.
+/// The behaviour of an operator's transition when the link to the operator is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LostLink {
     /// It fires.
@@ -295,7 +296,7 @@ pub enum LostLink {
     Wait,
 }
 
-/// What happens to a transition whose last date passed unused.
+/// The behaviour of a transition whose `not-after` date passed before it fired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Missed {
     /// It fires once all the same, late.

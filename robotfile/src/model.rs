@@ -1,5 +1,5 @@
-//! The typed model: what a file says, each piece with where it says it. Reading makes it as
-//! complete as the text allows; whether it holds together is for [`crate::check`].
+//! The typed model of a file, each piece with its location. Reading makes it as complete as the
+//! text allows; [`crate::check`] checks its consistency.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,21 +8,21 @@ use std::time::Duration;
 
 use armor_wire::keep::{Keep, Wake};
 
-use crate::doubts::Doubts;
 use crate::mission::Mission;
 use crate::overrides::OVERRIDE;
 use crate::source::{Location, Source, Spanned};
+use crate::unreadable::UnreadableParts;
 
 /// A system, and the mission over it if there is one.
 #[derive(Clone, Debug)]
 pub struct Configuration {
-    /// Every file that was read for it, the one asked for first: what to watch.
+    /// Every file that was read for it, the requested one first: the files to watch.
     pub sources: Vec<Arc<Source>>,
     /// The components and links.
     pub system: System,
     /// The mission; without one every component is always active.
     pub mission: Option<Mission>,
-    /// The missions that it, and these themselves, put in as sub-missions, by
+    /// The missions that it, and these themselves, include as sub-missions, by
     /// [`Submission::path`](crate::mission::Submission::path); each once.
     pub included: BTreeMap<PathBuf, Mission>,
 }
@@ -37,7 +37,7 @@ impl Configuration {
 /// Which components there are, their parameters, their links.
 #[derive(Clone, Debug, Default)]
 pub struct System {
-    /// What it is called; may be missing.
+    /// The name, if it has one.
     pub name: Option<Spanned<String>>,
     /// The components in the order of the file.
     pub components: Vec<Component>,
@@ -45,8 +45,8 @@ pub struct System {
     pub links: Vec<Link>,
     /// The data that time follows, if it is not the host's clock.
     pub clock: Option<Clock>,
-    /// What it says and could not be read.
-    pub(crate) doubts: Doubts,
+    /// The parts that could not be read.
+    pub(crate) unreadable: UnreadableParts,
 }
 
 impl System {
@@ -63,16 +63,16 @@ pub struct Component {
     pub name: Spanned<String>,
     /// Its kind.
     pub kind: Spanned<String>,
-    /// How often its `exec` is called, in hertz; without it, whenever data arrives.
+    /// The rate of its `exec`, in hertz; without one it is called when data arrives.
     pub rate_hz: Option<Spanned<f64>>,
-    /// What happens when it ends by itself.
+    /// The behaviour when its process ends by itself.
     pub restart: Restart,
     /// How long one call of its code may take before its process is killed as hanging; without it,
     /// as long as it likes.
     pub watchdog: Option<Spanned<Duration>>,
     /// Whether the mission may freeze it.
     pub controllable: bool,
-    /// What is assigned, in the order of the file.
+    /// The assigned parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
 }
 
@@ -83,7 +83,7 @@ impl Component {
     }
 }
 
-/// What happens when a component's process ends by itself.
+/// The behaviour when a component's process ends by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Restart {
     /// It is started again, however it ended.
@@ -123,19 +123,19 @@ pub struct Link {
     pub from: Port,
     /// The input.
     pub to: Port,
-    /// Who asks for data.
+    /// Whether data is pushed or pulled.
     pub mode: LinkMode,
-    /// What a slow consumer gets.
+    /// The messages that a slow subscriber receives.
     pub keep: Keep,
     /// How the ends wait.
     pub wake: Wake,
-    /// What the data travels on.
+    /// The transport.
     pub transport: Transport,
-    /// How many of the last data the input holds.
+    /// The number of messages that the input stores.
     pub history: u32,
-    /// Attributes that are not at their default, for saying what is not played.
+    /// Attributes that are not at their default, to report those that are not supported.
     pub(crate) unusual: Vec<Location>,
-    /// Where it says what is kept, if it says it.
+    /// The location of `keep`, if present.
     pub(crate) keep_at: Option<Location>,
 }
 
@@ -157,7 +157,7 @@ impl Port {
     }
 }
 
-/// Who asks for data on a link.
+/// Whether a link pushes or pulls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LinkMode {
     /// The provider sends as it publishes.
@@ -167,7 +167,7 @@ pub enum LinkMode {
     Pull,
 }
 
-/// What a link's data travels on.
+/// The transport of a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Transport {
     /// Whatever fits the two ends.
@@ -184,6 +184,6 @@ pub enum Transport {
 /// `<clock source="sim.clock"/>`.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    /// The output that says what time it is.
+    /// The output that publishes the time.
     pub source: Port,
 }

@@ -1,5 +1,5 @@
-//! Namespaces: what is ours has none; prefixed attributes belong to others and are left alone,
-//! but their prefix must be declared, or other XML tools would refuse the file.
+//! Namespaces: Armor's elements have none; prefixed attributes belong to other programs and are
+//! ignored, but their prefix must be declared, or other XML tools would refuse the file.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::tree::Element;
 /// Reports undeclared prefixes and a default namespace.
 pub(crate) fn check(root: &Element, source: &Arc<Source>, findings: &mut Findings) {
     let mut declared = vec!["xml".to_owned()];
-    visit(root, source, &mut declared, findings);
+    visit_elements(root, source, &mut declared, findings);
 }
 
 /// Recursion is bounded by the tree's depth.
-fn visit(
+fn visit_elements(
     element: &Element,
     source: &Arc<Source>,
     declared: &mut Vec<String>,
@@ -28,11 +28,12 @@ fn visit(
     };
     for attribute in &element.attributes {
         if attribute.name == "xmlns" {
-            let message = "a default namespace makes these elements somebody else's".to_owned();
+            let message =
+                "a default namespace makes these the elements of another format".to_owned();
             report(attribute.name_span, message, "remove it; Armor's elements have no namespace");
         } else if let Some(prefix) = attribute.name.strip_prefix("xmlns:") {
             if attribute.value.is_empty() || prefix == "xmlns" {
-                let message = format!("the prefix {prefix} cannot be declared so");
+                let message = format!("the prefix {prefix} cannot be declared like this");
                 report(attribute.name_span, message, "give it a namespace of your own");
             }
             declared.push(prefix.to_owned());
@@ -54,7 +55,7 @@ fn visit(
         }
     }
     for child in element.elements() {
-        visit(child, source, declared, findings);
+        visit_elements(child, source, declared, findings);
     }
     declared.truncate(outside);
 }

@@ -1,5 +1,5 @@
 //! `--set component.parameter=value`: values given on the command line, over those of the file.
-//! They are kept apart from the file, so they hold for each version of it.
+//! They are separate from the file, so they apply to each version of it.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::model::{Configuration, Parameter};
 use crate::source::{Location, Source, Span, Spanned};
 use crate::suggestion::suggest_similar;
 
-/// What stands for a file name where a value comes from the command line.
+/// The file name in locations of values from the command line.
 pub(crate) const OVERRIDE: &str = "--set";
 
 /// One `--set`.
@@ -55,8 +55,8 @@ impl Override {
     }
 }
 
-/// Puts the overrides over the parameters of the system; the last one of a parameter holds. They
-/// go before the values that a place of the mission gives too.
+/// Applies the overrides to the parameters of the system; of several for one parameter, the last
+/// one applies. They also have priority over the values of places.
 pub fn apply(configuration: &mut Configuration, overrides: &[Override], findings: &mut Findings) {
     for over in overrides {
         let components = &mut configuration.system.components;

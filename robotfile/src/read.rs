@@ -1,5 +1,6 @@
 //! Tree → model, one file at a time.
 
+mod limits;
 mod mission;
 mod system;
 mod transition;
@@ -7,20 +8,17 @@ mod transition;
 use std::sync::Arc;
 
 use crate::code::Code;
-use crate::doubts::Doubts;
-use crate::fields::Fields;
+use crate::fields::ElementFields;
 use crate::finding::{Finding, Findings, short};
 use crate::mission::Mission;
 use crate::model::System;
 use crate::source::{Location, Source};
 use crate::tree::Element;
+use crate::unreadable::UnreadableParts;
 
-/// Most components, places, transitions and so on of a mission or system, of each sort.
-pub const MAX_ELEMENTS: usize = 4096;
-/// Most links of a system.
-pub const MAX_LINKS: usize = 16_384;
+pub use limits::{MAX_ELEMENTS, MAX_LINKS};
 
-/// What one file holds.
+/// The contents of one file.
 pub(crate) struct Contents {
     pub(crate) system: Option<System>,
     pub(crate) mission: Option<Mission>,
@@ -44,7 +42,7 @@ pub(crate) fn contents(
         return None;
     }
     crate::namespaces::check(root, source, findings);
-    let mut fields = Fields::new(root, source, findings);
+    let mut fields = ElementFields::new(root, source, findings);
     if let Some(version) = fields.required("version").filter(|version| version.value != "1") {
         let message = format!("version {} of the format is not known", short(&version.value));
         let finding = Finding::new(Code::WrongRoot, &version.at, message);
@@ -52,45 +50,29 @@ pub(crate) fn contents(
     }
     let children = fields.finish(&["system", "mission"]);
     let of = |name| children.iter().copied().filter(move |child| child.name == name);
-    let system = only(of("system"), source, findings);
-    let mission = only(of("mission"), source, findings);
+    let system = expect_only(of("system"), source, findings);
+    let mission = expect_only(of("mission"), source, findings);
     Some(Contents {
         system: system.map(|element| system::read(element, source, findings)),
         mission: mission.map(|element| mission::read(element, source, findings)),
         at,
-        is_system_misspelt: root.elements().any(|child| Doubts::is_meant(child, "system")),
+        is_system_misspelt: root
+            .elements()
+            .any(|child| UnreadableParts::is_misspelt(child, "system")),
     })
 }
 
 /// The first; further ones are findings.
-fn only<'a>(
+fn expect_only<'a>(
     mut elements: impl Iterator<Item = &'a Element>,
     source: &Arc<Source>,
     findings: &mut Findings,
 ) -> Option<&'a Element> {
     let first = elements.next()?;
     for other in elements {
-        let message = format!("<{}> is there twice", other.name);
+        let message = format!("<{}> occurs twice", other.name);
         let finding = Finding::new(Code::DuplicateElement, &other.at(source), message);
         findings.push(finding.remedy("keep one of them").related(&first.at(source), "first here"));
     }
     Some(first)
-}
-
-/// Adds to a list up to a limit; false, once with a finding, beyond it.
-fn add<T>(list: &mut Vec<T>, item: T, limit: usize, at: &Location, findings: &mut Findings) {
-    if list.len() < limit {
-        list.push(item);
-        return;
-    }
-    // Reported once: the list does not grow beyond the limit, so only its first excess counts.
-    let already = findings.iter().any(|finding| {
-        finding.code == Code::TooMany
-            && finding.at.as_ref().is_some_and(|other| other.text() == at.text())
-    });
-    if !already {
-        let message = format!("there are more than {limit} <{}>", at.text());
-        findings
-            .push(Finding::new(Code::TooMany, at, message).remedy("this is the format's limit"));
-    }
 }

@@ -1,20 +1,20 @@
-//! What a file says although its tags do not match or one of them is malformed: so that all of its
-//! other problems are found in the same pass. The strict reader (`xml.rs`) has refused it and said
-//! why; nothing is reported here, and nobody runs or writes what comes of it.
+//! Reads a file whose tags do not match or are malformed, so that all of its other problems are
+//! found in the same pass. The strict reader (`xml.rs`) has refused the file and reported why; this
+//! module reports nothing, and the result is never run or written.
 
 use std::sync::Arc;
 
 use crate::code::Code;
 use crate::finding::Findings;
 use crate::source::{Location, Source, Span};
-use crate::tag::{TagReader, unescape};
+use crate::start_tag::{TagReader, unescape};
 use crate::tree::{Element, Node};
 use crate::xml::{MAX_DEPTH, MAX_PIECES, conflict};
 
-/// What could be read.
+/// The part that could be read.
 pub(crate) struct Recovered {
     pub(crate) root: Element,
-    /// Whether every tag was understood, so that what is not there was not written either.
+    /// Whether every tag was understood, so that a missing element was really not written.
     pub(crate) is_whole: bool,
 }
 
@@ -28,7 +28,7 @@ const HOPELESS: [Code; 6] = [
     Code::TooMany,
 ];
 
-/// Which elements an element may hold; a `<layout>` may hold anything.
+/// The elements that an element may contain; a `<layout>` may contain anything.
 const HOLDS: [(&str, &[&str]); 6] = [
     ("armor", &["system", "mission"]),
     ("system", &["component", "link", "clock", "layout"]),
@@ -48,36 +48,36 @@ pub(crate) fn recover(source: &Arc<Source>, refused: &Findings) -> Option<Recove
     if is_hopeless || conflict(source).is_some() {
         return None;
     }
-    let mut reader = Reader { source, at: 0, open: Vec::new(), root: None, is_whole: true };
+    let mut reader = RecoveryReader { source, at: 0, open: Vec::new(), root: None, is_whole: true };
     let mut pieces = 0;
-    while reader.root.is_none() && reader.step() {
+    while reader.root.is_none() && reader.read_piece() {
         pieces += 1;
         if pieces > MAX_PIECES || reader.open.len() > MAX_DEPTH {
             return None;
         }
     }
     while !reader.open.is_empty() {
-        reader.close(false);
+        reader.close_element(false);
     }
     Some(Recovered { root: reader.root?, is_whole: reader.is_whole })
 }
 
-struct Reader<'a> {
+struct RecoveryReader<'a> {
     source: &'a Arc<Source>,
-    /// Offset of what is read next.
+    /// The offset of the next piece.
     at: usize,
     open: Vec<Element>,
     root: Option<Element>,
     is_whole: bool,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> RecoveryReader<'a> {
     fn rest(&self) -> &'a str {
         &self.source.text()[self.at..]
     }
 
     /// Takes one tag, text or comment; false at the end.
-    fn step(&mut self) -> bool {
+    fn read_piece(&mut self) -> bool {
         const SKIPPED: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
         let rest = self.rest();
         if rest.is_empty() {
@@ -96,16 +96,16 @@ impl<'a> Reader<'a> {
         let span = Span::new(self.at, self.at + len);
         self.at += len;
         match (is_tag, rest[..len].strip_prefix("</")) {
-            (false, _) => self.text(span),
-            (true, Some(name)) => self.end(name.trim_end_matches('>').trim_end(), span),
-            (true, None) => return self.start(span),
+            (false, _) => self.add_text(span),
+            (true, Some(name)) => self.end_element(name.trim_end_matches('>').trim_end(), span),
+            (true, None) => return self.start_element(span),
         }
         true
     }
 
-    fn text(&mut self, span: Span) {
+    fn add_text(&mut self, span: Span) {
         let Some(top) = self.open.last_mut() else { return };
-        // What is left of a malformed tag looks like text.
+        // The rest of a malformed tag looks like text.
         if self.is_whole || top.name == "check" {
             let at = Location::new(self.source, span);
             let text = unescape(&at, &mut Findings::default());
@@ -113,7 +113,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn start(&mut self, span: Span) -> bool {
+    fn start_element(&mut self, span: Span) -> bool {
         let text = self.source.slice(span);
         let tag = TagReader::new(self.source, span).read(&mut Findings::default());
         if tag.too_many_attributes {
@@ -123,25 +123,25 @@ impl<'a> Reader<'a> {
         self.is_whole &= tag.sound && text.ends_with('>');
         self.open.push(tag.element);
         if text.ends_with("/>") {
-            self.close(true);
+            self.close_element(true);
         }
         true
     }
 
-    fn end(&mut self, name: &str, span: Span) {
+    fn end_element(&mut self, name: &str, span: Span) {
         let Some(at) = self.open.iter().rposition(|element| element.name == name) else { return };
         while self.open.len() > at + 1 {
-            self.close(false);
+            self.close_element(false);
         }
         if let Some(top) = self.open.last_mut() {
             top.span = Span::new(top.span.start(), span.end());
         }
-        self.close(true);
+        self.close_element(true);
     }
 
-    /// Closes the innermost element. If nothing in the file does, what follows it has become its
-    /// content; what belongs to an element around it is given back.
-    fn close(&mut self, by_the_file: bool) {
+    /// Closes the innermost element. If it has no end tag in the file, the elements after it have
+    /// become its content; those that belong to an outer element are moved there.
+    fn close_element(&mut self, by_the_file: bool) {
         let Some(mut element) = self.open.pop() else { return };
         let mut follow = Vec::new();
         if !by_the_file {
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_an_unclosed_element_is_beside_it() {
+    fn elements_after_an_unclosed_one_become_its_siblings() {
         check(
             "<armor><system><component><parameter/><component/><link/></system></armor>",
             "armor(system(component(parameter) component link))",

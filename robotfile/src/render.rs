@@ -1,4 +1,4 @@
-//! Findings as people read them: the line of the file, the piece underlined, and what to do.
+//! Renders findings as text: the line of the file, the piece underlined, and the remedy.
 //!
 //! ```text
 //! error[E0104]: the input slam.scan is fed twice
@@ -74,7 +74,8 @@ impl Finding {
         let lines = self.at.iter().chain(related).map(|at| at.line_column().0);
         let mut margin = lines.max().map_or(0, |line| line.to_string().len());
         if let (Some(at), Severity::Note) = (&self.at, self.severity()) {
-            // A note is not to bury what matters: it says where, and shows no lines.
+            // A note has only its location, without lines of the file, so that it does not hide
+            // what matters.
             margin = 0;
             let _ = writeln!(out, " {} {at}", colours.paint("1;34", "-->"));
         } else if let Some(at) = &self.at {
@@ -99,7 +100,7 @@ struct Snippet<'a> {
     /// Width of the column of line numbers.
     margin: usize,
     arrow: &'a str,
-    /// What underlines, and its style.
+    /// The character that underlines, and its style.
     mark: (&'a str, &'a str),
     label: &'a str,
 }
@@ -113,7 +114,7 @@ impl Snippet<'_> {
         let start = (at.span.start() - line_start).min(end);
         let before = text[..start].chars().count();
         let marked = text[start..end].chars().count().max(1);
-        // A cut line shows some of what stands before the piece.
+        // A cut line shows some of the text before the piece.
         let is_cut = before + marked > SHOWN_WIDTH;
         let skipped = if is_cut { before.saturating_sub(SHOWN_WIDTH / 3) } else { 0 };
         let shown: String = text.chars().skip(skipped).take(SHOWN_WIDTH).collect();
@@ -139,7 +140,7 @@ fn printable(text: &str) -> String {
     let visible = |c: char| match c {
         '\t' => ' ',
         c if c.is_control() => '\u{b7}',
-        // Characters that turn the direction of text would hide what stands there.
+        // Characters that change the direction of text would hide other text.
         '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{b7}',
         c => c,
     };

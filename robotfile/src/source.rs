@@ -3,7 +3,7 @@
 
 use std::fmt;
 use std::ops::Deref;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// One file as it was read.
@@ -18,7 +18,7 @@ impl Source {
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Arc<Self> {
         let text = text.into();
         let line_starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(at, _)| offset(at + 1)))
+            .chain(text.match_indices('\n').map(|(at, _)| clamp_offset(at + 1)))
             .collect();
         Arc::new(Self { path: path.into(), text, line_starts })
     }
@@ -46,7 +46,7 @@ impl Source {
         (line, self.text[start..at].chars().count() + 1)
     }
 
-    /// The text of a span, cut to what is there and to whole characters.
+    /// Returns the text of a span, clamped to the source and to whole characters.
     pub(crate) fn slice(&self, span: Span) -> &str {
         let end = self.text.floor_char_boundary(span.end().min(self.text.len()));
         &self.text[self.text.floor_char_boundary(span.start().min(end))..end]
@@ -76,7 +76,7 @@ pub struct Span {
 impl Span {
     /// The bytes from `start` up to, not including, `end`.
     pub fn new(start: usize, end: usize) -> Self {
-        Self { start: offset(start), end: offset(end.max(start)) }
+        Self { start: clamp_offset(start), end: clamp_offset(end.max(start)) }
     }
 
     /// The first byte.
@@ -100,7 +100,7 @@ pub struct Location {
 }
 
 impl Location {
-    /// The bytes `span` of `source`, cut to what the source has.
+    /// Creates the location of the bytes `span` of `source`, clamped to the source.
     pub fn new(source: &Arc<Source>, span: Span) -> Self {
         let text = source.text();
         let end = text.floor_char_boundary(span.end().min(text.len()));
@@ -108,7 +108,7 @@ impl Location {
         Self { source: Arc::clone(source), span: Span::new(start, end) }
     }
 
-    /// The text that stands there.
+    /// Returns the text at the location.
     pub fn text(&self) -> &str {
         self.source.slice(self.span)
     }
@@ -137,7 +137,7 @@ impl fmt::Display for Location {
 /// A value and where it was written.
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
-    /// What was written.
+    /// The value.
     pub value: T,
     /// Where.
     pub at: Location,
@@ -162,8 +162,23 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
+/// The path without `.` and `..` where that needs no disk, for telling files apart.
+pub(crate) fn plain_path(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if plain.file_name().is_some() => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
 /// Offsets fit `u32` because no source is longer than the 1 MiB limit (longer ones are cut).
-fn offset(at: usize) -> u32 {
+fn clamp_offset(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
 

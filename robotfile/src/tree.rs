@@ -1,5 +1,5 @@
-//! The tree of one XML file, every piece with its span. The source text stays beside it, so
-//! saving what was not changed gives the same bytes, and an edit is a change of a span's text.
+//! The tree of one XML file, every piece with its span. The source text is kept, so that saving an
+//! unchanged file gives the same bytes, and an edit is a change of a span's text.
 
 use std::sync::Arc;
 
@@ -34,12 +34,12 @@ impl Tree {
         &self.root
     }
 
-    /// What stands before the outermost element; an XML declaration counts as an instruction.
+    /// The nodes before the outermost element; an XML declaration counts as an instruction.
     pub fn before(&self) -> &[Node] {
         &self.before
     }
 
-    /// What stands after the outermost element.
+    /// The nodes after the outermost element.
     pub fn after(&self) -> &[Node] {
         &self.after
     }
@@ -61,7 +61,7 @@ impl Tree {
 pub struct Element {
     /// The name, with its prefix if it has one.
     pub name: String,
-    /// Where the name stands in the start tag.
+    /// The span of the name in the start tag.
     pub name_span: Span,
     /// From `<` of the start tag to `>` of the end tag.
     pub span: Span,
@@ -69,7 +69,7 @@ pub struct Element {
     pub tag_span: Span,
     /// The attributes in the order of the file.
     pub attributes: Vec<Attribute>,
-    /// What stands between the tags.
+    /// The nodes between the tags.
     pub children: Vec<Node>,
 }
 
@@ -102,7 +102,7 @@ impl Element {
         (whole.trim().to_owned(), span)
     }
 
-    /// Whether it has an end tag, so that something may stand between the two.
+    /// Returns whether it has an end tag, so that it may have contents.
     pub fn is_open(&self) -> bool {
         self.span != self.tag_span
     }
@@ -119,9 +119,9 @@ pub struct Attribute {
     pub name: String,
     /// The value, with references replaced and white space normalised.
     pub value: String,
-    /// Where the name stands.
+    /// The span of the name.
     pub name_span: Span,
-    /// Where the value stands, without the quotes.
+    /// The span of the value, without the quotes.
     pub value_span: Span,
 }
 
@@ -132,7 +132,7 @@ impl Attribute {
     }
 }
 
-/// What may stand in an element.
+/// A node of an element.
 #[derive(Clone, Debug)]
 pub enum Node {
     /// An element.
@@ -146,7 +146,7 @@ pub enum Node {
 }
 
 impl Node {
-    /// Where it stands, all of it.
+    /// Returns its whole span.
     pub fn span(&self) -> Span {
         match self {
             Self::Element(element) => element.span,

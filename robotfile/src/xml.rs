@@ -10,8 +10,8 @@ use quick_xml::reader::Reader;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::source::{Location, Source, Span};
+use crate::start_tag::{TagReader, unescape};
 use crate::suggestion::suggest_similar;
-use crate::tag::{TagReader, unescape};
 use crate::tree::{Element, Node, Tree};
 
 /// Longest file in bytes: a thousand components take a fifth of it.
@@ -24,8 +24,21 @@ pub const MAX_PIECES: usize = 100_000;
 /// Most attributes of one element; the format itself needs twenty.
 pub const MAX_ATTRIBUTES: usize = 64;
 
+/// Parses the bytes of the file called `path` as a tree, without interpreting it.
+///
+/// # Errors
+/// The findings, if they are no XML or break a limit.
+pub fn parse_tree(path: &Path, bytes: &[u8]) -> Result<Tree, Findings> {
+    let mut findings = Findings::default();
+    let (_, tree) = parse(path, bytes, &mut findings);
+    match tree.filter(|_| !findings.has_errors()) {
+        Some(tree) => Ok(tree),
+        None => Err(findings.finish()),
+    }
+}
+
 /// Reads the bytes of the file called `path`. The tree is missing if they are no XML at all or
-/// break a limit; what is wrong is added to `findings`.
+/// break a limit; problems are added to `findings`.
 pub(crate) fn parse(
     path: &Path,
     bytes: &[u8],
@@ -77,14 +90,14 @@ pub(crate) fn conflict(source: &Arc<Source>) -> Option<Finding> {
     }
     let ours = marks.iter().position(|at| at.text().starts_with('<'))?;
     marks.iter().skip(ours).find(|at| at.text().starts_with('>'))?;
-    let message = "the file has marks of a merge conflict: <<<<<<<, ======= and >>>>>>>";
+    let message = "the file contains the marks of a merge conflict: <<<<<<<, ======= and >>>>>>>";
     let finding = Finding::new(Code::Malformed, &marks[ours], message)
-        .remedy("keep what is right between them, and remove the lines of the marks");
+        .remedy("keep the right lines between them, and remove the marks");
     let others = marks.iter().skip(ours + 1).take(2);
     Some(others.fold(finding, |finding, at| finding.related(at, "and here")))
 }
 
-/// The elements that are open, and what was found on the way.
+/// The open elements, and the findings so far.
 struct Builder<'a> {
     source: &'a Arc<Source>,
     findings: &'a mut Findings,
@@ -93,7 +106,7 @@ struct Builder<'a> {
     root: Option<Element>,
     after: Vec<Node>,
     pieces: usize,
-    /// Whether the tree still says what the file says; if not, it is not handed on.
+    /// Whether the tree still represents the file; if not, it is not returned.
     sound: bool,
 }
 
@@ -128,7 +141,7 @@ impl<'a> Builder<'a> {
             match event {
                 Ok(Event::Eof) => break,
                 Ok(event) => {
-                    if !self.event(&event, span) {
+                    if !self.handle_event(&event, span) {
                         return None;
                     }
                 }
@@ -136,7 +149,9 @@ impl<'a> Builder<'a> {
                     let at = base + position(reader.error_position());
                     let at = Span::new(at, at.max(span.start() + 1));
                     let finding = self.finding(Code::Malformed, at, error.to_string());
-                    self.report(finding.remedy("close what is open, and write < as &lt;"));
+                    self.report_malformed(
+                        finding.remedy("close what is open, and write < as &lt;"),
+                    );
                     return None;
                 }
             }
@@ -145,31 +160,33 @@ impl<'a> Builder<'a> {
     }
 
     /// Takes one event; false if reading on makes no sense.
-    fn event(&mut self, event: &Event<'_>, span: Span) -> bool {
+    fn handle_event(&mut self, event: &Event<'_>, span: Span) -> bool {
         self.pieces += 1;
         if self.pieces > MAX_PIECES {
             let message =
                 format!("the file has more than {MAX_PIECES} elements, texts and comments");
             let finding =
                 self.finding(Code::TooMany, Span::new(span.start(), span.start() + 1), message);
-            self.report(finding.remedy("this is the format's limit"));
+            self.report_malformed(finding.remedy("this is the format's limit"));
             return false;
         }
         match event {
             Event::Start(_) | Event::Empty(_) => {
-                return self.start(matches!(event, Event::Empty(_)), span);
+                return self.start_element(matches!(event, Event::Empty(_)), span);
             }
-            Event::End(_) => self.end(span),
-            Event::Text(_) | Event::GeneralRef(_) => self.text(span),
+            Event::End(_) => self.end_element(span),
+            Event::Text(_) | Event::GeneralRef(_) => self.add_text(span),
             Event::CData(data) => self.push_text(data.to_string(), span),
-            Event::Comment(_) => self.comment(span),
-            Event::PI(_) => self.push(Node::Instruction(span)),
-            Event::Decl(_) => self.declaration(span),
+            Event::Comment(_) => self.add_comment(span),
+            Event::PI(_) => self.push_node(Node::Instruction(span)),
+            Event::Decl(_) => self.check_declaration(span),
             Event::DocType(_) => {
                 let at = Span::new(span.start(), span.end().min(span.start() + "<!DOCTYPE".len()));
                 let finding =
-                    self.finding(Code::Doctype, at, "a document type declaration is not read");
-                self.report(finding.remedy("remove it; robotfile/armor.xsd describes the format"));
+                    self.finding(Code::Doctype, at, "a document type declaration is not allowed");
+                self.report_malformed(
+                    finding.remedy("remove it; robotfile/armor.xsd describes the format"),
+                );
                 return false;
             }
             Event::Eof => {}
@@ -177,7 +194,7 @@ impl<'a> Builder<'a> {
         true
     }
 
-    fn start(&mut self, empty: bool, span: Span) -> bool {
+    fn start_element(&mut self, empty: bool, span: Span) -> bool {
         let tag = TagReader::new(self.source, span).read(self.findings);
         let too_many = tag.too_many_attributes;
         let element = tag.element;
@@ -188,41 +205,45 @@ impl<'a> Builder<'a> {
         if self.open.len() >= MAX_DEPTH {
             let message = format!("elements are nested more than {MAX_DEPTH} deep here");
             let finding = self.finding(Code::TooDeep, element.name_span, message);
-            self.report(finding.remedy("no Armor file needs this; is an end tag missing?"));
+            self.report_malformed(
+                finding.remedy("no Armor file needs this; is an end tag missing?"),
+            );
             return false;
         }
         if self.open.is_empty() && self.root.is_some() {
             let finding = self.finding(Code::Malformed, element.name_span, "a second root element");
-            self.report(finding.remedy("put everything into one <armor> element"));
+            self.report_malformed(finding.remedy("put everything into one <armor> element"));
             return false;
         }
         self.open.push(element);
         if empty {
-            self.close();
+            self.close_element();
         }
         true
     }
 
-    fn end(&mut self, span: Span) {
+    fn end_element(&mut self, span: Span) {
         let text = self.source.slice(span);
         let name = text.trim_start_matches("</").trim_end_matches('>').trim_end().to_owned();
         match self.open.iter().rposition(|element| element.name == name) {
-            None if self.is_misspelt(&name) => self.misspelt(&name, span),
+            None if self.is_misspelt(&name) => self.close_misspelt(&name, span),
             None => {
                 let message = format!("</{name}> closes nothing");
                 let finding = self.finding(Code::EndTag, span, message);
-                self.report(finding.remedy("remove it, or write the start tag that it belongs to"));
+                self.report_malformed(
+                    finding.remedy("remove it, or write the start tag that it belongs to"),
+                );
                 self.sound = false;
             }
             Some(at) => {
                 while self.open.len() > at + 1 {
-                    self.unclosed();
-                    self.close();
+                    self.report_unclosed();
+                    self.close_element();
                 }
                 if let Some(top) = self.open.last_mut() {
                     top.span = Span::new(top.span.start(), span.end());
                 }
-                self.close();
+                self.close_element();
             }
         }
     }
@@ -233,7 +254,7 @@ impl<'a> Builder<'a> {
         suggest_similar(name, meant.into_iter()).is_some()
     }
 
-    fn misspelt(&mut self, name: &str, span: Span) {
+    fn close_misspelt(&mut self, name: &str, span: Span) {
         let Some(top) = self.open.last_mut() else { return };
         top.span = Span::new(top.span.start(), span.end());
         let (message, remedy) = (
@@ -242,21 +263,21 @@ impl<'a> Builder<'a> {
         );
         let start = Location::new(self.source, top.name_span);
         let finding = self.finding(Code::EndTag, span, message).remedy(remedy);
-        self.report(finding.related(&start, "opened here"));
+        self.report_malformed(finding.related(&start, "opened here"));
         self.sound = false;
-        self.close();
+        self.close_element();
     }
 
-    fn unclosed(&mut self) {
+    fn report_unclosed(&mut self) {
         let Some(top) = self.open.last() else { return };
         let message = format!("<{}> is not closed", top.name);
-        let remedy = format!("write </{}> where it ends, or /> if nothing is in it", top.name);
+        let remedy = format!("write </{}> where it ends, or /> if it is empty", top.name);
         let finding = self.finding(Code::EndTag, top.name_span, message);
-        self.report(finding.remedy(remedy));
+        self.report_malformed(finding.remedy(remedy));
         self.sound = false;
     }
 
-    fn close(&mut self) {
+    fn close_element(&mut self) {
         let Some(element) = self.open.pop() else { return };
         match self.open.last_mut() {
             Some(parent) => parent.children.push(Node::Element(element)),
@@ -264,43 +285,43 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn text(&mut self, span: Span) {
+    fn add_text(&mut self, span: Span) {
         let at = Location::new(self.source, span);
         let text = unescape(&at, self.findings);
         self.push_text(text, span);
         if let Some(end) = at.text().find("]]>") {
             let at = Span::new(span.start() + end, span.start() + end + 3);
-            let finding = self.finding(Code::Malformed, at, "]]> may not stand in text");
-            self.report(finding.remedy("write it as ]]&gt;"));
+            let finding = self.finding(Code::Malformed, at, "]]> is not allowed in text");
+            self.report_malformed(finding.remedy("write it as ]]&gt;"));
         }
     }
 
     fn push_text(&mut self, text: String, span: Span) {
         if self.open.is_empty() && !text.trim().is_empty() {
             let finding = self.finding(Code::Malformed, span, "text outside the root element");
-            self.report(finding.remedy("remove it, or make it a comment"));
+            self.report_malformed(finding.remedy("remove it, or make it a comment"));
         }
-        self.push(Node::Text(text, span));
+        self.push_node(Node::Text(text, span));
     }
 
-    fn comment(&mut self, span: Span) {
+    fn add_comment(&mut self, span: Span) {
         let text = self.source.slice(span);
         let inner = text.trim_start_matches("<!").trim_end_matches('>');
         let inner = inner.get(2..inner.len().saturating_sub(2)).unwrap_or_default();
         if inner.contains("--") || inner.ends_with('-') {
-            let finding = self.finding(Code::Malformed, span, "-- may not stand in a comment");
-            self.report(finding.remedy("use a single dash"));
+            let finding = self.finding(Code::Malformed, span, "-- is not allowed in a comment");
+            self.report_malformed(finding.remedy("use a single dash"));
         }
-        self.push(Node::Comment(span));
+        self.push_node(Node::Comment(span));
     }
 
-    fn declaration(&mut self, span: Span) {
+    fn check_declaration(&mut self, span: Span) {
         if span.start() > '\u{feff}'.len_utf8() || self.root.is_some() || !self.open.is_empty() {
             let finding =
                 self.finding(Code::Malformed, span, "the XML declaration is not at the start");
-            self.report(finding.remedy("put it on the first line, or remove it"));
+            self.report_malformed(finding.remedy("put it on the first line, or remove it"));
         }
-        self.push(Node::Instruction(span));
+        self.push_node(Node::Instruction(span));
         let tag = TagReader::declaration(self.source, span).read(self.findings);
         self.sound &= tag.sound;
         let given: Vec<_> =
@@ -313,18 +334,20 @@ impl<'a> Builder<'a> {
         let standalone = matches!(rest, [] | [("standalone", "yes" | "no")]);
         if !matches!(version, ("version", "1.0" | "1.1")) || !standalone {
             let finding = self.finding(Code::Malformed, span, "this is not an XML declaration");
-            self.report(
+            self.report_malformed(
                 finding.remedy("write <?xml version=\"1.0\" encoding=\"UTF-8\"?>, or remove it"),
             );
         }
         if !encoding.eq_ignore_ascii_case("utf-8") {
             let finding =
-                self.finding(Code::NotUtf8, span, "another encoding than UTF-8 is declared");
-            self.report(finding.remedy("save the file as UTF-8 and say encoding=\"UTF-8\""));
+                self.finding(Code::NotUtf8, span, "an encoding other than UTF-8 is declared");
+            self.report_malformed(
+                finding.remedy("save the file as UTF-8 and write encoding=\"UTF-8\""),
+            );
         }
     }
 
-    fn push(&mut self, node: Node) {
+    fn push_node(&mut self, node: Node) {
         match self.open.last_mut() {
             Some(top) => top.children.push(node),
             None if self.root.is_none() => self.before.push(node),
@@ -334,12 +357,14 @@ impl<'a> Builder<'a> {
 
     fn end_of_file(mut self) -> Option<Tree> {
         while !self.open.is_empty() {
-            self.unclosed();
-            self.close();
+            self.report_unclosed();
+            self.close_element();
         }
         if self.root.is_none() {
             let finding = self.finding(Code::Malformed, Span::new(0, 0), "there is no element");
-            self.report(finding.remedy("an Armor file starts with <armor version=\"1\">"));
+            self.report_malformed(
+                finding.remedy("an Armor file starts with <armor version=\"1\">"),
+            );
         }
         let root = self.root.filter(|_| self.sound)?;
         Some(Tree::new(Arc::clone(self.source), self.before, root, self.after))
@@ -356,7 +381,7 @@ impl<'a> Builder<'a> {
             let message = format!("the character U+{:04X} is not allowed in XML", u32::from(c));
             let finding =
                 self.finding(Code::BadCharacter, Span::new(at, at + c.len_utf8()), message);
-            self.report(finding.remedy("remove it"));
+            self.report_malformed(finding.remedy("remove it"));
         }
     }
 
@@ -364,7 +389,7 @@ impl<'a> Builder<'a> {
         Finding::new(code, &Location::new(self.source, span), message)
     }
 
-    fn report(&mut self, finding: Finding) {
+    fn report_malformed(&mut self, finding: Finding) {
         self.findings.push(finding);
     }
 }

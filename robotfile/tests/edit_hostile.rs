@@ -10,7 +10,7 @@ use armor_robotfile::{Document, EditError, Item, NewElement, Position, parse_tre
 use proptest::prelude::*;
 
 /// An element without its form. White space in texts is left out, for there may be more or less of
-/// it around an element that comes or goes.
+/// it around an element that is added or removed.
 #[derive(Clone, Debug, PartialEq)]
 struct Plain {
     name: String,
@@ -264,7 +264,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_no_xml_is_not_opened() {
+fn a_file_that_is_not_xml_is_not_opened() {
     for text in [
         "",
         "<a",
@@ -280,7 +280,7 @@ fn what_is_no_xml_is_not_opened() {
 }
 
 #[test]
-fn limits_hold_for_what_is_written() {
+fn limits_apply_to_edits() {
     let deep = "<a>".repeat(32) + &"</a>".repeat(32);
     let mut document = Document::open(Path::new("a.xml"), deep.as_bytes()).unwrap();
     let error = document.insert_element(&[0; 31], 0, &NewElement::new("x")).unwrap_err();

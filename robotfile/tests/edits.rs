@@ -75,7 +75,7 @@ fn an_element_is_put_where_its_neighbours_are() {
 }
 
 #[test]
-fn what_is_not_there_is_said() {
+fn missing_items_are_reported() {
     let mut document = open("<armor version=\"1\"><system/></armor>");
     let error = document.set_parameter("laser", "x", Some("1")).unwrap_err();
     assert_eq!(error.to_string(), "there is no component laser in a.xml");
@@ -164,7 +164,7 @@ fn a_component_is_renamed_wherever_it_is_meant() {
 }
 
 #[test]
-fn a_component_goes_with_what_is_only_about_it() {
+fn a_component_is_removed_with_everything_that_needs_it() {
     let mut document = open(ROVER);
     let error = document.remove(Item::Component("slam")).unwrap_err();
     assert_eq!(
@@ -188,7 +188,7 @@ fn a_component_goes_with_what_is_only_about_it() {
 }
 
 #[test]
-fn what_is_added_stands_behind_its_like() {
+fn new_elements_follow_the_last_of_their_kind() {
     rover(
         |d| d.add(Item::Component("arm"), &[("kind", "arm"), ("rate", "5Hz")]),
         &[(
@@ -235,7 +235,7 @@ fn what_is_added_stands_behind_its_like() {
 }
 
 #[test]
-fn what_would_not_be_the_format_is_refused() {
+fn edits_that_break_the_format_are_refused() {
     let mut document = open(ROVER);
     let link = |from, to| Item::Link { from, to };
     let refused = |result: Result<(), EditError>, part: &str| {
@@ -244,13 +244,13 @@ fn what_would_not_be_the_format_is_refused() {
     };
     refused(
         document.add(Item::Component("slam"), &[]),
-        "component slam is there already, at a.xml:8:",
+        "component slam exists already, at a.xml:8:",
     );
     refused(document.add(Item::Component("a b"), &[]), "\"a b\" is not a name");
     refused(document.add(Item::Component("x"), &[("name", "y")]), "error[E0011]");
     refused(document.add(Item::Component("x"), &[("a b", "y")]), "cannot be the name");
     refused(document.add(link("sim.scan", "slam"), &[]), "two names joined by a dot");
-    refused(document.add(link("sim.x", "slam.scan"), &[]), "a link to slam.scan is there already");
+    refused(document.add(link("sim.x", "slam.scan"), &[]), "a link to slam.scan exists already");
     refused(document.add(link("laser.x", "slam.y"), &[]), "no component laser");
     refused(
         document.set_attribute(link("sim.scan", "slam.scan"), "to", Some("sim.map")),
@@ -258,7 +258,7 @@ fn what_would_not_be_the_format_is_refused() {
     );
     refused(document.set_attribute(link("sim.scan", "slam.scan"), "to", None), "two names");
     refused(document.set_attribute(Item::Place("home"), "name", None), "is not a name");
-    refused(document.rename(Item::Place("home"), "explore"), "place explore is there already");
+    refused(document.rename(Item::Place("home"), "explore"), "place explore exists already");
     refused(document.rename(link("sim.scan", "slam.scan"), "x"), "cannot be renamed");
     refused(document.rename(Item::Place("nowhere"), "x"), "no place nowhere");
     refused(document.set_parameter("slam", "a b", Some("1")), "is not a name");
@@ -380,7 +380,7 @@ fn a_new_attribute_is_written_as_the_last_one_is() {
 }
 
 #[test]
-fn several_are_removed_at_once_with_what_only_they_are_named_by() {
+fn several_items_are_removed_with_their_mentions() {
     let before = r#"<armor version="1">
   <system>
     <component name="a" kind="k"/>

@@ -1,4 +1,4 @@
-//! Every example file is read, holds together, keeps its bytes, and says what it should.
+//! Every example file is read, is valid, keeps its bytes, and has the expected contents.
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
@@ -34,14 +34,14 @@ fn configuration(path: &Path) -> Configuration {
 }
 
 #[test]
-fn examples_hold_together() {
+fn examples_are_valid() {
     for path in examples() {
         configuration(&path);
     }
 }
 
 #[test]
-fn what_was_not_changed_keeps_its_bytes() {
+fn unchanged_files_keep_their_bytes() {
     for path in examples() {
         let bytes = fs::read(&path).unwrap();
         assert_eq!(parse_tree(&path, &bytes).unwrap().to_bytes(), bytes, "{}", path.display());
@@ -51,7 +51,7 @@ fn what_was_not_changed_keeps_its_bytes() {
 }
 
 #[test]
-fn the_office_says_what_the_issue_wants() {
+fn the_office_has_the_expected_system_and_mission() {
     let office = configuration(&missions().join("office.xml"));
     let mission = office.mission.as_ref().unwrap();
     assert_eq!(mission.goal.as_ref().unwrap().value, "home");
@@ -63,7 +63,7 @@ fn the_office_says_what_the_issue_wants() {
 }
 
 #[test]
-fn the_world_of_the_office_is_there() {
+fn the_world_of_the_office_exists() {
     let office = configuration(&missions().join("office.xml"));
     let world = office.system.component("simulator").unwrap().parameter("world").unwrap();
     assert!(world.folder.join(&world.value.value).is_file());
@@ -127,7 +127,7 @@ fn every_part_of_the_format_reaches_the_model() {
 }
 
 #[test]
-fn what_is_not_played_is_refused_by_name_and_place() {
+fn unsupported_features_are_refused_by_name_and_place() {
     use Feature as F;
     let all = configuration(&folder().join("tests/everything.xml"));
     let used: std::collections::BTreeSet<_> =
@@ -162,7 +162,7 @@ fn what_is_not_played_is_refused_by_name_and_place() {
     all.refuse_unplayed(&every[1..], &mut findings);
     let shown = findings.render(Colours::No);
     assert!(
-        shown.contains("error[E0301]: a pulling link (mode=\"pull\") is understood"),
+        shown.contains("error[E0301]: a pulling link (mode=\"pull\") is not supported"),
         "{shown}"
     );
     assert!(shown.contains("^^^^\n") && shown.ends_with("1 error\n"), "{shown}");
@@ -189,7 +189,7 @@ fn a_mission_finds_its_system_in_another_file() {
 
 /// The examples in the format's documentation are real ones.
 #[test]
-fn the_documented_examples_hold_together() {
+fn the_documented_examples_are_valid() {
     let text = fs::read_to_string(folder().join("../docs/file-format.md")).unwrap();
     let examples: Vec<_> =
         text.split("```xml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();

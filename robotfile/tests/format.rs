@@ -70,7 +70,7 @@ fn texts_and_values_stay_as_they_are_written() {
 }
 
 #[test]
-fn what_is_no_xml_or_not_ours_is_refused_with_findings() {
+fn other_xml_and_malformed_xml_are_refused_with_findings() {
     for (text, code) in [
         ("<armor><system></armor>", "E0012"),
         ("<armor a='1' a='2'/>", "E0011"),
@@ -99,8 +99,8 @@ fn the_shipped_files_are_formatted() {
     }
 }
 
-/// What a file says: names, values, texts and comments in their order, without blank text between
-/// elements.
+/// The contents of a file: names, values, texts and comments in their order, without blank text
+/// between elements.
 fn meaning(text: &str) -> Vec<String> {
     let tree = parse_tree(Path::new(NAME), text.as_bytes()).unwrap();
     let mut out = Vec::new();
@@ -172,13 +172,13 @@ const PIECES: &[&str] = &[
     "<x>t<y/> </x>",
     "<check> a </check>",
 ];
-/// Pieces that make text of what they stand in.
+/// Pieces that add text to the element that contains them.
 const WORDS: &[&str] = &["word", "&lt;", "&#32;", "<![CDATA[ ]]>", "<![CDATA[\r\nx]]>", "\u{a0}"];
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
-    /// Whatever stands between the tags of an example, formatting keeps it and is done at once.
+    /// Formatting keeps any text between the tags of an example, and a second time changes nothing.
     #[test]
     fn meaning_and_comments_are_kept_and_twice_is_once(
         breaks in any::<bool>(),

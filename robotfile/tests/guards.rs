@@ -125,7 +125,7 @@ fn values_that_do_not_fit() {
 }
 
 #[test]
-fn what_never_changes() {
+fn constant_guards() {
     guard("W0236", "[[v &lt; 0]]");
     guard("W0236", "[[v + 1 &lt;= 101]]");
     guard("W0236", "[[0 - v &gt; 0]] or p.ok");
@@ -166,7 +166,7 @@ fn variables() {
 }
 
 #[test]
-fn what_transitions_set_is_a_whole_number_of_its_domain() {
+fn set_values_are_whole_numbers_in_the_domain() {
     let with = |code: &str, variable: &str, value: &str| {
         let text = format!(
             r#"<variable name="n" {variable}/><variable name="ok" source="p.one"/>

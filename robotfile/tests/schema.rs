@@ -125,7 +125,7 @@ fn around(before: &str, put: &str, after: &str) -> (String, String) {
 }
 
 #[test]
-fn the_schema_refuses_what_we_refuse_for_its_structure() {
+fn the_schema_refuses_the_same_structures() {
     let slips = slips();
     assert!(slips.len() > 1000, "{}", slips.len());
     let files: Vec<_> = slips.iter().map(|(file, _)| file.clone()).collect();

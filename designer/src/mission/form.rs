@@ -245,7 +245,7 @@ pub fn is_name(text: &str) -> Result<(), String> {
     match armor_wire::name::is_name(text) {
         true => Ok(()),
         false => {
-            Err("a name starts with a letter and has letters, digits, _ and - (at most 64)".into())
+            Err("a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters".into())
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use armor_proof::time_in_words as time;
-use armor_robotfile::{Code, Finding, Findings, Location, Severity, Takes};
+use armor_robotfile::{Code, Finding, Findings, Location, MissionDuration, Severity};
 
 use crate::canvas::{Badge, Mark};
 use crate::item::Item;
@@ -66,7 +66,7 @@ impl Marks {
     }
 
     /// How long the mission takes, if that is known.
-    pub fn takes(&self) -> Option<&Takes> {
+    pub fn takes(&self) -> Option<&MissionDuration> {
         self.findings.iter().find_map(|found| found.takes.as_ref())
     }
 }
@@ -87,7 +87,7 @@ fn word(code: Code) -> Option<&'static str> {
 }
 
 /// How long it takes to the goal, in a line.
-pub fn takes_words(takes: &Takes) -> String {
+pub fn takes_words(takes: &MissionDuration) -> String {
     let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
     let least = seconds(takes.shortest_s);
     match takes.longest_s.map(seconds) {
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_time_without_end_is_told_as_such() {
-        let takes = |longest_s, always_goal| Takes {
+        let takes = |longest_s, always_goal| MissionDuration {
             shortest_s: 5.0,
             shortest_way: Vec::new(),
             longest_s,

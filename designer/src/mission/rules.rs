@@ -151,7 +151,7 @@ pub fn weight_refused(
         _ if weight == 0 => Some("an arc of weight 0 does nothing: remove it".into()),
         ArcKind::Reset if weight > 1 => Some("a reset arc takes all tokens".into()),
         ArcKind::Take | ArcKind::Put | ArcKind::Read if weight > 1 && is_active => Some(format!(
-            "{place} activates components, so it holds at most one token: count in a place without components"
+            "{place} activates components, so it has at most one token: count in a place without components"
         )),
         _ => None,
     }

@@ -2,7 +2,7 @@
 //! cheap to find out.
 
 use armor_petri::analysis::durations::{Latest, TimedSequence, longest_time, shortest_time};
-use armor_robotfile::{Code, Finding, Takes};
+use armor_robotfile::{Code, Finding, MissionDuration};
 
 use crate::proof::Proof;
 use crate::wording::time_in_words as time;
@@ -69,13 +69,13 @@ impl Proof<'_> {
         }
     }
 
-    fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> Takes {
+    fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> MissionDuration {
         let (longest_s, way, circle) = match most {
             Latest::At(most) => (Some(most.time.as_secs_f64()), &most.sequence[..], &[][..]),
             Latest::WithoutEnd(way) | Latest::DeadEnd(way) => (None, &way[..], &[][..]),
             Latest::Circle(way, circle) => (None, &way[..], &circle[..]),
         };
-        Takes {
+        MissionDuration {
             shortest_s: least.time.as_secs_f64(),
             shortest_way: self.all_names(&least.sequence),
             longest_s,

@@ -6,7 +6,7 @@ use armor_petri::analysis::durations::{Latest, longest_time, shortest_time};
 use armor_petri::analysis::runs::{Escape, MarkingGraph, find_escape, nearest_lost};
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 use armor_robotfile::claim::{Relation, Statement};
 
 use crate::formula::PlaceFormula;
@@ -19,7 +19,7 @@ use crate::wording::time_in_words as time;
 pub(super) enum ClaimVerdict {
     Holds,
     /// Why not, what to do, and the firings that show it.
-    Fails(String, String, Option<Way>),
+    Fails(String, String, Option<FiringTrace>),
     /// Why it could not be found out.
     Undecided(String),
 }
@@ -237,7 +237,7 @@ impl Proof<'_> {
             }
             Ok(Latest::At(most)) => {
                 let says = format!("{} can take {}", self.names(&most.sequence), time(most.time));
-                let way = Way { is_late: true, ..self.trace_of(&most.sequence, &[]) };
+                let way = FiringTrace { is_late: true, ..self.trace_of(&most.sequence, &[]) };
                 ClaimVerdict::Fails(says, CHANGE_EITHER.into(), Some(way))
             }
             Ok(Latest::WithoutEnd(way)) => self.without_end(&way),

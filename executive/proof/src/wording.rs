@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 
 use crate::proof::{Proof, Witness};
 
@@ -73,8 +73,8 @@ impl Proof<'_> {
     }
 
     /// A firing sequence as data.
-    pub(super) fn trace_of(&self, way: &[TransitionId], circle: &[TransitionId]) -> Way {
-        Way { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
+    pub(super) fn trace_of(&self, way: &[TransitionId], circle: &[TransitionId]) -> FiringTrace {
+        FiringTrace { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
     }
 
     /// What a budget that ran out means for what was asked.

@@ -1,29 +1,29 @@
-//! The checks of missions: whether each can be read, and whether everything it names is there, also
-//! in sub-missions. Whether it holds is for whoever knows the net.
+//! The `<check>`s of missions: whether each can be read, and whether everything that it names
+//! exists, also in sub-missions. The executive proves them.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::check::graph::CheckGraph;
 use crate::check::guards::within;
-use crate::check::listed;
+use crate::check::names::listed;
 use crate::claim::{Claim, Name, Sort};
 use crate::code::Code;
-use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings, short};
 use crate::mission::Mission;
 use crate::model::Configuration;
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;
+use crate::unreadable::UnreadableParts;
 
 pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     for mission in configuration.missions().filter(|mission| !mission.checks.is_empty()) {
         if contains_itself(configuration, mission) {
             continue;
         }
-        // One that is too large with its sub-missions is a finding of whoever plays it.
+        // If it is too large with its sub-missions, the executive reports that.
         let Ok(whole) = configuration.flatten(mission) else { continue };
-        let known = Known::of(configuration, mission, &whole);
+        let known = ClaimNames::of(configuration, mission, &whole);
         mission.checks.iter().for_each(|text| check_one(text, &known, findings));
     }
 }
@@ -47,13 +47,13 @@ fn submission_edges<'a>(
     submissions.map(move |submission| (file, Some(submission.path.as_path()), ()))
 }
 
-fn check_one(text: &Spanned<String>, known: &Known<'_>, findings: &mut Findings) {
+fn check_one(text: &Spanned<String>, known: &ClaimNames<'_>, findings: &mut Findings) {
     let claim = match Claim::parse(&text.value) {
         Ok(claim) => claim,
         Err(error) => {
-            // A reference that XML does not know is a finding already.
+            // An unknown XML entity is a finding already.
             let mut of_xml = Findings::default();
-            crate::tag::unescape(&text.at, &mut of_xml);
+            crate::start_tag::unescape(&text.at, &mut of_xml);
             if of_xml.is_empty() {
                 let at = within(text, error.at);
                 findings
@@ -67,20 +67,20 @@ fn check_one(text: &Spanned<String>, known: &Known<'_>, findings: &mut Findings)
     }
 }
 
-/// What can be named.
-struct Known<'a> {
+/// The names that a check may use.
+struct ClaimNames<'a> {
     mission: &'a Mission,
     places: BTreeSet<&'a str>,
     /// Places, and variables that transitions set.
     counts: BTreeSet<&'a str>,
     transitions: BTreeSet<&'a str>,
-    /// Those that some place activates.
+    /// Components that at least one place activates.
     components: BTreeSet<&'a str>,
-    /// What else the system may hold.
-    doubts: &'a Doubts,
+    /// The unreadable parts of the system.
+    unreadable: &'a UnreadableParts,
 }
 
-impl<'a> Known<'a> {
+impl<'a> ClaimNames<'a> {
     fn of(configuration: &'a Configuration, mission: &'a Mission, whole: &'a Mission) -> Self {
         let active = whole.places.iter().flat_map(|place| &place.components);
         let places: BTreeSet<_> =
@@ -93,7 +93,7 @@ impl<'a> Known<'a> {
             places,
             transitions: whole.transitions.iter().map(|t| t.name.value.as_str()).collect(),
             components: active.map(|name| name.value.as_str()).collect(),
-            doubts: &configuration.system.doubts,
+            unreadable: &configuration.system.unreadable,
         }
     }
 
@@ -106,9 +106,9 @@ impl<'a> Known<'a> {
         };
         let own = name.as_str();
         let is_doubtful = match sort {
-            Sort::Place | Sort::Count => self.mission.doubts.may_hold(own),
-            Sort::Transition => self.mission.doubts.moves,
-            Sort::Component => self.doubts.may_hold(own) || self.mission.doubts.start,
+            Sort::Place | Sort::Count => self.mission.unreadable.may_contain(own),
+            Sort::Transition => self.mission.unreadable.in_moves,
+            Sort::Component => self.unreadable.may_contain(own) || self.mission.unreadable.in_start,
         };
         if known.contains(own) || is_doubtful {
             return;
@@ -121,14 +121,14 @@ impl<'a> Known<'a> {
             _ => format!("there is no {} called {}", sort.noun(), short(own)),
         };
         let all = || known.iter().copied();
-        let remedy =
-            suggest_similar(own, all()).unwrap_or_else(|| self.remedy(sort, own, listed(all())));
+        let remedy = suggest_similar(own, all())
+            .unwrap_or_else(|| self.suggest_remedy(sort, own, listed(all())));
         let at = within(text, name.at.clone());
         findings.push(Finding::new(code, &at, message).remedy(remedy));
     }
 
-    /// What is named may be of another sort.
-    fn remedy(&self, sort: Sort, name: &str, listed: String) -> String {
+    /// Returns the remedy; the name may be that of another kind of thing.
+    fn suggest_remedy(&self, sort: Sort, name: &str, listed: String) -> String {
         if sort == Sort::Place && self.counts.contains(name) {
             return format!("{name} is a variable: compare it, as in {name} <= 3");
         }
@@ -141,7 +141,7 @@ impl<'a> Known<'a> {
         }
         let minus = |known: &&&str| name.strip_prefix(**known).is_some_and(|r| r.starts_with('-'));
         if sort == Sort::Place && self.places.iter().any(|known| minus(&known)) {
-            return "a minus belongs to the name; compare sums instead: a + b <= 3".into();
+            return "a minus is part of the name; compare sums instead: a + b <= 3".into();
         }
         format!("name one of: {listed}")
     }

@@ -1,4 +1,4 @@
-//! Dates that have passed. This crate does not know what time it is: whoever does, asks here.
+//! Dates that have passed. The caller supplies the current time.
 
 use crate::code::Code;
 use crate::date::Date;
@@ -21,7 +21,7 @@ pub fn passed_dates(configuration: &Configuration, now: Date) -> Vec<Finding> {
         };
         let message = format!("{} has passed: {so}", last.at.text());
         let finding = Finding::new(Code::DatePassed, &last.at, message);
-        Some(finding.remedy("write a date that is still to come"))
+        Some(finding.remedy("write a date in the future"))
     });
     passed.collect()
 }

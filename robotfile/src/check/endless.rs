@@ -1,19 +1,19 @@
-//! Circles of transitions that need no time, no report, no guard and nobody's consent: a token that
-//! comes there goes round for ever, and the executive gives up and goes to the safe place. What
-//! else may take the token, by its priority and a report at the right moment, is not looked at:
-//! hence a warning.
+//! Circles of transitions without time, report, guard and operator: a token that arrives there
+//! would move forever, so the executive goes to the safe place. The check ignores other transitions
+//! that may take the token by their priority and a report at the right moment, so the finding is a
+//! warning.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::check::graph::CheckGraph;
-use crate::check::listed;
+use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Place, Transition};
 
-/// Transitions of a circle that are shown beside its first one.
+/// The transitions of a circle that are shown in addition to its first one.
 const MAX_SHOWN: usize = 8;
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
@@ -22,7 +22,7 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let moves = find_immediate_moves(mission, &places);
     let edges = moves.iter().map(|(from, (to, transition))| (*from, *to, (*from, *transition)));
     for circle in CheckGraph::new(places.keys().copied(), edges).find_circles(usize::MAX) {
-        report(mission, &circle, findings);
+        report_circle(mission, &circle, findings);
     }
 }
 
@@ -50,8 +50,8 @@ fn find_immediate_moves<'a>(
     first
 }
 
-/// The places between which the transition moves a token as soon as it is there, if it wants
-/// nothing else.
+/// Returns the places between which the transition moves a token as soon as it arrives, if it has
+/// no other condition.
 fn moved_at_once(transition: &Transition) -> Option<(&str, &str, &Transition)> {
     let interval = transition.interval.as_ref();
     let is_timed = interval.is_some_and(|interval| interval.value.latest != Some(Duration::ZERO));
@@ -70,7 +70,7 @@ fn moved_at_once(transition: &Transition) -> Option<(&str, &str, &Transition)> {
     is_single.then_some((&taken.place.value, &put.place.value, transition))
 }
 
-fn report(mission: &Mission, circle: &[(&str, &Transition)], findings: &mut Findings) {
+fn report_circle(mission: &Mission, circle: &[(&str, &Transition)], findings: &mut Findings) {
     let first = (0..circle.len()).min_by_key(|at| circle[*at].1.name.at.span).unwrap_or_default();
     let (before, after) = circle.split_at(first);
     let mut round = after.iter().chain(before);
@@ -78,14 +78,14 @@ fn report(mission: &Mission, circle: &[(&str, &Transition)], findings: &mut Find
     let is_marked =
         |name: &str| mission.places.iter().any(|p| p.initial > 0 && p.name.value == name);
     let when = match circle.iter().any(|(place, _)| is_marked(place)) {
-        true => "from the start on",
-        false => "once a token comes there",
+        true => "from the start",
+        false => "once a token arrives there",
     };
     let names = std::iter::once(*first).chain(round.clone().map(|(_, transition)| *transition));
     let names = listed(names.map(|transition| transition.name.value.as_str()));
-    let message = format!("{when}, the mission would fire without end: {names}");
+    let message = format!("{when}, the mission would fire forever: {names}");
     let mut finding = Finding::new(Code::EndlessLoop, &first.name.at, message)
-        .remedy("let one of them wait for something: after=\"1s\", on=\"…\" or when=\"…\"");
+        .remedy("make one of them wait for something: after=\"1s\", on=\"…\" or when=\"…\"");
     for (_, transition) in round.take(MAX_SHOWN) {
         finding = finding.related(&transition.name.at, "then this one");
     }

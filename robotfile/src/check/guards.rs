@@ -1,5 +1,6 @@
-//! Variables and guards: whether every name in them is there, and whether values fit together. The
-//! types of data are known where the manifests are; without them, only what the file says counts.
+//! Variables and guards: whether every name in them exists, and whether types and units of the
+//! values match. The types of data are known from the manifests; without these, only the file
+//! itself is checked.
 
 mod data;
 mod sets;
@@ -7,8 +8,9 @@ mod sets;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use self::data::Data;
-use crate::check::{Manifests, listed};
+use self::data::DataFields;
+use crate::check::manifests::Manifests;
+use crate::check::names::listed;
 use crate::claim::Claim;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
@@ -23,20 +25,20 @@ pub(super) fn check(
     manifests: Option<&Manifests>,
     findings: &mut Findings,
 ) {
-    let data = Data::of(&configuration.system, manifests);
+    let data = DataFields::of(&configuration.system, manifests);
     for mission in configuration.missions() {
         check_one(mission, &data, findings);
     }
 }
 
-fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
+fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) {
     let mut variables = BTreeMap::new();
     let mut used = BTreeSet::new();
     for variable in &mission.variables {
         let mut found = Findings::default();
         variables.insert(variable.name.value.as_str(), data.variable(variable, &mut found));
         if !found.is_empty() {
-            // What is wrong is to be corrected first.
+            // Its findings must be fixed first.
             used.insert(variable.name.value.clone());
         }
         findings.extend(found);
@@ -47,9 +49,9 @@ fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
             Ok(guard) => guard,
             Err(error) => {
                 all_read = false;
-                // A reference that XML does not know is a finding already.
+                // An unknown XML entity is a finding already.
                 let mut of_xml = Findings::default();
-                crate::tag::unescape(&when.at, &mut of_xml);
+                crate::start_tag::unescape(&when.at, &mut of_xml);
                 if !of_xml.is_empty() {
                     continue;
                 }
@@ -63,11 +65,11 @@ fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
         for name in guard.names() {
             used.insert(name.as_str().to_owned());
             meanings.push(match name.data() {
-                Some(_) => data.field(name, when, findings).map(unbounded),
+                Some(_) => data.field(name, when, findings).map(unbounded_meaning),
                 None => known_variable(name, when, &variables, findings),
             });
         }
-        // With a name that is wrong, no more can be said than that.
+        // With a wrong name, nothing more can be checked.
         let Some(meanings) = meanings.into_iter().collect::<Option<Vec<_>>>() else {
             all_read = false;
             continue;
@@ -79,29 +81,29 @@ fn check_one(mission: &Mission, data: &Data<'_>, findings: &mut Findings) {
     }
     let in_guards = used.clone();
     all_read &= sets::check(mission, &variables, &mut used, findings);
-    if !all_read || mission.doubts.moves {
+    if !all_read || mission.unreadable.in_moves {
         return;
     }
-    used.extend(claimed(mission));
+    used.extend(claimed_names(mission));
     for variable in &mission.variables {
         let (name, counts) = (&variable.name.value, variable.counts().is_some());
         if !used.contains(name) && sets::is_set(mission, variable) {
-            let message = format!("no guard speaks of {name}");
+            let message = format!("no guard uses {name}");
             let finding = Finding::new(Code::UnusedVariable, &variable.name.at, message);
             findings.push(finding.remedy("use it in a when=\"…\", or remove it"));
         } else if in_guards.contains(name) && !sets::is_set(mission, variable) && counts {
-            let message = format!("no transition sets {name}: it is always the same");
+            let message = format!("no transition sets {name}, so its value never changes");
             let finding = Finding::new(Code::NothingSets, &variable.name.at, message);
             findings.push(finding.remedy(
-                "set it: <set variable=\"…\" value=\"…\"/> in a transition; or let it follow data \
+                "set it: <set variable=\"…\" value=\"…\"/> in a transition; or make it follow data \
                  with source=\"…\"",
             ));
         }
     }
 }
 
-/// What the checks of a mission speak of.
-fn claimed(mission: &Mission) -> BTreeSet<String> {
+/// Returns the names in the checks of a mission.
+fn claimed_names(mission: &Mission) -> BTreeSet<String> {
     let claims = mission.checks.iter().filter_map(|text| Claim::parse(&text.value).ok());
     let names = |claim: Claim| {
         let names = claim.names().into_iter().map(|(_, name)| name.as_str().to_owned());
@@ -110,7 +112,7 @@ fn claimed(mission: &Mission) -> BTreeSet<String> {
     claims.flat_map(names).collect()
 }
 
-fn unbounded(is: Type) -> Meaning {
+fn unbounded_meaning(is: Type) -> Meaning {
     Meaning { is, within: (f64::NEG_INFINITY, f64::INFINITY), domain: "any value".into() }
 }
 
@@ -128,7 +130,7 @@ fn known_variable(
     let before_minus =
         |known: &&str| name.as_str().strip_prefix(*known).is_some_and(|rest| rest.starts_with('-'));
     let remedy = match known.clone().find(before_minus) {
-        Some(_) => "put spaces around a minus: without, it belongs to the name".into(),
+        Some(_) => "put spaces around a minus: without them it is part of the name".into(),
         None => suggest_similar(name.as_str(), known.clone()).unwrap_or_else(|| {
             format!(
                 "declare a <variable>, or name a field of data as component.output.field; \
@@ -142,7 +144,8 @@ fn known_variable(
     None
 }
 
-/// The bytes `range` of a text as a place in the file, where `&lt;` is longer than what it means.
+/// Returns the bytes `range` of a text as a location in the file, where `&lt;` is longer than the
+/// character.
 pub(super) fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
     let raw = text.at.text();
     let (mut at, mut read) = (0, 0);
@@ -157,7 +160,7 @@ pub(super) fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
         if found == 2 || at >= raw.len() {
             break;
         }
-        let (len, written) = crate::tag::character(&text.at, at);
+        let (len, written) = crate::start_tag::character(&text.at, at);
         (at, read) = (at + len, read + written);
     }
     text.at.part(ends[0].min(ends[1]), ends[1])

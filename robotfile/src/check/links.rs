@@ -33,13 +33,13 @@ fn never_called(system: &System, findings: &mut Findings) {
     }
     for component in system.components.iter().filter(|component| component.rate_hz.is_none()) {
         let name = component.name.value.as_str();
-        if pushed.get(name) == Some(&false) && !system.doubts.is_half_read(name) {
+        if pushed.get(name) == Some(&false) && !system.unreadable.is_half_read(name) {
             let message = format!(
-                "{name} is never called: it has no rate, and its links pull, which they do when it is called"
+                "{name} is never called: it has no rate, and all its links pull, which fetches data only when it is called"
             );
             let finding = Finding::new(Code::NeverCalled, &component.name.at, message);
             findings.push(
-                finding.remedy("give it a rate, such as rate=\"10Hz\", or let one link push"),
+                finding.remedy("give it a rate, such as rate=\"10Hz\", or make one link push"),
             );
         }
     }
@@ -57,12 +57,12 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
     let may_come = (from_hz / to_hz - 1e-9).ceil();
     if f64::from(count) < may_come {
         let message = format!(
-            "{may_come} of {} may come while {to} works for one period, and this queue holds {count}",
+            "{may_come} of {} may arrive in one period of {to}, and this queue has room for {count}",
             link.from.data()
         );
         let finding = Finding::new(Code::ShortQueue, at, message);
         let remedy =
-            format!("write keep=\"{may_come}\", or keep=\"latest\" if only the newest counts");
+            format!("write keep=\"{may_come}\", or keep=\"latest\" if only the newest is needed");
         findings.push(finding.remedy(remedy));
     }
 }
@@ -83,7 +83,7 @@ fn check_circles(system: &System, findings: &mut Findings) {
 }
 
 fn report_circle(last: &Link, others: &[&Link], findings: &mut Findings) {
-    let message = "these links drop nothing and go in a circle: when all are full, everybody waits for everybody";
+    let message = "these links drop nothing and form a circle: when all queues are full, each component waits for the next";
     let mut finding = Finding::new(Code::KeepAllCircle, &last.from.at, message)
         .remedy("write keep=\"latest\" or a number on one of them");
     for link in others.iter().take(MAX_SHOWN) {

@@ -1,17 +1,21 @@
-//! The system against the manifests of its kinds: that they are there, and the parameters; the
-//! ports are in `ports.rs`.
+//! The system against the manifests of its kinds: existence and parameters; the ports are in
+//! `ports.rs`.
 
 use std::collections::BTreeMap;
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType};
 use armor_wire::name::is_name;
 
-use crate::check::{Manifests, listed, ports};
+use crate::check::names::listed;
+use crate::check::ports;
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::model::{Component, Configuration, Parameter};
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;
+
+/// The manifests of all available kinds, by kind.
+pub type Manifests = BTreeMap<String, Manifest>;
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let system = &configuration.system;
@@ -41,7 +45,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let fed = ports::Fed::of(system, &kinds);
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
-            let is_whole = !system.doubts.is_half_read(&component.name.value);
+            let is_whole = !system.unreadable.is_half_read(&component.name.value);
             check_parameters(component, manifest, is_whole, findings);
             ports::required_inputs(component, manifest, &fed, findings);
         }
@@ -64,7 +68,7 @@ pub(super) fn unknown<'a>(
     let message = format!("there is no {noun} called {}", short(&name.value));
     let guess = if findings.is_full() { None } else { suggest_similar(&name.value, known.clone()) };
     let remedy = guess.unwrap_or_else(|| match known.clone().next() {
-        None => "there is none at all".into(),
+        None => "there are none".into(),
         Some(_) => format!("there are: {}", listed(known)),
     });
     findings.push(Finding::new(code, &name.at, message).remedy(remedy));
@@ -93,7 +97,7 @@ fn check_parameters(
     }
 }
 
-/// Whether the parameter is there under a name that the kind does not have: that is an error already.
+/// Returns whether the parameter is given with a misspelt name: that is an error already.
 fn is_misspelt(wanted: &ParameterManifest, component: &Component, manifest: &Manifest) -> bool {
     let given = component.parameters.iter().map(|parameter| parameter.name.value.as_str());
     let mut unknown = given.filter(|name| !manifest.parameters.iter().any(|p| p.name == *name));
@@ -109,22 +113,22 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
         return unknown(Code::UnknownParameter, &parameter.name, &noun, known, findings);
     };
     let Err(problem) = wanted.parse(&parameter.value.value) else { return };
-    let code = if unbounded(wanted).parse(&parameter.value.value).is_ok() {
+    let code = if without_bounds(wanted).parse(&parameter.value.value).is_ok() {
         Code::ParameterRange
     } else {
         Code::ParameterType
     };
     let message = format!("{}: {problem}", parameter.name.value);
     let remedy = if wanted.doc.is_empty() {
-        expected(wanted)
+        describe_expected(wanted)
     } else {
-        format!("{}; {}", wanted.doc, expected(wanted))
+        format!("{}; {}", wanted.doc, describe_expected(wanted))
     };
     findings.push(Finding::new(code, &parameter.value.at, message).remedy(remedy));
 }
 
 /// The parameter without its range and choices.
-fn unbounded(parameter: &ParameterManifest) -> ParameterManifest {
+fn without_bounds(parameter: &ParameterManifest) -> ParameterManifest {
     let kind = match parameter.kind {
         ParameterType::Choice => ParameterType::Text,
         kind => kind,
@@ -132,7 +136,7 @@ fn unbounded(parameter: &ParameterManifest) -> ParameterManifest {
     ParameterManifest { minimum: None, maximum: None, kind, ..parameter.clone() }
 }
 
-fn expected(parameter: &ParameterManifest) -> String {
+fn describe_expected(parameter: &ParameterManifest) -> String {
     let mut text = match parameter.kind {
         ParameterType::Number if parameter.unit.is_empty() => "a number".to_owned(),
         ParameterType::Number => format!("a number in {}", parameter.unit),

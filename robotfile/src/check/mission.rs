@@ -1,9 +1,10 @@
-//! What a mission must hold: names once, places and components that exist, a start, and
-//! exclusions that the places themselves keep.
+//! The requirements on a mission: unique names, places and components that exist, an initial place,
+//! and places that do not activate exclusive components together.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::{Names, reach};
+use crate::check::names::KnownNames;
+use crate::check::reach;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
@@ -33,10 +34,10 @@ fn check_one(
     findings: &mut Findings,
 ) {
     let transitions = mission.transitions.iter().map(|transition| &transition.name);
-    Names::collect("transition", Code::DuplicateTransition, transitions, findings);
+    KnownNames::collect("transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
-    Names::collect("variable", Code::DuplicateVariable, variables, findings);
-    let known = Known::of(mission, system, controlled, findings);
+    KnownNames::collect("variable", Code::DuplicateVariable, variables, findings);
+    let known = MissionNames::of(mission, system, controlled, findings);
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
     }
@@ -52,7 +53,7 @@ fn check_one(
     for place in mission.submissions.iter().flat_map(|sub| [&sub.enter, &sub.leave]).flatten() {
         known.expect_place(place, findings);
     }
-    if !mission.doubts.start && !mission.places.iter().any(|place| place.initial > 0) {
+    if !mission.unreadable.in_start && !mission.places.iter().any(|place| place.initial > 0) {
         let finding =
             Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
@@ -61,10 +62,10 @@ fn check_one(
     reach::check(mission, findings);
 }
 
-/// What names may be used, and what is known of them.
-struct Known<'a> {
-    places: Names<'a>,
-    components: Names<'a>,
+/// The names that a mission may use, with their properties.
+struct MissionNames<'a> {
+    places: KnownNames<'a>,
+    components: KnownNames<'a>,
     /// The components that no mission may control.
     fixed: BTreeSet<&'a str>,
     /// The places that activate a component.
@@ -73,7 +74,7 @@ struct Known<'a> {
     controlled: &'a BTreeSet<&'a str>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> MissionNames<'a> {
     fn of(
         mission: &'a Mission,
         system: &'a System,
@@ -92,10 +93,15 @@ impl<'a> Known<'a> {
         // Duplicates among the components are the system's findings.
         let unheard = &mut Findings::default();
         Self {
-            places: Names::collect("place", Code::DuplicatePlace, places, findings)
-                .beside(&mission.doubts),
-            components: Names::collect("component", Code::DuplicateComponent, components, unheard)
-                .beside(&system.doubts),
+            places: KnownNames::collect("place", Code::DuplicatePlace, places, findings)
+                .including(&mission.unreadable),
+            components: KnownNames::collect(
+                "component",
+                Code::DuplicateComponent,
+                components,
+                unheard,
+            )
+            .including(&system.unreadable),
             fixed: fixed.map(|component| component.name.value.as_str()).collect(),
             active_in,
             controlled,
@@ -114,10 +120,12 @@ impl<'a> Known<'a> {
         for name in names {
             self.expect_component(name, findings);
             if self.fixed.contains(name.value.as_str()) {
-                let message =
-                    format!("{} has controllable=\"false\": no mission controls it", name.value);
+                let message = format!(
+                    "{} has controllable=\"false\", so no mission may control it",
+                    name.value
+                );
                 let finding = Finding::new(Code::NotControllable, &name.at, message);
-                findings.push(finding.remedy("take it out of here, or let the mission control it"));
+                findings.push(finding.remedy("remove it here, or make it controllable"));
             }
         }
     }
@@ -139,7 +147,7 @@ impl<'a> Known<'a> {
             let message =
                 format!("{} is in no place, so it is active together with the others", name.value);
             let finding = Finding::new(Code::ExclusiveTogether, &name.at, message);
-            findings.push(finding.remedy("activate it in a place, or take it out of the set"));
+            findings.push(finding.remedy("activate it in a place, or remove it from the set"));
         }
     }
 
@@ -151,7 +159,7 @@ impl<'a> Known<'a> {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
         if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
-            let message = "on-failure changes nothing here";
+            let message = "on-failure has no effect here";
             let finding = Finding::new(Code::NoEffect, &target.at, message);
             findings.push(finding.remedy("the place has no components that could fail: remove it"));
         }
@@ -161,7 +169,7 @@ impl<'a> Known<'a> {
             let exists = self.expect_component(component, findings);
             if exists && !self.is_active_in(&component.value, &place.name.value) {
                 let message = format!(
-                    "{} does not activate {}, so it gives it no values",
+                    "{} does not activate {}, so it cannot set its parameters",
                     place.name.value, component.value
                 );
                 let finding = Finding::new(Code::ForeignParameter, &component.at, message);
@@ -181,7 +189,8 @@ impl<'a> Known<'a> {
     fn check_transition(&self, transition: &Transition, findings: &mut Findings) {
         let name = &transition.name;
         if transition.arcs.is_empty() {
-            let message = format!("{} takes from no place and puts into none", name.value);
+            let message =
+                format!("{} takes tokens from no place and puts them into none", name.value);
             let finding = Finding::new(Code::NoArcs, &name.at, message);
             findings.push(finding.remedy("write from=\"…\" and to=\"…\""));
         }
@@ -208,8 +217,8 @@ impl<'a> Known<'a> {
     }
 }
 
-/// A component may report whatever its author likes; but what is one slip away from `done` or
-/// `failed` is hardly meant.
+/// A component may send reports of any name, but a name that differs from `done` or `failed` by one
+/// or two letters is probably a mistake.
 fn misspelt_report(event: &Spanned<String>, findings: &mut Findings) {
     const SENT: [&str; 2] = ["done", "failed"];
     let name = event.value.to_ascii_lowercase();
@@ -217,8 +226,10 @@ fn misspelt_report(event: &Spanned<String>, findings: &mut Findings) {
         return;
     }
     if let Some(guess) = suggest_similar(&name, SENT.into_iter()) {
-        let message =
-            format!("the report {} is almost called as one of done and failed", event.value);
+        let message = format!(
+            "the report {} is probably misspelt: the usual ones are done and failed",
+            event.value
+        );
         let finding = Finding::new(Code::ReportMisspelt, &event.at, message);
         findings.push(finding.remedy(guess));
     }
@@ -242,14 +253,14 @@ fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
                     if place.initial > 0 { at_start.insert(*set, component) } else { None }
                 });
                 if let Some(other) = other.filter(|other| other.value != component.value) {
-                    together(component, other, mission, *set, findings);
+                    report_together(component, other, mission, *set, findings);
                 }
             }
         }
     }
 }
 
-fn together(
+fn report_together(
     component: &Spanned<String>,
     other: &Spanned<String>,
     mission: &Mission,

@@ -1,6 +1,6 @@
-//! Transitions that stand in each other's way: one that another always precedes, and two between
-//! which nothing but the order in the file decides. Both are found where the conditions of one are
-//! among those of the other; what depends on the marking is for the analysis of the net.
+//! Transitions that compete: one that another always precedes, and two between which only the order
+//! in the file decides. Both are found if the conditions of one are a subset of the other's;
+//! conflicts that depend on the marking need the analysis of the net.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +11,8 @@ use crate::finding::{Finding, Findings};
 use crate::guard::Guard;
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 
-/// Conditions that are compared: four thousand transitions out of one place are not worth minutes.
+/// The limit for compared conditions: four thousand transitions from one place must not take
+/// minutes.
 const MAX_COMPARED: usize = 2_000_000;
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
@@ -26,8 +27,8 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     }
     let mut compared = 0;
     for (index, conditions) in all.iter().enumerate() {
-        let beside = conditions.needs.keys().flat_map(|place| &by_place[place]).copied();
-        for other in beside.filter(|other| *other != index) {
+        let competing = conditions.needs.keys().flat_map(|place| &by_place[place]).copied();
+        for other in competing.filter(|other| *other != index) {
             compared += conditions.len() + all[other].len();
             if compared > MAX_COMPARED {
                 return;
@@ -43,9 +44,9 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
 /// When a transition can fire.
 struct Conditions<'a> {
     transition: &'a Transition,
-    /// Tokens wanted in each place.
+    /// The tokens required in each place.
     needs: BTreeMap<&'a str, u32>,
-    /// Fewer tokens than that are wanted in each place.
+    /// The number of tokens that each place must stay below.
     inhibitors: BTreeMap<&'a str, u32>,
     is_safety: bool,
     /// Whether not all of its conditions could be read.
@@ -89,7 +90,7 @@ impl<'a> Conditions<'a> {
         self.needs.len() + self.inhibitors.len()
     }
 
-    /// What keeps this transition from firing although it could, if that is `other`.
+    /// Returns a finding if `other` prevents this transition from firing although it is enabled.
     fn hindered_by(&self, other: &Self, other_is_first: bool) -> Option<Finding> {
         let name = &other.transition.name.value;
         // Two of one name are an error already.
@@ -101,24 +102,25 @@ impl<'a> Conditions<'a> {
         let is_earlier = other.latest.is_some_and(|latest| latest < self.earliest);
         // A pause stops all clocks but those of safety.
         if always && is_free && is_earlier && (other.is_safety || !self.is_safety) {
-            return Some(self.never(other, &format!("{name} always fires before it")));
+            return Some(self.never_fires(other, &format!("{name} always fires before it")));
         }
         if !self.has_same_moment(other) {
             return None;
         }
         match other.rank().cmp(&self.rank()) {
-            Ordering::Greater if always => {
-                Some(self.never(other, &format!("{name} can fire whenever it can, and goes first")))
-            }
+            Ordering::Greater if always => Some(self.never_fires(
+                other,
+                &format!("{name} can always fire at the same moment, and has priority"),
+            )),
             Ordering::Equal if other_is_first && (always || self.is_met_with(other)) => {
-                Some(self.tie(other))
+                Some(self.decided_by_order(other))
             }
             _ => None,
         }
     }
 
-    /// Whether somebody or a date decides, of which the file says nothing, or something that could
-    /// not be read.
+    /// Returns whether an operator, a date or an unreadable condition decides, so that the moment
+    /// is unknown.
     fn is_manual(&self) -> bool {
         let t = self.transition;
         self.is_vague
@@ -127,7 +129,7 @@ impl<'a> Conditions<'a> {
             || t.not_after.is_some()
     }
 
-    /// Whether this one's tokens are there whenever those of `other` are.
+    /// Returns whether this transition has its tokens whenever `other` has.
     fn is_met_with(&self, other: &Self) -> bool {
         let needs =
             self.needs.iter().all(|(place, n)| other.needs.get(place).is_some_and(|m| m >= n));
@@ -137,7 +139,7 @@ impl<'a> Conditions<'a> {
         needs && inhibitors.all(|met| met)
     }
 
-    /// Whether both become able to fire at the same moments, their tokens being there.
+    /// Returns whether both are enabled at the same moments, given their tokens.
     fn has_same_moment(&self, other: &Self) -> bool {
         let event =
             |t: &'a Transition| t.on.as_ref().map(|on| (&on.component.value, &on.event.value));
@@ -151,7 +153,7 @@ impl<'a> Conditions<'a> {
         (self.is_safety, self.transition.priority)
     }
 
-    fn never(&self, other: &Self, why: &str) -> Finding {
+    fn never_fires(&self, other: &Self, why: &str) -> Finding {
         let name = &self.transition.name;
         let message = format!("{} never fires: {why}", name.value);
         Finding::new(Code::NeverFires, &name.at, message)
@@ -159,14 +161,14 @@ impl<'a> Conditions<'a> {
             .related(&other.transition.name.at, "this one")
     }
 
-    fn tie(&self, other: &Self) -> Finding {
+    fn decided_by_order(&self, other: &Self) -> Finding {
         let (name, first) = (&self.transition.name, &other.transition.name);
         let message = format!(
             "{} and {} can fire at the same moment, and only the order in the file decides",
             first.value, name.value
         );
         Finding::new(Code::Tie, &name.at, message)
-            .remedy("say which one goes first: priority=\"1\" on it")
-            .related(&first.at, "this one goes first now")
+            .remedy("specify which one fires first: priority=\"1\" on it")
+            .related(&first.at, "this one fires first now")
     }
 }

@@ -1,42 +1,44 @@
-//! Files that parameters name. This crate looks at none of them: whoever may, asks here which.
+//! Files that parameters name. This crate opens none of them: it returns the paths, and the caller
+//! checks them.
 
 use std::path::{Path, PathBuf};
 
 use armor_wire::manifest::ParameterType;
 
-use crate::check::Manifests;
+use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::model::{Configuration, Parameter};
 use crate::source::Spanned;
 
-/// A file or folder that a component cannot do without.
+/// A file or folder that a component requires.
 #[derive(Clone, Debug)]
 pub struct NeededPath {
     component: String,
     parameter: String,
     /// As written, and where.
     written: Spanned<String>,
-    /// The path from where the program looks.
+    /// The path from the folder in which the program runs.
     pub path: PathBuf,
 }
 
 impl NeededPath {
-    /// The finding that it is not there.
+    /// Returns the finding that it does not exist.
     pub fn missing(&self) -> Finding {
         let Self { component, parameter, written, path } = self;
         let message =
-            format!("{component}.{parameter} names {}, which is not there", written.value);
+            format!("{component}.{parameter} names {}, which does not exist", written.value);
         let finding = Finding::new(Code::FileMissing, &written.at, message);
         let place = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let place =
             place.map_or("the current folder".into(), |folder| folder.display().to_string());
-        finding.remedy(format!("it is looked for in {place}: correct the path, or put it there"))
+        finding
+            .remedy(format!("it was expected in {place}: correct the path, or put the file there"))
     }
 }
 
-/// The paths that parameters without a default name. What a component can do without, or may
-/// write itself, is not among them: a parameter with a default.
+/// Returns the paths in parameters without a default. A parameter with a default is left out: its
+/// file is optional, or the component writes it.
 pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec<NeededPath> {
     let system = &configuration.system;
     let mut needed = Vec::new();

@@ -1,5 +1,5 @@
-//! Links against the ports of the kinds that they join: there, in the right direction, of one type,
-//! and every required input fed.
+//! Links against the ports of the kinds that they join: the ports exist, the direction is right,
+//! the types match, and every required input is fed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,12 +8,12 @@ use armor_wire::manifest::{Manifest, PortManifest};
 use armor_wire::schema::difference;
 use armor_wire::{Message, WireType};
 
-use crate::check::listed;
 use crate::check::manifests::unknown;
+use crate::check::names::listed;
 use crate::code::Code;
-use crate::doubts::Doubts;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, Port, System};
+use crate::unreadable::UnreadableParts;
 
 pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, findings: &mut Findings) {
     if is_exchanged(link, kinds) {
@@ -22,7 +22,7 @@ pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, finding
         let finding = Finding::new(Code::WrongDirection, &link.from.at, message);
         findings.push(
             finding
-                .remedy(format!("exchange them: from=\"{to}\" to=\"{from}\""))
+                .remedy(format!("swap them: from=\"{to}\" to=\"{from}\""))
                 .related(&link.to.at, "the output"),
         );
         return;
@@ -31,11 +31,11 @@ pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, finding
     let input = find_input(&link.to, kinds, findings);
     let (Some(output), Some(input)) = (output, input) else { return };
     if (&output.type_name, output.schema_hash) != (&input.type_name, input.schema_hash) {
-        findings.push(mismatch(link, output, input));
+        findings.push(report_mismatch(link, output, input));
     }
 }
 
-/// Whether it starts where there is only an input, and ends where there is only an output.
+/// Returns whether the link starts at an input and ends at an output.
 fn is_exchanged(link: &Link, kinds: &BTreeMap<&str, &Manifest>) -> bool {
     let is_among =
         |ports: &[PortManifest], port: &Port| ports.iter().any(|p| p.id == port.port.value);
@@ -46,25 +46,25 @@ fn is_exchanged(link: &Link, kinds: &BTreeMap<&str, &Manifest>) -> bool {
     only_input && only_output
 }
 
-fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
+fn report_mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
     let (from, to) = (link.from.data(), link.to.data());
     let (message, remedy) = if output.type_name == input.type_name {
-        // Two builds of one type: its fields are what the reader has to look at.
+        // Two versions of one type: the reader needs to see the fields that differ.
         let differ = difference((&from, &output.schema), (&to, &input.schema));
         (
             format!(
-                "{from} cannot feed {to}: both call it {}, but it is not the same",
+                "{from} cannot feed {to}: both use the name {} for different messages",
                 output.type_name
             ),
             format!(
-                "build both components against the same message; {}",
+                "build both components with the same message; {}",
                 differ.lines().collect::<Vec<_>>().join("; ")
             ),
         )
     } else {
         (
             format!(
-                "{from} cannot feed {to}: it gives {}, and {to} takes {}",
+                "{from} cannot feed {to}: it publishes {}, and {to} takes {}",
                 output.type_name, input.type_name
             ),
             format!("link an output of type {} here; `armor describe` lists them", input.type_name),
@@ -74,7 +74,7 @@ fn mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding
     finding.remedy(remedy).related(&link.from.at, "from here")
 }
 
-/// The source of the system's time: an output that says what time it is.
+/// The source of the system's time: an output of type `Clock`.
 pub(super) fn check_clock(
     source: &Port,
     kinds: &BTreeMap<&str, &Manifest>,
@@ -90,7 +90,10 @@ pub(super) fn check_clock(
         let differ = difference((&data, &output.schema), ("a clock", &schema));
         format!("{data} cannot be the clock: {}", differ.lines().collect::<Vec<_>>().join("; "))
     } else {
-        format!("{data} cannot be the clock: it gives {name}, and time is a {}", Clock::NAME)
+        format!(
+            "{data} cannot be the clock: it publishes {name}, and a clock publishes {}",
+            Clock::NAME
+        )
     };
     let finding = Finding::new(Code::TypeMismatch, &source.at, message);
     let clocks = kinds.iter().flat_map(|(component, manifest)| {
@@ -99,8 +102,8 @@ pub(super) fn check_clock(
     });
     let clocks: Vec<_> = clocks.collect();
     let remedy = match clocks.as_slice() {
-        [] => "no component here gives the time; without <clock> it is the host's".into(),
-        clocks => format!("the time is given by: {}", listed(clocks.iter().map(String::as_str))),
+        [] => "no component here publishes a clock; without <clock> the time is the host's".into(),
+        clocks => format!("these publish a clock: {}", listed(clocks.iter().map(String::as_str))),
     };
     findings.push(finding.remedy(remedy));
 }
@@ -176,7 +179,7 @@ pub(super) struct Fed<'a> {
     /// Ends that are not there, in the component or in the port.
     mistaken: Vec<(&'a str, &'a str)>,
     /// What could not be read.
-    doubts: &'a Doubts,
+    unreadable: &'a UnreadableParts,
 }
 
 impl<'a> Fed<'a> {
@@ -189,14 +192,18 @@ impl<'a> Fed<'a> {
         let is_there = |(component, port): &(&str, &str)| match kinds.get(component) {
             Some(kind) => kind.inputs.iter().chain(&kind.outputs).any(|known| known.id == *port),
             // Of an unknown kind any port may be there.
-            None => components.contains(component) || system.doubts.may_hold(component),
+            None => components.contains(component) || system.unreadable.may_contain(component),
         };
         let to = links.iter().map(|link| name(&link.to));
-        Self { ends, mistaken: to.filter(|end| !is_there(end)).collect(), doubts: &system.doubts }
+        Self {
+            ends,
+            mistaken: to.filter(|end| !is_there(end)).collect(),
+            unreadable: &system.unreadable,
+        }
     }
 
     fn is_fed(&self, component: &str, input: &str) -> bool {
-        self.doubts.may_feed(component, input)
+        self.unreadable.may_feed(component, input)
             || self.ends.contains(&(component, input))
             || self.mistaken.iter().any(|(name, port)| *name == component || *port == input)
     }

@@ -14,11 +14,11 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         mission.places.iter().map(|place| place.name.value.as_str()).collect();
     let mut arcs = mission.transitions.iter().flat_map(|transition| &transition.arcs);
     let is_misled =
-        mission.doubts.moves || arcs.any(|arc| !places.contains(arc.place.value.as_str()));
+        mission.unreadable.in_moves || arcs.any(|arc| !places.contains(arc.place.value.as_str()));
     if !starts || !mission.submissions.is_empty() || is_misled {
         return;
     }
-    let reached = reached(mission);
+    let reached = find_reached(mission);
     let (reached, unreached): (Vec<_>, Vec<_>) =
         mission.places.iter().partition(|place| reached.contains(place.name.value.as_str()));
     let active =
@@ -42,11 +42,11 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     }
 }
 
-fn reached(mission: &Mission) -> BTreeSet<&str> {
+fn find_reached(mission: &Mission) -> BTreeSet<&str> {
     let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut missing = Vec::new();
     for (index, transition) in mission.transitions.iter().enumerate() {
-        let needs = needs(transition);
+        let needs = needed_places(transition);
         missing.push(needs.len());
         for place in needs {
             waiting.entry(place).or_default().push(index);
@@ -56,7 +56,7 @@ fn reached(mission: &Mission) -> BTreeSet<&str> {
     let mut open: Vec<&str> = initial.map(|place| place.name.value.as_str()).collect();
     open.extend(failure_places(mission));
     let sources = mission.transitions.iter().zip(&missing).filter(|(_, missing)| **missing == 0);
-    open.extend(sources.flat_map(|(transition, _)| puts(transition)));
+    open.extend(sources.flat_map(|(transition, _)| output_places(transition)));
     let mut reached = BTreeSet::new();
     while let Some(place) = open.pop() {
         if !reached.insert(place) {
@@ -65,20 +65,20 @@ fn reached(mission: &Mission) -> BTreeSet<&str> {
         for index in waiting.get(place).into_iter().flatten() {
             missing[*index] -= 1;
             if missing[*index] == 0 {
-                open.extend(puts(&mission.transitions[*index]));
+                open.extend(output_places(&mission.transitions[*index]));
             }
         }
     }
     reached
 }
 
-fn needs(transition: &Transition) -> BTreeSet<&str> {
+fn needed_places(transition: &Transition) -> BTreeSet<&str> {
     let needed =
         transition.arcs.iter().filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Read));
     needed.map(|arc| arc.place.value.as_str()).collect()
 }
 
-fn puts(transition: &Transition) -> impl Iterator<Item = &str> {
+fn output_places(transition: &Transition) -> impl Iterator<Item = &str> {
     let overrun = transition.overrun.iter().map(|place| place.value.as_str());
     transition.outputs().map(|arc| arc.place.value.as_str()).chain(overrun)
 }

@@ -1,34 +1,35 @@
-//! What a system must hold without knowing its kinds: names once, links between components that
+//! The requirements on a system that need no manifests: unique names, links between components that
 //! exist, every input fed at most once.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::Names;
+use crate::check::names::KnownNames;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, System};
 use crate::source::Spanned;
 
-/// The names under which Armor's own programs register and log, and that of the log of all.
+/// The names under which Armor's own programs register and log, and the name of the combined log.
 const RESERVED: [&str; 6] =
     ["registry", "configd", "configuration", "executive", "launcher", "all"];
 
-/// Of components of one name the first counts, and nothing is checked against another.
+/// Keeps the first of several components with one name, so that nothing is checked against the
+/// others.
 pub(super) fn keep_first(system: &mut System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
-    Names::collect("component", Code::DuplicateComponent, names, findings);
+    KnownNames::collect("component", Code::DuplicateComponent, names, findings);
     let mut seen = BTreeSet::new();
     system.components.retain(|component| seen.insert(component.name.value.clone()));
 }
 
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
-    let names = Names::collect("component", Code::DuplicateComponent, names, findings);
-    let names = names.beside(&system.doubts);
+    let names = KnownNames::collect("component", Code::DuplicateComponent, names, findings);
+    let names = names.including(&system.unreadable);
     for component in &system.components {
         parameters_once(component, findings);
         if RESERVED.contains(&component.name.value.as_str()) {
-            let message = format!("{} is a name that Armor needs itself", component.name.value);
+            let message = format!("{} is a reserved name", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
             findings.push(finding.remedy("give the component another name"));
         }
@@ -44,23 +45,25 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     inputs_fed_once(&system.links, findings);
 }
 
-/// `Laser` and `laser`: one is soon taken for the other, and so are their log files on some disks.
+/// `Laser` and `laser` are easy to confuse, and on some file systems they share a log file.
 fn similar_names(system: &System, findings: &mut Findings) {
     let mut known: BTreeMap<String, &Spanned<String>> = BTreeMap::new();
     for name in system.components.iter().map(|component| &component.name) {
         let first = *known.entry(name.value.to_ascii_lowercase()).or_insert(name);
         if first.value != name.value {
-            let message = format!("{} and {} differ only in capitals", first.value, name.value);
+            let message =
+                format!("{} and {} differ only in upper and lower case", first.value, name.value);
             let finding = Finding::new(Code::SimilarNames, &name.at, message);
-            findings
-                .push(finding.remedy("give one another name").related(&first.at, "the other one"));
+            findings.push(
+                finding.remedy("give one of them another name").related(&first.at, "the other one"),
+            );
         }
     }
 }
 
 fn parameters_once(component: &Component, findings: &mut Findings) {
     let names = component.parameters.iter().map(|parameter| &parameter.name);
-    Names::collect("parameter", Code::DuplicateParameter, names, findings);
+    KnownNames::collect("parameter", Code::DuplicateParameter, names, findings);
 }
 
 fn inputs_fed_once(links: &[Link], findings: &mut Findings) {

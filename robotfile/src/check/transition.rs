@@ -1,5 +1,5 @@
-//! What one transition says of itself: conditions that exclude each other, dates, and times that
-//! the mission's period cannot keep.
+//! Checks of a single transition: conditions that exclude each other, dates, and times that the
+//! mission's period cannot keep.
 
 use std::collections::BTreeMap;
 
@@ -23,29 +23,29 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
                 }
                 (ArcKind::Take | ArcKind::Read, Some(_)) if arc.weight > 1 => {
                     let why = format!(
-                        "{} activates components, so it never holds {} tokens",
+                        "{} activates components, so it never has {} tokens",
                         arc.place.value, arc.weight
                     );
-                    never(transition, &arc.place, &why, findings);
+                    report_never(transition, &arc.place, &why, findings);
                 }
                 _ => {}
             }
         }
         excluded_by_itself(transition, findings);
-        dates(transition, findings);
+        check_dates(transition, findings);
         shorter_than_period(transition, mission, findings);
     }
 }
 
 fn too_many_tokens(at: &crate::source::Spanned<String>, place: &Place, findings: &mut Findings) {
-    let message =
-        format!("{} activates components, so it holds one token at most", place.name.value);
+    let message = format!("{} activates components, so it has one token at most", place.name.value);
     let finding = Finding::new(Code::TooManyTokens, &at.at, message);
-    findings
-        .push(finding.remedy("a component is active or not: count in a place without components"));
+    findings.push(
+        finding.remedy("a component is active or not: count tokens in a place without components"),
+    );
 }
 
-fn never(
+fn report_never(
     transition: &Transition,
     at: &crate::source::Spanned<String>,
     why: &str,
@@ -56,7 +56,7 @@ fn never(
     findings.push(finding.remedy("change one of the two conditions, or remove the transition"));
 }
 
-/// It wants tokens in a place, and at the same time fewer of them.
+/// Reports a transition that requires tokens in a place, and at the same time fewer of them.
 fn excluded_by_itself(transition: &Transition, findings: &mut Findings) {
     for inhibitor in transition.arcs.iter().filter(|arc| arc.kind == ArcKind::Inhibitor) {
         let wanted = transition.arcs.iter().filter(|arc| {
@@ -66,19 +66,19 @@ fn excluded_by_itself(transition: &Transition, findings: &mut Findings) {
         if wanted.map(|arc| arc.weight).max().is_some_and(|wanted| wanted >= inhibitor.weight) {
             let place = &inhibitor.place.value;
             let why = match inhibitor.weight {
-                1 => format!("it wants {place} marked and empty"),
-                n => format!("it wants as many tokens in {place}, and fewer than {n}"),
+                1 => format!("it requires {place} to be both marked and empty"),
+                n => format!("it requires {n} or more tokens in {place}, and fewer than {n}"),
             };
-            never(transition, &inhibitor.place, &why, findings);
+            report_never(transition, &inhibitor.place, &why, findings);
         }
     }
 }
 
-fn dates(transition: &Transition, findings: &mut Findings) {
+fn check_dates(transition: &Transition, findings: &mut Findings) {
     let (Some(from), Some(to)) = (&transition.not_before, &transition.not_after) else { return };
     if from.value >= to.value {
         let message = format!(
-            "{} may never fire: not before {} and not after {} leave no time",
+            "{} can never fire: {} (not-before) is not earlier than {} (not-after)",
             transition.name.value,
             from.at.text(),
             to.at.text()
@@ -86,25 +86,25 @@ fn dates(transition: &Transition, findings: &mut Findings) {
         let finding = Finding::new(Code::DatesCrossed, &to.at, message);
         findings.push(
             finding
-                .remedy("exchange the two dates, or correct one")
+                .remedy("swap the two dates, or correct one")
                 .related(&from.at, "not before this"),
         );
     }
 }
 
-/// With a period the net is looked at now and then; what is shorter is missed.
+/// With a period the net is examined only at that interval, so a shorter time is missed.
 fn shorter_than_period(transition: &Transition, mission: &Mission, findings: &mut Findings) {
     let (Some(period), Some(interval)) = (&mission.period, &transition.interval) else { return };
     let Some(latest) = interval.latest.filter(|latest| !latest.is_zero()) else { return };
     if latest < period.value {
         let message = format!(
-            "{} is shorter than the mission's period, {}: {} fires after its time",
+            "{} is shorter than the mission's period, {}: {} fires too late",
             interval.at.text(),
             period.at.text(),
             transition.name.value
         );
         let finding = Finding::new(Code::ShorterThanPeriod, &interval.at, message);
-        let remedy = "write a shorter period, or none: then the mission acts at once";
-        findings.push(finding.remedy(remedy).related(&period.at, "looked at so often"));
+        let remedy = "write a shorter period, or none: without one the mission acts immediately";
+        findings.push(finding.remedy(remedy).related(&period.at, "the period"));
     }
 }

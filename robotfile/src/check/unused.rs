@@ -1,4 +1,4 @@
-//! What is there and serves nothing: outputs that no link takes, components that nothing speaks of.
+//! Unused parts: outputs that no link uses, components that nothing refers to.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use armor_wire::Message;
 use armor_wire::clock::Clock;
 use armor_wire::manifest::Manifest;
 
-use crate::check::Manifests;
+use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Name};
@@ -16,20 +16,20 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let used = Used::of(configuration);
     for component in &configuration.system.components {
         if let Some(manifest) = manifests.get(&component.kind.value) {
-            used.check(component, manifest, findings);
+            used.check_component(component, manifest, findings);
         }
     }
 }
 
-/// What of the system the file speaks of.
+/// The parts of the system that the file refers to.
 #[derive(Default)]
 struct Used<'a> {
     components: BTreeSet<&'a str>,
     /// Component and output.
     outputs: BTreeSet<(&'a str, &'a str)>,
-    /// The same of guards and variables, joined by the dot.
+    /// The outputs that guards and variables use, as `component.output`.
     watched: BTreeSet<String>,
-    /// Whether there is somebody to take part with.
+    /// Whether the system has one component only.
     is_alone: bool,
 }
 
@@ -59,17 +59,16 @@ impl<'a> Used<'a> {
         used
     }
 
-    fn check(&self, component: &Component, manifest: &Manifest, findings: &mut Findings) {
+    fn check_component(&self, component: &Component, manifest: &Manifest, findings: &mut Findings) {
         let name = component.name.value.as_str();
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
-        // Of a required input without link there is an error already.
+        // A required input without a link is an error already.
         let is_refused = manifest.inputs.iter().any(|input| input.required);
         let is_watched =
             manifest.outputs.iter().any(|it| self.watched.contains(&format!("{name}.{}", it.id)));
         let is_idle = !is_watched && !self.components.contains(name);
         if has_ports && !is_refused && !self.is_alone && is_idle {
-            let message =
-                format!("{name} takes part in nothing: it has no link and is in no place");
+            let message = format!("{name} is unused: it has no link and is in no place");
             let finding = Finding::new(Code::ComponentIdle, &component.name.at, message);
             findings.push(finding.remedy("link it, or remove it"));
             return;
@@ -78,15 +77,15 @@ impl<'a> Used<'a> {
             !self.outputs.contains(&(name, output))
                 && !self.watched.contains(&format!("{name}.{output}"))
         };
-        // A clock waits for a <clock>, not for a link.
+        // A clock is used by `<clock>`, not by a link.
         let outputs = manifest.outputs.iter().filter(|output| output.type_name != Clock::NAME);
         let outputs = outputs.map(|output| output.id.as_str());
         let unused: Vec<_> =
             outputs.filter(unused).map(|output| format!("{name}.{output}")).collect();
         if !unused.is_empty() {
-            let message = format!("nothing takes {}", unused.join(", "));
+            let message = format!("no link uses {}", unused.join(", "));
             let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);
-            findings.push(finding.remedy("link what is needed; if nothing is, all is well"));
+            findings.push(finding.remedy("link what is needed, or ignore this note"));
         }
     }
 }

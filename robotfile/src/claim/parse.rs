@@ -6,13 +6,13 @@ use std::time::Duration;
 use armor_wire::quantity::Dimension;
 
 use super::{Claim, ClaimError, Formula, Name, Relation, Statement, Sum};
-use crate::guard::{MAX_DEPTH, MAX_LEN, Operator, Token, tokens};
+use crate::guard::{GuardOperator, GuardToken, MAX_DEPTH, MAX_LEN, tokens};
 
-/// Words that are no names wherever they stand.
+/// Words that are never names.
 const RESERVED: [&str; 4] = ["always", "never", "eventually", "inf"];
-/// What stands before a parenthesis.
+/// Words that precede a parenthesis.
 const CALLED: [&str; 6] = ["reachable", "duration", "fires", "dead", "bounded", "active"];
-/// What a check can begin with.
+/// The forms of a check.
 const STATEMENTS: &str = "write always …, never …, eventually …, reachable(…), always \
     reachable(…), … leads to …, duration(…) <= 20min, fires(…), dead(…) or bounded(…) <= 3";
 
@@ -34,127 +34,127 @@ impl Claim {
             message: error.message,
             remedy: error.remedy,
         })?;
-        let mut parser = Parser { text, tokens, next: 0, depth: 0 };
-        let statement = parser.statement()?;
+        let mut parser = ClaimParser { text, tokens, next: 0, depth: 0 };
+        let statement = parser.parse_statement()?;
         match parser.peek() {
-            Token::End => Ok(Self { statement }),
-            Token::Close => Err(parser.error("this parenthesis closes nothing", "remove it")),
+            GuardToken::End => Ok(Self { statement }),
+            GuardToken::Close => Err(parser.error("this parenthesis closes nothing", "remove it")),
             _ if matches!(statement, Statement::Always(_) | Statement::Never(_)) => {
-                Err(parser.unexpected("and, or, or a comparison is expected"))
+                Err(parser.report_unexpected("and, or, or a comparison is expected"))
             }
             _ => Err(parser.error("the check is complete before this", "write a second <check>")),
         }
     }
 }
 
-struct Parser<'a> {
+struct ClaimParser<'a> {
     text: &'a str,
-    tokens: Vec<(Token, Range<usize>)>,
+    tokens: Vec<(GuardToken, Range<usize>)>,
     next: usize,
     depth: usize,
 }
 
-impl Parser<'_> {
-    /// There is always an end left, which nobody takes.
-    fn peek(&self) -> &Token {
+impl ClaimParser<'_> {
+    /// The last token is always the end, which is never consumed.
+    fn peek(&self) -> &GuardToken {
         &self.tokens[self.next].0
     }
 
-    fn after_next(&self) -> &Token {
-        self.tokens.get(self.next + 1).map_or(&Token::End, |token| &token.0)
+    fn after_next(&self) -> &GuardToken {
+        self.tokens.get(self.next + 1).map_or(&GuardToken::End, |token| &token.0)
     }
 
-    fn at(&self) -> Range<usize> {
+    fn token_range(&self) -> Range<usize> {
         self.tokens[self.next].1.clone()
     }
 
     fn advance(&mut self) {
-        self.next += usize::from(*self.peek() != Token::End);
+        self.next += usize::from(*self.peek() != GuardToken::End);
     }
 
     /// The word that is next; `known` means nothing here.
-    fn word(&self) -> Option<&str> {
+    fn peek_word(&self) -> Option<&str> {
         let (token, at) = &self.tokens[self.next];
-        matches!(token, Token::Name(_) | Token::Known).then(|| &self.text[at.clone()])
+        matches!(token, GuardToken::Name(_) | GuardToken::Known).then(|| &self.text[at.clone()])
     }
 
     fn is_called(&self, word: &str) -> bool {
-        self.word() == Some(word) && *self.after_next() == Token::Open
+        self.peek_word() == Some(word) && *self.after_next() == GuardToken::Open
     }
 
-    fn takes(&mut self, word: &str) -> bool {
-        let is_next = self.word() == Some(word);
+    fn take_word(&mut self, word: &str) -> bool {
+        let is_next = self.peek_word() == Some(word);
         self.next += usize::from(is_next);
         is_next
     }
 
-    fn statement(&mut self) -> Result<Statement, ClaimError> {
-        if self.takes("always") {
+    fn parse_statement(&mut self) -> Result<Statement, ClaimError> {
+        if self.take_word("always") {
             return Ok(match self.is_called("reachable") {
-                true => Statement::AlwaysReachable(self.called(Self::or)?),
-                false => Statement::Always(self.or()?),
+                true => Statement::AlwaysReachable(self.parse_call(Self::parse_or)?),
+                false => Statement::Always(self.parse_or()?),
             });
         }
-        if self.takes("never") {
-            return Ok(Statement::Never(self.or()?));
+        if self.take_word("never") {
+            return Ok(Statement::Never(self.parse_or()?));
         }
-        if self.takes("eventually") {
-            return Ok(Statement::Eventually(self.or()?));
+        if self.take_word("eventually") {
+            return Ok(Statement::Eventually(self.parse_or()?));
         }
         if self.is_called("reachable") {
-            return Ok(Statement::Reachable(self.called(Self::or)?));
+            return Ok(Statement::Reachable(self.parse_call(Self::parse_or)?));
         }
         if self.is_called("fires") {
-            return Ok(Statement::Fires(self.called(Self::name)?));
+            return Ok(Statement::Fires(self.parse_call(Self::parse_name)?));
         }
         if self.is_called("dead") {
-            return Ok(Statement::Dead(self.called(Self::name)?));
+            return Ok(Statement::Dead(self.parse_call(Self::parse_name)?));
         }
         if self.is_called("duration") {
-            return self.duration();
+            return self.parse_duration();
         }
         if self.is_called("bounded") {
-            return self.bounded();
+            return self.parse_bounded();
         }
         self.leads_to()
     }
 
     fn leads_to(&mut self) -> Result<Statement, ClaimError> {
-        let start = self.at().start;
-        if *self.peek() == Token::End {
-            return Err(self.error("this check says nothing", STATEMENTS));
+        let start = self.token_range().start;
+        if *self.peek() == GuardToken::End {
+            return Err(self.error("this check is empty", STATEMENTS));
         }
-        let from = self.or()?;
+        let from = self.parse_or()?;
         let end = self.tokens[self.next.saturating_sub(1)].1.end;
-        if self.word() == Some("leads") {
+        if self.peek_word() == Some("leads") {
             self.advance();
-            if !self.takes("to") {
-                return Err(self.unexpected("write … leads to …"));
+            if !self.take_word("to") {
+                return Err(self.report_unexpected("write … leads to …"));
             }
-            return Ok(Statement::LeadsTo(from, self.or()?));
+            return Ok(Statement::LeadsTo(from, self.parse_or()?));
         }
-        if *self.peek() == Token::End {
+        if *self.peek() == GuardToken::End {
             return Err(ClaimError {
                 at: start..end,
-                message: "this does not say when it is to hold".into(),
+                message: "this does not specify when it must be true".into(),
                 remedy: "write always or never before it, or … leads to …".into(),
             });
         }
-        Err(self.unexpected("and, or, a comparison or leads to is expected"))
+        Err(self.report_unexpected("and, or, a comparison or leads to is expected"))
     }
 
-    fn duration(&mut self) -> Result<Statement, ClaimError> {
-        let until = self.called(Self::or)?;
+    fn parse_duration(&mut self) -> Result<Statement, ClaimError> {
+        let until = self.parse_call(Self::parse_or)?;
         let wanted = "write duration(home) <= 20min: <, <=, > or >= and a time";
-        let relation = match self.relation() {
+        let relation = match self.parse_relation() {
             Some(Relation::Equal | Relation::Unequal) | None => {
-                return Err(self.unexpected(wanted));
+                return Err(self.report_unexpected(wanted));
             }
             Some(relation) => relation,
         };
         self.advance();
-        let Token::Number(number, unit) = *self.peek() else {
-            return Err(self.unexpected(wanted));
+        let GuardToken::Number(number, unit) = *self.peek() else {
+            return Err(self.report_unexpected(wanted));
         };
         let Some(unit) = unit.filter(|unit| unit.dimension == Dimension::Time) else {
             return Err(self.error("this is not a time", "write its unit: 90s, 20min or 1.5h"));
@@ -165,124 +165,131 @@ impl Parser<'_> {
         Ok(Statement::Duration { until, relation, limit })
     }
 
-    fn bounded(&mut self) -> Result<Statement, ClaimError> {
-        let place = self.called(Self::name)?;
-        let Some(relation) = self.relation() else { return Ok(Statement::Bounded(place, None)) };
+    fn parse_bounded(&mut self) -> Result<Statement, ClaimError> {
+        let place = self.parse_call(Self::parse_name)?;
+        let Some(relation) = self.parse_relation() else {
+            return Ok(Statement::Bounded(place, None));
+        };
         let wanted = "write bounded(place) <= 3, or bounded(place) alone";
         let is_strict = match relation {
             Relation::LessOrEqual => false,
             Relation::Less => true,
-            _ => return Err(self.unexpected(wanted)),
+            _ => return Err(self.report_unexpected(wanted)),
         };
         self.advance();
-        let Token::Number(..) = self.peek() else { return Err(self.unexpected(wanted)) };
+        let GuardToken::Number(..) = self.peek() else {
+            return Err(self.report_unexpected(wanted));
+        };
         let limit = self.tokens_of_number()?;
         let most = u32::try_from(limit).ok().and_then(|n| n.checked_sub(u32::from(is_strict)));
-        let most = most
-            .ok_or_else(|| self.error("no place holds so many tokens", "write a whole number"))?;
+        let most = most.ok_or_else(|| {
+            self.error("no place can have so many tokens", "write a whole number")
+        })?;
         self.advance();
         Ok(Statement::Bounded(place, Some(most)))
     }
 
     /// `word ( inner )`.
-    fn called<T>(
+    fn parse_call<T>(
         &mut self,
         inner: fn(&mut Self) -> Result<T, ClaimError>,
     ) -> Result<T, ClaimError> {
         self.advance();
-        self.parenthesis(inner)
+        self.parse_parenthesis(inner)
     }
 
-    fn parenthesis<T>(
+    fn parse_parenthesis<T>(
         &mut self,
         inner: fn(&mut Self) -> Result<T, ClaimError>,
     ) -> Result<T, ClaimError> {
-        let open = self.at();
-        self.deeper()?;
+        let open = self.token_range();
+        self.enter_nested()?;
         self.advance();
         let inner = inner(self)?;
         match self.peek() {
-            Token::Close => self.advance(),
-            Token::End => {
+            GuardToken::Close => self.advance(),
+            GuardToken::End => {
                 return Err(ClaimError {
                     at: open,
                     message: "this parenthesis is not closed".into(),
                     remedy: "write ) where it ends".into(),
                 });
             }
-            _ => return Err(self.unexpected("an operator or ) is expected")),
+            _ => return Err(self.report_unexpected("an operator or ) is expected")),
         }
         self.depth -= 1;
         Ok(inner)
     }
 
-    fn or(&mut self) -> Result<Formula, ClaimError> {
-        let mut left = self.and()?;
-        while *self.peek() == Token::Operator(Operator::Or) {
+    fn parse_or(&mut self) -> Result<Formula, ClaimError> {
+        let mut left = self.parse_and()?;
+        while *self.peek() == GuardToken::Operator(GuardOperator::Or) {
             self.advance();
-            left = Formula::Or(Box::new(left), Box::new(self.and()?));
+            left = Formula::Or(Box::new(left), Box::new(self.parse_and()?));
         }
         Ok(left)
     }
 
-    fn and(&mut self) -> Result<Formula, ClaimError> {
-        let mut left = self.not()?;
-        while *self.peek() == Token::Operator(Operator::And) {
+    fn parse_and(&mut self) -> Result<Formula, ClaimError> {
+        let mut left = self.parse_not()?;
+        while *self.peek() == GuardToken::Operator(GuardOperator::And) {
             self.advance();
-            left = Formula::And(Box::new(left), Box::new(self.not()?));
+            left = Formula::And(Box::new(left), Box::new(self.parse_not()?));
         }
         Ok(left)
     }
 
-    fn not(&mut self) -> Result<Formula, ClaimError> {
+    fn parse_not(&mut self) -> Result<Formula, ClaimError> {
         match self.peek() {
-            Token::Not => {
-                self.deeper()?;
+            GuardToken::Not => {
+                self.enter_nested()?;
                 self.advance();
-                let inner = self.not()?;
+                let inner = self.parse_not()?;
                 self.depth -= 1;
                 Ok(Formula::Not(Box::new(inner)))
             }
-            Token::Open => self.parenthesis(Self::or),
-            Token::True | Token::False => {
-                let truth = *self.peek() == Token::True;
+            GuardToken::Open => self.parse_parenthesis(Self::parse_or),
+            GuardToken::True | GuardToken::False => {
+                let truth = *self.peek() == GuardToken::True;
                 self.advance();
                 Ok(Formula::Truth(truth))
             }
-            _ if self.is_called("active") => Ok(Formula::Active(self.called(Self::name)?)),
-            _ => self.comparison(),
+            _ if self.is_called("active") => {
+                Ok(Formula::Active(self.parse_call(Self::parse_name)?))
+            }
+            _ => self.parse_comparison(),
         }
     }
 
-    fn comparison(&mut self) -> Result<Formula, ClaimError> {
-        let mut left = self.sum()?;
-        let Some(relation) = self.relation() else {
+    fn parse_comparison(&mut self) -> Result<Formula, ClaimError> {
+        let mut left = self.parse_sum()?;
+        let Some(relation) = self.parse_relation() else {
             if left.number == 0 && left.places.len() == 1 {
                 return Ok(Formula::Marked(left.places.remove(0)));
             }
-            return Err(self.unexpected("a comparison is expected: a + b <= 1"));
+            return Err(self.report_unexpected("a comparison is expected: a + b <= 1"));
         };
         self.advance();
-        let right = self.sum()?;
-        if self.relation().is_some() {
+        let right = self.parse_sum()?;
+        if self.parse_relation().is_some() {
             let remedy = "write a < b and b < c";
             return Err(self.error("comparisons cannot be chained", remedy));
         }
         Ok(Formula::Compare(left, relation, right))
     }
 
-    fn sum(&mut self) -> Result<Sum, ClaimError> {
+    fn parse_sum(&mut self) -> Result<Sum, ClaimError> {
         let mut sum = Sum::default();
         loop {
             match self.peek() {
-                Token::Number(..) => {
+                GuardToken::Number(..) => {
                     // As many numbers as fit a text of bounded length do not overflow.
                     sum.number += self.tokens_of_number()?;
                     self.advance();
                 }
-                _ => sum.places.push(self.name()?),
+                _ => sum.places.push(self.parse_name()?),
             }
-            if *self.peek() != Token::Operator(Operator::Plus) {
+            if *self.peek() != GuardToken::Operator(GuardOperator::Plus) {
                 return Ok(sum);
             }
             self.advance();
@@ -291,75 +298,78 @@ impl Parser<'_> {
 
     /// The number that is next, as a count of tokens.
     fn tokens_of_number(&self) -> Result<u64, ClaimError> {
-        let text = &self.text[self.at()];
+        let text = &self.text[self.token_range()];
         let count = text.parse::<u32>().map(u64::from);
         count.map_err(|_| self.error("this is not a count of tokens", "write a whole number"))
     }
 
-    fn relation(&self) -> Option<Relation> {
+    fn parse_relation(&self) -> Option<Relation> {
         Some(match self.peek() {
-            Token::Operator(Operator::Less) => Relation::Less,
-            Token::Operator(Operator::LessOrEqual) => Relation::LessOrEqual,
-            Token::Operator(Operator::Greater) => Relation::Greater,
-            Token::Operator(Operator::GreaterOrEqual) => Relation::GreaterOrEqual,
-            Token::Operator(Operator::Equal) => Relation::Equal,
-            Token::Operator(Operator::Unequal) => Relation::Unequal,
+            GuardToken::Operator(GuardOperator::Less) => Relation::Less,
+            GuardToken::Operator(GuardOperator::LessOrEqual) => Relation::LessOrEqual,
+            GuardToken::Operator(GuardOperator::Greater) => Relation::Greater,
+            GuardToken::Operator(GuardOperator::GreaterOrEqual) => Relation::GreaterOrEqual,
+            GuardToken::Operator(GuardOperator::Equal) => Relation::Equal,
+            GuardToken::Operator(GuardOperator::Unequal) => Relation::Unequal,
             _ => return None,
         })
     }
 
-    fn name(&mut self) -> Result<Name, ClaimError> {
-        let Some(word) = self.word() else {
-            return Err(self.unexpected("the name of a place is expected, or a number of tokens"));
+    fn parse_name(&mut self) -> Result<Name, ClaimError> {
+        let Some(word) = self.peek_word() else {
+            return Err(
+                self.report_unexpected("the name of a place is expected, or a number of tokens")
+            );
         };
-        let (word, at) = (word.to_owned(), self.at());
+        let (word, at) = (word.to_owned(), self.token_range());
         if RESERVED.contains(&word.as_str()) {
             let remedy = match self.next {
-                0 => "write what is to hold after it".to_owned(),
-                _ => "the words always, never and eventually begin a check; give a place of that \
-                      name another one"
+                0 => "write the condition after it".to_owned(),
+                _ => "the words always, never and eventually begin a check; rename a place of \
+                      that name"
                     .into(),
             };
             return Err(self.error(&format!("{word} is not expected here"), &remedy));
         }
-        if *self.after_next() == Token::Open {
+        if *self.after_next() == GuardToken::Open {
             let message = match CALLED.contains(&word.as_str()) {
                 true => format!("{word}(…) is not expected here"),
                 false => format!("there is nothing called {word}(…)"),
             };
             let remedy = match word.as_str() {
                 "active" => "name a transition or place here",
-                _ if CALLED.contains(&word.as_str()) => "a check makes one such statement",
+                _ if CALLED.contains(&word.as_str()) => "a check has one such statement",
                 _ => STATEMENTS,
             };
             return Err(self.error(&message, remedy));
         }
         if word.split('.').any(str::is_empty) {
-            let remedy = "write the name of a place, behind sub-mission and dot for one of its own";
+            let remedy =
+                "write the name of a place; one of a sub-mission is written sub-mission.place";
             return Err(self.error(&format!("`{word}` is not a name"), remedy));
         }
         self.advance();
         Ok(Name { text: word, at })
     }
 
-    fn deeper(&mut self) -> Result<(), ClaimError> {
+    fn enter_nested(&mut self) -> Result<(), ClaimError> {
         self.depth += 1;
         if self.depth <= MAX_DEPTH {
             return Ok(());
         }
-        let remedy = format!("at most {MAX_DEPTH} parentheses and nots stand in each other");
-        Err(self.error("this goes too deep", &remedy))
+        let remedy = format!("at most {MAX_DEPTH} parentheses and nots may be nested");
+        Err(self.error("this is nested too deeply", &remedy))
     }
 
-    fn unexpected(&self, wanted: &str) -> ClaimError {
+    fn report_unexpected(&self, wanted: &str) -> ClaimError {
         let message = match self.peek() {
-            Token::End => "the check ends here".to_owned(),
-            _ => format!("{} is not expected here", &self.text[self.at()]),
+            GuardToken::End => "the check ends here".to_owned(),
+            _ => format!("{} is not expected here", &self.text[self.token_range()]),
         };
         self.error(&message, wanted)
     }
 
     fn error(&self, message: &str, remedy: &str) -> ClaimError {
-        ClaimError { at: self.at(), message: message.into(), remedy: remedy.into() }
+        ClaimError { at: self.token_range(), message: message.into(), remedy: remedy.into() }
     }
 }

@@ -35,7 +35,7 @@ fn every_statement_is_read() {
 }
 
 #[test]
-fn formulas_bind_as_in_guards_and_words_are_names_where_a_name_stands() {
+fn formulas_bind_as_in_guards_and_words_can_be_names() {
     let shown = |text: &str| match statement(text) {
         Statement::Always(formula) | Statement::Never(formula) => told(&formula),
         Statement::LeadsTo(from, to) => format!("{} ~> {}", told(&from), told(&to)),
@@ -73,16 +73,16 @@ fn told(formula: &Formula) -> String {
 }
 
 #[test]
-fn what_is_wrong_is_told_at_its_place() {
+fn errors_point_at_the_wrong_piece() {
     for (text, message) in [
-        ("[[home]]", "does not say when"),
-        ("[[a and b]]", "does not say when"),
+        ("[[home]]", "does not specify when"),
+        ("[[a and b]]", "does not specify when"),
         ("always [[]]", "ends here"),
         ("always a [[b]]", "not expected"),
         ("reachable(a) [[and]] b", "complete before this"),
         ("reachable[[(]]a", "not closed"),
         ("always a[[)]]", "closes nothing"),
-        ("[[active(a)]]", "does not say when"),
+        ("[[active(a)]]", "does not specify when"),
         ("always [[foo]](a)", "nothing called foo"),
         ("never [[reachable]](a)", "not expected here"),
         ("never [[always]] a", "not expected here"),

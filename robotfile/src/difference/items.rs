@@ -1,4 +1,4 @@
-//! A configuration taken apart into what a person would name: each thing with its attributes, as
+//! A configuration divided into the things that a user would name: each with its attributes, as
 //! values to compare and as text to show.
 
 use super::Subject;
@@ -8,7 +8,7 @@ use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart,
 use crate::source::Spanned;
 
 /// One thing of a configuration.
-pub(super) struct Item {
+pub(super) struct ComparedItem {
     pub(super) subject: Subject,
     /// Unique within its subject.
     pub(super) name: String,
@@ -20,13 +20,13 @@ pub(super) struct Item {
 /// One attribute of a thing that is not at its default.
 pub(super) struct Aspect {
     pub(super) name: String,
-    /// What is compared.
+    /// The value that is compared.
     pub(super) value: String,
-    /// What is shown: as written, where it was.
+    /// The text that is shown: as written in the file, if it was.
     pub(super) shown: String,
 }
 
-impl Item {
+impl ComparedItem {
     fn new(subject: Subject, name: impl Into<String>, aspects: Vec<Option<Aspect>>) -> Self {
         let aspects = aspects.into_iter().flatten().collect();
         Self { subject, name: name.into(), owner: None, aspects }
@@ -42,12 +42,15 @@ impl Item {
     }
 }
 
-/// Everything in it, each sort in the order of the file.
-pub(super) fn of(configuration: &Configuration) -> Vec<Item> {
+/// Returns everything in the configuration, each kind in the order of the file.
+pub(super) fn of(configuration: &Configuration) -> Vec<ComparedItem> {
     let system = &configuration.system;
     let clock = system.clock.as_ref().map(|clock| clock.source.data());
-    let itself = vec![text("name", &system.name), clock.and_then(|source| plain("clock", source))];
-    let mut items = vec![Item::new(Subject::System, "", itself)];
+    let itself = vec![
+        text_aspect("name", &system.name),
+        clock.and_then(|source| plain_aspect("clock", source)),
+    ];
+    let mut items = vec![ComparedItem::new(Subject::System, "", itself)];
     for component in &system.components {
         items.push(of_component(component));
         items.extend(component.parameters.iter().map(|given| of_parameter(component, given)));
@@ -57,7 +60,7 @@ pub(super) fn of(configuration: &Configuration) -> Vec<Item> {
     items
 }
 
-fn of_component(component: &Component) -> Item {
+fn of_component(component: &Component) -> ComparedItem {
     let restart = match component.restart {
         Restart::OnFailure => "",
         Restart::Always => "always",
@@ -65,22 +68,22 @@ fn of_component(component: &Component) -> Item {
     };
     let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
     let aspects = vec![
-        plain("kind", &*component.kind.value),
-        rate.map(|rate| aspect("rate", rate.value.to_string(), rate.at.text())),
-        plain("restart", restart),
+        plain_aspect("kind", &*component.kind.value),
+        rate.map(|rate| new_aspect("rate", rate.value.to_string(), rate.at.text())),
+        plain_aspect("restart", restart),
         watchdog.map(|watchdog| {
-            aspect("watchdog", format!("{:?}", watchdog.value), watchdog.at.text())
+            new_aspect("watchdog", format!("{:?}", watchdog.value), watchdog.at.text())
         }),
-        plain("controllable", if component.controllable { "" } else { "false" }),
+        plain_aspect("controllable", if component.controllable { "" } else { "false" }),
     ];
-    Item::new(Subject::Component, &*component.name.value, aspects)
+    ComparedItem::new(Subject::Component, &*component.name.value, aspects)
 }
 
-fn of_parameter(component: &Component, given: &Parameter) -> Item {
+fn of_parameter(component: &Component, given: &Parameter) -> ComparedItem {
     let name = format!("{}.{}", component.name.value, given.name.value);
     // An empty text is a value too.
-    let value = aspect("", given.value.value.clone(), &quoted_if_needed(&given.value.value));
-    let mut item = Item::new(Subject::Parameter, name, vec![Some(value)]);
+    let value = new_aspect("", given.value.value.clone(), &quoted_if_needed(&given.value.value));
+    let mut item = ComparedItem::new(Subject::Parameter, name, vec![Some(value)]);
     item.owner = Some(component.name.value.clone());
     item
 }
@@ -90,7 +93,7 @@ fn quoted_if_needed(text: &str) -> String {
     if is_bare { text.to_owned() } else { format!("\"{text}\"") }
 }
 
-fn of_link(link: &Link) -> Item {
+fn of_link(link: &Link) -> ComparedItem {
     let transport = match link.transport {
         Transport::Auto => "",
         Transport::Tcp => "tcp",
@@ -100,68 +103,72 @@ fn of_link(link: &Link) -> Item {
     let changed_from =
         |value: String, default: &str| if value == default { String::new() } else { value };
     let aspects = vec![
-        plain("mode", if link.mode == LinkMode::Pull { "pull" } else { "" }),
-        plain("keep", changed_from(link.keep.to_string(), "latest")),
-        plain("wake", changed_from(link.wake.to_string(), "sleep")),
-        plain("transport", transport),
-        plain("history", changed_from(link.history.to_string(), "0")),
+        plain_aspect("mode", if link.mode == LinkMode::Pull { "pull" } else { "" }),
+        plain_aspect("keep", changed_from(link.keep.to_string(), "latest")),
+        plain_aspect("wake", changed_from(link.wake.to_string(), "sleep")),
+        plain_aspect("transport", transport),
+        plain_aspect("history", changed_from(link.history.to_string(), "0")),
     ];
     let name = format!("{} -> {}", link.from.data(), link.to.data());
-    Item::new(Subject::Link, name, aspects)
+    ComparedItem::new(Subject::Link, name, aspects)
 }
 
-fn of_mission(mission: &Mission) -> Vec<Item> {
+fn of_mission(mission: &Mission) -> Vec<ComparedItem> {
     let resume = mission.resume.as_ref();
     let period = mission.period.as_ref();
     let checks: Vec<_> = mission.checks.iter().map(|check| check.value.as_str()).collect();
     let itself = vec![
-        text("name", &mission.name),
-        text("system", &mission.system),
-        text("goal", &mission.goal),
-        text("safe", &mission.safe),
-        resume.map(|resume| aspect("resume", format!("{:?}", resume.value), resume.at.text())),
-        period.map(|period| aspect("period", format!("{:?}", period.value), period.at.text())),
-        plain("checks", checks.join("; ")),
+        text_aspect("name", &mission.name),
+        text_aspect("system", &mission.system),
+        text_aspect("goal", &mission.goal),
+        text_aspect("safe", &mission.safe),
+        resume.map(|resume| new_aspect("resume", format!("{:?}", resume.value), resume.at.text())),
+        period.map(|period| new_aspect("period", format!("{:?}", period.value), period.at.text())),
+        plain_aspect("checks", checks.join("; ")),
     ];
-    let mut items = vec![Item::new(Subject::Mission, "", itself)];
+    let mut items = vec![ComparedItem::new(Subject::Mission, "", itself)];
     items.extend(mission.variables.iter().map(of_variable));
     items.extend(mission.places.iter().map(of_place));
     for exclusive in &mission.exclusives {
         let mut names: Vec<_> = exclusive.components.iter().map(|name| name.as_str()).collect();
         names.sort_unstable();
-        items.push(Item::new(Subject::Exclusive, names.join(" "), Vec::new()));
+        items.push(ComparedItem::new(Subject::Exclusive, names.join(" "), Vec::new()));
     }
     items.extend(mission.transitions.iter().map(of_transition));
     for submission in &mission.submissions {
-        let ports = vec![text("in", &submission.enter), text("out", &submission.leave)];
-        items.push(Item::new(Subject::Submission, &*submission.file.value, ports));
+        let ports =
+            vec![text_aspect("in", &submission.enter), text_aspect("out", &submission.leave)];
+        items.push(ComparedItem::new(Subject::Submission, &*submission.file.value, ports));
     }
     items
 }
 
-fn of_variable(variable: &Variable) -> Item {
+fn of_variable(variable: &Variable) -> ComparedItem {
     let number = |name, bound: &Option<Spanned<f64>>| {
-        bound.as_ref().map(|bound| aspect(name, bound.value.to_string(), bound.at.text()))
+        bound.as_ref().map(|bound| new_aspect(name, bound.value.to_string(), bound.at.text()))
     };
     let aspects = vec![
-        text("source", &variable.source),
+        text_aspect("source", &variable.source),
         number("min", &variable.minimum),
         number("max", &variable.maximum),
-        variable.initial.as_ref().map(|it| aspect("initial", it.value.to_string(), it.at.text())),
+        variable
+            .initial
+            .as_ref()
+            .map(|it| new_aspect("initial", it.value.to_string(), it.at.text())),
     ];
-    Item::new(Subject::Variable, &*variable.name.value, aspects)
+    ComparedItem::new(Subject::Variable, &*variable.name.value, aspects)
 }
 
-fn of_place(place: &Place) -> Item {
+fn of_place(place: &Place) -> ComparedItem {
     let components: Vec<_> = place.components.iter().map(|name| name.as_str()).collect();
     let mut sorted = components.clone();
     sorted.sort_unstable();
     let initial = if place.initial == 0 { String::new() } else { place.initial.to_string() };
     let mut aspects = vec![
-        plain("initial", initial),
-        some(aspect("components", sorted.join(" "), &components.join(" "))),
-        class(place.class),
-        text("on-failure", &place.on_failure),
+        plain_aspect("initial", initial),
+        some_aspect(new_aspect("components", sorted.join(" "), &components.join(" "))),
+        class_aspect(place.class),
+        text_aspect("on-failure", &place.on_failure),
     ];
     for given in &place.parameters {
         let name = format!("{}.{}", given.component.value, given.parameter.name.value);
@@ -169,13 +176,13 @@ fn of_place(place: &Place) -> Item {
         let shown = quoted_if_needed(&value);
         aspects.push(Some(Aspect { name, value, shown }));
     }
-    Item::new(Subject::Place, &*place.name.value, aspects)
+    ComparedItem::new(Subject::Place, &*place.name.value, aspects)
 }
 
-fn of_transition(transition: &Transition) -> Item {
+fn of_transition(transition: &Transition) -> ComparedItem {
     let arcs = |kind: ArcKind| {
         let mut places: Vec<_> =
-            transition.arcs.iter().filter(|arc| arc.kind == kind).map(weighted).collect();
+            transition.arcs.iter().filter(|arc| arc.kind == kind).map(format_arc).collect();
         places.sort_unstable();
         places.join(" ")
     };
@@ -190,37 +197,37 @@ fn of_transition(transition: &Transition) -> Item {
     let lost = transition.lost_link.as_ref();
     let missed = transition.missed.as_ref();
     let aspects = vec![
-        plain("from", arcs(ArcKind::Take)),
-        plain("to", arcs(ArcKind::Put)),
-        plain("read", arcs(ArcKind::Read)),
-        plain("inhibitor", arcs(ArcKind::Inhibitor)),
-        plain("reset", arcs(ArcKind::Reset)),
-        plain("sets", sets.join(", ")),
-        plain("on", on.unwrap_or_default()),
-        interval.map(|time| aspect("time", format!("{:?}", time.value), time.at.text())),
-        text("when", &transition.when),
-        plain("priority", priority),
-        class(transition.class),
-        plain("autonomy", autonomy(transition.autonomy)),
-        lost.map(|lost| aspect("lost-link", format!("{:?}", lost.value), lost.at.text())),
-        date("not-before", &transition.not_before),
-        date("not-after", &transition.not_after),
-        missed.map(|missed| aspect("missed", format!("{:?}", missed.value), missed.at.text())),
-        text("on-stop-fail", &transition.on_stop_fail),
-        text("on-start-fail", &transition.on_start_fail),
-        text("overrun", &transition.overrun),
+        plain_aspect("from", arcs(ArcKind::Take)),
+        plain_aspect("to", arcs(ArcKind::Put)),
+        plain_aspect("read", arcs(ArcKind::Read)),
+        plain_aspect("inhibitor", arcs(ArcKind::Inhibitor)),
+        plain_aspect("reset", arcs(ArcKind::Reset)),
+        plain_aspect("sets", sets.join(", ")),
+        plain_aspect("on", on.unwrap_or_default()),
+        interval.map(|time| new_aspect("time", format!("{:?}", time.value), time.at.text())),
+        text_aspect("when", &transition.when),
+        plain_aspect("priority", priority),
+        class_aspect(transition.class),
+        plain_aspect("autonomy", format_autonomy(transition.autonomy)),
+        lost.map(|lost| new_aspect("lost-link", format!("{:?}", lost.value), lost.at.text())),
+        date_aspect("not-before", &transition.not_before),
+        date_aspect("not-after", &transition.not_after),
+        missed.map(|missed| new_aspect("missed", format!("{:?}", missed.value), missed.at.text())),
+        text_aspect("on-stop-fail", &transition.on_stop_fail),
+        text_aspect("on-start-fail", &transition.on_start_fail),
+        text_aspect("overrun", &transition.overrun),
     ];
-    Item::new(Subject::Transition, &*transition.name.value, aspects)
+    ComparedItem::new(Subject::Transition, &*transition.name.value, aspects)
 }
 
-fn weighted(arc: &Arc) -> String {
+fn format_arc(arc: &Arc) -> String {
     match arc.weight {
         1 => arc.place.value.clone(),
         weight => format!("{}*{weight}", arc.place.value),
     }
 }
 
-fn autonomy(autonomy: Autonomy) -> String {
+fn format_autonomy(autonomy: Autonomy) -> String {
     match autonomy {
         Autonomy::Auto => String::new(),
         Autonomy::Operator => "operator".into(),
@@ -232,28 +239,28 @@ fn autonomy(autonomy: Autonomy) -> String {
     }
 }
 
-fn class(class: Class) -> Option<Aspect> {
-    plain("class", if class == Class::Safety { "safety" } else { "" })
+fn class_aspect(class: Class) -> Option<Aspect> {
+    plain_aspect("class", if class == Class::Safety { "safety" } else { "" })
 }
 
-fn date(name: &str, date: &Option<Spanned<Date>>) -> Option<Aspect> {
-    date.as_ref().map(|date| aspect(name, date.value.to_string(), date.at.text()))
+fn date_aspect(name: &str, date: &Option<Spanned<Date>>) -> Option<Aspect> {
+    date.as_ref().map(|date| new_aspect(name, date.value.to_string(), date.at.text()))
 }
 
-fn text(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
-    text.as_ref().and_then(|text| plain(name, &*text.value))
+fn text_aspect(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
+    text.as_ref().and_then(|text| plain_aspect(name, &*text.value))
 }
 
 /// An attribute whose text is its value; none if it is empty.
-fn plain(name: &str, value: impl Into<String>) -> Option<Aspect> {
+fn plain_aspect(name: &str, value: impl Into<String>) -> Option<Aspect> {
     let value = value.into();
-    (!value.is_empty()).then(|| aspect(name, value.clone(), &value))
+    (!value.is_empty()).then(|| new_aspect(name, value.clone(), &value))
 }
 
-fn some(aspect: Aspect) -> Option<Aspect> {
+fn some_aspect(aspect: Aspect) -> Option<Aspect> {
     (!aspect.value.is_empty()).then_some(aspect)
 }
 
-fn aspect(name: &str, value: String, shown: &str) -> Aspect {
+fn new_aspect(name: &str, value: String, shown: &str) -> Aspect {
     Aspect { name: name.into(), value, shown: shown.into() }
 }

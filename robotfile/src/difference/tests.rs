@@ -40,7 +40,7 @@ fn check(edits: &[(&str, &str)], expected: &[&str]) {
 }
 
 #[test]
-fn what_changed_is_said_in_words() {
+fn changes_are_described_in_words() {
     check(&[("value=\"30\"", "value=\"50\"")], &["parameter slam.particles: 30 → 50"]);
     check(&[("value=\"30\"", "value=\"\"")], &["parameter slam.particles: 30 → \"\""]);
     check(
@@ -60,7 +60,7 @@ fn what_changed_is_said_in_words() {
 }
 
 #[test]
-fn a_component_goes_with_its_parameters() {
+fn a_removed_component_includes_its_parameters() {
     let block = "<component name=\"slam\" kind=\"mapper\">\n      <parameter name=\"particles\" value=\"30\"/>\n    </component>";
     let found = differences(&configuration(FILE), &configuration(&FILE.replace(block, "")));
     assert_eq!(found[0].to_string(), "component slam removed; it was kind mapper");
@@ -70,7 +70,7 @@ fn a_component_goes_with_its_parameters() {
 }
 
 #[test]
-fn what_means_the_same_is_no_difference() {
+fn equal_meaning_is_no_difference() {
     check(&[("<system", "<!-- new -->\n\n<system")], &[]);
     check(&[("timeout=\"90s\"", "timeout=\"1.5min\"")], &[]);
     check(&[("exclusive components=\"slam view\"", "exclusive components=\"view slam\"")], &[]);
@@ -88,7 +88,7 @@ fn the_order_of_transitions_counts() {
 }
 
 #[test]
-fn a_mission_may_come_whole() {
+fn a_whole_mission_can_be_added() {
     let start = FILE.find("<mission").unwrap();
     let end = FILE.find("</armor>").unwrap();
     let without = format!("{}{}", &FILE[..start], &FILE[end..]);

@@ -1,13 +1,15 @@
 //! Items added, and their attributes set.
 
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::edit::item::Item;
 use crate::edit::item::{check_name, check_port};
+use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
-use crate::edit::{Document, Item, NewElement};
 use crate::source::Location;
 use crate::tree::Element;
 
-/// In which order the elements of a system and of a mission are written when nothing else tells.
+/// The order in which new elements of a system and of a mission are written.
 const ORDER: &[&str] = &[
     "system",
     "clock",
@@ -24,7 +26,7 @@ const ORDER: &[&str] = &[
 ];
 
 impl Document {
-    /// Adds an item with these attributes, behind the last of its sort. Its name, or a link's two
+    /// Adds an item with these attributes, after the last of its kind. Its name, or a link's two
     /// ends, are the item's and not among the attributes.
     ///
     /// # Errors
@@ -120,7 +122,7 @@ impl Document {
         EditError::Taken { what, at: Location::new(self.tree().source(), element.name_span) }
     }
 
-    /// Adds elements to `parent`, behind the last of their sort.
+    /// Adds elements to `parent`, after the last of their kind.
     pub(super) fn insert_sorted(
         &self,
         parent: &[usize],
@@ -132,12 +134,12 @@ impl Document {
     }
 }
 
-/// Where a sort comes in the order; none if it is not known there.
+/// Returns the position of a kind in the order; none if it is unknown.
 pub(super) fn rank(sort: &str) -> Option<usize> {
     ORDER.iter().position(|known| *known == sort)
 }
 
-/// The number that a new element of this sort gets in its parent: behind the last of its sort, else
+/// Returns the index of a new element of this kind in its parent: after the last of its kind, else
 /// before the first that comes after it in the order.
 pub(super) fn number_for(parent: &Element, sort: &str) -> usize {
     let names: Vec<_> = parent.elements().map(|element| element.name.as_str()).collect();

@@ -1,4 +1,4 @@
-//! Attributes and texts: what changes when one is set or removed.
+//! The patches that set or remove an attribute or a text.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use crate::edit::error::EditError;
 use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
 use crate::source::Source;
-use crate::tag::is_xml_name;
+use crate::start_tag::is_xml_name;
 use crate::tree::{Attribute, Element, Node};
 
 /// Gives an attribute a value in its own quotes, or removes it with the space before it. A new one
@@ -55,14 +55,14 @@ pub(crate) fn quote(text: &str, attribute: &Attribute) -> char {
     if text[..attribute.span().end()].ends_with('\'') { '\'' } else { '"' }
 }
 
-/// The white space before an attribute if it holds a line break, else one space.
+/// Returns the white space before an attribute if it contains a line break, else one space.
 fn space_before(text: &str, at: usize) -> &str {
     let space = &text[text[..at].trim_end().len()..at];
     if space.contains('\n') { space } else { " " }
 }
 
-/// Puts `new` where the first piece of text stands and takes the other pieces away; white space,
-/// comments and elements around them stay.
+/// Replaces the first piece of text by `new` and removes the other pieces; white space, comments
+/// and elements around them stay.
 pub(crate) fn set_text(source: &Source, element: &Element, new: &str, patches: &mut Patches) {
     let new = new.trim();
     if element.text().0 == new {
@@ -70,7 +70,7 @@ pub(crate) fn set_text(source: &Source, element: &Element, new: &str, patches: &
     }
     let text = source.text();
     let mut escaped = escape_text(new);
-    for range in words(text, element) {
+    for range in text_words(text, element) {
         patches.replace(range, std::mem::take(&mut escaped));
     }
     if escaped.is_empty() {
@@ -86,16 +86,16 @@ pub(crate) fn set_text(source: &Source, element: &Element, new: &str, patches: &
     }
 }
 
-/// Where the text of an element stands, without the white space around it, if it is one piece
-/// without CDATA.
+/// Returns the range of the text of an element, without the white space around it, if it is one
+/// piece without CDATA.
 pub(crate) fn text_run(text: &str, element: &Element) -> Option<Range<usize>> {
-    let mut words = words(text, element);
+    let mut words = text_words(text, element);
     let only = words.pop().filter(|_| words.is_empty())?;
     (!text[only.clone()].contains("<![CDATA[")).then_some(only)
 }
 
 /// The pieces of text between comments and elements, without the white space around them.
-fn words(text: &str, element: &Element) -> Vec<Range<usize>> {
+fn text_words(text: &str, element: &Element) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for node in &element.children {
         let Node::Text(_, span) = node else { continue };

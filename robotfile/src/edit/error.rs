@@ -12,46 +12,46 @@ pub enum EditError {
     /// The outermost element cannot be removed or moved.
     #[error("the outermost element cannot be removed or moved")]
     Outermost,
-    /// What the edit is about is not in the file.
+    /// The subject of the edit is not in the file.
     #[error("there is no {what} in {file}", file = file.display())]
     Absent {
-        /// What was looked for, such as "component laser".
+        /// The missing item, such as "component laser".
         what: String,
         /// The file.
         file: std::path::PathBuf,
     },
-    /// What the edit would add is there already.
-    #[error("{what} is there already, at {at}")]
+    /// The item to be added exists already.
+    #[error("{what} exists already, at {at}")]
     Taken {
-        /// What is there, such as "component laser".
+        /// The existing item, such as "component laser".
         what: String,
         /// Where.
         at: Location,
     },
     /// Not a name of the format.
     #[error(
-        "{name:?} is not a name: a name starts with a letter and has letters, digits, _ and - (at most 64)"
+        "{name:?} is not a name: a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters"
     )]
     BadName {
-        /// What was given.
+        /// The argument.
         name: String,
     },
     /// A link, the system and the mission are not named by anything, so they cannot be renamed.
     #[error("{what} cannot be renamed; set its attributes")]
     Nameless {
-        /// What was to be renamed, such as "link from a.x to b.y".
+        /// The item that cannot be renamed, such as "link from a.x to b.y".
         what: String,
     },
     /// Not `component.port`.
     #[error("{text:?} is not two names joined by a dot, such as laser.scan")]
     BadPort {
-        /// What was given.
+        /// The argument.
         text: String,
     },
     /// Not a name of an XML element or attribute.
     #[error("{name:?} cannot be the name of an element or attribute")]
     BadXmlName {
-        /// What was given.
+        /// The argument.
         name: String,
     },
     /// Not a finite number, or a very large one.
@@ -60,19 +60,19 @@ pub enum EditError {
     /// Only components, places and transitions have a block.
     #[error("{what} has no position")]
     NotShown {
-        /// What should have been shown, such as "variable battery".
+        /// The item that has no position, such as "variable battery".
         what: String,
     },
     /// Something that would mean another thing without it still names it.
     #[error("{what} is still named {}", places(at))]
     StillNamed {
-        /// What should have been removed, such as "place home".
+        /// The item to be removed, such as "place home".
         what: String,
-        /// Who names it.
+        /// The locations that name it.
         at: Vec<Location>,
     },
     /// The result would not be XML, or would break a limit.
-    #[error("the file could not be read any more: {}", first(.0))]
+    #[error("the file could not be read after the edit: {}", first(.0))]
     Refused(Findings),
 }
 

@@ -1,10 +1,10 @@
-//! The things of a file that have names, and where they stand.
+//! The things of a file that have names, and their elements.
 
 use std::fmt;
 
 use armor_wire::name::{is_name, split_data};
 
-use crate::edit::Document;
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
 use crate::tree::{Element, Tree};
 
@@ -33,7 +33,7 @@ pub enum Item<'a> {
 }
 
 impl<'a> Item<'a> {
-    /// What it is called, if it has a name that others call it by.
+    /// Returns its name, if other elements refer to it by a name.
     pub(crate) fn name(self) -> Option<&'a str> {
         match self {
             Self::System | Self::Mission | Self::Link { .. } => None,
@@ -44,7 +44,7 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// The same sort of item under another name.
+    /// Returns the same kind of item with another name.
     pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
         match self {
             Self::System | Self::Mission | Self::Link { .. } => None,
@@ -55,7 +55,7 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// The element that holds it, and its own element's name.
+    /// Returns the names of its parent element and of its own.
     pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::System => ("armor", "system"),
@@ -81,7 +81,7 @@ impl<'a> Item<'a> {
     }
 }
 
-/// "component laser", as messages say it.
+/// Writes `component laser`, as in messages.
 impl fmt::Display for Item<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sort = self.names().1;
@@ -122,12 +122,12 @@ impl Document {
     }
 }
 
-/// Refuses what is not a name of the format.
+/// Refuses a text that is not a name of the format.
 pub(crate) fn check_name(name: &str) -> Result<(), EditError> {
     if is_name(name) { Ok(()) } else { Err(EditError::BadName { name: name.to_owned() }) }
 }
 
-/// Refuses what is not `component.port`.
+/// Refuses a text that is not `component.port`.
 pub(crate) fn check_port(text: &str) -> Result<(&str, &str), EditError> {
     split_data(text).ok_or_else(|| EditError::BadPort { text: text.to_owned() })
 }

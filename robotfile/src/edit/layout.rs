@@ -1,11 +1,13 @@
 //! Where the designer shows things: one `<block>` for each, in the `<layout>` of the system or the
 //! mission that it belongs to.
 
+use crate::edit::attribute;
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
 use crate::edit::item::Item;
+use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
-use crate::edit::removing::Gone;
-use crate::edit::{Document, NewElement, attribute};
+use crate::edit::removing::RemovedElements;
 use crate::tree::Element;
 
 /// Farthest from the origin; digits beyond would be noise.
@@ -21,7 +23,7 @@ pub struct Position {
 }
 
 impl Document {
-    /// Where an item is shown, if the file says it.
+    /// Returns the position of an item in the designer, if the file has one.
     pub fn position(&self, item: Item<'_>) -> Option<Position> {
         let (_, block) = self.block(item)?;
         let number = |name| block.attribute(name)?.value.trim().parse().ok();
@@ -33,7 +35,7 @@ impl Document {
     /// where. Positions are kept to a hundredth. Each moved block is one line of the file.
     ///
     /// # Errors
-    /// If an item is missing or of a sort that is not shown, or a position is not finite or farther
+    /// If an item is missing or of a kind that is not shown, or a position is not finite or farther
     /// than 10⁹ away.
     pub fn set_positions(
         &mut self,
@@ -41,12 +43,12 @@ impl Document {
     ) -> Result<(), EditError> {
         let mut draft = self.clone();
         let mut patches = Patches::default();
-        let mut gone = Gone::default();
+        let mut gone = RemovedElements::default();
         let (mut in_system, mut in_mission) = (Vec::new(), Vec::new());
         for (n, (item, position)) in positions.iter().enumerate() {
             self.path_of(*item)?;
-            let key = key(*item)?;
-            let written = position.map(written).transpose()?;
+            let key = block_key(*item)?;
+            let written = position.map(format_position).transpose()?;
             if positions[n + 1..].iter().any(|(later, _)| later == item) {
                 continue;
             }
@@ -109,26 +111,29 @@ impl Document {
     fn block(&self, item: Item<'_>) -> Option<(&Element, &Element)> {
         let owner = if matches!(item, Item::Component(_)) { Item::System } else { Item::Mission };
         let owner = self.tree().element(&self.find(owner)?)?;
-        let (key, name) = (key(item).ok()?, item.name()?);
+        let (key, name) = (block_key(item).ok()?, item.name()?);
         let is_it = |block: &Element| {
             block.name == "block" && block.attribute(key).is_some_and(|given| given.value == name)
         };
-        owner.elements().filter(|e| e.name == "layout").find_map(|layout| search(layout, &is_it))
+        owner
+            .elements()
+            .filter(|e| e.name == "layout")
+            .find_map(|layout| find_block(layout, &is_it))
     }
 }
 
 /// Recursion is bounded by the tree's depth.
-fn search<'a>(
+fn find_block<'a>(
     parent: &'a Element,
     is_it: &impl Fn(&Element) -> bool,
 ) -> Option<(&'a Element, &'a Element)> {
     parent.elements().find_map(|element| {
-        if is_it(element) { Some((parent, element)) } else { search(element, is_it) }
+        if is_it(element) { Some((parent, element)) } else { find_block(element, is_it) }
     })
 }
 
-/// The attribute of a block that says what it shows. Places and transitions may share a name.
-fn key(item: Item<'_>) -> Result<&'static str, EditError> {
+/// Returns the attribute of a block that names its item. Places and transitions may share a name.
+fn block_key(item: Item<'_>) -> Result<&'static str, EditError> {
     match item {
         Item::Component(_) | Item::Place(_) => Ok("of"),
         Item::Transition(_) => Ok("transition"),
@@ -136,7 +141,7 @@ fn key(item: Item<'_>) -> Result<&'static str, EditError> {
     }
 }
 
-fn written(position: Position) -> Result<[(&'static str, String); 2], EditError> {
+fn format_position(position: Position) -> Result<[(&'static str, String); 2], EditError> {
     let number = |value: f64| {
         let near = value.abs() <= MAX_COORDINATE;
         // Adding zero makes -0 a 0.

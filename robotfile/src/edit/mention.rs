@@ -1,10 +1,10 @@
-//! Every place of a file that names a thing, and what the name is there for.
+//! Every place of a file that names a thing, and the role of the name there.
 
 use std::sync::Arc;
 
 use crate::claim::Sort;
 use crate::edit::item::{Item, find};
-use crate::edit::words::{Form, occurrences};
+use crate::edit::words::{ListForm, occurrences};
 use crate::source::{Location, Source};
 use crate::tree::{Attribute, Element, Tree};
 
@@ -19,14 +19,14 @@ pub(crate) struct Mention<'a> {
     /// The attribute that names it; none if it is the element's text.
     pub(crate) attribute: Option<&'a Attribute>,
     /// How it is named there.
-    pub(crate) form: Form,
-    /// What for.
-    pub(crate) role: Role,
+    pub(crate) form: ListForm,
+    /// The role of the name.
+    pub(crate) role: MentionRole,
 }
 
-/// What a thing is named for.
+/// The role of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
+pub(crate) enum MentionRole {
     /// Here it gets its name.
     Definition,
     /// The whole element is about it: a link, a parameter that a place gives, a block of the layout.
@@ -43,7 +43,7 @@ impl Mention<'_> {
         self.attribute.map_or_else(|| self.element.text().0, |attribute| attribute.value.clone())
     }
 
-    /// Whether it says where to show it.
+    /// Returns whether the element is its block in the layout.
     pub(crate) fn is_layout(&self) -> bool {
         self.element.name == "block"
     }
@@ -63,28 +63,32 @@ pub(crate) fn mentions<'a>(tree: &'a Tree, item: Item<'_>) -> Vec<Mention<'a>> {
     let Some(name) = item.name() else { return Vec::new() };
     let expressions = Expressions::of(tree, item);
     let mut found = Vec::new();
-    visit(tree.root(), Within::Armor, &mut |within, parent, index, element: &'a Element| {
-        for (attribute, form, role) in uses(item, within, &element.name, expressions) {
-            let given = match attribute {
-                TEXT => None,
-                attribute => match element.attribute(attribute) {
-                    Some(given) => Some(given),
-                    None => continue,
-                },
-            };
-            let value = given.map_or_else(|| element.text().0, |given| given.value.clone());
-            if !occurrences(form, &value, name).is_empty() {
-                found.push(Mention { parent, element, index, attribute: given, form, role });
+    visit_elements(
+        tree.root(),
+        Within::Armor,
+        &mut |within, parent, index, element: &'a Element| {
+            for (attribute, form, role) in find_uses(item, within, &element.name, expressions) {
+                let given = match attribute {
+                    TEXT => None,
+                    attribute => match element.attribute(attribute) {
+                        Some(given) => Some(given),
+                        None => continue,
+                    },
+                };
+                let value = given.map_or_else(|| element.text().0, |given| given.value.clone());
+                if !occurrences(form, &value, name).is_empty() {
+                    found.push(Mention { parent, element, index, attribute: given, form, role });
+                }
             }
-        }
-    });
+        },
+    );
     found
 }
 
-/// Stands for the text of an element where the name of an attribute is expected.
+/// Represents the text of an element where the name of an attribute is expected.
 const TEXT: &str = "";
 
-/// Where in the file an element stands.
+/// The kind of element that contains an element.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Within {
     Armor,
@@ -98,7 +102,7 @@ enum Within {
 }
 
 impl Within {
-    /// Where the children of an element stand that stands here itself.
+    /// Returns the same for the children of an element that is here.
     fn inside(self, element: &str) -> Self {
         match (self, element) {
             (Self::Armor, "system") => Self::System,
@@ -113,27 +117,27 @@ impl Within {
 }
 
 /// Recursion is bounded by the tree's depth.
-fn visit<'a>(
+fn visit_elements<'a>(
     parent: &'a Element,
     within: Within,
     see: &mut impl FnMut(Within, &'a Element, usize, &'a Element),
 ) {
     for (index, element) in parent.elements().enumerate() {
         see(within, parent, index, element);
-        visit(element, within.inside(&element.name), see);
+        visit_elements(element, within.inside(&element.name), see);
     }
 }
 
 /// How an item is named in expressions, if at all.
 #[derive(Clone, Copy)]
 struct Expressions {
-    guard: Option<Form>,
-    check: Option<Form>,
+    guard: Option<ListForm>,
+    check: Option<ListForm>,
 }
 
 impl Expressions {
-    /// In a guard a name by itself belongs to one sort of things, rather to a variable, and before
-    /// a dot it is a component's. In a check what it stands in says whose it is.
+    /// In a guard, a name without a dot belongs to one kind of thing, a variable first, and a name
+    /// before a dot is a component's. In a check the surrounding word decides.
     fn of(tree: &Tree, item: Item<'_>) -> Self {
         let name = item.name().unwrap_or_default();
         let order = [
@@ -145,17 +149,17 @@ impl Expressions {
         let mut before = order.iter().take_while(|sort| **sort != item);
         let is_bare = before.all(|sort| find(tree, *sort).is_none());
         let guard = match (item, is_bare) {
-            (Item::Component(_), true) => Some(Form::AllWords),
-            (Item::Component(_), false) => Some(Form::DottedWords),
-            (_, is_bare) => is_bare.then_some(Form::BareWords),
+            (Item::Component(_), true) => Some(ListForm::AllWords),
+            (Item::Component(_), false) => Some(ListForm::DottedWords),
+            (_, is_bare) => is_bare.then_some(ListForm::BareWords),
         };
         let check = match item {
-            Item::Place(_) => Some(Form::Claimed(Sort::Place)),
-            Item::Transition(_) => Some(Form::Claimed(Sort::Transition)),
-            Item::Component(_) => Some(Form::Claimed(Sort::Component)),
+            Item::Place(_) => Some(ListForm::Claimed(Sort::Place)),
+            Item::Transition(_) => Some(ListForm::Claimed(Sort::Transition)),
+            Item::Component(_) => Some(ListForm::Claimed(Sort::Component)),
             // A place of that name goes before it.
             Item::Variable(_) if find(tree, Item::Place(name)).is_none() => {
-                Some(Form::Claimed(Sort::Place))
+                Some(ListForm::Claimed(Sort::Place))
             }
             _ => None,
         };
@@ -164,53 +168,58 @@ impl Expressions {
 }
 
 /// The attributes of an element that may name an item.
-fn uses(
+fn find_uses(
     item: Item<'_>,
     within: Within,
     element: &str,
     expressions: Expressions,
-) -> Vec<(&'static str, Form, Role)> {
+) -> Vec<(&'static str, ListForm, MentionRole)> {
     use Within as W;
     let needed = |attributes: &[&'static str], form| {
-        attributes.iter().map(|attribute| (*attribute, form, Role::Needed)).collect()
+        attributes.iter().map(|attribute| (*attribute, form, MentionRole::Needed)).collect()
     };
-    let definition = ("name", Form::Whole, Role::Definition);
+    let definition = ("name", ListForm::Whole, MentionRole::Definition);
     let mut uses: Vec<_> = match (item, within, element) {
         (Item::Component(_), W::System, "component")
         | (Item::Transition(_), W::Mission, "transition")
         | (Item::Variable(_), W::Mission, "variable") => vec![definition],
         (Item::Component(_), W::System, "link") => {
-            vec![("from", Form::Dotted, Role::Whole), ("to", Form::Dotted, Role::Whole)]
+            vec![
+                ("from", ListForm::Dotted, MentionRole::Whole),
+                ("to", ListForm::Dotted, MentionRole::Whole),
+            ]
         }
         (Item::Component(_), W::System, "clock") | (Item::Component(_), W::Mission, "variable") => {
-            needed(&["source"], Form::Dotted)
+            needed(&["source"], ListForm::Dotted)
         }
         (Item::Component(_), W::Mission, "place" | "exclusive") => {
-            vec![("components", Form::List, Role::Listed)]
+            vec![("components", ListForm::List, MentionRole::Listed)]
         }
         (Item::Component(_), W::Place, "parameter") => {
-            vec![("component", Form::Whole, Role::Whole)]
+            vec![("component", ListForm::Whole, MentionRole::Whole)]
         }
-        (Item::Component(_), W::Mission, "transition") => needed(&["on"], Form::Dotted),
-        (Item::Place(_), W::Armor, "mission") => needed(&["goal", "safe"], Form::Whole),
+        (Item::Component(_), W::Mission, "transition") => needed(&["on"], ListForm::Dotted),
+        (Item::Place(_), W::Armor, "mission") => needed(&["goal", "safe"], ListForm::Whole),
         (Item::Place(_), W::Mission, "place") => {
-            vec![definition, ("on-failure", Form::Whole, Role::Needed)]
+            vec![definition, ("on-failure", ListForm::Whole, MentionRole::Needed)]
         }
         (Item::Place(_), W::Mission, "transition") => {
-            let mut uses: Vec<_> = needed(&["from", "to"], Form::List);
+            let mut uses: Vec<_> = needed(&["from", "to"], ListForm::List);
             uses.extend::<Vec<_>>(needed(
                 &["on-stop-fail", "on-start-fail", "overrun"],
-                Form::Whole,
+                ListForm::Whole,
             ));
             uses
         }
-        (Item::Variable(_), W::Transition, "set") => needed(&["variable"], Form::Whole),
-        (Item::Place(_), W::Transition, _) => needed(&["from", "to", "place"], Form::Whole),
-        (Item::Place(_), W::Mission, "submission") => needed(&["in", "out"], Form::Whole),
+        (Item::Variable(_), W::Transition, "set") => needed(&["variable"], ListForm::Whole),
+        (Item::Place(_), W::Transition, _) => needed(&["from", "to", "place"], ListForm::Whole),
+        (Item::Place(_), W::Mission, "submission") => needed(&["in", "out"], ListForm::Whole),
         (Item::Component(_), W::SystemLayout, "block")
-        | (Item::Place(_), W::MissionLayout, "block") => vec![("of", Form::Whole, Role::Whole)],
+        | (Item::Place(_), W::MissionLayout, "block") => {
+            vec![("of", ListForm::Whole, MentionRole::Whole)]
+        }
         (Item::Transition(_), W::MissionLayout, "block") => {
-            vec![("transition", Form::Whole, Role::Whole)]
+            vec![("transition", ListForm::Whole, MentionRole::Whole)]
         }
         _ => Vec::new(),
     };
@@ -220,6 +229,6 @@ fn uses(
         (W::Mission, "check") => (TEXT, expressions.check),
         _ => return uses,
     };
-    uses.extend(form.map(|form| (attribute, form, Role::Needed)));
+    uses.extend(form.map(|form| (attribute, form, MentionRole::Needed)));
     uses
 }

@@ -1,16 +1,18 @@
 //! Items renamed, with everything in the file that names them.
 
+use crate::edit::attribute;
 use crate::edit::attribute::{quote, text_run};
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::edit::item::Item;
 use crate::edit::item::check_name;
-use crate::edit::mention::{Mention, Role, mentions};
+use crate::edit::mention::{Mention, MentionRole, mentions};
 use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
-use crate::edit::words::{Form, occurrences, replaced};
-use crate::edit::{Document, Item, attribute};
+use crate::edit::words::{ListForm, occurrences, replaced};
 use crate::finding::Findings;
 use crate::source::{Location, Source, Span};
-use crate::tag::unescape;
+use crate::start_tag::unescape;
 
 impl Document {
     /// Renames an item and everything in the file that names it: links, lists, arcs, the goal,
@@ -39,7 +41,7 @@ impl Document {
         let mut patches = Patches::default();
         for mention in mentions(&self.tree, item) {
             let rename =
-                |form: Form, value: &str| replaced(value, &occurrences(form, value, old), new);
+                |form: ListForm, value: &str| replaced(value, &occurrences(form, value, old), new);
             self.rewrite(&mention, rename, &mut patches);
         }
         self.apply(patches)
@@ -48,7 +50,7 @@ impl Document {
     /// Where an item is named, its own name and its block in the layout left out.
     pub fn mentions(&self, item: Item<'_>) -> Vec<Location> {
         let found = mentions(&self.tree, item);
-        let others = found.iter().filter(|m| m.role != Role::Definition && !m.is_layout());
+        let others = found.iter().filter(|m| m.role != MentionRole::Definition && !m.is_layout());
         others.map(|mention| mention.at(self.tree.source())).collect()
     }
 
@@ -61,12 +63,12 @@ impl Document {
         matches!(item, Item::Component(_)) && self.find(Item::System).is_none()
     }
 
-    /// Changes the value in which an item is named. What is written around the name stays as it is
+    /// Changes the value in which an item is named. The text around the name stays as it is
     /// written, unless the name itself is written with references.
     pub(super) fn rewrite(
         &self,
         mention: &Mention<'_>,
-        change: impl Fn(Form, &str) -> String,
+        change: impl Fn(ListForm, &str) -> String,
         patches: &mut Patches,
     ) {
         let wanted = change(mention.form, &mention.value());
@@ -82,7 +84,7 @@ impl Document {
         };
         let changed = around_references(&text[range.clone()], |raw| change(mention.form, raw));
         let written = match mention.attribute {
-            _ if read(&changed) == wanted => changed,
+            _ if unescape_raw(&changed) == wanted => changed,
             Some(attribute) => escape_value(&wanted, quote(text, attribute)),
             None => escape_text(&wanted),
         };
@@ -90,7 +92,7 @@ impl Document {
     }
 }
 
-/// Stands for a reference; XML does not allow the character itself.
+/// Represents a reference; XML does not allow the character itself.
 const REFERENCE: char = '\u{1}';
 
 /// Changes a text as it is written, its references being left alone.
@@ -114,8 +116,8 @@ fn around_references(raw: &str, change: impl Fn(&str) -> String) -> String {
     change(&masked).chars().map(restore).collect()
 }
 
-/// What a text means that is written so.
-fn read(raw: &str) -> String {
+/// Returns the text with its references replaced.
+fn unescape_raw(raw: &str) -> String {
     let source = Source::new("", raw);
     let all = Location::new(&source, Span::new(0, raw.len()));
     unescape(&all, &mut Findings::default())

@@ -2,7 +2,7 @@
 
 use crate::edit::error::EditError;
 use crate::edit::placement::Placement;
-use crate::tag::is_xml_name;
+use crate::start_tag::is_xml_name;
 
 /// An element to be put into a file.
 ///

@@ -1,9 +1,12 @@
 //! Parameters, of a component and of a place.
 
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::edit::item::Item;
 use crate::edit::item::check_name;
+use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
-use crate::edit::{Document, Item, NewElement, attribute, removal};
+use crate::edit::{attribute, removal};
 use crate::tree::Element;
 
 impl Document {

@@ -18,7 +18,7 @@ impl Patches {
         self.list.is_empty()
     }
 
-    /// The text with the changes made. Where two overlap, what one has removed is gone.
+    /// Returns the text with the changes applied. Where two overlap, both removals apply.
     pub(crate) fn apply(mut self, text: &str) -> String {
         self.list.sort_by_key(|(range, _)| range.start);
         let mut out = String::with_capacity(text.len() + 256);

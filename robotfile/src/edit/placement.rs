@@ -8,7 +8,7 @@ use crate::tree::{Element, Node};
 
 /// A place for elements in a text.
 pub(crate) struct Placement {
-    /// What they replace.
+    /// The bytes that they replace.
     range: Range<usize>,
     /// Written before the first.
     before: String,
@@ -16,9 +16,9 @@ pub(crate) struct Placement {
     after: String,
     /// The indentation of their lines.
     pub(crate) indent: String,
-    /// What a deeper level adds to it.
+    /// The additional indentation of a deeper level.
     pub(crate) unit: String,
-    /// The line break, or nothing if their neighbours stand on one line.
+    /// The line break, or nothing if their neighbours are on one line.
     line_break: &'static str,
 }
 
@@ -28,7 +28,7 @@ impl Placement {
         patches.replace(self.range.clone(), format!("{}{written}{}", self.before, self.after));
     }
 
-    /// What stands between two elements that are put here.
+    /// Returns the text between two elements that are inserted here.
     pub(crate) fn between(&self) -> String {
         self.line(&self.indent)
     }
@@ -63,21 +63,21 @@ pub(crate) fn find(
     index: usize,
 ) -> Placement {
     let parent = chain[chain.len() - 1];
-    let page = Page { text: source.text(), chain };
+    let page = EditedText { text: source.text(), chain };
     match (index.checked_sub(1).and_then(|n| siblings.get(n)), siblings.first()) {
-        (Some(previous), _) => page.behind(parent, previous),
+        (Some(previous), _) => page.place_behind(parent, previous),
         (None, Some(next)) => page.before_first(parent, next),
         (None, None) => page.first_in(parent),
     }
 }
 
-struct Page<'a> {
+struct EditedText<'a> {
     text: &'a str,
     chain: &'a [&'a Element],
 }
 
-impl Page<'_> {
-    fn behind(&self, parent: &Element, previous: &Element) -> Placement {
+impl EditedText<'_> {
+    fn place_behind(&self, parent: &Element, previous: &Element) -> Placement {
         let end = line_end(self.text, parent, previous.span.end());
         match (indentation(self.text, previous.span.start()), end) {
             (Some(indent), Some(end)) => self.on_its_line(end, indent),
@@ -109,7 +109,7 @@ impl Page<'_> {
 
     fn first_in(&self, parent: &Element) -> Placement {
         let tag_end = parent.tag_span.end();
-        let inner = if parent.is_open() { self.inner(parent) } else { tag_end..tag_end };
+        let inner = if parent.is_open() { self.inner_range(parent) } else { tag_end..tag_end };
         let text = &self.text[inner.clone()];
         let last = inner.start + text.trim_end().len();
         let tail = &self.text[last..inner.end];
@@ -118,7 +118,7 @@ impl Page<'_> {
         let Some(outer) = indentation(self.text, parent.span.start()).filter(|_| !has_words) else {
             return self.first_in_line(parent, last);
         };
-        let unit = self.unit();
+        let unit = self.indent_unit();
         let comment = parent.children.iter().find_map(|node| match node {
             Node::Comment(at) => indentation(self.text, at.start()),
             _ => None,
@@ -156,23 +156,24 @@ impl Page<'_> {
             before: format!("{line_break}{indent}"),
             after: String::new(),
             indent: indent.to_owned(),
-            unit: self.unit(),
+            unit: self.indent_unit(),
             line_break,
         }
     }
 
     /// Between the tags.
-    fn inner(&self, parent: &Element) -> Range<usize> {
+    fn inner_range(&self, parent: &Element) -> Range<usize> {
         let all = &self.text[..parent.span.end()];
         parent.tag_span.end()..all.rfind("</").unwrap_or(parent.span.end())
     }
 
-    /// What a level of indentation is: what it is for a neighbour, for the parent, anywhere.
-    fn unit(&self) -> String {
+    /// Returns the indentation of one level: as at a neighbour, at the parent, or anywhere in the
+    /// file.
+    fn indent_unit(&self) -> String {
         let parents = self.chain.iter().rev().skip(1);
         let root = self.chain[0];
-        let near = parents.flat_map(|e| e.elements()).find_map(|e| self.step(e));
-        near.or_else(|| self.step(root))
+        let near = parents.flat_map(|e| e.elements()).find_map(|e| self.indent_step(e));
+        near.or_else(|| self.indent_step(root))
             .or_else(|| root.elements().find_map(|e| self.step_within(e)))
             .unwrap_or("  ")
             .to_owned()
@@ -181,10 +182,10 @@ impl Page<'_> {
     /// How much deeper the first child of an element is than the element. Recursion is bounded by
     /// the tree's depth.
     fn step_within(&self, element: &Element) -> Option<&str> {
-        self.step(element).or_else(|| element.elements().find_map(|e| self.step_within(e)))
+        self.indent_step(element).or_else(|| element.elements().find_map(|e| self.step_within(e)))
     }
 
-    fn step(&self, element: &Element) -> Option<&str> {
+    fn indent_step(&self, element: &Element) -> Option<&str> {
         let outer = indentation(self.text, element.span.start())?;
         let inner = element.elements().find_map(|e| indentation(self.text, e.span.start()))?;
         inner.strip_prefix(outer).filter(|step| !step.is_empty())
@@ -204,7 +205,7 @@ pub(crate) fn line_start(text: &str, at: usize) -> usize {
     if start == 0 && text.starts_with(mark) { mark.len_utf8().min(at) } else { start }
 }
 
-/// The indentation of what stands at `at`, if it is the first of its line.
+/// Returns the indentation of the piece at `at`, if it is the first of its line.
 pub(crate) fn indentation(text: &str, at: usize) -> Option<&str> {
     let before = &text[line_start(text, at)..at];
     before.bytes().all(|b| matches!(b, b' ' | b'\t')).then_some(before)
@@ -215,8 +216,8 @@ pub(crate) fn trailing_blanks(text: &str) -> usize {
     text.len() - text.trim_end_matches([' ', '\t']).len()
 }
 
-/// The end of what stands on the line of `at`, without white space, if behind `at` there are only
-/// comments that belong to it.
+/// Returns the end of the last piece on the line of `at`, without white space, if after `at` there
+/// are only comments that belong to it.
 pub(crate) fn line_end(text: &str, parent: &Element, at: usize) -> Option<usize> {
     let mut end = at;
     for node in parent.children.iter().filter(|node| node.span().start() >= at) {

@@ -1,4 +1,4 @@
-//! What goes when elements are removed.
+//! The bytes that are removed with an element.
 
 use std::ops::Range;
 
@@ -21,12 +21,12 @@ pub(crate) fn remove(source: &Source, parent: &Element, indices: &[usize], patch
         return;
     }
     for (_, element) in parent.elements().enumerate().filter(|(n, _)| goes(*n)) {
-        patches.replace(extent(text, element.span.start()..element.span.end()), "");
+        patches.replace(full_extent(text, element.span.start()..element.span.end()), "");
     }
 }
 
 /// Takes one element out, to put it elsewhere: the comments directly above it and behind it on its
-/// line go with it. Answers what was taken, without the indentation of its first line.
+/// line are removed with it. Returns the removed text, without the indentation of its first line.
 pub(crate) fn take(
     source: &Source,
     parent: &Element,
@@ -39,11 +39,11 @@ pub(crate) fn take(
     if let (Some(_), Some(end)) = (indentation(text, range.start), end) {
         range = first_comment(text, parent, element)..end;
     }
-    patches.replace(extent(text, range.clone()), "");
+    patches.replace(full_extent(text, range.clone()), "");
     text[range].to_owned()
 }
 
-/// Where the comments that stand directly above an element begin, each on lines of its own; the
+/// Returns where the comments directly above an element begin, each on lines of its own; the
 /// element's own start if there are none.
 fn first_comment(text: &str, parent: &Element, element: &Element) -> usize {
     let mut first = element.span.start();
@@ -60,9 +60,9 @@ fn first_comment(text: &str, parent: &Element, element: &Element) -> usize {
     first
 }
 
-/// The bytes that go with a piece: its lines if nothing else stands on them, else the space that
-/// kept it from its neighbour.
-fn extent(text: &str, piece: Range<usize>) -> Range<usize> {
+/// Returns the bytes that are removed with a piece: its lines if nothing else is on them, else the
+/// space that kept it from its neighbour.
+fn full_extent(text: &str, piece: Range<usize>) -> Range<usize> {
     let behind = &text[piece.end..];
     let rest = behind.trim_start_matches([' ', '\t', '\r']);
     match indentation(text, piece.start) {

@@ -2,11 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
-use crate::edit::mention::{Mention, Role, mentions};
+use crate::edit::item::Item;
+use crate::edit::mention::{Mention, MentionRole, mentions};
 use crate::edit::patch::Patches;
-use crate::edit::words::{Form, list, occurrences, without};
-use crate::edit::{Document, Item, attribute, removal};
+use crate::edit::words::{ListForm, list, occurrences, without};
+use crate::edit::{attribute, removal};
 use crate::source::{Source, Span};
 use crate::tree::Element;
 
@@ -22,12 +24,13 @@ impl Document {
         self.remove_all(&[item])
     }
 
-    /// Removes items as one edit; what names one of them and goes itself does not hold it.
+    /// Removes items as one edit; a mention in an item that is removed too does not prevent the
+    /// removal.
     ///
     /// # Errors
     /// As [`Document::remove`], of any of them.
     pub fn remove_all(&mut self, items: &[Item<'_>]) -> Result<(), EditError> {
-        let mut gone = Gone::default();
+        let mut gone = RemovedElements::default();
         let mut named = Vec::new();
         for item in items {
             match item.name() {
@@ -42,20 +45,24 @@ impl Document {
                 }
             }
         }
-        let goes = |mention: &&Mention<'_>| matches!(mention.role, Role::Definition | Role::Whole);
+        let goes = |mention: &&Mention<'_>| {
+            matches!(mention.role, MentionRole::Definition | MentionRole::Whole)
+        };
         let whole = named.iter().flat_map(|(.., mentions)| mentions.iter().filter(goes));
         let mut going: BTreeSet<Span> = whole.map(|mention| mention.element.span).collect();
         going.extend(gone.spans());
         let mut lists: BTreeMap<usize, (&Mention<'_>, Vec<&str>)> = BTreeMap::new();
         for (item, name, mentions) in &named {
             self.refuse_needed(*item, mentions, &going)?;
-            // What stands in something that goes is gone with it.
+            // Elements inside a removed element are removed with it.
             for mention in mentions.iter().filter(|m| !going.contains(&m.parent.span)) {
                 match mention.role {
-                    Role::Definition | Role::Whole => gone.add(mention.parent, mention.index),
-                    Role::Needed => {}
-                    Role::Listed if going.contains(&mention.element.span) => {}
-                    Role::Listed => {
+                    MentionRole::Definition | MentionRole::Whole => {
+                        gone.add(mention.parent, mention.index)
+                    }
+                    MentionRole::Needed => {}
+                    MentionRole::Listed if going.contains(&mention.element.span) => {}
+                    MentionRole::Listed => {
                         let at = mention.attribute.map_or(0, |given| given.value_span.start());
                         lists.entry(at).or_insert((mention, Vec::new())).1.push(name);
                     }
@@ -75,10 +82,10 @@ impl Document {
         &self,
         mention: &Mention<'a>,
         names: &[&str],
-        gone: &mut Gone<'a>,
+        gone: &mut RemovedElements<'a>,
         patches: &mut Patches,
     ) -> Result<(), EditError> {
-        let left = |form: Form, value: &str| {
+        let left = |form: ListForm, value: &str| {
             let all = names.iter();
             all.fold(value.to_owned(), |left, name| without(&left, &occurrences(form, &left, name)))
         };
@@ -101,7 +108,7 @@ impl Document {
         going: &BTreeSet<Span>,
     ) -> Result<(), EditError> {
         let needed = mentions.iter().filter(|mention| {
-            mention.role == Role::Needed
+            mention.role == MentionRole::Needed
                 && !going.contains(&mention.element.span)
                 && !going.contains(&mention.parent.span)
         });
@@ -115,9 +122,9 @@ impl Document {
 
 /// Elements that go, by their parents.
 #[derive(Default)]
-pub(super) struct Gone<'a>(Vec<(&'a Element, Vec<usize>)>);
+pub(super) struct RemovedElements<'a>(Vec<(&'a Element, Vec<usize>)>);
 
-impl<'a> Gone<'a> {
+impl<'a> RemovedElements<'a> {
     pub(super) fn add(&mut self, parent: &'a Element, index: usize) {
         match self.0.iter_mut().find(|(known, _)| known.span == parent.span) {
             Some((_, numbers)) => numbers.push(index),

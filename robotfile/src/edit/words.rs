@@ -1,53 +1,53 @@
-//! Where a name stands in a value: alone, in a list, before a dot, in an expression.
+//! The occurrences of a name in a value: alone, in a list, before a dot, in an expression.
 
 use std::ops::Range;
 
 use crate::claim::Sort;
 
-/// How a value names things.
+/// The form in which a value names things.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Form {
+pub(crate) enum ListForm {
     /// The value is the name.
     Whole,
     /// Names separated by spaces.
     List,
     /// The name, a dot, and more.
     Dotted,
-    /// An expression in which the name stands before a dot.
+    /// An expression with the name before a dot.
     DottedWords,
-    /// An expression in which the name stands by itself.
+    /// An expression with the name without a dot.
     BareWords,
-    /// An expression in which the name stands before a dot or by itself.
+    /// An expression with the name before a dot or without one.
     AllWords,
-    /// A check in which the name stands where one of a thing of this sort does.
+    /// A check with the name at a position for this kind of thing.
     Claimed(Sort),
 }
 
-/// Words of expressions that name nothing.
+/// Words of expressions that are not names.
 const KEYWORDS: &[&str] =
     &["always", "never", "eventually", "and", "or", "not", "true", "false", "inf"];
 
-/// Where `name` stands in `value`.
-pub(crate) fn occurrences(form: Form, value: &str, name: &str) -> Vec<Range<usize>> {
+/// Returns the occurrences of `name` in `value`.
+pub(crate) fn occurrences(form: ListForm, value: &str, name: &str) -> Vec<Range<usize>> {
     match form {
-        Form::Whole => (value == name).then_some(0..value.len()).into_iter().collect(),
-        Form::List => list(value).filter(|word| value[word.clone()] == *name).collect(),
-        Form::Dotted => {
+        ListForm::Whole => (value == name).then_some(0..value.len()).into_iter().collect(),
+        ListForm::List => list(value).filter(|word| value[word.clone()] == *name).collect(),
+        ListForm::Dotted => {
             let starts = value.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
             starts.then_some(0..name.len()).into_iter().collect()
         }
-        Form::DottedWords | Form::BareWords | Form::AllWords => {
+        ListForm::DottedWords | ListForm::BareWords | ListForm::AllWords => {
             let is_named = |word: &Range<usize>| {
                 let other = if value[word.end..].starts_with('.') {
-                    Form::BareWords
+                    ListForm::BareWords
                 } else {
-                    Form::DottedWords
+                    ListForm::DottedWords
                 };
                 value[word.clone()] == *name && form != other
             };
             names(value).into_iter().filter(is_named).collect()
         }
-        Form::Claimed(sort) => {
+        ListForm::Claimed(sort) => {
             let is_named = |word: &Range<usize>| {
                 value[word.clone()] == *name
                     && !value[word.end..].starts_with('.')
@@ -58,7 +58,8 @@ pub(crate) fn occurrences(form: Form, value: &str, name: &str) -> Vec<Range<usiz
     }
 }
 
-/// Of what sort the thing is whose name begins there in a check: what it is called with says it.
+/// Returns the kind of the thing whose name begins there in a check: the word before the
+/// parenthesis decides.
 fn sort_at(value: &str, start: usize) -> Sort {
     let before = value[..start].trim_ascii_end();
     let Some(called) = before.strip_suffix('(').map(str::trim_ascii_end) else {
@@ -117,7 +118,7 @@ fn names(text: &str) -> Vec<Range<usize>> {
     let bytes = text.as_bytes();
     let mut names = Vec::new();
     let mut at = 0;
-    // Where the second word of `leads to` stands, which is no name.
+    // The position of the second word of `leads to`, which is not a name.
     let mut to = None;
     while at < bytes.len() {
         let start = at;
@@ -126,7 +127,7 @@ fn names(text: &str) -> Vec<Range<usize>> {
             b if b.is_ascii_alphabetic() => {
                 |b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-')
             }
-            // What is not ASCII is in no name, but may stand before one.
+            // A character that is not ASCII is not part of a name, but may precede one.
             b'_' | 128.. => |b| b >= 128 || b.is_ascii_alphanumeric() || b == b'_',
             _ => |_| false,
         };
@@ -165,41 +166,49 @@ fn names(text: &str) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    fn check(form: Form, value: &str, expected: &str) {
+    fn check(form: ListForm, value: &str, expected: &str) {
         let places = occurrences(form, value, "home");
         assert_eq!(replaced(value, &places, "H"), expected);
     }
 
     #[test]
     fn a_name_is_found_where_it_means_the_thing() {
-        check(Form::Whole, "home", "H");
-        check(Form::Whole, "home ", "home ");
-        check(Form::List, " home  homes home-a home ", " H  homes home-a H ");
-        check(Form::Dotted, "home.home", "H.home");
-        check(Form::Dotted, "homes.x", "homes.x");
-        check(Form::DottedWords, "home < 3 and home.x > -home.home", "home < 3 and H.x > -H.home");
-        check(Form::BareWords, "home < 3 and home.x", "H < 3 and home.x");
-        check(Form::AllWords, "always home(home) <= 20home", "always home(H) <= 20home");
-        check(Form::AllWords, "5-home+home-1*ähome x.home home.y", "5-H+home-1*ähome x.home H.y");
-        check(Form::AllWords, "(home)and not home", "(H)and not H");
-        assert!(occurrences(Form::AllWords, "always x", "always").is_empty());
+        check(ListForm::Whole, "home", "H");
+        check(ListForm::Whole, "home ", "home ");
+        check(ListForm::List, " home  homes home-a home ", " H  homes home-a H ");
+        check(ListForm::Dotted, "home.home", "H.home");
+        check(ListForm::Dotted, "homes.x", "homes.x");
+        check(
+            ListForm::DottedWords,
+            "home < 3 and home.x > -home.home",
+            "home < 3 and H.x > -H.home",
+        );
+        check(ListForm::BareWords, "home < 3 and home.x", "H < 3 and home.x");
+        check(ListForm::AllWords, "always home(home) <= 20home", "always home(H) <= 20home");
+        check(
+            ListForm::AllWords,
+            "5-home+home-1*ähome x.home home.y",
+            "5-H+home-1*ähome x.home H.y",
+        );
+        check(ListForm::AllWords, "(home)and not home", "(H)and not H");
+        assert!(occurrences(ListForm::AllWords, "always x", "always").is_empty());
     }
 
     #[test]
-    fn in_a_check_what_a_name_stands_in_says_whose_it_is() {
-        let place = |value, expected| check(Form::Claimed(Sort::Place), value, expected);
+    fn in_a_check_the_word_before_a_name_decides_its_kind() {
+        let place = |value, expected| check(ListForm::Claimed(Sort::Place), value, expected);
         place("always reachable(home)", "always reachable(H)");
         place("home leads to ( home )", "H leads to ( H )");
         place("never home + x.home > 1 and home.x", "never H + x.home > 1 and home.x");
         place("fires(home)", "fires(home)");
         place("home leads to active( home )", "H leads to active( home )");
-        check(Form::Claimed(Sort::Transition), "dead ( home )", "dead ( H )");
+        check(ListForm::Claimed(Sort::Transition), "dead ( home )", "dead ( H )");
         check(
-            Form::Claimed(Sort::Component),
+            ListForm::Claimed(Sort::Component),
             "never active(home) and home",
             "never active(H) and home",
         );
-        let at = |value, name| occurrences(Form::Claimed(Sort::Place), value, name);
+        let at = |value, name| occurrences(ListForm::Claimed(Sort::Place), value, name);
         assert_eq!(at("leads leads to to", "leads"), vec![Range { start: 0, end: 5 }]);
         assert_eq!(at("leads leads to to", "to"), vec![Range { start: 15, end: 17 }]);
         assert_eq!(at("a leads to top", "to"), []);
@@ -215,7 +224,7 @@ mod tests {
             (" b   c a ", " b   c "),
             ("a a b a", "b"),
         ] {
-            assert_eq!(without(value, &occurrences(Form::List, value, "a")), expected);
+            assert_eq!(without(value, &occurrences(ListForm::List, value, "a")), expected);
         }
     }
 }

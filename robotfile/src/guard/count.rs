@@ -1,15 +1,16 @@
-//! What a transition sets a variable to: a whole number, worked out from numbers and variables in
-//! the words of guards, with `+`, `-`, `*`, signs and parentheses.
+//! The value that a transition sets a variable to: a whole number, computed from numbers and
+//! variables in the words of guards, with `+`, `-`, `*`, signs and parentheses.
 
 use std::fmt;
 use std::ops::Range;
 
-use super::{Guard, GuardError, Kind, Name, Node, Operator};
+use crate::guard::name::Name;
+use crate::guard::node::{Guard, GuardError, GuardNode, GuardNodeKind, GuardOperator};
 
-/// The greatest number that may be written, and that a variable may count to, either way.
+/// The greatest number that may be written, and the limit of a variable, positive and negative.
 pub const MAX_COUNT: i64 = 1_000_000_000;
 
-/// A whole number as it is worked out. Two are equal if they say the same, however it is spaced.
+/// An expression for a whole number. Two are equal if they differ only in spacing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Count(pub(super) Guard);
 
@@ -24,12 +25,12 @@ impl Count {
         Ok(Self(read))
     }
 
-    /// The variables it speaks of, each once, in the order of the text.
+    /// Returns the variables in it, each once, in the order of the text.
     pub fn names(&self) -> &[Name] {
         self.0.names()
     }
 
-    /// What it comes to, given the values of [`Self::names`] in their order; none if that is more
+    /// Returns its value, given the values of [`Self::names`] in their order; none if that is more
     /// than can be counted.
     pub fn of(&self, values: &[i64]) -> Option<i64> {
         of(&self.0.root, values)
@@ -42,17 +43,17 @@ impl fmt::Display for Count {
     }
 }
 
-fn of(node: &Node, values: &[i64]) -> Option<i64> {
+fn of(node: &GuardNode, values: &[i64]) -> Option<i64> {
     match &node.kind {
-        Kind::Number(value, _) => Some(*value as i64),
-        Kind::Name(index) => values.get(*index).copied(),
-        Kind::Minus(inner) => of(inner, values)?.checked_neg(),
-        Kind::Binary(operator, left, right) => {
+        GuardNodeKind::Number(value, _) => Some(*value as i64),
+        GuardNodeKind::Name(index) => values.get(*index).copied(),
+        GuardNodeKind::Minus(inner) => of(inner, values)?.checked_neg(),
+        GuardNodeKind::Binary(operator, left, right) => {
             let (left, right) = (of(left, values)?, of(right, values)?);
             match operator {
-                Operator::Plus => left.checked_add(right),
-                Operator::Minus => left.checked_sub(right),
-                Operator::Times => left.checked_mul(right),
+                GuardOperator::Plus => left.checked_add(right),
+                GuardOperator::Minus => left.checked_sub(right),
+                GuardOperator::Times => left.checked_mul(right),
                 _ => None,
             }
         }
@@ -60,30 +61,33 @@ fn of(node: &Node, values: &[i64]) -> Option<i64> {
     }
 }
 
-fn expect_count(read: &Guard, node: &Node) -> Result<(), GuardError> {
+fn expect_count(read: &Guard, node: &GuardNode) -> Result<(), GuardError> {
     let wrong = |message: &str, remedy: &str| Err(error(&node.at, message, remedy));
     match &node.kind {
-        Kind::Number(_, Some(_)) => {
+        GuardNodeKind::Number(_, Some(_)) => {
             wrong("a number with a unit is not expected here", "write a whole number without unit")
         }
-        Kind::Number(value, None) if value.fract() != 0.0 || *value > MAX_COUNT as f64 => {
+        GuardNodeKind::Number(value, None) if value.fract() != 0.0 || *value > MAX_COUNT as f64 => {
             let remedy = format!("write a whole number up to {MAX_COUNT}");
-            wrong("this is not a whole number that can be counted to", &remedy)
+            wrong("this is not a whole number in the range", &remedy)
         }
-        Kind::Number(..) => Ok(()),
-        Kind::Name(index) if read.names[*index].data().is_some() => wrong(
+        GuardNodeKind::Number(..) => Ok(()),
+        GuardNodeKind::Name(index) if read.names[*index].data().is_some() => wrong(
             "a field of data is not expected here",
-            "what is set comes from numbers and from variables that transitions set: a proof can \
-             follow them",
+            "use numbers and variables that transitions set: a proof can follow only these",
         ),
-        Kind::Name(_) => Ok(()),
-        Kind::Minus(inner) => expect_count(read, inner),
-        Kind::Binary(Operator::Plus | Operator::Minus | Operator::Times, left, right) => {
+        GuardNodeKind::Name(_) => Ok(()),
+        GuardNodeKind::Minus(inner) => expect_count(read, inner),
+        GuardNodeKind::Binary(
+            GuardOperator::Plus | GuardOperator::Minus | GuardOperator::Times,
+            left,
+            right,
+        ) => {
             expect_count(read, left)?;
             expect_count(read, right)
         }
-        Kind::Binary(Operator::By, ..) => {
-            wrong("this divides", "whole numbers are added, subtracted and multiplied")
+        GuardNodeKind::Binary(GuardOperator::By, ..) => {
+            wrong("this is a division", "use +, - and *")
         }
         _ => wrong("this is true or false, or a text", "write a whole number, such as round + 1"),
     }
@@ -98,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_comes_to_what_arithmetic_says() {
+    fn the_value_follows_arithmetic() {
         let check = |text: &str, values: &[i64], expected: Option<i64>| {
             let count = Count::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
             assert_eq!(count.of(values), expected, "{text}");
@@ -113,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_whole_number_is_shown() {
+    fn errors_show_what_is_not_a_whole_number() {
         let check = |text: &str, piece: &str, said: &str| {
             let error = Count::parse(text).expect_err(text);
             assert_eq!(&text[error.at.clone()], piece, "{text}: {error}");
@@ -121,13 +125,13 @@ mod tests {
         };
         check("round + 1.5", "1.5", "not a whole number");
         check("round + 1s", "1s", "unit");
-        check("round / 2", "round / 2", "divides");
+        check("round / 2", "round / 2", "division");
         check("power.level + 1", "power.level", "field of data");
         check("(round > 1)", "(round > 1)", "true or false");
         check("true", "true", "true or false");
         check("round < 3", "<", "");
         check("round +", "", "ends here");
-        check("", "", "says nothing");
+        check("", "", "is empty");
         check("99999999999", "99999999999", "not a whole number");
     }
 }

@@ -1,17 +1,17 @@
 //! Whether the parts of a guard fit together: truths, numbers and texts, and the units of numbers.
-//! What is not known, such as the type of data whose component is not there, fits everything.
+//! An unknown type, such as that of data of a missing component, matches everything.
 
 use std::ops::Range;
 
 use armor_wire::quantity::Dimension;
 
 use super::bounds;
-use super::measure::{Measure, by, in_words, times};
-use super::{Guard, Kind, Node, Operator};
 use crate::code::Code;
+use crate::guard::measure::{Measure, by, in_words, times};
+use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 use crate::suggestion::suggest_similar;
 
-/// What a value is.
+/// The type of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Type {
     Any,
@@ -21,7 +21,7 @@ pub(crate) enum Type {
     Number(Measure),
 }
 
-/// What is known of a name.
+/// The type and the domain of a name.
 #[derive(Clone, Debug)]
 pub(crate) struct Meaning {
     pub(crate) is: Type,
@@ -33,7 +33,7 @@ pub(crate) struct Meaning {
 
 /// Something wrong at a place in the guard's text.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Problem {
+pub(crate) struct GuardProblem {
     pub(crate) code: Code,
     pub(crate) at: Range<usize>,
     pub(crate) message: String,
@@ -41,8 +41,8 @@ pub(crate) struct Problem {
 }
 
 /// All that is wrong with a guard whose names mean this.
-pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<Problem> {
-    let mut judge = Judge { guard, text, meanings, problems: Vec::new() };
+pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<GuardProblem> {
+    let mut judge = GuardJudge { guard, text, meanings, problems: Vec::new() };
     let is = judge.type_of(&guard.root);
     judge.expect_truth(&guard.root, &is, "a guard");
     if judge.problems.is_empty() {
@@ -51,56 +51,72 @@ pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<Prob
     judge.problems
 }
 
-struct Judge<'a> {
+struct GuardJudge<'a> {
     guard: &'a Guard,
     text: &'a str,
     meanings: &'a [Meaning],
-    problems: Vec<Problem>,
+    problems: Vec<GuardProblem>,
 }
 
-impl Judge<'_> {
-    fn report(&mut self, code: Code, node: &Node, message: String, remedy: impl Into<String>) {
-        let problem = Problem { code, at: node.at.clone(), message, remedy: remedy.into() };
+impl GuardJudge<'_> {
+    fn report_problem(
+        &mut self,
+        code: Code,
+        node: &GuardNode,
+        message: String,
+        remedy: impl Into<String>,
+    ) {
+        let problem = GuardProblem { code, at: node.at.clone(), message, remedy: remedy.into() };
         self.problems.push(problem);
     }
 
-    fn text_of(&self, node: &Node) -> &str {
+    fn text_of(&self, node: &GuardNode) -> &str {
         self.text.get(node.at.clone()).unwrap_or_default()
     }
 
-    fn type_of(&mut self, node: &Node) -> Type {
+    fn type_of(&mut self, node: &GuardNode) -> Type {
         match &node.kind {
-            Kind::Number(_, None) => Type::Number(Measure::Bare),
-            Kind::Number(_, Some(unit)) => {
+            GuardNodeKind::Number(_, None) => Type::Number(Measure::Bare),
+            GuardNodeKind::Number(_, Some(unit)) => {
                 Type::Number(Measure::Of { dimension: unit.dimension, unit: None })
             }
-            Kind::Truth(_) | Kind::Known(_) => Type::Truth,
-            Kind::Text(_) => Type::Text(None),
-            Kind::Name(index) => self.meanings.get(*index).map_or(Type::Any, |m| m.is.clone()),
-            Kind::Not(inner) => {
+            GuardNodeKind::Truth(_) | GuardNodeKind::Known(_) => Type::Truth,
+            GuardNodeKind::Text(_) => Type::Text(None),
+            GuardNodeKind::Name(index) => {
+                self.meanings.get(*index).map_or(Type::Any, |m| m.is.clone())
+            }
+            GuardNodeKind::Not(inner) => {
                 let is = self.type_of(inner);
                 self.expect_truth(inner, &is, "what follows not");
                 Type::Truth
             }
-            Kind::Minus(inner) => {
+            GuardNodeKind::Minus(inner) => {
                 let is = self.type_of(inner);
                 Type::Number(self.expect_number(inner, &is))
             }
-            Kind::Binary(operator, left, right) => self.joined(*operator, node, left, right),
+            GuardNodeKind::Binary(operator, left, right) => {
+                self.judge_operator(*operator, node, left, right)
+            }
         }
     }
 
-    fn joined(&mut self, operator: Operator, node: &Node, left: &Node, right: &Node) -> Type {
+    fn judge_operator(
+        &mut self,
+        operator: GuardOperator,
+        node: &GuardNode,
+        left: &GuardNode,
+        right: &GuardNode,
+    ) -> Type {
         let (is_left, is_right) = (self.type_of(left), self.type_of(right));
         match operator {
-            Operator::And | Operator::Or => {
+            GuardOperator::And | GuardOperator::Or => {
                 let what = format!("each side of {operator}");
                 self.expect_truth(left, &is_left, &what);
                 self.expect_truth(right, &is_right, &what);
                 Type::Truth
             }
-            Operator::Equal | Operator::Unequal => {
-                self.same(node, (left, &is_left), (right, &is_right));
+            GuardOperator::Equal | GuardOperator::Unequal => {
+                self.expect_same_type(node, (left, &is_left), (right, &is_right));
                 Type::Truth
             }
             _ => {
@@ -108,11 +124,11 @@ impl Judge<'_> {
                     [self.expect_number(left, &is_left), self.expect_number(right, &is_right)];
                 let [of_left, of_right] = &measures;
                 match operator {
-                    Operator::Times => Type::Number(times(of_left, of_right)),
-                    Operator::By => Type::Number(by(of_left, of_right)),
+                    GuardOperator::Times => Type::Number(times(of_left, of_right)),
+                    GuardOperator::By => Type::Number(by(of_left, of_right)),
                     _ => {
-                        let measure = self.fit((left, of_left), (right, of_right));
-                        let is_sum = matches!(operator, Operator::Plus | Operator::Minus);
+                        let measure = self.fit_units((left, of_left), (right, of_right));
+                        let is_sum = matches!(operator, GuardOperator::Plus | GuardOperator::Minus);
                         if is_sum { Type::Number(measure) } else { Type::Truth }
                     }
                 }
@@ -120,17 +136,17 @@ impl Judge<'_> {
         }
     }
 
-    fn expect_truth(&mut self, node: &Node, is: &Type, what: &str) {
+    fn expect_truth(&mut self, node: &GuardNode, is: &Type, what: &str) {
         let (noun, remedy) = match is {
             Type::Any | Type::Truth => return,
             Type::Number(_) => ("a number", "compare it, as in battery < 30%"),
             Type::Text(_) => ("a text", "compare it, as in power.state == 'Charging'"),
         };
         let message = format!("{what} is true or false, but `{}` is {noun}", self.text_of(node));
-        self.report(Code::GuardType, node, message, remedy);
+        self.report_problem(Code::GuardType, node, message, remedy);
     }
 
-    fn expect_number(&mut self, node: &Node, is: &Type) -> Measure {
+    fn expect_number(&mut self, node: &GuardNode, is: &Type) -> Measure {
         let noun = match is {
             Type::Any => return Measure::Any,
             Type::Number(measure) => return measure.clone(),
@@ -139,53 +155,62 @@ impl Judge<'_> {
         };
         let message = format!("a number is expected, but `{}` is {noun}", self.text_of(node));
         let remedy = "numbers are compared with < <= > >=, the others with == and !=";
-        self.report(Code::GuardType, node, message, remedy);
+        self.report_problem(Code::GuardType, node, message, remedy);
         Measure::Any
     }
 
     /// `==` and `!=` take two numbers, two truths or two texts.
-    fn same(&mut self, node: &Node, left: (&Node, &Type), right: (&Node, &Type)) {
+    fn expect_same_type(
+        &mut self,
+        node: &GuardNode,
+        left: (&GuardNode, &Type),
+        right: (&GuardNode, &Type),
+    ) {
         match (left.1, right.1) {
             (Type::Any, _) | (_, Type::Any) | (Type::Truth, Type::Truth) => {}
             (Type::Number(of_left), Type::Number(of_right)) => {
-                self.fit((left.0, of_left), (right.0, of_right));
+                self.fit_units((left.0, of_left), (right.0, of_right));
             }
             (Type::Text(choices), Type::Text(others)) => {
-                self.choice(right.0, choices.as_deref());
-                self.choice(left.0, others.as_deref());
+                self.expect_choice(right.0, choices.as_deref());
+                self.expect_choice(left.0, others.as_deref());
             }
             _ => {
                 let message = format!(
-                    "`{}` and `{}` are never the same: {} and {}",
+                    "`{}` and `{}` are of different types: {} and {}",
                     self.text_of(left.0),
                     self.text_of(right.0),
-                    noun(left.1),
-                    noun(right.1)
+                    type_noun(left.1),
+                    type_noun(right.1)
                 );
                 let remedy = "compare numbers with numbers, texts with texts in single quotes";
-                self.report(Code::GuardType, node, message, remedy);
+                self.report_problem(Code::GuardType, node, message, remedy);
             }
         }
     }
 
-    fn choice(&mut self, node: &Node, choices: Option<&[String]>) {
-        let (Kind::Text(text), Some(choices)) = (&node.kind, choices) else { return };
+    fn expect_choice(&mut self, node: &GuardNode, choices: Option<&[String]>) {
+        let (GuardNodeKind::Text(text), Some(choices)) = (&node.kind, choices) else { return };
         if choices.contains(text) {
             return;
         }
         let message = format!("it is never '{text}'");
         let guess = suggest_similar(text, choices.iter().map(String::as_str));
         let remedy = guess.unwrap_or_else(|| format!("it is one of {}", choices.join(", ")));
-        self.report(Code::GuardType, node, message, remedy);
+        self.report_problem(Code::GuardType, node, message, remedy);
     }
 
     /// Two numbers that are compared or added: of one measure.
-    fn fit(&mut self, left: (&Node, &Measure), right: (&Node, &Measure)) -> Measure {
+    fn fit_units(
+        &mut self,
+        left: (&GuardNode, &Measure),
+        right: (&GuardNode, &Measure),
+    ) -> Measure {
         match (left.1, right.1) {
             (Measure::Any, other) | (other, Measure::Any) => other.clone(),
             (Measure::Bare, Measure::Bare) => Measure::Bare,
-            (Measure::Bare, measured) => self.bare(left.0, (right.0, measured)),
-            (measured, Measure::Bare) => self.bare(right.0, (left.0, measured)),
+            (Measure::Bare, measured) => self.fit_bare_number(left.0, (right.0, measured)),
+            (measured, Measure::Bare) => self.fit_bare_number(right.0, (left.0, measured)),
             (Measure::Of { dimension, unit }, Measure::Of { dimension: other, unit: with })
                 if dimension == other =>
             {
@@ -200,22 +225,31 @@ impl Judge<'_> {
                     self.text_of(right.0),
                     in_words(right.1)
                 );
-                self.report(Code::GuardUnit, right.0, message, "only what is alike is compared");
+                self.report_problem(
+                    Code::GuardUnit,
+                    right.0,
+                    message,
+                    "compare values of the same quantity",
+                );
                 Measure::Any
             }
         }
     }
 
-    /// A number without unit beside one with: it may be 0, a number beside an SI unit, or a
-    /// fraction beside percents.
-    fn bare(&mut self, bare: &Node, (node, measure): (&Node, &Measure)) -> Measure {
+    /// Combines a number without unit with one that has a unit: it may be 0, a number with an SI
+    /// unit, or a fraction with percent.
+    fn fit_bare_number(
+        &mut self,
+        bare: &GuardNode,
+        (node, measure): (&GuardNode, &Measure),
+    ) -> Measure {
         let is_written = is_constant(bare);
         let of_field = match measure {
             Measure::Of { unit, .. } => *unit,
             _ => None,
         };
         let is_ratio = matches!(measure, Measure::Of { dimension: Dimension::Ratio, .. });
-        let is_zero = matches!(bare.kind, Kind::Number(value, _) if value == 0.0);
+        let is_zero = matches!(bare.kind, GuardNodeKind::Number(value, _) if value == 0.0);
         if is_zero || (is_written && of_field.is_none() && !is_constant(node)) {
             return measure.clone();
         }
@@ -224,10 +258,10 @@ impl Judge<'_> {
             let message =
                 format!("`{text}` has no unit, but `{}` is in {unit}", self.text_of(node));
             let remedy = match bare.kind {
-                Kind::Number(..) => format!("write {text}{unit}"),
+                GuardNodeKind::Number(..) => format!("write {text}{unit}"),
                 _ => format!("write the numbers with their unit, such as 1{unit}"),
             };
-            self.report(Code::GuardUnit, bare, message, remedy);
+            self.report_problem(Code::GuardUnit, bare, message, remedy);
             return measure.clone();
         }
         if !is_ratio {
@@ -240,7 +274,7 @@ impl Judge<'_> {
                 true => (bare, "write it with its unit"),
                 false => (node, "compare it with a number without unit, or give its field a unit"),
             };
-            self.report(Code::GuardUnit, at, message, remedy);
+            self.report_problem(Code::GuardUnit, at, message, remedy);
             return Measure::Any;
         }
         let too_wide = |index: usize| {
@@ -248,33 +282,33 @@ impl Judge<'_> {
             (meaning.within.1.is_finite() && meaning.within.1 > 1.0).then(|| {
                 let name = &self.guard.names[index];
                 format!(
-                    "`{}` is a part of one, but {name} is {}",
+                    "`{}` is a fraction of one, but {name} is {}",
                     self.text_of(node),
                     meaning.domain
                 )
             })
         };
-        if let Kind::Name(index) = bare.kind
+        if let GuardNodeKind::Name(index) = bare.kind
             && let Some(message) = too_wide(index)
         {
             let remedy = "write a number without %, or a domain in percent: max=\"100%\"";
-            self.report(Code::GuardUnit, node, message, remedy);
+            self.report_problem(Code::GuardUnit, node, message, remedy);
         }
         measure.clone()
     }
 }
 
 /// Whether it consists of written numbers alone.
-fn is_constant(node: &Node) -> bool {
+fn is_constant(node: &GuardNode) -> bool {
     match &node.kind {
-        Kind::Name(_) | Kind::Known(_) => false,
-        Kind::Number(..) | Kind::Truth(_) | Kind::Text(_) => true,
-        Kind::Not(inner) | Kind::Minus(inner) => is_constant(inner),
-        Kind::Binary(_, left, right) => is_constant(left) && is_constant(right),
+        GuardNodeKind::Name(_) | GuardNodeKind::Known(_) => false,
+        GuardNodeKind::Number(..) | GuardNodeKind::Truth(_) | GuardNodeKind::Text(_) => true,
+        GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => is_constant(inner),
+        GuardNodeKind::Binary(_, left, right) => is_constant(left) && is_constant(right),
     }
 }
 
-fn noun(is: &Type) -> &'static str {
+fn type_noun(is: &Type) -> &'static str {
     match is {
         Type::Any => "a value",
         Type::Truth => "true or false",

@@ -1,8 +1,8 @@
-//! What the numbers of a guard measure, and what comes of it when they are multiplied.
+//! The quantities of the numbers in a guard, and those of their products.
 
 use armor_wire::quantity::Dimension;
 
-/// What a number measures.
+/// The quantity of a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Measure {
     Any,

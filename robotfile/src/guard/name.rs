@@ -1,4 +1,4 @@
-//! What a guard or a variable's source names: a variable, or a field of data.
+//! The names in a guard or a variable's source: a variable, or a field of data.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,12 +9,12 @@ use armor_wire::name::split_data;
 #[derive(Clone, Debug)]
 pub struct Name {
     text: String,
-    /// The bytes of the text where it stands first.
+    /// The bytes of its first occurrence in the text.
     pub(crate) at: Range<usize>,
 }
 
 impl Name {
-    /// A name that stands at `at` in a text.
+    /// Creates a name that is at `at` in a text.
     pub(super) fn new(text: &str, at: Range<usize>) -> Self {
         Self { text: text.into(), at }
     }

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::token::{Token, tokens};
-use super::{Guard, GuardError, Kind, Name, Node, Operator};
+use crate::guard::name::Name;
+use crate::guard::node::{Guard, GuardError, GuardNode, GuardNodeKind, GuardOperator};
+use crate::guard::token::{GuardToken, tokens};
 
-/// Longest guard in bytes: more than anybody reads, and what bounds the depth of a chain.
+/// The length limit of a guard in bytes: longer than a readable guard, and a bound for the depth of
+/// a chain.
 pub const MAX_LEN: usize = 1024;
 /// Parentheses, `not` and signs in each other.
 pub const MAX_DEPTH: usize = 32;
@@ -17,41 +19,41 @@ impl Guard {
     /// # Errors
     /// [`GuardError`] at the first thing that does not belong there.
     pub fn parse(text: &str) -> Result<Self, GuardError> {
-        let mut parser = Parser::of(text, "guard")?;
-        let root = parser.or()?;
+        let mut parser = GuardParser::of(text, "guard")?;
+        let root = parser.parse_or()?;
         match parser.peek() {
-            Token::End => Ok(Self { root, names: parser.names }),
-            Token::Close => Err(parser.error("this parenthesis closes nothing", "remove it")),
-            Token::Operator(operator) if operator.is_comparison() => Err(parser.error(
+            GuardToken::End => Ok(Self { root, names: parser.names }),
+            GuardToken::Close => Err(parser.error("this parenthesis closes nothing", "remove it")),
+            GuardToken::Operator(operator) if operator.is_comparison() => Err(parser.error(
                 "comparisons cannot be chained",
-                "write a < b and b < c; to compare truths, put parentheses around each",
+                "write a < b and b < c; to compare booleans, put parentheses around each",
             )),
-            _ => Err(parser.unexpected("an operator such as and, or, < or + is expected")),
+            _ => Err(parser.report_unexpected("an operator such as and, or, < or + is expected")),
         }
     }
 
-    /// Reads a value: what may stand on one side of a comparison.
+    /// Parses a value: one side of a comparison.
     pub(super) fn parse_value(text: &str) -> Result<Self, GuardError> {
-        let mut parser = Parser::of(text, "value")?;
-        let root = parser.sum()?;
+        let mut parser = GuardParser::of(text, "value")?;
+        let root = parser.parse_sum()?;
         match parser.peek() {
-            Token::End => Ok(Self { root, names: parser.names }),
-            _ => Err(parser.unexpected("an operator such as + or - is expected")),
+            GuardToken::End => Ok(Self { root, names: parser.names }),
+            _ => Err(parser.report_unexpected("an operator such as + or - is expected")),
         }
     }
 }
 
-struct Parser {
+struct GuardParser {
     what: &'static str,
-    tokens: Vec<(Token, Range<usize>)>,
+    tokens: Vec<(GuardToken, Range<usize>)>,
     next: usize,
     depth: usize,
     names: Vec<Name>,
     numbers: BTreeMap<String, usize>,
 }
 
-impl Parser {
-    /// `what` is what the text is called in messages.
+impl GuardParser {
+    /// `what` is the name of the text in messages.
     fn of(text: &str, what: &'static str) -> Result<Self, GuardError> {
         if text.len() > MAX_LEN {
             return Err(GuardError {
@@ -65,160 +67,170 @@ impl Parser {
         Ok(Self { what, tokens, next: 0, depth: 0, names, numbers })
     }
 
-    /// There is always an end left, which nobody takes.
-    fn peek(&self) -> &Token {
+    /// The last token is always the end, which is never consumed.
+    fn peek(&self) -> &GuardToken {
         &self.tokens[self.next].0
     }
 
-    fn at(&self) -> Range<usize> {
+    fn token_range(&self) -> Range<usize> {
         self.tokens[self.next].1.clone()
     }
 
-    fn advance(&mut self) -> Token {
+    fn advance(&mut self) -> GuardToken {
         let token = self.tokens[self.next].0.clone();
-        self.next += usize::from(token != Token::End);
+        self.next += usize::from(token != GuardToken::End);
         token
     }
 
-    fn or(&mut self) -> Result<Node, GuardError> {
-        self.chain(|op| op == Operator::Or, Self::and)
+    fn parse_or(&mut self) -> Result<GuardNode, GuardError> {
+        self.parse_chain(|op| op == GuardOperator::Or, Self::parse_and)
     }
 
-    fn and(&mut self) -> Result<Node, GuardError> {
-        self.chain(|op| op == Operator::And, Self::not)
+    fn parse_and(&mut self) -> Result<GuardNode, GuardError> {
+        self.parse_chain(|op| op == GuardOperator::And, Self::parse_not)
     }
 
-    fn not(&mut self) -> Result<Node, GuardError> {
-        if *self.peek() != Token::Not {
-            return self.comparison();
+    fn parse_not(&mut self) -> Result<GuardNode, GuardError> {
+        if *self.peek() != GuardToken::Not {
+            return self.parse_comparison();
         }
-        self.prefixed(Kind::Not, Self::not)
+        self.parse_prefixed(GuardNodeKind::Not, Self::parse_not)
     }
 
-    fn comparison(&mut self) -> Result<Node, GuardError> {
-        let left = self.sum()?;
+    fn parse_comparison(&mut self) -> Result<GuardNode, GuardError> {
+        let left = self.parse_sum()?;
         match *self.peek() {
-            Token::Operator(operator) if operator.is_comparison() => {
+            GuardToken::Operator(operator) if operator.is_comparison() => {
                 self.advance();
-                let right = self.sum()?;
-                Ok(joined(operator, left, right))
+                let right = self.parse_sum()?;
+                Ok(join_nodes(operator, left, right))
             }
             _ => Ok(left),
         }
     }
 
-    fn sum(&mut self) -> Result<Node, GuardError> {
-        self.chain(|op| matches!(op, Operator::Plus | Operator::Minus), Self::product)
+    fn parse_sum(&mut self) -> Result<GuardNode, GuardError> {
+        self.parse_chain(
+            |op| matches!(op, GuardOperator::Plus | GuardOperator::Minus),
+            Self::parse_product,
+        )
     }
 
-    fn product(&mut self) -> Result<Node, GuardError> {
-        self.chain(|op| matches!(op, Operator::Times | Operator::By), Self::factor)
+    fn parse_product(&mut self) -> Result<GuardNode, GuardError> {
+        self.parse_chain(
+            |op| matches!(op, GuardOperator::Times | GuardOperator::By),
+            Self::parse_factor,
+        )
     }
 
     /// `part op part op part`, from left to right.
-    fn chain(
+    fn parse_chain(
         &mut self,
-        is_ours: impl Fn(Operator) -> bool,
-        part: fn(&mut Self) -> Result<Node, GuardError>,
-    ) -> Result<Node, GuardError> {
+        is_ours: impl Fn(GuardOperator) -> bool,
+        part: fn(&mut Self) -> Result<GuardNode, GuardError>,
+    ) -> Result<GuardNode, GuardError> {
         let mut left = part(self)?;
-        while let Token::Operator(operator) = *self.peek()
+        while let GuardToken::Operator(operator) = *self.peek()
             && is_ours(operator)
         {
             self.advance();
             let right = part(self)?;
-            left = joined(operator, left, right);
+            left = join_nodes(operator, left, right);
         }
         Ok(left)
     }
 
-    fn factor(&mut self) -> Result<Node, GuardError> {
-        let at = self.at();
+    fn parse_factor(&mut self) -> Result<GuardNode, GuardError> {
+        let at = self.token_range();
         let kind = match self.peek().clone() {
-            Token::Operator(Operator::Minus) => return self.prefixed(Kind::Minus, Self::factor),
-            Token::Open => return self.parenthesis(),
-            Token::Number(value, unit) => Kind::Number(value, unit),
-            Token::True => Kind::Truth(true),
-            Token::False => Kind::Truth(false),
-            Token::Text(text) => Kind::Text(text),
-            Token::Name(name) => Kind::Name(self.name(&name, at.clone())?),
-            Token::Known => return self.known(),
-            Token::Not => {
+            GuardToken::Operator(GuardOperator::Minus) => {
+                return self.parse_prefixed(GuardNodeKind::Minus, Self::parse_factor);
+            }
+            GuardToken::Open => return self.parse_parenthesis(),
+            GuardToken::Number(value, unit) => GuardNodeKind::Number(value, unit),
+            GuardToken::True => GuardNodeKind::Truth(true),
+            GuardToken::False => GuardNodeKind::Truth(false),
+            GuardToken::Text(text) => GuardNodeKind::Text(text),
+            GuardToken::Name(name) => GuardNodeKind::Name(self.add_name(&name, at.clone())?),
+            GuardToken::Known => return self.parse_known(),
+            GuardToken::Not => {
                 let remedy = "put parentheses around it: (not …)";
                 return Err(self.error("not is not expected here", remedy));
             }
             _ => {
                 let wanted = "a number with its unit, a variable, a field of data, true or false is expected";
-                return Err(self.unexpected(wanted));
+                return Err(self.report_unexpected(wanted));
             }
         };
         self.advance();
-        Ok(Node { kind, at })
+        Ok(GuardNode { kind, at })
     }
 
-    fn known(&mut self) -> Result<Node, GuardError> {
-        let start = self.at().start;
+    fn parse_known(&mut self) -> Result<GuardNode, GuardError> {
+        let start = self.token_range().start;
         self.advance();
-        let wanted = "write known(battery): whether a value is there";
-        self.expect(&Token::Open, wanted)?;
-        let Token::Name(name) = self.peek().clone() else { return Err(self.unexpected(wanted)) };
-        let index = self.name(&name, self.at())?;
+        let wanted = "write known(battery): whether it has a value";
+        self.expect_token(&GuardToken::Open, wanted)?;
+        let GuardToken::Name(name) = self.peek().clone() else {
+            return Err(self.report_unexpected(wanted));
+        };
+        let index = self.add_name(&name, self.token_range())?;
         self.advance();
-        let end = self.at().end;
-        self.expect(&Token::Close, wanted)?;
-        Ok(Node { kind: Kind::Known(index), at: start..end })
+        let end = self.token_range().end;
+        self.expect_token(&GuardToken::Close, wanted)?;
+        Ok(GuardNode { kind: GuardNodeKind::Known(index), at: start..end })
     }
 
-    fn parenthesis(&mut self) -> Result<Node, GuardError> {
-        let open = self.at();
-        self.deeper()?;
+    fn parse_parenthesis(&mut self) -> Result<GuardNode, GuardError> {
+        let open = self.token_range();
+        self.enter_nested()?;
         self.advance();
-        let inner = self.or()?;
-        let end = self.at().end;
-        if *self.peek() == Token::End {
+        let inner = self.parse_or()?;
+        let end = self.token_range().end;
+        if *self.peek() == GuardToken::End {
             return Err(GuardError {
                 at: open,
                 message: "this parenthesis is not closed".into(),
                 remedy: "write ) where it ends".into(),
             });
         }
-        self.expect(&Token::Close, "an operator or ) is expected")?;
+        self.expect_token(&GuardToken::Close, "an operator or ) is expected")?;
         self.depth -= 1;
-        Ok(Node { kind: inner.kind, at: open.start..end })
+        Ok(GuardNode { kind: inner.kind, at: open.start..end })
     }
 
-    fn prefixed(
+    fn parse_prefixed(
         &mut self,
-        kind: fn(Box<Node>) -> Kind,
-        part: fn(&mut Self) -> Result<Node, GuardError>,
-    ) -> Result<Node, GuardError> {
-        let start = self.at().start;
-        self.deeper()?;
+        kind: fn(Box<GuardNode>) -> GuardNodeKind,
+        part: fn(&mut Self) -> Result<GuardNode, GuardError>,
+    ) -> Result<GuardNode, GuardError> {
+        let start = self.token_range().start;
+        self.enter_nested()?;
         self.advance();
         let inner = part(self)?;
         self.depth -= 1;
         let at = start..inner.at.end;
-        Ok(Node { kind: kind(Box::new(inner)), at })
+        Ok(GuardNode { kind: kind(Box::new(inner)), at })
     }
 
-    fn deeper(&mut self) -> Result<(), GuardError> {
+    fn enter_nested(&mut self) -> Result<(), GuardError> {
         self.depth += 1;
         if self.depth <= MAX_DEPTH {
             return Ok(());
         }
-        let remedy = format!("at most {MAX_DEPTH} parentheses, nots and signs stand in each other");
-        Err(self.error("this goes too deep", &remedy))
+        let remedy = format!("at most {MAX_DEPTH} parentheses, nots and signs may be nested");
+        Err(self.error("this is nested too deeply", &remedy))
     }
 
-    fn expect(&mut self, token: &Token, wanted: &str) -> Result<(), GuardError> {
+    fn expect_token(&mut self, token: &GuardToken, wanted: &str) -> Result<(), GuardError> {
         if self.peek() != token {
-            return Err(self.unexpected(wanted));
+            return Err(self.report_unexpected(wanted));
         }
         self.advance();
         Ok(())
     }
 
-    fn name(&mut self, text: &str, at: Range<usize>) -> Result<usize, GuardError> {
+    fn add_name(&mut self, text: &str, at: Range<usize>) -> Result<usize, GuardError> {
         if text.contains('.') && Name::of_data(text).is_none() {
             return Err(GuardError {
                 at,
@@ -235,30 +247,32 @@ impl Parser {
         Ok(number)
     }
 
-    fn unexpected(&self, wanted: &str) -> GuardError {
+    fn report_unexpected(&self, wanted: &str) -> GuardError {
         let message = match self.peek() {
-            Token::End if self.next == 0 => format!("this {} says nothing", self.what),
-            Token::End => format!("the {} ends here", self.what),
-            Token::Number(..) => "a number is not expected here".to_owned(),
-            Token::Text(_) => "a text is not expected here".into(),
-            Token::Name(name) => format!("`{name}` is not expected here"),
-            Token::True => "true is not expected here".into(),
-            Token::False => "false is not expected here".into(),
-            Token::Not => "not is not expected here".into(),
-            Token::Known => "known is not expected here".into(),
-            Token::Operator(operator) => format!("{} is not expected here", operator.as_str()),
-            Token::Open => "( is not expected here".into(),
-            Token::Close => ") is not expected here".into(),
+            GuardToken::End if self.next == 0 => format!("this {} is empty", self.what),
+            GuardToken::End => format!("the {} ends here", self.what),
+            GuardToken::Number(..) => "a number is not expected here".to_owned(),
+            GuardToken::Text(_) => "a text is not expected here".into(),
+            GuardToken::Name(name) => format!("`{name}` is not expected here"),
+            GuardToken::True => "true is not expected here".into(),
+            GuardToken::False => "false is not expected here".into(),
+            GuardToken::Not => "not is not expected here".into(),
+            GuardToken::Known => "known is not expected here".into(),
+            GuardToken::Operator(operator) => {
+                format!("{} is not expected here", operator.as_str())
+            }
+            GuardToken::Open => "( is not expected here".into(),
+            GuardToken::Close => ") is not expected here".into(),
         };
         self.error(&message, wanted)
     }
 
     fn error(&self, message: &str, remedy: &str) -> GuardError {
-        GuardError { at: self.at(), message: message.into(), remedy: remedy.into() }
+        GuardError { at: self.token_range(), message: message.into(), remedy: remedy.into() }
     }
 }
 
-fn joined(operator: Operator, left: Node, right: Node) -> Node {
+fn join_nodes(operator: GuardOperator, left: GuardNode, right: GuardNode) -> GuardNode {
     let at = left.at.start..right.at.end;
-    Node { kind: Kind::Binary(operator, Box::new(left), Box::new(right)), at }
+    GuardNode { kind: GuardNodeKind::Binary(operator, Box::new(left), Box::new(right)), at }
 }

@@ -1,15 +1,15 @@
-//! A guard as text again: one spelling for all that say the same, with no parenthesis too many.
+//! Prints a guard: one spelling for all guards that are equal, with no unnecessary parentheses.
 
 use std::fmt::{self, Write};
 
-use super::{Guard, Kind, Node, Operator};
+use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 
 const NOT: u8 = 3;
 const SIGN: u8 = 7;
 
 impl fmt::Display for Guard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.node(&self.root, 0, f)
+        self.write_node(&self.root, 0, f)
     }
 }
 
@@ -21,48 +21,48 @@ impl fmt::Debug for Guard {
 }
 
 impl Guard {
-    /// Writes what must bind as tight as `rank`.
-    fn node(&self, node: &Node, rank: u8, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Writes a node that must bind as tightly as `rank`.
+    fn write_node(&self, node: &GuardNode, rank: u8, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let own = match &node.kind {
-            Kind::Binary(operator, ..) => operator.rank(),
-            Kind::Not(_) => NOT,
-            Kind::Minus(_) => SIGN,
+            GuardNodeKind::Binary(operator, ..) => operator.rank(),
+            GuardNodeKind::Not(_) => NOT,
+            GuardNodeKind::Minus(_) => SIGN,
             _ => u8::MAX,
         };
         if own < rank {
             f.write_char('(')?;
-            self.node(node, 0, f)?;
+            self.write_node(node, 0, f)?;
             return f.write_char(')');
         }
         match &node.kind {
-            Kind::Number(value, unit) => {
-                number(*value, f)?;
+            GuardNodeKind::Number(value, unit) => {
+                write_number(*value, f)?;
                 f.write_str(unit.map_or("", |unit| unit.name))
             }
-            Kind::Truth(truth) => write!(f, "{truth}"),
-            Kind::Text(text) => write!(f, "'{text}'"),
-            Kind::Name(index) => f.write_str(self.names[*index].as_str()),
-            Kind::Known(index) => write!(f, "known({})", self.names[*index]),
-            Kind::Not(inner) => {
+            GuardNodeKind::Truth(truth) => write!(f, "{truth}"),
+            GuardNodeKind::Text(text) => write!(f, "'{text}'"),
+            GuardNodeKind::Name(index) => f.write_str(self.names[*index].as_str()),
+            GuardNodeKind::Known(index) => write!(f, "known({})", self.names[*index]),
+            GuardNodeKind::Not(inner) => {
                 f.write_str("not ")?;
-                self.node(inner, NOT, f)
+                self.write_node(inner, NOT, f)
             }
-            Kind::Minus(inner) => {
+            GuardNodeKind::Minus(inner) => {
                 f.write_char('-')?;
-                self.node(inner, SIGN, f)
+                self.write_node(inner, SIGN, f)
             }
-            Kind::Binary(operator, left, right) => {
-                // A comparison has no comparison beside it; all else goes from left to right.
-                self.node(left, own + u8::from(operator.is_comparison()), f)?;
+            GuardNodeKind::Binary(operator, left, right) => {
+                // Comparisons cannot be chained; all other operators associate to the left.
+                self.write_node(left, own + u8::from(operator.is_comparison()), f)?;
                 write!(f, " {} ", operator.as_str())?;
-                self.node(right, own + 1, f)
+                self.write_node(right, own + 1, f)
             }
         }
     }
 }
 
 /// The shortest that reads back as the same number.
-fn number(value: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn write_number(value: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     if value == 0.0 || (1e-4..1e15).contains(&value) {
         write!(f, "{value}")
     } else {
@@ -70,7 +70,7 @@ fn number(value: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     }
 }
 
-impl fmt::Display for Operator {
+impl fmt::Display for GuardOperator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }

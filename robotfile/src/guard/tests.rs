@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::node::{GuardNode, GuardNodeKind};
 use super::*;
 
 fn guard(text: &str) -> Guard {
@@ -23,7 +24,7 @@ fn check(text: &str, expected: Option<bool>) {
 }
 
 #[test]
-fn what_binds_tighter_goes_first() {
+fn tighter_operators_are_evaluated_first() {
     // Each pair is one tree; the second says it with parentheses.
     for (text, same) in [
         ("a < 1 or b < 2 and yes", "(a < 1) or ((b < 2) and yes)"),
@@ -96,7 +97,7 @@ fn three_values() {
 }
 
 #[test]
-fn errors_point_at_the_piece_and_say_what_is_expected() {
+fn errors_point_at_the_piece_and_name_the_expected() {
     for (text, piece, remedy) in [
         ("", "", "is expected"),
         ("a <", "", "a number with its unit"),
@@ -172,7 +173,7 @@ fn tree() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn what_is_printed_reads_back_as_the_same(text in tree()) {
+    fn printed_guards_read_back_equal(text in tree()) {
         let read = guard(&text);
         let printed = read.to_string();
         let parentheses = |text: &str| text.matches('(').count();
@@ -220,16 +221,18 @@ fn judged(text: &str) {
 }
 
 /// The tree with all its parentheses.
-fn shape(node: &Node) -> String {
+fn shape(node: &GuardNode) -> String {
     match &node.kind {
-        Kind::Number(value, unit) => format!("{value:?}{}", unit.map_or("", |unit| unit.name)),
-        Kind::Truth(truth) => truth.to_string(),
-        Kind::Text(text) => format!("'{text}'"),
-        Kind::Name(index) => format!("n{index}"),
-        Kind::Known(index) => format!("k{index}"),
-        Kind::Not(inner) => format!("(not {})", shape(inner)),
-        Kind::Minus(inner) => format!("(-{})", shape(inner)),
-        Kind::Binary(operator, left, right) => {
+        GuardNodeKind::Number(value, unit) => {
+            format!("{value:?}{}", unit.map_or("", |unit| unit.name))
+        }
+        GuardNodeKind::Truth(truth) => truth.to_string(),
+        GuardNodeKind::Text(text) => format!("'{text}'"),
+        GuardNodeKind::Name(index) => format!("n{index}"),
+        GuardNodeKind::Known(index) => format!("k{index}"),
+        GuardNodeKind::Not(inner) => format!("(not {})", shape(inner)),
+        GuardNodeKind::Minus(inner) => format!("(-{})", shape(inner)),
+        GuardNodeKind::Binary(operator, left, right) => {
             format!("({} {operator} {})", shape(left), shape(right))
         }
     }

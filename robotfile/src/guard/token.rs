@@ -1,14 +1,14 @@
-//! The text of a guard → its words and signs.
+//! Splits the text of a guard into its words and signs.
 
 use std::ops::Range;
 
 use armor_wire::quantity::{UNITS, Unit};
 
-use super::{GuardError, Operator};
+use crate::guard::node::{GuardError, GuardOperator};
 use crate::suggestion::suggest_similar;
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Token {
+pub(crate) enum GuardToken {
     Number(f64, Option<&'static Unit>),
     Text(String),
     /// A variable, or names joined by dots.
@@ -17,22 +17,23 @@ pub(crate) enum Token {
     False,
     Not,
     Known,
-    Operator(Operator),
+    Operator(GuardOperator),
     Open,
     Close,
     End,
 }
 
-/// All tokens with their places, an end at the end. `language` is what such a text is called.
+/// Returns all tokens with their positions, the last one being the end. `language` is the name of
+/// such a text in messages.
 pub(crate) fn tokens(
     text: &str,
     language: &'static str,
-) -> Result<Vec<(Token, Range<usize>)>, GuardError> {
+) -> Result<Vec<(GuardToken, Range<usize>)>, GuardError> {
     let mut lexer = Lexer { text, language, at: 0 };
     let mut out = Vec::new();
     loop {
-        let next = lexer.next()?;
-        let is_end = next.0 == Token::End;
+        let next = lexer.next_token()?;
+        let is_end = next.0 == GuardToken::End;
         out.push(next);
         if is_end {
             return Ok(out);
@@ -46,7 +47,7 @@ struct Lexer<'a> {
     at: usize,
 }
 
-/// Spellings of other languages, and ours.
+/// Spellings of other languages, with ours.
 const FOREIGN: [(&str, &str); 8] = [
     ("&&", "write and"),
     ("&", "write and"),
@@ -59,37 +60,37 @@ const FOREIGN: [(&str, &str); 8] = [
 ];
 
 /// Longer ones first.
-const SIGNS: [(&str, Token); 12] = [
-    ("<=", Token::Operator(Operator::LessOrEqual)),
-    (">=", Token::Operator(Operator::GreaterOrEqual)),
-    ("==", Token::Operator(Operator::Equal)),
-    ("!=", Token::Operator(Operator::Unequal)),
-    ("<", Token::Operator(Operator::Less)),
-    (">", Token::Operator(Operator::Greater)),
-    ("+", Token::Operator(Operator::Plus)),
-    ("-", Token::Operator(Operator::Minus)),
-    ("*", Token::Operator(Operator::Times)),
-    ("/", Token::Operator(Operator::By)),
-    ("(", Token::Open),
-    (")", Token::Close),
+const SIGNS: [(&str, GuardToken); 12] = [
+    ("<=", GuardToken::Operator(GuardOperator::LessOrEqual)),
+    (">=", GuardToken::Operator(GuardOperator::GreaterOrEqual)),
+    ("==", GuardToken::Operator(GuardOperator::Equal)),
+    ("!=", GuardToken::Operator(GuardOperator::Unequal)),
+    ("<", GuardToken::Operator(GuardOperator::Less)),
+    (">", GuardToken::Operator(GuardOperator::Greater)),
+    ("+", GuardToken::Operator(GuardOperator::Plus)),
+    ("-", GuardToken::Operator(GuardOperator::Minus)),
+    ("*", GuardToken::Operator(GuardOperator::Times)),
+    ("/", GuardToken::Operator(GuardOperator::By)),
+    ("(", GuardToken::Open),
+    (")", GuardToken::Close),
 ];
 
 impl<'a> Lexer<'a> {
-    fn next(&mut self) -> Result<(Token, Range<usize>), GuardError> {
+    fn next_token(&mut self) -> Result<(GuardToken, Range<usize>), GuardError> {
         let rest = self.rest();
         self.at += rest.len() - rest.trim_start().len();
         let (start, rest) = (self.at, self.rest());
         let token = match rest.chars().next() {
-            None => Token::End,
-            Some(c) if c.is_ascii_digit() => self.number()?,
-            Some(c) if c.is_ascii_alphabetic() => self.word(),
-            Some('\'') => self.quoted()?,
+            None => GuardToken::End,
+            Some(c) if c.is_ascii_digit() => self.read_number()?,
+            Some(c) if c.is_ascii_alphabetic() => self.read_word(),
+            Some('\'') => self.read_quoted()?,
             Some(c) => match SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)) {
                 Some((sign, token)) => {
                     self.at += sign.len();
                     token.clone()
                 }
-                None => return Err(foreign(rest, start, c, self.language)),
+                None => return Err(refuse_foreign(rest, start, c, self.language)),
             },
         };
         Ok((token, start..self.at))
@@ -106,34 +107,35 @@ impl<'a> Lexer<'a> {
         &rest[..len]
     }
 
-    /// A minus between letters belongs to the name, so that every component has its name here too.
-    fn word(&mut self) -> Token {
+    /// A minus between letters belongs to the name, so that the name of every component can be
+    /// written here.
+    fn read_word(&mut self) -> GuardToken {
         let word = self.take_while(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'));
         match word {
-            "and" => Token::Operator(Operator::And),
-            "or" => Token::Operator(Operator::Or),
-            "not" => Token::Not,
-            "true" => Token::True,
-            "false" => Token::False,
-            "known" => Token::Known,
-            name => Token::Name(name.to_owned()),
+            "and" => GuardToken::Operator(GuardOperator::And),
+            "or" => GuardToken::Operator(GuardOperator::Or),
+            "not" => GuardToken::Not,
+            "true" => GuardToken::True,
+            "false" => GuardToken::False,
+            "known" => GuardToken::Known,
+            name => GuardToken::Name(name.to_owned()),
         }
     }
 
-    fn quoted(&mut self) -> Result<Token, GuardError> {
+    fn read_quoted(&mut self) -> Result<GuardToken, GuardError> {
         let rest = &self.rest()[1..];
         let Some(len) = rest.find('\'') else {
             return Err(GuardError {
                 at: self.at..self.text.len(),
-                message: "this text has no end".into(),
+                message: "this text is not closed".into(),
                 remedy: "close it with a single quote".into(),
             });
         };
         self.at += len + 2;
-        Ok(Token::Text(rest[..len].to_owned()))
+        Ok(GuardToken::Text(rest[..len].to_owned()))
     }
 
-    fn number(&mut self) -> Result<Token, GuardError> {
+    fn read_number(&mut self) -> Result<GuardToken, GuardError> {
         let start = self.at;
         self.take_while(|c| c.is_ascii_digit());
         let digit = |text: &str, at: usize| text.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
@@ -147,18 +149,18 @@ impl<'a> Lexer<'a> {
             self.take_while(|c| c.is_ascii_digit());
         }
         let value: Option<f64> = self.text[start..self.at].parse().ok();
-        let unit = self.unit()?;
+        let unit = self.read_unit()?;
         let finite = |value: &f64| (value * unit.map_or(1.0, |unit| unit.to_si)).is_finite();
         let value = value.filter(finite).ok_or_else(|| GuardError {
             at: start..self.at,
             message: format!("`{}` is too large", &self.text[start..self.at]),
             remedy: "write a smaller number".into(),
         })?;
-        Ok(Token::Number(value, unit))
+        Ok(GuardToken::Number(value, unit))
     }
 
-    /// The longest unit that the text goes on with.
-    fn unit(&mut self) -> Result<Option<&'static Unit>, GuardError> {
+    /// Reads the longest unit that the text continues with.
+    fn read_unit(&mut self) -> Result<Option<&'static Unit>, GuardError> {
         let rest = self.rest();
         let goes_on = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let ends = |unit: &&Unit| {
@@ -185,7 +187,7 @@ impl<'a> Lexer<'a> {
     }
 }
 
-fn foreign(rest: &str, start: usize, c: char, language: &str) -> GuardError {
+fn refuse_foreign(rest: &str, start: usize, c: char, language: &str) -> GuardError {
     let (len, remedy) = match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
         Some((sign, remedy)) => (sign.len(), *remedy),
         None => (c.len_utf8(), "remove it"),

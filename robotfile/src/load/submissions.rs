@@ -6,23 +6,24 @@ use std::sync::Arc;
 
 use crate::code::Code;
 use crate::finding::Finding;
-use crate::load::{Files, plain};
+use crate::load::FileReader;
 use crate::mission::{Mission, Submission};
-use crate::source::{Location, Source, Spanned};
+use crate::source::{Location, Source, Spanned, plain_path};
 
-/// Most files of one mission: what is read stays bounded whatever they name.
+/// The limit for the files of one mission, so that the work is bounded.
 pub const MAX_FILES: usize = 64;
 
 /// A file that is being read, and where it was named.
-struct Open {
+struct OpenMission {
     path: PathBuf,
     named: Option<Location>,
-    /// What it puts in, the next one last.
+    /// The sub-missions that it includes, the next one last.
     wanted: Vec<Submission>,
 }
 
-impl Files<'_> {
-    /// The missions that `mission`, of the file at `path`, puts in. Their sources go to `sources`.
+impl FileReader<'_> {
+    /// Reads the missions that `mission`, of the file at `path`, includes. Their sources are added
+    /// to `sources`.
     pub(super) fn submissions(
         &mut self,
         path: &Path,
@@ -31,8 +32,8 @@ impl Files<'_> {
         sources: &mut Vec<Arc<Source>>,
     ) -> BTreeMap<PathBuf, Mission> {
         let mut included = BTreeMap::new();
-        let mut seen = vec![plain(path)];
-        let mut open = vec![opened(path, None, mission)];
+        let mut seen = vec![plain_path(path)];
+        let mut open = vec![open_file(path, None, mission)];
         while let Some(top) = open.last_mut() {
             let Some(next) = top.wanted.pop() else {
                 open.pop();
@@ -48,16 +49,18 @@ impl Files<'_> {
                     break;
                 }
                 seen.push(next.path.clone());
-                let Some((source, mission)) = self.submission(&next, of_system) else { continue };
+                let Some((source, mission)) = self.read_submission(&next, of_system) else {
+                    continue;
+                };
                 sources.push(source);
-                open.push(opened(&next.path, Some(&next.file.at), &mission));
+                open.push(open_file(&next.path, Some(&next.file.at), &mission));
                 included.insert(next.path, mission);
             }
         }
         included
     }
 
-    fn submission(
+    fn read_submission(
         &mut self,
         next: &Submission,
         of_system: Option<&Path>,
@@ -66,16 +69,16 @@ impl Files<'_> {
         let (source, contents) = self.contents(&next.path, &bytes)?;
         let Some(mission) = contents.mission else {
             if !self.is_partial {
-                let message = format!("{} holds no mission", next.path.display());
+                let message = format!("{} contains no mission", next.path.display());
                 let finding = Finding::new(Code::IncludeMissing, &next.file.at, message);
-                self.findings.push(finding.remedy("name the file that holds <mission>"));
+                self.findings.push(finding.remedy("name the file that contains <mission>"));
             }
             return None;
         };
         if contents.system.is_some() {
             let message = format!("{} has a system of its own", next.path.display());
             let finding = Finding::new(Code::TwoSystems, &next.file.at, message);
-            let remedy = "a sub-mission is played over the system of the mission it is put into: \
+            let remedy = "a sub-mission uses the system of the mission that includes it: \
                           keep its mission in a file without <system>";
             self.findings.push(finding.remedy(remedy));
         }
@@ -85,40 +88,40 @@ impl Files<'_> {
         Some((source, mission))
     }
 
-    /// A sub-mission may say over which system it was drawn: over this one.
+    /// A sub-mission may name the system that it was made for: it must be this one.
     fn same_system(
         &mut self,
         file: &Spanned<String>,
         other: &Spanned<String>,
         of_system: Option<&Path>,
     ) {
-        let path = plain(&other.at.source.folder().join(&other.value));
-        let Some(ours) = of_system.filter(|ours| plain(ours) != path) else { return };
+        let path = plain_path(&other.at.source.folder().join(&other.value));
+        let Some(ours) = of_system.filter(|ours| plain_path(ours) != path) else { return };
         let message =
-            format!("this sub-mission is of the system in {}, not of {}", path.display(), {
+            format!("this sub-mission is for the system in {}, not for {}", path.display(), {
                 ours.display()
             });
         let finding = Finding::new(Code::TwoSystems, &other.at, message);
-        let remedy = "a mission and its sub-missions are of one system";
-        self.findings.push(finding.remedy(remedy).related(&file.at, "put in here"));
+        let remedy = "a mission and its sub-missions use one system";
+        self.findings.push(finding.remedy(remedy).related(&file.at, "included here"));
     }
 
-    fn refuse_circle(&mut self, circle: &[Open], back: &Spanned<String>) {
+    fn refuse_circle(&mut self, circle: &[OpenMission], back: &Spanned<String>) {
         let names: Vec<_> = circle.iter().map(|file| file.path.display().to_string()).collect();
         let message = match names.as_slice() {
-            [only] => format!("{only} puts itself in as a sub-mission"),
-            names => format!("{} put each other in as sub-missions", names.join(" and ")),
+            [only] => format!("{only} includes itself as a sub-mission"),
+            names => format!("{} include each other as sub-missions", names.join(" and ")),
         };
         let mut finding = Finding::new(Code::IncludeCycle, &back.at, message)
-            .remedy("take one of them out: a mission cannot contain itself");
+            .remedy("remove one of them: a mission cannot contain itself");
         for named in circle.iter().skip(1).filter_map(|file| file.named.as_ref()) {
-            finding = finding.related(named, "put in here");
+            finding = finding.related(named, "included here");
         }
         self.findings.push(finding);
     }
 }
 
-fn opened(path: &Path, named: Option<&Location>, mission: &Mission) -> Open {
+fn open_file(path: &Path, named: Option<&Location>, mission: &Mission) -> OpenMission {
     let wanted = mission.submissions.iter().rev().cloned().collect();
-    Open { path: plain(path), named: named.cloned(), wanted }
+    OpenMission { path: plain_path(path), named: named.cloned(), wanted }
 }

@@ -3,23 +3,23 @@
 use std::sync::Arc as Shared;
 
 use crate::code::Code;
-use crate::doubts::Doubts;
-use crate::fields::{Fields, digits};
+use crate::fields::{ElementFields, digits};
 use crate::finding::{Finding, Findings};
-use crate::load::plain;
 use crate::mission::{
     Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
 };
+use crate::read::limits::{MAX_ELEMENTS, add_limited};
 use crate::read::system::assignment;
-use crate::read::{MAX_ELEMENTS, add, transition};
-use crate::source::{Location, Source, Spanned};
+use crate::read::transition;
+use crate::source::{Location, Source, Spanned, plain_path};
 use crate::tree::Element;
+use crate::unreadable::UnreadableParts;
 
 const CHILDREN: &[&str] =
     &["variable", "place", "exclusive", "transition", "check", "submission", "layout"];
 
 pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Mission {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let mut mission = Mission {
         name: fields.name("name"),
         system: fields.text("system"),
@@ -37,17 +37,17 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         submissions: Vec::new(),
         checks: Vec::new(),
         at: fields.at(),
-        doubts: Doubts::default(),
+        unreadable: UnreadableParts::default(),
     };
     for child in fields.finish(CHILDREN) {
         read_child(&mut mission, child, source, findings);
     }
     for child in element.elements() {
-        if Doubts::is_meant(child, "place") {
-            mission.doubts.named(child);
-            (mission.doubts.start, mission.doubts.moves) = (true, true);
+        if UnreadableParts::is_misspelt(child, "place") {
+            mission.unreadable.add_element(child);
+            (mission.unreadable.in_start, mission.unreadable.in_moves) = (true, true);
         }
-        mission.doubts.moves |= Doubts::is_meant(child, "transition");
+        mission.unreadable.in_moves |= UnreadableParts::is_misspelt(child, "transition");
     }
     mission
 }
@@ -62,43 +62,43 @@ fn read_child(
     macro_rules! into {
         ($list:ident, $read:expr) => {
             if let Some(item) = $read {
-                add(&mut mission.$list, item, MAX_ELEMENTS, &child.at(source), findings);
+                add_limited(&mut mission.$list, item, MAX_ELEMENTS, &child.at(source), findings);
             }
         };
     }
     match child.name.as_str() {
-        "variable" => into!(variables, variable(child, source, findings)),
+        "variable" => into!(variables, read_variable(child, source, findings)),
         "place" => {
             let before = findings.total();
-            let read = place(child, source, findings);
-            let doubts = &mut mission.doubts;
-            doubts.read(child, read.as_ref().map(|place| place.name.value.as_str()));
-            doubts.start |= findings.total() > before;
-            doubts.moves |= findings.total() > before;
+            let read = read_place(child, source, findings);
+            let unreadable = &mut mission.unreadable;
+            unreadable.add_if_misnamed(child, read.as_ref().map(|place| place.name.value.as_str()));
+            unreadable.in_start |= findings.total() > before;
+            unreadable.in_moves |= findings.total() > before;
             into!(places, read);
         }
-        "exclusive" => into!(exclusives, exclusive(child, source, findings)),
+        "exclusive" => into!(exclusives, read_exclusive(child, source, findings)),
         "transition" => {
             let before = findings.total();
             let mut read = transition::read(child, source, findings);
             let is_doubtful = findings.total() > before;
-            mission.doubts.moves |= is_doubtful;
+            mission.unreadable.in_moves |= is_doubtful;
             read.iter_mut().for_each(|transition| transition.is_doubtful = is_doubtful);
             into!(transitions, read);
         }
-        "check" => into!(checks, check(child, source, findings)),
-        "submission" => into!(submissions, submission(child, source, findings)),
+        "check" => into!(checks, read_check(child, source, findings)),
+        "submission" => into!(submissions, read_submission(child, source, findings)),
         // The layout is the designer's; the tree keeps it.
         _ => {}
     }
 }
 
-fn variable(
+fn read_variable(
     element: &Element,
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<Variable> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
     let data = fields.text("source");
     let (minimum, maximum) = (fields.quantity("min"), fields.quantity("max"));
@@ -109,20 +109,17 @@ fn variable(
         fields.bad_value("max", high, "max must not be below min".into());
     }
     if data.is_none() {
-        counted(&mut fields, name.as_ref(), [&minimum, &maximum], initial.as_ref());
+        read_counted(&mut fields, name.as_ref(), [&minimum, &maximum], initial.as_ref());
     } else {
-        fields.without_effect(
-            "initial",
-            "its value is that of the data from the first on: remove it",
-        );
+        fields.without_effect("initial", "its value is always that of the data: remove it");
     }
     fields.finish(&[]);
     Some(Variable { name: name?, source: data, minimum, maximum, initial })
 }
 
 /// A variable that transitions set counts from one whole number to another.
-fn counted(
-    fields: &mut Fields<'_, '_>,
+fn read_counted(
+    fields: &mut ElementFields<'_, '_>,
     variable: Option<&Spanned<String>>,
     ends: [&Option<Spanned<f64>>; 2],
     initial: Option<&Spanned<i64>>,
@@ -162,16 +159,20 @@ fn whole_number(text: &str) -> Result<i64, String> {
         .ok_or_else(|| "a whole number from -999999999 to 999999999 is expected".into())
 }
 
-fn place(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Place> {
-    let mut fields = Fields::new(element, source, findings);
+fn read_place(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<Place> {
+    let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
-    let initial = fields.converted("initial", tokens);
+    let initial = fields.converted("initial", parse_tokens);
     let components = fields.names("components");
     let class = class(&mut fields);
     let on_failure = fields.name("on-failure");
     let children = fields.finish(&["parameter"]);
     let parameters =
-        children.iter().filter_map(|child| parameter(child, source, findings)).collect();
+        children.iter().filter_map(|child| read_parameter(child, source, findings)).collect();
     Some(Place {
         name: name?,
         initial: initial.map_or(0, |initial| initial.value),
@@ -183,7 +184,7 @@ fn place(element: &Element, source: &Shared<Source>, findings: &mut Findings) ->
 }
 
 /// `true` is one token; a number is that many.
-fn tokens(text: &str) -> Result<u32, String> {
+fn parse_tokens(text: &str) -> Result<u32, String> {
     match text {
         "true" => Ok(1),
         "false" => Ok(0),
@@ -193,29 +194,29 @@ fn tokens(text: &str) -> Result<u32, String> {
     }
 }
 
-pub(super) fn class(fields: &mut Fields<'_, '_>) -> Class {
+pub(super) fn class(fields: &mut ElementFields<'_, '_>) -> Class {
     let class = fields.choice("class", &[("normal", Class::Normal), ("safety", Class::Safety)]);
     class.map(|class| class.value).unwrap_or_default()
 }
 
-fn parameter(
+fn read_parameter(
     element: &Element,
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<PlaceParameter> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let component = fields.required_name("component");
     let parameter = assignment(&mut fields, source);
     fields.finish(&[]);
     Some(PlaceParameter { component: component?, parameter: parameter? })
 }
 
-fn exclusive(
+fn read_exclusive(
     element: &Element,
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<Exclusive> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let at = fields.at();
     let given = fields.required("components").is_some();
     let components = fields.names("components");
@@ -223,17 +224,17 @@ fn exclusive(
     given.then_some(Exclusive { components, at })
 }
 
-fn check(
+fn read_check(
     element: &Element,
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<Spanned<String>> {
     let at = element.at(source);
-    Fields::new(element, source, findings).finish_text();
+    ElementFields::new(element, source, findings).finish_text();
     let (text, span) = element.text();
     if text.is_empty() {
-        let finding = Finding::new(Code::BadValue, &at, "this check says nothing");
-        findings.push(finding.remedy("write what is to hold, such as always reachable(home)"));
+        let finding = Finding::new(Code::BadValue, &at, "this check is empty");
+        findings.push(finding.remedy("write a statement, such as always reachable(home)"));
         return None;
     }
     let Some(at) = span.map(|span| Location::new(source, span)) else {
@@ -244,16 +245,16 @@ fn check(
     Some(Spanned::new(text, at.part(start, end)))
 }
 
-fn submission(
+fn read_submission(
     element: &Element,
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<Submission> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let file = fields.required("ref");
     let (enter, leave) = (fields.name("in"), fields.name("out"));
     fields.finish(&[]);
     let file = file?;
-    let path = plain(&source.folder().join(&file.value));
+    let path = plain_path(&source.folder().join(&file.value));
     Some(Submission { file, path, enter, leave })
 }

@@ -5,62 +5,62 @@ use std::sync::Arc;
 use armor_wire::keep::{Keep, Wake};
 
 use crate::code::Code;
-use crate::doubts::Doubts;
-use crate::fields::Fields;
+use crate::fields::ElementFields;
 use crate::finding::{Finding, Findings};
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
-use crate::read::{MAX_ELEMENTS, MAX_LINKS, add};
+use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
+use crate::unreadable::UnreadableParts;
 
 pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> System {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let mut system = System { name: fields.name("name"), ..System::default() };
     for child in fields.finish(&["component", "link", "clock", "layout"]) {
         let at = child.at(source);
         match child.name.as_str() {
             "component" => {
-                let read = component(child, source, findings);
-                doubt(child, read.as_ref(), &mut system.doubts);
+                let read = read_component(child, source, findings);
+                record_doubt(child, read.as_ref(), &mut system.unreadable);
                 if let Some(component) = read {
-                    add(&mut system.components, component, MAX_ELEMENTS, &at, findings);
+                    add_limited(&mut system.components, component, MAX_ELEMENTS, &at, findings);
                 }
             }
-            "link" => match link(child, source, findings) {
-                Some(link) => add(&mut system.links, link, MAX_LINKS, &at, findings),
-                None => system.doubts.link(child),
+            "link" => match read_link(child, source, findings) {
+                Some(link) => add_limited(&mut system.links, link, MAX_LINKS, &at, findings),
+                None => system.unreadable.add_link(child),
             },
-            "clock" => clock(child, source, &mut system, findings),
+            "clock" => read_clock(child, source, &mut system, findings),
             // The layout is the designer's; the tree keeps it.
             _ => {}
         }
     }
     for child in element.elements() {
-        if Doubts::is_meant(child, "component") {
-            system.doubts.named(child);
-        } else if Doubts::is_meant(child, "link") {
-            system.doubts.link(child);
+        if UnreadableParts::is_misspelt(child, "component") {
+            system.unreadable.add_element(child);
+        } else if UnreadableParts::is_misspelt(child, "link") {
+            system.unreadable.add_link(child);
         }
     }
     system
 }
 
-/// Notes what of a component could not be read.
-fn doubt(element: &Element, read: Option<&Component>, doubts: &mut Doubts) {
-    doubts.read(element, read.map(|component| component.name.value.as_str()));
+/// Records the parts of a component that could not be read.
+fn record_doubt(element: &Element, read: Option<&Component>, unreadable: &mut UnreadableParts) {
+    unreadable.add_if_misnamed(element, read.map(|component| component.name.value.as_str()));
     let Some(read) = read else { return };
     let is_rate_lost = read.rate_hz.is_none() && element.attribute("rate").is_some();
     if is_rate_lost || element.elements().count() > read.parameters.len() {
-        doubts.half_read(&read.name.value);
+        unreadable.add_half_read(&read.name.value);
     }
 }
 
-fn component(
+fn read_component(
     element: &Element,
     source: &Arc<Source>,
     findings: &mut Findings,
 ) -> Option<Component> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
     let kind = fields.required_name("kind");
     let rate_hz = fields.rate_hz("rate");
@@ -76,7 +76,7 @@ fn component(
     let controllable = fields.flag("controllable", true);
     let children = fields.finish(&["parameter"]);
     let parameters =
-        children.iter().filter_map(|child| parameter(child, source, findings)).collect();
+        children.iter().filter_map(|child| read_parameter(child, source, findings)).collect();
     Some(Component {
         name: name?,
         kind: kind?,
@@ -88,29 +88,29 @@ fn component(
     })
 }
 
-fn parameter(
+fn read_parameter(
     element: &Element,
     source: &Arc<Source>,
     findings: &mut Findings,
 ) -> Option<Parameter> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let parameter = assignment(&mut fields, source);
     fields.finish(&[]);
     parameter
 }
 
 /// `name="…" value="…"`, of a component or of a place.
-pub(super) fn assignment(fields: &mut Fields<'_, '_>, source: &Source) -> Option<Parameter> {
+pub(super) fn assignment(fields: &mut ElementFields<'_, '_>, source: &Source) -> Option<Parameter> {
     let (name, value) = (fields.required_name("name"), fields.required("value"));
     Some(Parameter { name: name?, value: value?, folder: source.folder() })
 }
 
-fn link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Option<Link> {
-    let mut fields = Fields::new(element, source, findings);
+fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Option<Link> {
+    let mut fields = ElementFields::new(element, source, findings);
     let from = fields.required_dotted("from");
     let to = fields.required_dotted("to");
     let mode = fields.choice("mode", &[("push", LinkMode::Push), ("pull", LinkMode::Pull)]);
-    let keep = fields.converted("keep", keep);
+    let keep = fields.converted("keep", parse_keep);
     let wake = fields.parsed("wake");
     let transport = fields.choice(
         "transport",
@@ -133,13 +133,13 @@ fn link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Opt
     if pulls && keep.as_ref().is_some_and(|keep| keep.value != Keep::Latest) {
         fields.without_effect(
             "keep",
-            "a link that pulls brings the newest data and no other: remove keep, or let it push",
+            "a link that pulls fetches only the newest data: remove keep, or make it push",
         );
     }
     if pulls && wake.as_ref().is_some_and(|wake| wake.value == Wake::Spin) {
         fields.without_effect(
             "wake",
-            "nobody waits on a link that pulls: remove wake, or let it push",
+            "a link that pulls wakes no reader: remove wake, or make it push",
         );
     }
     fields.finish(&[]);
@@ -160,21 +160,26 @@ fn at<T>(value: &Spanned<T>) -> crate::source::Location {
     value.at.clone()
 }
 
-fn keep(text: &str) -> Result<Keep, String> {
+fn parse_keep(text: &str) -> Result<Keep, String> {
     // A count is written without sign and leading zeros, as the schema has it.
     let text = if text.starts_with(['+', '0']) { "" } else { text };
     text.parse()
 }
 
-fn clock(element: &Element, source: &Arc<Source>, system: &mut System, findings: &mut Findings) {
-    let mut fields = Fields::new(element, source, findings);
+fn read_clock(
+    element: &Element,
+    source: &Arc<Source>,
+    system: &mut System,
+    findings: &mut Findings,
+) {
+    let mut fields = ElementFields::new(element, source, findings);
     let at = fields.at();
     let data = fields.required_dotted("source");
     fields.finish(&[]);
     let Some(data) = data else { return };
     match &system.clock {
         Some(first) => {
-            let finding = Finding::new(Code::DuplicateElement, &at, "<clock> is there twice");
+            let finding = Finding::new(Code::DuplicateElement, &at, "<clock> occurs twice");
             findings
                 .push(finding.remedy("keep one of them").related(&first.source.at, "first here"));
         }

@@ -4,7 +4,7 @@ use std::sync::Arc as Shared;
 use std::time::Duration;
 
 use crate::code::Code;
-use crate::fields::{Fields, digits, duration};
+use crate::fields::{ElementFields, digits, duration};
 use crate::finding::{Finding, Findings};
 use crate::mission::{
     Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, SetVariable, Transition,
@@ -18,7 +18,7 @@ pub(super) fn read(
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<Transition> {
-    let mut fields = Fields::new(element, source, findings);
+    let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
     let mut arcs = short_form(&mut fields);
     let autonomy_at = ["operator", "autonomy"].iter().find_map(|name| fields.attribute_at(name));
@@ -28,11 +28,11 @@ pub(super) fn read(
         arcs: Vec::new(),
         sets: Vec::new(),
         on: fields.dotted("on").map(|on| ReportRef { component: on.component, event: on.port }),
-        interval: interval(&mut fields),
+        interval: read_interval(&mut fields),
         when: fields.text("when"),
-        priority: fields.converted("priority", priority).map_or(0, |priority| priority.value),
+        priority: fields.converted("priority", parse_priority).map_or(0, |priority| priority.value),
         class: super::mission::class(&mut fields),
-        autonomy: autonomy(&mut fields),
+        autonomy: read_autonomy(&mut fields),
         lost_link: fields
             .choice("lost-link", &[("fire", LostLink::Fire), ("wait", LostLink::Wait)]),
         not_before: fields.converted("not-before", str::parse),
@@ -50,9 +50,9 @@ pub(super) fn read(
     without_effect(&transition, &mut fields);
     for child in fields.finish(&["arc", "read", "inhibitor", "reset", "set"]) {
         if child.name == "set" {
-            transition.sets.extend(set(child, source, findings));
+            transition.sets.extend(read_set(child, source, findings));
         } else {
-            arcs.extend(arc(child, source, findings));
+            arcs.extend(read_arc(child, source, findings));
         }
     }
     refuse_repeats(&arcs, findings);
@@ -60,8 +60,8 @@ pub(super) fn read(
     named.then_some(transition)
 }
 
-/// Attributes that say how something is done that this transition does not do.
-fn without_effect(transition: &Transition, fields: &mut Fields<'_, '_>) {
+/// Reports attributes that have no effect because this transition lacks another one.
+fn without_effect(transition: &Transition, fields: &mut ElementFields<'_, '_>) {
     let confirms = matches!(transition.autonomy, Autonomy::Confirm { .. });
     let has_last_date = fields.attribute_at("not-after").is_some();
     let has_deadline =
@@ -76,12 +76,12 @@ fn without_effect(transition: &Transition, fields: &mut Fields<'_, '_>) {
         (
             confirms,
             "answer-within",
-            "nobody is asked about this transition: write autonomy=\"confirm\", or remove it",
+            "this transition asks no operator: write autonomy=\"confirm\", or remove it",
         ),
         (
             confirms && fields.attribute_at("answer-within").is_some(),
             "unanswered",
-            "no answer is waited for with a limit: write autonomy=\"confirm\" and \
+            "there is no question to answer here: write autonomy=\"confirm\" and \
              answer-within=\"30s\", or remove it",
         ),
         (
@@ -100,15 +100,15 @@ fn without_effect(transition: &Transition, fields: &mut Fields<'_, '_>) {
     }
 }
 
-fn short_form(fields: &mut Fields<'_, '_>) -> Vec<Arc> {
+fn short_form(fields: &mut ElementFields<'_, '_>) -> Vec<Arc> {
     let arc = |kind| move |place| Arc { kind, place, weight: 1 };
     let from: Vec<_> = fields.names("from").into_iter().map(arc(ArcKind::Take)).collect();
     from.into_iter().chain(fields.names("to").into_iter().map(arc(ArcKind::Put))).collect()
 }
 
 /// `<arc from=…/>`, `<arc to=…/>`, `<read place=…/>`, `<inhibitor place=…/>`, `<reset place=…/>`.
-fn arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Arc> {
-    let mut fields = Fields::new(element, source, findings);
+fn read_arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Arc> {
+    let mut fields = ElementFields::new(element, source, findings);
     let (kind, place) = match element.name.as_str() {
         "read" => (ArcKind::Read, fields.required_name("place")),
         "inhibitor" => (ArcKind::Inhibitor, fields.required_name("place")),
@@ -133,8 +133,12 @@ fn arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> O
 }
 
 /// `<set variable="round" value="round + 1"/>`.
-fn set(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<SetVariable> {
-    let mut fields = Fields::new(element, source, findings);
+fn read_set(
+    element: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) -> Option<SetVariable> {
+    let mut fields = ElementFields::new(element, source, findings);
     let (variable, value) = (fields.required_name("variable"), fields.required("value"));
     fields.finish(&[]);
     Some(SetVariable { variable: variable?, value: value? })
@@ -144,7 +148,7 @@ fn refuse_repeats(arcs: &[Arc], findings: &mut Findings) {
     let mut seen = std::collections::BTreeMap::new();
     for arc in arcs {
         if let Some(first) = seen.insert((arc.kind, arc.place.value.as_str()), &arc.place.at) {
-            let message = format!("{} is joined twice in the same way", arc.place.value);
+            let message = format!("{} has two arcs of the same kind here", arc.place.value);
             let finding = Finding::new(Code::DuplicateArc, &arc.place.at, message);
             findings
                 .push(finding.remedy("write one arc with a weight").related(first, "first here"));
@@ -153,16 +157,16 @@ fn refuse_repeats(arcs: &[Arc], findings: &mut Findings) {
 }
 
 /// `timeout="T"` is `[T,T]`, `after="T"` is `[T,∞)`, `interval="[a,b]"` is itself.
-fn interval(fields: &mut Fields<'_, '_>) -> Option<Spanned<Interval>> {
+fn read_interval(fields: &mut ElementFields<'_, '_>) -> Option<Spanned<Interval>> {
     fields.only_one_of(&["timeout", "after", "interval"]);
-    let timeout = fields.duration("timeout").map(|t| t.with(exactly(t.value)));
+    let timeout = fields.duration("timeout").map(|t| t.with(exact_interval(t.value)));
     let after =
         fields.duration("after").map(|t| t.with(Interval { earliest: t.value, latest: None }));
     let interval = fields.converted("interval", interval_of);
     timeout.or(after).or(interval)
 }
 
-fn exactly(after: Duration) -> Interval {
+fn exact_interval(after: Duration) -> Interval {
     Interval { earliest: after, latest: Some(after) }
 }
 
@@ -181,14 +185,14 @@ fn interval_of(text: &str) -> Result<Interval, String> {
     Ok(Interval { earliest, latest: Some(latest) })
 }
 
-fn priority(text: &str) -> Result<i32, String> {
+fn parse_priority(text: &str) -> Result<i32, String> {
     digits(text.strip_prefix('-').unwrap_or(text))
         .and_then(|_| text.parse().ok())
         .ok_or_else(|| "a whole number from -999999999 to 999999999 is expected".into())
 }
 
 /// `operator="true"` is `autonomy="operator"`.
-fn autonomy(fields: &mut Fields<'_, '_>) -> Autonomy {
+fn read_autonomy(fields: &mut ElementFields<'_, '_>) -> Autonomy {
     fields.only_one_of(&["operator", "autonomy"]);
     let operator = fields.flag("operator", false);
     let within = fields.duration("answer-within").map(|within| within.value);

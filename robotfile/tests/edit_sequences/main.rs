@@ -1,12 +1,12 @@
-//! Random edits of random files: what a file says afterwards is what a model says that was edited
-//! beside it, only the lines of the edit changed, and undoing gives the bytes back.
+//! Random edits of random files: the contents equal those of a model that is edited in parallel,
+//! only the lines of the edit change, and undoing restores the bytes.
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
+mod contents;
 mod model;
 mod moves;
 mod random;
-mod said;
 mod writer;
 
 use std::path::{Path, PathBuf};
@@ -16,9 +16,9 @@ use armor_robotfile::tree::{Element, Node, Tree};
 use armor_robotfile::{Document, SCHEMA, format};
 use proptest::prelude::*;
 
+use contents::Contents;
 use model::Model;
 use random::Random;
-use said::Said;
 
 const NAME: &str = "a.xml";
 const EDITS: usize = 25;
@@ -31,7 +31,7 @@ fn text(document: &Document) -> &str {
     std::str::from_utf8(document.bytes()).unwrap()
 }
 
-/// A random file and what it says.
+/// A random file and its contents.
 fn start(random: &mut Random) -> (Document, Model) {
     let model = Model::random(random);
     let file = writer::write(&model, random);
@@ -44,13 +44,13 @@ fn edited(seed: u64) -> Document {
     println!("seed {seed}");
     let random = &mut Random::new(seed);
     let (mut document, mut model) = start(random);
-    assert_eq!(Said::by_file(&document), Said::by(&model), "{}", text(&document));
+    assert_eq!(Contents::by_file(&document), Contents::by(&model), "{}", text(&document));
     for _ in 0..EDITS {
         let before = document.clone();
         let told = moves::make(&mut document, &mut model, random);
         let show =
             || format!("{told}\n--- before\n{}\n--- after\n{}", text(&before), text(&document));
-        assert_eq!(Said::by_file(&document), Said::by(&model), "{}", show());
+        assert_eq!(Contents::by_file(&document), Contents::by(&model), "{}", show());
         // What is removed takes the comments in it along, not those around it.
         let depth = if told.starts_with("remove") { 2 } else { usize::MAX };
         let (kept, were) = (comments(document.tree(), depth), comments(before.tree(), depth));
@@ -62,8 +62,8 @@ fn edited(seed: u64) -> Document {
     document
 }
 
-/// The comments that stand in at most so many elements, sorted, because one that belongs to an
-/// element moves with it.
+/// The comments inside at most this many elements, sorted, because one that belongs to an element
+/// moves with it.
 fn comments(tree: &Tree, depth: usize) -> Vec<String> {
     fn visit(nodes: &[Node], text: &str, depth: usize, found: &mut Vec<String>) {
         for node in nodes {
@@ -89,15 +89,15 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn a_file_says_what_its_edits_say(seed in any::<u64>()) {
+    fn an_edited_file_equals_its_model(seed in any::<u64>()) {
         edited(seed);
     }
 
     #[test]
-    fn what_was_edited_is_formatted_without_a_change_of_what_it_says(seed in any::<u64>()) {
+    fn formatting_an_edited_file_keeps_its_meaning(seed in any::<u64>()) {
         let document = edited(seed);
         let formatted = open(&format(Path::new(NAME), document.bytes()).unwrap());
-        prop_assert_eq!(Said::by_file(&document), Said::by_file(&formatted));
+        prop_assert_eq!(Contents::by_file(&document), Contents::by_file(&formatted));
         let all = |document: &Document| comments(document.tree(), usize::MAX);
         prop_assert_eq!(all(&document), all(&formatted));
     }
@@ -105,7 +105,7 @@ proptest! {
 
 /// Skipped, saying so, where xmllint is missing; never under CI.
 #[test]
-fn the_schema_takes_what_we_write() {
+fn the_schema_accepts_edited_files() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("edit-sequences");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("armor.xsd"), SCHEMA).unwrap();

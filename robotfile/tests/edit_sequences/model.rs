@@ -1,4 +1,5 @@
-//! What a file says, as plain data, with its own idea of renaming and removing.
+//! The contents of a file as plain data, with an independent implementation of renaming and
+//! removing.
 
 use std::collections::BTreeMap;
 

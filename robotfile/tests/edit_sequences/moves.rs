@@ -4,11 +4,11 @@
 use armor_robotfile::tree::Element;
 use armor_robotfile::{Document, EditError, Item, Position};
 
+use crate::contents::item;
 use crate::model::{
     Model, Place, SORTS, Sort, Transition, random_component, random_value, written,
 };
 use crate::random::Random;
-use crate::said::item;
 use crate::text;
 
 /// Makes an edit and answers what it was.
@@ -143,7 +143,7 @@ fn dotted(name: &(String, &str)) -> String {
     format!("{}.{}", name.0, name.1)
 }
 
-/// Adds an item, and looks at the lines and at the way back.
+/// Adds an item, and checks the lines and the undoing.
 fn add(document: &mut Document, item: Item<'_>, attributes: &[(&str, &str)], told: &str) {
     let before = document.clone();
     document.add(item, attributes).unwrap();

@@ -90,7 +90,7 @@ fn other_files() {
 }
 
 #[test]
-fn what_is_read_is_bounded_however_many_files_are_named() {
+fn the_number_of_files_is_bounded() {
     let mut asked = 0;
     let reading = read(Path::new("0.xml"), &mut |path| {
         asked += 1;

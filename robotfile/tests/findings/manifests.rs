@@ -39,7 +39,7 @@ fn the_time_is_given_by_an_output_that_is_a_clock() {
     let (reading, _) = reading(&file.replace("a.clock", "a.old-clock"), Some(&manifests()));
     let shown = reading.findings.render(Colours::No);
     assert!(shown.contains("a.old-clock cannot be the clock"), "{shown}");
-    assert!(shown.contains("the time is given by: a.clock"), "{shown}");
+    assert!(shown.contains("these publish a clock: a.clock"), "{shown}");
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn systems_against_manifests() {
 }
 
 #[test]
-fn two_builds_of_one_message_are_told_apart_by_their_fields() {
+fn two_versions_of_a_message_are_distinguished_by_their_fields() {
     let port = |schema: &str, hash: u32| {
         format!(
             r#"{{"id":"p","type":"Scan","schema":"{schema}","schema_hash":"{hash:016x}","required":true}}"#
@@ -116,7 +116,7 @@ fn two_builds_of_one_message_are_told_apart_by_their_fields() {
     let file = r#"<component name="a" kind="old"/><component name="b" kind="new"/><link from="a.p" to="b.p"/>"#;
     let (reading, _) = reading(&system(file), Some(&manifests));
     let shown = reading.findings.render(Colours::No);
-    assert!(shown.contains("E0108") && shown.contains("both call it Scan"), "{shown}");
+    assert!(shown.contains("E0108") && shown.contains("both use the name Scan"), "{shown}");
     assert!(shown.contains("ranges[]: a.p has f32, b.p has f64"), "{shown}");
     assert!(shown.contains("stamp"), "{shown}");
 }

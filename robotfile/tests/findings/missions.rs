@@ -193,7 +193,7 @@ fn a_circle_that_takes_no_time_is_a_warning() {
 }
 
 #[test]
-fn what_is_expected_of_a_number_is_said() {
+fn the_expected_number_is_described() {
     let shown = |inner: &str| found_in(&mission(inner)).1;
     let count = shown(r#"<transition name="t" from="a" priority="99999999999999"/>"#);
     assert!(count.contains("a whole number from -999999999 to 999999999"), "{count}");

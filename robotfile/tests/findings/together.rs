@@ -25,7 +25,7 @@ fn all_findings_come_at_once_sorted_and_as_json() {
 }
 
 #[test]
-fn what_is_left_out_is_said() {
+fn left_out_findings_are_counted() {
     let links = r#"<link from="a.x" to="b.y"/>"#.repeat(MAX_FINDINGS);
     let codes = all_of(&system(&links));
     assert_eq!(codes.len(), MAX_FINDINGS + 1);

@@ -1,4 +1,4 @@
-//! Everything that takes a file's bytes, one function each. Shared by the test beside this file and
+//! Everything that reads a file's bytes, one function each. Shared by the test in this folder and
 //! by the fuzz targets in `fuzz/`; what must hold of any input is asserted here.
 
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub const EXAMPLES: [&str; 4] = [
     include_str!("../../../missions/map-from-log.xml"),
 ];
 
-/// Findings that are shown of one input; the others are made in the same way.
+/// The number of findings that are rendered for one input; the others are rendered the same way.
 const SHOWN: usize = 8;
 
 /// Reads and checks: an answer, with spans inside the file, whatever the bytes.
@@ -69,7 +69,7 @@ pub fn spans_hold(reading: &Reading) {
     }
 }
 
-/// What comes out of `armor fmt` says the same and stays as it is.
+/// The output of `armor fmt` has the same contents and does not change again.
 pub fn layout(bytes: &[u8]) {
     let path = Path::new("a.xml");
     let Ok(once) = format(path, bytes) else { return };
@@ -83,7 +83,7 @@ pub fn layout(bytes: &[u8]) {
     assert_eq!(codes(bytes), codes(&once), "what is wrong with it");
 }
 
-/// The first byte says how many edits are made, three bytes say which; the rest is the file. What
+/// The first byte is the number of edits, three bytes each select one; the rest is the file. What
 /// was made can be read again; what was not made has changed nothing.
 pub fn edits(bytes: &[u8]) {
     const EACH: usize = 3;

@@ -233,7 +233,7 @@ fn work_of_a_child(file: &Path, name: &str) -> (f64, u64, String) {
     (next().parse().expect("ms"), next().parse().expect("KiB"), next().to_owned())
 }
 
-/// Works if it is told on which file; as a test of its own it does nothing.
+/// Reads the file that the environment names; without one it does nothing.
 #[test]
 fn child() {
     let Some(file) = std::env::var_os(VARIABLE).map(PathBuf::from) else { return };
@@ -259,7 +259,7 @@ fn child() {
     println!("COST {ms} {} {codes}", peak_kib());
 }
 
-/// The most memory that this process has had at once.
+/// The peak memory of this process.
 fn peak_kib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("/proc");
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("a peak");

@@ -32,7 +32,7 @@ pub enum PanelRequest {
     /// Show this.
     Show(Item),
     /// Play these firings, at their earliest or latest moments.
-    Play(armor_robotfile::Way),
+    Play(armor_robotfile::FiringTrace),
 }
 
 impl PanelSource<'_> {

@@ -3,7 +3,7 @@
 
 use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Mission, Resume};
-use armor_robotfile::{Severity, Spanned, Takes, Way};
+use armor_robotfile::{FiringTrace, MissionDuration, Severity, Spanned};
 use eframe::egui::{self, RichText};
 
 use super::parts::{PanelRequest, PanelSource, section, tell};
@@ -103,9 +103,13 @@ fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, wishes: &mut Vec<PanelReque
     }
 }
 
-fn durations(ui: &mut egui::Ui, takes: &Takes, wishes: &mut Vec<PanelRequest>) {
+fn durations(ui: &mut egui::Ui, takes: &MissionDuration, wishes: &mut Vec<PanelRequest>) {
     let play = |firings: &[String], circle: &[String], is_late| {
-        PanelRequest::Play(Way { firings: firings.to_vec(), circle: circle.to_vec(), is_late })
+        PanelRequest::Play(FiringTrace {
+            firings: firings.to_vec(),
+            circle: circle.to_vec(),
+            is_late,
+        })
     };
     let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
     ui.horizontal(|ui| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_petri::TransitionId;
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 
 use super::{Happened, Play, Standing};
 use crate::mission::schedule::{Pace, schedule};
@@ -38,7 +38,7 @@ impl Course {
     ///
     /// # Errors
     /// The name of a firing that this mission does not have (it has changed since).
-    pub fn of(stage: &Stage, way: &Way) -> Result<Self, String> {
+    pub fn of(stage: &Stage, way: &FiringTrace) -> Result<Self, String> {
         let names: Vec<_> = way.firings.iter().chain(&way.circle).collect();
         let ids: Result<Vec<_>, _> = names
             .iter()
@@ -86,7 +86,7 @@ impl Play {
     ///
     /// # Errors
     /// The name of a firing that this mission does not have.
-    pub fn follow(&mut self, way: &Way) -> Result<(), String> {
+    pub fn follow(&mut self, way: &FiringTrace) -> Result<(), String> {
         let course = Course::of(&self.stage, way)?;
         *self = Self::new(Arc::clone(&self.stage));
         self.course = Some(course);

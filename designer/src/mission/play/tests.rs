@@ -1,7 +1,7 @@
 use super::chance::{Chance, Step};
 use super::world::scalar;
 use super::*;
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 
 const SURVEY: &str = r#"<armor version="1"><system><component name="explorer" kind="e"/>
     <component name="homing" kind="h"/><component name="power" kind="p"/></system>
@@ -109,7 +109,7 @@ fn nobody_waits_past_the_deadline_of_another() {
 fn a_way_is_played_with_the_moments_that_its_times_allow() {
     let mut play = play_of(SURVEY);
     let firings = ["late", "settled"].map(str::to_owned).to_vec();
-    play.follow(&Way { firings, ..Way::default() }).unwrap();
+    play.follow(&FiringTrace { firings, ..FiringTrace::default() }).unwrap();
     let moments: Vec<_> = play.course().unwrap().legs().iter().map(|leg| leg.at).collect();
     assert_eq!(moments, [Some(s(90)), Some(s(95))]);
     assert!(play.next_leg() && play.next_leg());
@@ -117,11 +117,12 @@ fn a_way_is_played_with_the_moments_that_its_times_allow() {
     assert_eq!((marked(&play), play.time()), (vec!["home"], s(95)));
     assert!(play.back());
     assert_eq!((marked(&play), play.course().unwrap().done()), (vec!["return"], 1));
-    let failing = Way { firings: vec!["late/on-stop-fail".into()], ..Way::default() };
+    let failing =
+        FiringTrace { firings: vec!["late/on-stop-fail".into()], ..FiringTrace::default() };
     play.follow(&failing).unwrap();
     assert!(play.next_leg());
     assert_eq!(marked(&play), ["hold"]);
-    let gone = Way { firings: vec!["removed".into()], ..Way::default() };
+    let gone = FiringTrace { firings: vec!["removed".into()], ..FiringTrace::default() };
     assert_eq!(play.follow(&gone), Err("removed".to_owned()));
 }
 
@@ -134,7 +135,7 @@ fn a_way_that_the_times_do_not_allow_is_played_by_its_tokens() {
         <transition name="quick" from="b" to="c" timeout="1s"/></mission></armor>"#,
     );
     let firings = ["slow", "quick"].map(str::to_owned).to_vec();
-    play.follow(&Way { firings, ..Way::default() }).unwrap();
+    play.follow(&FiringTrace { firings, ..FiringTrace::default() }).unwrap();
     assert!(!play.course().unwrap().is_timed);
     assert!(play.next_leg() && play.next_leg());
     assert_eq!(play.marking(), [0, 0, 2]);

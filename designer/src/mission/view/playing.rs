@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use armor_petri::TransitionId;
 use armor_proof::time_in_words as time;
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
 
 use super::simulator::MissionSimulator;
@@ -44,7 +44,7 @@ impl MissionView {
     }
 
     /// Plays the firings of a finding from the start.
-    pub(super) fn play_way(&mut self, way: &Way, desk: &mut Desk) {
+    pub(super) fn play_way(&mut self, way: &FiringTrace, desk: &mut Desk) {
         if self.simulator.is_none() {
             self.toggle_simulation(desk);
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 
 use crate::desk::Desk;
 use crate::mission::play::chance::{Chance, Step};
@@ -196,7 +196,7 @@ impl MissionSimulator {
     }
 
     /// Follows a firing sequence from the start.
-    pub(super) fn follow(&mut self, way: &Way) -> Result<(), String> {
+    pub(super) fn follow(&mut self, way: &FiringTrace) -> Result<(), String> {
         self.play
             .follow(way)
             .map_err(|name| format!("The mission has changed: {name} no longer exists"))?;

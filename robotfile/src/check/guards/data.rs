@@ -1,4 +1,4 @@
-//! The data that guards and variables name: whether it is there, and what it is.
+//! The data that guards and variables name: whether it exists, and its type.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -9,7 +9,8 @@ use armor_wire::quantity::{self, Unit};
 use armor_wire::schema::{self, FieldError, FieldPath, Schema};
 
 use super::within;
-use crate::check::{Manifests, listed};
+use crate::check::manifests::Manifests;
+use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Meaning, Measure, Name, Type};
@@ -19,15 +20,15 @@ use crate::source::{Location, Spanned};
 use crate::suggestion::suggest_similar;
 
 /// The data that guards may name.
-pub(super) struct Data<'a> {
+pub(super) struct DataFields<'a> {
     system: &'a System,
     /// By component; none without manifests.
     kinds: Option<BTreeMap<&'a str, &'a Manifest>>,
-    /// Read once each: many guards may speak of one.
+    /// The parsed schemas: many guards may use the same one.
     schemas: RefCell<BTreeMap<String, Option<Rc<Schema>>>>,
 }
 
-impl<'a> Data<'a> {
+impl<'a> DataFields<'a> {
     pub(super) fn of(system: &'a System, manifests: Option<&'a Manifests>) -> Self {
         let kinds = manifests.map(|manifests| {
             let components = system.components.iter();
@@ -82,7 +83,7 @@ impl<'a> Data<'a> {
         let components = || self.system.components.iter().map(|c| c.name.value.as_str());
         if !components().any(|known| known == component) {
             let what = "component";
-            if self.system.doubts.may_hold(component) {
+            if self.system.unreadable.may_contain(component) {
                 return Some(Type::Any);
             }
             unknown(Code::UnknownComponent, what, component, &part(0), components(), findings);
@@ -130,7 +131,7 @@ fn wrong_field(
             unknown(Code::UnknownField, &what, name, &part(index + 2), known, findings);
         }
         FieldError::NoFields { index, name } => {
-            let message = format!("there is no {name} here: what comes before it has no fields");
+            let message = format!("{name} is not a field: the value before it has no fields");
             let finding = Finding::new(Code::UnknownField, &part(index + 2), message);
             findings.push(finding.remedy("remove it"));
         }
@@ -138,7 +139,7 @@ fn wrong_field(
             let message = format!("{name} is a {type_name}, which is not a single value");
             let finding = Finding::new(Code::FieldNotSaid, whole, message);
             let remedy = match known.as_slice() {
-                [] => "name a field that is a number, a truth or a text; `armor describe` lists \
+                [] => "name a field that is a number, a boolean or a text; `armor describe` lists \
                        them"
                     .into(),
                 known => {
@@ -152,8 +153,7 @@ fn wrong_field(
         FieldError::List => {
             let message = format!("{name} is a list");
             let finding = Finding::new(Code::FieldNotSaid, whole, message);
-            let remedy =
-                "guards look at single values: let a component publish the one that counts";
+            let remedy = "guards use single values: publish the one that matters from a component";
             findings.push(finding.remedy(remedy));
         }
     }
@@ -171,7 +171,7 @@ fn unknown<'a>(
     let before_minus =
         |known: &str| name.strip_prefix(known).is_some_and(|rest| rest.starts_with('-'));
     let remedy = if known.clone().any(before_minus) {
-        "put spaces around a minus: without, it belongs to the name".into()
+        "put spaces around a minus: without them it is part of the name".into()
     } else {
         let guess = suggest_similar(name, known.clone());
         guess.unwrap_or_else(|| format!("there are: {}", listed(known)))
@@ -211,8 +211,9 @@ fn of_domain(variable: &Variable, is: Type, end: &Spanned<f64>, findings: &mut F
     };
     match (&is, &measure) {
         (Type::Truth | Type::Text(_), _) => {
-            let message =
-                format!("{name} follows what is not a number, so it has no least or greatest");
+            let message = format!(
+                "{name} follows data that is not a number, so it has no minimum or maximum"
+            );
             complain(findings, Code::GuardType, message, "remove min and max".into());
         }
         (Type::Any | Type::Number(Measure::Any), _) => return Type::Number(measure),
@@ -223,7 +224,7 @@ fn of_domain(variable: &Variable, is: Type, end: &Spanned<f64>, findings: &mut F
         (Type::Number(Measure::Of { dimension, .. }), Measure::Of { dimension: other, .. })
             if dimension != other =>
         {
-            let message = format!("`{}` is not what {name} measures", end.at.text());
+            let message = format!("`{}` is of another quantity than {name}", end.at.text());
             let remedy = "write it in the unit of the source, which `armor describe` shows".into();
             complain(findings, Code::GuardUnit, message, remedy);
         }

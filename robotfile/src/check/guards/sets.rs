@@ -1,17 +1,17 @@
-//! What transitions set variables to: whether the variable is one that they may set, and whether the
+//! The `<set>`s of transitions: whether the variable is one that they may set, and whether the
 //! value is a whole number that it can be.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{known_variable, within};
-use crate::check::listed;
+use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Count, Meaning, range_of};
 use crate::mission::{Mission, SetVariable, Transition, Variable};
 use crate::suggestion::suggest_similar;
 
-/// Whether all could be read. What values speak of is added to `used`.
+/// Returns whether all could be read. Adds the variables in their values to `used`.
 pub(super) fn check(
     mission: &Mission,
     variables: &BTreeMap<&str, Meaning>,
@@ -19,7 +19,7 @@ pub(super) fn check(
     findings: &mut Findings,
 ) -> bool {
     let mut sets = Sets { mission, variables, used, findings, all_read: true };
-    mission.transitions.iter().for_each(|transition| sets.of(transition));
+    mission.transitions.iter().for_each(|transition| sets.check_transition(transition));
     sets.all_read
 }
 
@@ -38,7 +38,7 @@ struct Sets<'a> {
 }
 
 impl Sets<'_> {
-    fn of(&mut self, transition: &Transition) {
+    fn check_transition(&mut self, transition: &Transition) {
         let mut before = BTreeMap::new();
         for set in &transition.sets {
             let name = set.variable.value.as_str();
@@ -47,19 +47,19 @@ impl Sets<'_> {
                 let finding = Finding::new(Code::NotSettable, &set.variable.at, message);
                 self.findings.push(finding.remedy("keep one of them").related(first, "first here"));
             }
-            self.one(set);
+            self.check_set(set);
         }
     }
 
-    fn one(&mut self, set: &SetVariable) {
-        let target = self.target(set);
+    fn check_set(&mut self, set: &SetVariable) {
+        let target = self.find_target(set);
         let count = match Count::parse(&set.value.value) {
             Ok(count) => count,
             Err(error) => {
                 self.all_read = false;
                 // A reference that XML does not know is a finding already.
                 let mut of_xml = Findings::default();
-                crate::tag::unescape(&set.value.at, &mut of_xml);
+                crate::start_tag::unescape(&set.value.at, &mut of_xml);
                 if of_xml.is_empty() {
                     let at = within(&set.value, error.at);
                     let finding = Finding::new(Code::CountSyntax, &at, error.message);
@@ -78,8 +78,8 @@ impl Sets<'_> {
             if name.as_str() != set.variable.value {
                 self.used.insert(name.as_str().to_owned());
             }
-            if self.find(name.as_str()).is_some_and(|variable| variable.source.is_some()) {
-                let message = format!("{name} follows data, and what is set does not");
+            if self.find_variable(name.as_str()).is_some_and(|variable| variable.source.is_some()) {
+                let message = format!("{name} follows data, which a value that is set may not use");
                 let at = within(&set.value, name.at.clone());
                 let finding = Finding::new(Code::CountSyntax, &at, message);
                 self.findings.push(finding.remedy("use variables that transitions set"));
@@ -93,11 +93,11 @@ impl Sets<'_> {
     }
 
     /// The variable that is set, if it can be.
-    fn target(&mut self, set: &SetVariable) -> Option<Meaning> {
+    fn find_target(&mut self, set: &SetVariable) -> Option<Meaning> {
         let name = set.variable.value.as_str();
-        let Some(variable) = self.find(name) else {
+        let Some(variable) = self.find_variable(name) else {
             let names = || self.variables.keys().copied();
-            if !self.mission.doubts.may_hold(name) {
+            if !self.mission.unreadable.may_contain(name) {
                 let message = format!("there is no variable called {name}");
                 let remedy = suggest_similar(name, names()).unwrap_or_else(|| {
                     format!("declare a <variable>; variables: {}", listed(names()))
@@ -108,7 +108,7 @@ impl Sets<'_> {
             return None;
         };
         if let Some(source) = &variable.source {
-            let message = format!("{name} follows {}: no transition sets it", source.value);
+            let message = format!("{name} follows {}, so no transition may set it", source.value);
             let finding = Finding::new(Code::NotSettable, &set.variable.at, message);
             let remedy = "remove the source of the variable, or set another one";
             self.findings.push(finding.remedy(remedy).related(&source.at, "its source"));
@@ -117,12 +117,12 @@ impl Sets<'_> {
         self.variables.get(name).cloned()
     }
 
-    fn find(&self, name: &str) -> Option<&Variable> {
+    fn find_variable(&self, name: &str) -> Option<&Variable> {
         self.mission.variables.iter().find(|variable| variable.name.value == name)
     }
 
-    /// What is outside of the domain whatever the variables are was not meant. What only may be
-    /// outside is for whoever knows which values come.
+    /// Only a value that is always outside the domain is a finding here. The proof finds those that
+    /// may be outside, because it knows the reachable values.
     fn expect_inside(
         &mut self,
         set: &SetVariable,
@@ -135,8 +135,8 @@ impl Sets<'_> {
             return;
         }
         let (name, is) = (&set.variable.value, target.domain);
-        let message = format!("{name} is {is}, and `{}` never is", set.value.value);
+        let message = format!("{name} is {is}, and `{}` is always outside", set.value.value);
         let finding = Finding::new(Code::CountSyntax, &set.value.at, message);
-        self.findings.push(finding.remedy("set it to a value of its domain, or widen that"));
+        self.findings.push(finding.remedy("set it to a value in its domain, or widen the domain"));
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use armor_petri::{Net, TransitionId};
-use armor_robotfile::Way;
+use armor_robotfile::FiringTrace;
 use armor_robotfile::claim::{Relation, Statement};
 
 use crate::analysed::Analysed;
@@ -281,7 +281,7 @@ impl Enumeration {
     }
 
     /// The firings are a run's, and their circle can be gone round a few times.
-    pub fn assert_plays(&self, way: &Way, context: &str) {
+    pub fn assert_plays(&self, way: &FiringTrace, context: &str) {
         let mut set = self.waited(BTreeSet::from([0]));
         let circle = way.circle.iter().cycle().take(5 * way.circle.len());
         for name in way.firings.iter().chain(circle) {

@@ -8,7 +8,7 @@ use crate::source::{Location, Source, Span};
 use crate::tree::{Attribute, Element};
 use crate::xml::MAX_ATTRIBUTES;
 
-/// What a start tag holds.
+/// The contents of a start tag.
 pub(crate) struct Tag {
     pub(crate) element: Element,
     /// Whether all of it was understood.
@@ -20,7 +20,7 @@ pub(crate) struct Tag {
 pub(crate) struct TagReader<'a> {
     source: &'a Arc<Source>,
     span: Span,
-    /// Offset in the source of what is read next.
+    /// Offset in the source of the next character.
     at: usize,
     /// Offset in the source of `>` or `/>`.
     end: usize,
@@ -57,8 +57,7 @@ impl<'a> TagReader<'a> {
             too_many_attributes: false,
         };
         if !is_xml_name(&tag.element.name) {
-            let finding =
-                self.finding(Code::Malformed, name_span, "this is not a name of an element");
+            let finding = self.finding(Code::Malformed, name_span, "this is not an element name");
             findings.push(finding.remedy("write a literal < as &lt;"));
             tag.sound = false;
         }
@@ -77,16 +76,16 @@ impl<'a> TagReader<'a> {
                 tag.too_many_attributes = true;
                 return tag;
             }
-            let Some(attribute) = self.attribute(is_apart, findings) else {
+            let Some(attribute) = self.read_attribute(is_apart, findings) else {
                 tag.sound = false;
                 return tag;
             };
-            self.add(&mut tag.element, attribute, findings);
+            self.add_attribute(&mut tag.element, attribute, findings);
         }
     }
 
     /// Adds the attribute, unless there is one of its name.
-    fn add(&self, element: &mut Element, attribute: Attribute, findings: &mut Findings) {
+    fn add_attribute(&self, element: &mut Element, attribute: Attribute, findings: &mut Findings) {
         if let Some(first) = element.attribute(&attribute.name) {
             let first = Location::new(self.source, first.name_span);
             let message = format!("{} is written twice", attribute.name);
@@ -98,31 +97,33 @@ impl<'a> TagReader<'a> {
     }
 
     /// `name="value"`; none, with a finding, if it is not of that form.
-    fn attribute(&mut self, is_apart: bool, findings: &mut Findings) -> Option<Attribute> {
+    fn read_attribute(&mut self, is_apart: bool, findings: &mut Findings) -> Option<Attribute> {
         let name_span = self.until(|c| c.is_ascii_whitespace() || matches!(c, '=' | '"' | '\''));
         let name = self.source.slice(name_span).to_owned();
         if !is_xml_name(&name) {
             let span = Span::new(name_span.start(), name_span.end().max(self.at + 1).min(self.end));
-            findings.push(self.malformed(span, "this is not a name of an attribute"));
+            findings.push(self.malformed_attribute(span, "this is not an attribute name"));
             return None;
         }
         if !is_apart {
-            findings.push(self.malformed(name_span, "a space is missing before this attribute"));
+            findings.push(
+                self.malformed_attribute(name_span, "a space is missing before this attribute"),
+            );
         }
-        match self.quoted() {
+        match self.read_quoted() {
             Ok(value_span) => {
-                let value = self.value(value_span, findings);
+                let value = self.unescape_value(value_span, findings);
                 Some(Attribute { name, value, name_span, value_span })
             }
             Err(problem) => {
-                findings.push(self.malformed(name_span, problem));
+                findings.push(self.malformed_attribute(name_span, problem));
                 None
             }
         }
     }
 
-    /// Where the value stands, after its `=` and in its quotes.
-    fn quoted(&mut self) -> Result<Span, &'static str> {
+    /// Returns the span of the value, after its `=` and inside its quotes.
+    fn read_quoted(&mut self) -> Result<Span, &'static str> {
         self.skip_space();
         if !self.rest().starts_with('=') {
             return Err("this attribute has no value");
@@ -140,17 +141,17 @@ impl<'a> TagReader<'a> {
         Ok(span)
     }
 
-    fn value(&self, span: Span, findings: &mut Findings) -> String {
+    fn unescape_value(&self, span: Span, findings: &mut Findings) -> String {
         let at = Location::new(self.source, span);
         if let Some(less) = at.text().find('<') {
             let here = at.part(less, less + 1);
-            let finding = Finding::new(Code::Malformed, &here, "< may not stand in a value");
+            let finding = Finding::new(Code::Malformed, &here, "< is not allowed in a value");
             findings.push(finding.remedy("write it as &lt;"));
         }
         unescape(&at, findings)
     }
 
-    fn malformed(&self, span: Span, message: &str) -> Finding {
+    fn malformed_attribute(&self, span: Span, message: &str) -> Finding {
         self.finding(Code::Malformed, span, message).remedy("write attributes as name=\"value\"")
     }
 
@@ -179,8 +180,8 @@ impl<'a> TagReader<'a> {
 }
 
 /// Replaces the five entities of XML and character references, and white space by spaces as XML
-/// wants it of attributes. Each unknown reference is a finding and stays as it is written, so that
-/// the rest of the file is looked at all the same.
+/// requires for attributes. Each unknown reference is a finding and stays as it is written, so that
+/// the rest of the file is still checked.
 pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
     let raw = at.text();
     let mut out = String::with_capacity(raw.len());
@@ -191,14 +192,14 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
         // No reference is longer than this; a lone & must not scan the whole text.
         let window = raw.len().min(start + 16);
         let len = raw.as_bytes()[start..window].iter().position(|b| *b == b';').map(|len| len + 1);
-        let character = len.and_then(|len| reference(&raw[start + 1..start + len - 1]));
+        let character = len.and_then(|len| parse_reference(&raw[start + 1..start + len - 1]));
         let len = len.unwrap_or(1);
         match character {
             Some(c) => out.push(c),
             None => {
                 let here = at.part(start, start + len);
                 out.push_str(here.text());
-                let message = format!("{} is not known; entities are never expanded", here.text());
+                let message = format!("{} is not a known entity", here.text());
                 let is_number = |text: &str| {
                     let text = text.strip_prefix("&#").unwrap_or_default();
                     let (digits, radix) =
@@ -207,7 +208,7 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
                     !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix))
                 };
                 findings.push(if is_number(here.text()) {
-                    let message = format!("{} is no character that XML allows", here.text());
+                    let message = format!("{} is not a character that XML allows", here.text());
                     Finding::new(Code::BadCharacter, &here, message).remedy("remove it")
                 } else {
                     let finding = Finding::new(Code::UnknownEntity, &here, message);
@@ -221,7 +222,8 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
     out
 }
 
-/// The lengths of what stands at byte `at` of a text: as written, and as [`unescape`] reads it.
+/// Returns the lengths of the character at byte `at` of a text: as written, and as [`unescape`]
+/// reads it.
 pub(crate) fn character(text: &Location, at: usize) -> (usize, usize) {
     let rest = text.text().get(at..).unwrap_or_default();
     let Some(first) = rest.chars().next() else { return (1, 0) };
@@ -230,7 +232,7 @@ pub(crate) fn character(text: &Location, at: usize) -> (usize, usize) {
     }
     let mut window = rest.as_bytes().iter().take(16);
     let end = window.position(|b| *b == b';').filter(|_| first == '&');
-    match end.and_then(|end| Some((end + 1, reference(&rest[1..end])?))) {
+    match end.and_then(|end| Some((end + 1, parse_reference(&rest[1..end])?))) {
         Some((len, c)) => (len, c.len_utf8()),
         None => (first.len_utf8(), first.len_utf8()),
     }
@@ -248,7 +250,7 @@ fn push_normalised(out: &mut String, text: &str) {
     }
 }
 
-fn reference(name: &str) -> Option<char> {
+fn parse_reference(name: &str) -> Option<char> {
     let number = |digits: &str, radix| {
         let plain = !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
         let code = plain.then(|| u32::from_str_radix(digits, radix).ok()).flatten()?;

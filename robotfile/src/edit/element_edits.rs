@@ -1,17 +1,20 @@
-//! Many changes made as one edit: worked out on one tree, made at once and read again once.
+//! Several changes as one edit: computed on one tree, applied together and read again once.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::edit::adding::{number_for, rank};
+use crate::edit::attribute;
+use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::edit::item::Item;
+use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
-use crate::edit::removing::Gone;
-use crate::edit::{Document, Item, NewElement, attribute};
+use crate::edit::removing::RemovedElements;
 
-/// One of many changes that are made together.
+/// One of several changes that are made together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ElementEdit {
-    /// An attribute gets a value, or goes.
+    /// An attribute gets a value, or is removed.
     Attribute {
         /// The element.
         path: Vec<usize>,
@@ -20,7 +23,7 @@ pub enum ElementEdit {
         /// Its value; none removes it.
         value: Option<String>,
     },
-    /// An element goes, as in [`Document::remove_element`].
+    /// An element is removed, as by [`Document::remove_element`].
     Removal(Vec<usize>),
 }
 
@@ -33,8 +36,8 @@ impl ElementEdit {
 }
 
 impl Document {
-    /// Changes elements, as one edit. All paths are of the document as it is before; what is changed
-    /// in an element that goes is gone with it.
+    /// Changes elements, as one edit. All paths refer to the document before the edit; a change in
+    /// an element that is removed has no effect.
     ///
     /// # Errors
     /// As [`Document::set_attribute_at`] and [`Document::remove_element`], of any of them.
@@ -44,7 +47,7 @@ impl Document {
             ElementEdit::Attribute { .. } => None,
         });
         let removed: BTreeSet<&[usize]> = removed.collect();
-        let (mut gone, mut patches) = (Gone::default(), Patches::default());
+        let (mut gone, mut patches) = (RemovedElements::default(), Patches::default());
         for edit in edits {
             let path = edit.path();
             if (1..path.len()).any(|depth| removed.contains(&path[..depth])) {
@@ -66,9 +69,9 @@ impl Document {
         self.apply(patches)
     }
 
-    /// Adds elements to the system or the mission, as one edit: each behind the last of its sort, in
-    /// the order given. Whether their names are free, and ends are there, is for the caller to know
-    /// and for [`crate::check`] to find.
+    /// Adds elements to the system or the mission, as one edit: each after the last of its kind, in
+    /// the order given. It does not check that their names are free and that the ends of links
+    /// exist: [`crate::check`] does.
     ///
     /// # Errors
     /// If `owner` is missing, a name is none of XML, or the result breaks a limit.
@@ -77,7 +80,7 @@ impl Document {
         let parent = self.element(&path)?;
         let mut sorted: Vec<_> = new.iter().collect();
         sorted.sort_by_key(|element| rank(element.name()));
-        // Those that go to one place are put there together.
+        // Elements for one position are inserted together.
         let mut places: BTreeMap<usize, Vec<NewElement>> = BTreeMap::new();
         for element in sorted {
             places.entry(number_for(parent, element.name())).or_default().push(element.clone());
@@ -104,8 +107,8 @@ impl Document {
         self.apply(patches)
     }
 
-    /// How often the document was read again since it was opened: once for each edit that changed
-    /// it, so that it can be told how much a long edit costs.
+    /// Returns how many times the document was read again since it was opened: once for each edit
+    /// that changed it. Tests use it to measure the cost of an edit.
     pub fn revision(&self) -> u64 {
         self.revision
     }
@@ -155,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_changed_in_something_that_goes_is_gone_with_it() {
+    fn changes_inside_a_removed_element_have_no_effect() {
         let text = "<armor>\n  <system>\n    <a x=\"1\">\n      <b y=\"2\"/>\n    </a>\n    \
                     <c z=\"3\"/>\n  </system>\n</armor>\n";
         let mut document = document(text);

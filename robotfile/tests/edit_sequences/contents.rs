@@ -1,4 +1,4 @@
-//! What a file says and what a model says, in the same words.
+//! The contents of a file and of a model, in the same words.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use armor_robotfile::{Configuration, Document, Item, Position, Spanned, read};
 use crate::model::{Model, SORTS, Sort, written};
 
 #[derive(Debug, PartialEq)]
-pub struct Said(Vec<String>);
+pub struct Contents(Vec<String>);
 
 fn word(option: Option<impl std::fmt::Display>) -> String {
     option.map_or_else(|| "-".into(), |value| value.to_string())
@@ -31,38 +31,42 @@ pub fn item(sort: Sort, name: &str) -> Item<'_> {
     }
 }
 
-impl Said {
-    /// By the file, as the reader of the format understands it.
+impl Contents {
+    /// Of the file, as the reader of the format reads it.
     pub fn by_file(document: &Document) -> Self {
         let reading = read(Path::new("a.xml"), &mut |_| Ok(document.bytes().to_vec()));
         let configuration = reading.configuration.unwrap();
-        let mut said = Vec::new();
-        system(&configuration, document, &mut said);
-        mission(&configuration, &mut said);
+        let mut contents = Vec::new();
+        system(&configuration, document, &mut contents);
+        mission(&configuration, &mut contents);
         for sort in SORTS {
             let names = names(&configuration, sort);
-            said.extend(names.iter().filter_map(|name| {
+            contents.extend(names.iter().filter_map(|name| {
                 let Position { x, y } = document.position(item(sort, name))?;
                 Some(format!("{sort:?} {name} at {x} {y}"))
             }));
         }
-        Self(said)
+        Self(contents)
     }
 
-    /// By a model.
+    /// Of a model.
     pub fn by(model: &Model) -> Self {
-        let mut said = vec![format!("clock {}", word(model.clock.as_ref().map(dotted)))];
+        let mut contents = vec![format!("clock {}", word(model.clock.as_ref().map(dotted)))];
         for c in &model.components {
             let rate = c.rate.as_ref().map(|rate| rate.trim_end_matches("Hz"));
-            said.push(format!("component {} {} {:?}", c.name, word(rate), c.note));
-            said.extend(c.parameters.iter().map(|(name, value)| format!("{name}={value:?}")));
+            contents.push(format!("component {} {} {:?}", c.name, word(rate), c.note));
+            contents.extend(c.parameters.iter().map(|(name, value)| format!("{name}={value:?}")));
         }
-        said.extend(model.links.iter().map(|link| {
+        contents.extend(model.links.iter().map(|link| {
             let keep = link.keep.as_deref().unwrap_or("latest");
             format!("{} > {} {keep}", dotted(&link.from), dotted(&link.to))
         }));
-        said.push(format!("goal {} safe {}", word(model.goal.as_ref()), word(model.safe.as_ref())));
-        said.extend(
+        contents.push(format!(
+            "goal {} safe {}",
+            word(model.goal.as_ref()),
+            word(model.safe.as_ref())
+        ));
+        contents.extend(
             model
                 .variables
                 .iter()
@@ -70,12 +74,16 @@ impl Said {
         );
         for p in &model.places {
             let components = p.components.join(" ");
-            said.push(format!("place {} [{components}] {}", p.name, word(p.on_failure.as_ref())));
-            said.extend(p.parameters.iter().map(|p| format!("{}.{}={:?}", p.0, p.1, p.2)));
+            contents.push(format!(
+                "place {} [{components}] {}",
+                p.name,
+                word(p.on_failure.as_ref())
+            ));
+            contents.extend(p.parameters.iter().map(|p| format!("{}.{}={:?}", p.0, p.1, p.2)));
         }
-        said.extend(model.exclusives.iter().map(|set| format!("exclusive {}", set.join(" "))));
+        contents.extend(model.exclusives.iter().map(|set| format!("exclusive {}", set.join(" "))));
         for t in &model.transitions {
-            said.push(format!(
+            contents.push(format!(
                 "transition {} on {} when {} overrun {} priority {}",
                 t.name,
                 word(t.on.as_ref().map(dotted)),
@@ -86,18 +94,18 @@ impl Said {
             let short = |kind, places: &[String]| {
                 places.iter().map(|place| format!("{kind} {place}")).collect::<Vec<_>>()
             };
-            said.extend(short("take", &t.from));
-            said.extend(short("put", &t.to));
-            said.extend(t.arcs.iter().map(|(kind, place)| format!("{kind} {place}")));
+            contents.extend(short("take", &t.from));
+            contents.extend(short("put", &t.to));
+            contents.extend(t.arcs.iter().map(|(kind, place)| format!("{kind} {place}")));
         }
-        said.extend(model.checks.iter().map(|check| format!("check {}", written(check))));
+        contents.extend(model.checks.iter().map(|check| format!("check {}", written(check))));
         for sort in SORTS {
-            said.extend(model.names(sort).iter().filter_map(|name| {
+            contents.extend(model.names(sort).iter().filter_map(|name| {
                 let (x, y) = model.positions.get(&(sort, name.clone()))?;
                 Some(format!("{sort:?} {name} at {x} {y}"))
             }));
         }
-        Self(said)
+        Self(contents)
     }
 }
 
@@ -117,41 +125,42 @@ fn names(configuration: &Configuration, sort: Sort) -> Vec<String> {
     }
 }
 
-fn system(configuration: &Configuration, document: &Document, said: &mut Vec<String>) {
+fn system(configuration: &Configuration, document: &Document, contents: &mut Vec<String>) {
     let system = &configuration.system;
-    said.push(format!("clock {}", word(system.clock.as_ref().map(|clock| clock.source.data()))));
+    contents
+        .push(format!("clock {}", word(system.clock.as_ref().map(|clock| clock.source.data()))));
     for c in &system.components {
         let path = document.find(Item::Component(&c.name)).unwrap();
         let element = document.tree().element(&path).unwrap();
         let note = element.attribute("my:note").map(|note| note.value.clone());
         let rate = c.rate_hz.as_ref().map(|rate| rate.value);
-        said.push(format!("component {} {} {note:?}", c.name.value, word(rate)));
+        contents.push(format!("component {} {} {note:?}", c.name.value, word(rate)));
         let parameters = c.parameters.iter();
-        said.extend(parameters.map(|p| format!("{}={:?}", p.name.value, p.value.value)));
+        contents.extend(parameters.map(|p| format!("{}={:?}", p.name.value, p.value.value)));
     }
-    said.extend(
+    contents.extend(
         system.links.iter().map(|l| format!("{} > {} {}", l.from.data(), l.to.data(), l.keep)),
     );
 }
 
-fn mission(configuration: &Configuration, said: &mut Vec<String>) {
+fn mission(configuration: &Configuration, contents: &mut Vec<String>) {
     let mission = configuration.mission.as_ref().unwrap();
-    said.push(format!("goal {} safe {}", value(&mission.goal), value(&mission.safe)));
+    contents.push(format!("goal {} safe {}", value(&mission.goal), value(&mission.safe)));
     let variables = mission.variables.iter();
-    said.extend(variables.map(|v| format!("{} of {}", v.name.value, value(&v.source))));
+    contents.extend(variables.map(|v| format!("{} of {}", v.name.value, value(&v.source))));
     for p in &mission.places {
         let components = list(&p.components);
-        said.push(format!("place {} [{components}] {}", p.name.value, value(&p.on_failure)));
-        said.extend(p.parameters.iter().map(|given| {
+        contents.push(format!("place {} [{components}] {}", p.name.value, value(&p.on_failure)));
+        contents.extend(p.parameters.iter().map(|given| {
             let (name, value) = (&given.parameter.name.value, &given.parameter.value.value);
             format!("{}.{name}={value:?}", given.component.value)
         }));
     }
     let sets = mission.exclusives.iter();
-    said.extend(sets.map(|set| format!("exclusive {}", list(&set.components))));
+    contents.extend(sets.map(|set| format!("exclusive {}", list(&set.components))));
     for t in &mission.transitions {
         let on = t.on.as_ref().map(|on| format!("{}.{}", on.component.value, on.event.value));
-        said.push(format!(
+        contents.push(format!(
             "transition {} on {} when {} overrun {} priority {}",
             t.name.value,
             word(on),
@@ -159,7 +168,7 @@ fn mission(configuration: &Configuration, said: &mut Vec<String>) {
             value(&t.overrun),
             t.priority
         ));
-        said.extend(t.arcs.iter().map(|arc| {
+        contents.extend(t.arcs.iter().map(|arc| {
             let kind = match arc.kind {
                 ArcKind::Take => "take",
                 ArcKind::Put => "put",
@@ -170,5 +179,5 @@ fn mission(configuration: &Configuration, said: &mut Vec<String>) {
             format!("{kind} {}", arc.place.value)
         }));
     }
-    said.extend(mission.checks.iter().map(|check| format!("check {}", check.value)));
+    contents.extend(mission.checks.iter().map(|check| format!("check {}", check.value)));
 }

@@ -1,0 +1,90 @@
+//! The names that a check knows, and the finding for one that it does not.
+
+use std::collections::BTreeMap;
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings, short};
+use crate::source::{Location, Spanned};
+use crate::suggestion::suggest_similar;
+use crate::unreadable::UnreadableParts;
+
+/// The names of one kind of thing, each once.
+pub(super) struct KnownNames<'a> {
+    /// The kind of thing, such as "place".
+    pub(super) noun: &'static str,
+    pub(super) known: BTreeMap<&'a str, &'a Location>,
+    /// Names that may exist in unreadable parts of the file.
+    unreadable: Option<&'a UnreadableParts>,
+}
+
+impl<'a> KnownNames<'a> {
+    /// Collects the names in their order; a name that occurs again is a finding.
+    pub(super) fn collect(
+        noun: &'static str,
+        duplicate: Code,
+        names: impl Iterator<Item = &'a Spanned<String>>,
+        findings: &mut Findings,
+    ) -> Self {
+        let mut known: BTreeMap<&str, &Location> = BTreeMap::new();
+        for name in names {
+            if let Some(first) = known.get(name.value.as_str()) {
+                let (message, remedy) = match duplicate {
+                    Code::DuplicateParameter => {
+                        (format!("a second value for {}", name.value), "remove one of the two")
+                    }
+                    _ => (format!("a second {noun} called {}", name.value), "give it another name"),
+                };
+                let finding = Finding::new(duplicate, &name.at, message);
+                findings.push(finding.remedy(remedy).related(first, "first here"));
+            } else {
+                known.insert(&name.value, &name.at);
+            }
+        }
+        Self { noun, known, unreadable: None }
+    }
+
+    /// Adds the names that may exist in unreadable parts.
+    pub(super) fn including(self, unreadable: &'a UnreadableParts) -> Self {
+        Self { unreadable: Some(unreadable), ..self }
+    }
+
+    /// Returns whether the name is known; if not, it is a finding, unless an unreadable part may
+    /// have it.
+    pub(super) fn expect(
+        &self,
+        name: &Spanned<String>,
+        unknown: Code,
+        findings: &mut Findings,
+    ) -> bool {
+        let known = self.known.contains_key(name.value.as_str());
+        if !known && !self.unreadable.is_some_and(|unreadable| unreadable.may_contain(&name.value))
+        {
+            let message = format!("there is no {} called {}", self.noun, short(&name.value));
+            let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
+            let remedy =
+                remedy.unwrap_or_else(|| format!("add it, or name one of: {}", self.listed()));
+            findings.push(Finding::new(unknown, &name.at, message).remedy(remedy));
+        }
+        known
+    }
+
+    fn guess(&self, name: &str) -> Option<String> {
+        suggest_similar(name, self.known.keys().copied())
+    }
+
+    fn listed(&self) -> String {
+        listed(self.known.keys().copied())
+    }
+}
+
+/// Returns the first dozen names, and the number of the others.
+pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 12;
+    let shown: Vec<_> = names.by_ref().take(SHOWN).collect();
+    let (names, more) = (shown, names.count());
+    match (names.is_empty(), more) {
+        (true, _) => "there are none".into(),
+        (_, 0) => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}

@@ -1,0 +1,35 @@
+//! Limits for the number of elements, so that the work for any file is bounded.
+
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::source::Location;
+
+/// The limit for the components, places, transitions and so on of a mission or system, for each
+/// kind.
+pub const MAX_ELEMENTS: usize = 4096;
+/// Most links of a system.
+pub const MAX_LINKS: usize = 16_384;
+
+/// Adds to a list up to a limit; false, once with a finding, beyond it.
+pub(super) fn add_limited<T>(
+    list: &mut Vec<T>,
+    item: T,
+    limit: usize,
+    at: &Location,
+    findings: &mut Findings,
+) {
+    if list.len() < limit {
+        list.push(item);
+        return;
+    }
+    // Reported once: the list does not grow beyond the limit, so only its first excess counts.
+    let already = findings.iter().any(|finding| {
+        finding.code == Code::TooMany
+            && finding.at.as_ref().is_some_and(|other| other.text() == at.text())
+    });
+    if !already {
+        let message = format!("there are more than {limit} <{}>", at.text());
+        findings
+            .push(Finding::new(Code::TooMany, at, message).remedy("this is the format's limit"));
+    }
+}
