@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::links::{Freshness, Link, Now, Number};
+use crate::links::{Freshness, InputLink, Now, Number};
 use crate::orders::{Order, Orders, Say};
+use crate::readings::Readings;
 use crate::scene::{Scene, SceneError};
 
 /// What the operator sees and has ordered.
@@ -12,8 +13,10 @@ use crate::scene::{Scene, SceneError};
 pub struct Console {
     /// What is known of the robot.
     pub scene: Scene,
+    /// What the panels keep of their own inputs.
+    pub readings: Readings,
     /// The linked inputs.
-    pub links: Vec<Link>,
+    pub links: Vec<InputLink>,
     /// The orders that hold.
     pub orders: Orders,
     /// The outputs whose last order reached nobody.
@@ -28,7 +31,7 @@ pub struct Console {
 
 impl Console {
     /// The link of an input, if it is linked.
-    pub fn link(&self, input: &str) -> Option<&Link> {
+    pub fn link(&self, input: &str) -> Option<&InputLink> {
         self.links.iter().find(|link| link.input == input)
     }
 
@@ -82,8 +85,9 @@ impl Console {
     }
 
     /// The links that are silent though they should not be, each with its age in seconds.
-    pub fn silent(&self, now: Now) -> impl Iterator<Item = (&Link, Freshness, f64)> {
-        let told = move |link: &Link| (link.freshness(now), link.age_s(now).unwrap_or_default());
+    pub fn silent(&self, now: Now) -> impl Iterator<Item = (&InputLink, Freshness, f64)> {
+        let told =
+            move |link: &InputLink| (link.freshness(now), link.age_s(now).unwrap_or_default());
         self.links.iter().map(move |link| (link, told(link))).filter_map(|(link, (how, age_s))| {
             matches!(how, Freshness::Late | Freshness::Gone).then_some((link, how, age_s))
         })
@@ -94,7 +98,7 @@ impl Console {
 mod tests {
     use super::*;
     use crate::orders::Event;
-    use crate::scene::Located;
+    use crate::scene::LocatedPose;
     use armor_grid::Pose2;
 
     const FIRST: Number = Number { instance: 1, sequence: 0 };
@@ -107,7 +111,7 @@ mod tests {
     fn arriving_is_noticed_when_a_pose_comes() {
         let mut console = Console::default();
         console.give(Order::Goal { place: Pose2::IDENTITY, has_heading: false }, now(0.0));
-        let here = Located { stamp_s: 1.0, pose: Pose2::IDENTITY, covariance_m2: [0.0; 3] };
+        let here = LocatedPose { stamp_s: 1.0, pose: Pose2::IDENTITY, covariance_m2: [0.0; 3] };
         let outcome = console.scene.located(here);
         console.arrived("pose", now(1.0), 1.0, FIRST, outcome);
         assert_eq!(console.orders.next_event(), Some(Event::Goal));
@@ -128,7 +132,7 @@ mod tests {
     #[test]
     fn what_is_wrong_with_data_stands_at_their_link_until_better_ones_come() {
         let mut console = Console::default();
-        console.links.push(Link::new("scan", "laser.scan".into(), true));
+        console.links.push(InputLink::new("scan", "laser.scan".into(), true));
         console.arrived("scan", now(0.0), 0.0, FIRST, Err(SceneError::Angles));
         let problem = |console: &Console| console.link("scan").and_then(|l| l.problem.clone());
         assert!(problem(&console).is_some_and(|text| text.contains("angles")));

@@ -9,6 +9,7 @@ mod orders;
 mod photo;
 mod picture;
 mod ports;
+mod readings;
 mod scene;
 mod screen;
 mod track;

@@ -36,7 +36,7 @@ pub enum Freshness {
 
 /// One linked input.
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct InputLink {
     /// Its name at the component.
     pub input: &'static str,
     /// Where the data come from, `component.output`.
@@ -62,7 +62,7 @@ pub struct Number {
     pub sequence: u64,
 }
 
-impl Link {
+impl InputLink {
     /// A link of which nothing has been heard.
     pub fn new(input: &'static str, data: String, is_steady: bool) -> Self {
         let arrivals = VecDeque::new();
@@ -143,8 +143,8 @@ mod tests {
         Number { instance: 1, sequence: sequence.into() }
     }
 
-    fn steady(until_s: u32, rate_hz: u32) -> Link {
-        let mut link = Link::new("scan", "laser.scan".into(), true);
+    fn steady(until_s: u32, rate_hz: u32) -> InputLink {
+        let mut link = InputLink::new("scan", "laser.scan".into(), true);
         for n in 0..until_s * rate_hz {
             let s = f64::from(n) / f64::from(rate_hz);
             link.arrived(at(s), 1000.0 + s, number(n));
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_link_that_speaks_when_something_changes_is_never_late() {
-        let mut link = Link::new("map", "slam.map".into(), false);
+        let mut link = InputLink::new("map", "slam.map".into(), false);
         assert_eq!(link.freshness(at(9.0)), Freshness::Nothing);
         link.arrived(at(0.0), 1000.0, number(0));
         assert_eq!(link.freshness(at(900.0)), Freshness::Fresh);
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn data_grow_old_while_system_time_stands_and_count_what_they_took_on_the_way() {
-        let mut link = Link::new("scan", "laser.scan".into(), true);
+        let mut link = InputLink::new("scan", "laser.scan".into(), true);
         link.arrived(Now { host_s: 1.0, system_s: 10.0 }, 9.5, number(0));
         assert_eq!(link.age_s(Now { host_s: 1.0, system_s: 10.0 }), Some(0.5));
         assert_eq!(link.age_s(Now { host_s: 5.0, system_s: 10.0 }), Some(4.0));

@@ -90,7 +90,7 @@ impl Layout {
 
 /// A rectangle of cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub struct MapChange {
     /// System time in seconds.
     pub stamp_s: f64,
     /// First column and row.
@@ -111,7 +111,7 @@ pub struct Map {
     revision: u64,
     stamp_s: f64,
     /// What may have overtaken the map that it belongs to.
-    later: VecDeque<Change>,
+    later: VecDeque<MapChange>,
 }
 
 impl Map {
@@ -164,7 +164,7 @@ impl Map {
     ///
     /// # Errors
     /// If it does not fit; nothing is changed then.
-    pub fn change(&mut self, change: Change) -> Result<(), MapError> {
+    pub fn change(&mut self, change: MapChange) -> Result<(), MapError> {
         if change.stamp_s < self.stamp_s {
             return Ok(());
         }
@@ -176,7 +176,7 @@ impl Map {
         applied
     }
 
-    fn apply(&mut self, change: &Change) -> Result<(), MapError> {
+    fn apply(&mut self, change: &MapChange) -> Result<(), MapError> {
         let ([left, bottom], [width, height]) = (change.corner, change.size);
         if width.checked_mul(height) != Some(change.cells.len()) {
             return Err(MapError::Size { width, height, cells: change.cells.len() });
@@ -257,8 +257,8 @@ mod tests {
         Layout { resolution_m: 0.05, width, height, ..Layout::default() }
     }
 
-    fn change(stamp_s: f64, corner: [usize; 2], size: [usize; 2], value: i8) -> Change {
-        Change { stamp_s, corner, size, cells: vec![value; size[0] * size[1]] }
+    fn change(stamp_s: f64, corner: [usize; 2], size: [usize; 2], value: i8) -> MapChange {
+        MapChange { stamp_s, corner, size, cells: vec![value; size[0] * size[1]] }
     }
 
     #[test]
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(map.replace(2.0, huge, Vec::new()), size(usize::MAX, 2, 0));
         let flat = Layout { resolution_m: f64::NAN, ..layout(2, 2) };
         assert!(matches!(map.replace(2.0, flat, vec![0; 4]), Err(MapError::Place { .. })));
-        let wide = Change { cells: vec![0; 3], ..change(2.0, [0, 0], [2, 2], 0) };
+        let wide = MapChange { cells: vec![0; 3], ..change(2.0, [0, 0], [2, 2], 0) };
         assert_eq!(map.change(wide), size(2, 2, 3));
         assert_eq!(map.change(change(2.0, [usize::MAX, 0], [1, 1], 0)), Err(MapError::Outside));
         assert_eq!(map.change(change(2.0, [0, 0], [0, 0], 0)), Ok(()));

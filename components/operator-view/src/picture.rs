@@ -10,7 +10,7 @@ use eframe::egui::Context;
 
 use crate::console::Console;
 use crate::links::Now;
-use crate::screen::{CANVAS, Screen, apply_theme};
+use crate::screen::{CANVAS, Panel, Screen, apply_theme};
 
 /// Frames until sizes that depend on one another have settled.
 const FRAMES: usize = 3;
@@ -39,11 +39,15 @@ struct Picture {
 
 impl Picture {
     /// A screen of so many pixels, of which `pixels_per_point` make a point.
-    fn new([width, height]: [usize; 2], pixels_per_point: f32) -> Self {
+    fn new(
+        [width, height]: [usize; 2],
+        pixels_per_point: f32,
+        panels: Vec<Box<dyn Panel>>,
+    ) -> Self {
         let context = Context::default();
         apply_theme(&context);
         let stage = Stage::new(context, width, height, pixels_per_point);
-        Self { stage, screen: Screen::default() }
+        Self { stage, screen: Screen::new(panels) }
     }
 
     /// The screen as it would look now. Nobody gives orders here.
@@ -64,8 +68,13 @@ pub(crate) struct Painter {
 
 impl Painter {
     /// Will paint pictures of `size` pixels as the file at `path`.
-    pub(crate) fn new(path: PathBuf, size: [usize; 2], pixels_per_point: f32) -> Self {
-        Self { path, picture: Some(Picture::new(size, pixels_per_point)), painting: None }
+    pub(crate) fn new(
+        path: PathBuf,
+        size: [usize; 2],
+        pixels_per_point: f32,
+        panels: Vec<Box<dyn Panel>>,
+    ) -> Self {
+        Self { path, picture: Some(Picture::new(size, pixels_per_point, panels)), painting: None }
     }
 
     /// Begins to paint, unless the last picture is still being painted.
@@ -137,7 +146,7 @@ mod tests {
     fn a_picture_is_written_whole_into_folders_that_are_made_for_it() {
         let folder = std::env::temp_dir().join(format!("armor-view-{}", std::process::id()));
         let path = folder.join("deep/view.png");
-        let mut painter = Painter::new(path.clone(), [400, 300], 1.0);
+        let mut painter = Painter::new(path.clone(), [400, 300], 1.0, Vec::new());
         painter.begin(Console::default(), Now::default()).unwrap();
         painter.begin(Console::default(), Now::default()).unwrap();
         painter.finish(Console::default(), Now::default()).unwrap();
@@ -151,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_folder_that_cannot_be_is_an_error_that_names_the_file() {
-        let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0);
+        let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0, Vec::new());
         let error = painter.finish(Console::default(), Now::default()).unwrap_err().to_string();
         assert!(error.starts_with("cannot write /proc/no/view.png"), "{error}");
     }

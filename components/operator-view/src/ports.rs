@@ -1,6 +1,10 @@
 //! The operator's screen as a component: what the robot says in, what the operator orders out.
 
-mod reading;
+mod input;
+mod panel_kind;
+mod panels;
+mod port_list;
+mod scene_inputs;
 mod settings;
 
 use std::panic::resume_unwind;
@@ -13,33 +17,19 @@ use armor_sdk::prelude::*;
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::console::Console;
-use crate::links::{Link, Now, Number};
+use crate::links::{InputLink, Now, Number};
 use crate::orders::{Order, Say};
 use crate::picture::{Painter, PictureError};
-use crate::scene::SceneError;
 use crate::window::{Gone, Hands, Window};
+use port_list::{PORTS, all_inputs};
 use settings::{PARAMETERS, Settings};
+
+pub(crate) use panels::make_panels;
 
 /// Either says that there is a display.
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
 const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
-/// Each input, and whether its data come all the time, so that silence means something.
-const INPUTS: [(&str, bool); 12] = [
-    ("map", false),
-    ("map_updates", false),
-    ("pose", true),
-    ("scan", true),
-    ("odometry", true),
-    ("truth", true),
-    ("trajectory", false),
-    ("particles", true),
-    ("path", false),
-    ("image", true),
-    ("battery", true),
-    ("diagnostics", true),
-];
-
 /// Runs the program: a component like any, by its command line.
 pub fn run() -> ExitCode {
     armor_sdk::run::<OperatorView>()
@@ -63,37 +53,12 @@ impl Component for OperatorView {
     const SUMMARY: &'static str =
         "The operator's screen: map, scan, ways, camera and state; goals, driving by hand, STOP.";
     const PARAMETERS: &'static [Parameter] = PARAMETERS;
-    const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("map", "what is known of the world"),
-        ("map_updates", "rectangles of the map that changed since it was published"),
-        ("pose", "where the robot is on the map, and how sure that is"),
-        ("scan", "what the laser sees, drawn where the robot was then"),
-        ("odometry", "carries the pose on; its own way is drawn beside the corrected one"),
-        ("truth", "where a simulated robot really is"),
-        ("trajectory", "the way so far, as corrected by now"),
-        ("particles", "hypotheses of where the robot is"),
-        ("path", "the way planned"),
-        ("image", "what the camera sees, jpeg or png"),
-        ("battery", "its charge"),
-        ("diagnostics", "how well mapping goes"),
-        ("goal", "where the operator wants the robot; said again until it is there"),
-        ("velocity", "driving by hand: while the hand holds, zero when it lets go, then silence"),
-        ("stop", "true: stand, whatever else is said; until false"),
-    ];
+    const PORTS: &'static [(&'static str, &'static str)] = &PORTS;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
-        armor.subscribe::<Optional<OccupancyGrid>>("map")?;
-        armor.subscribe::<Optional<OccupancyGridUpdate>>("map_updates")?;
-        armor.subscribe::<Optional<PoseWithCovarianceStamped>>("pose")?;
-        armor.subscribe::<Optional<LaserScan>>("scan")?;
-        armor.subscribe::<Optional<Odometry>>("odometry")?;
-        armor.subscribe::<Optional<Odometry>>("truth")?;
-        armor.subscribe::<Optional<Path>>("trajectory")?;
-        armor.subscribe::<Optional<PoseArray>>("particles")?;
-        armor.subscribe::<Optional<Path>>("path")?;
-        armor.subscribe::<Optional<CompressedImage>>("image")?;
-        armor.subscribe::<Optional<BatteryState>>("battery")?;
-        armor.subscribe::<Optional<SlamDiagnostics>>("diagnostics")?;
+        for input in all_inputs() {
+            input.subscribe(&armor)?;
+        }
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Twist>("velocity")?;
         armor.provide::<Latched<Flag>>("stop")?;
@@ -120,12 +85,14 @@ impl Component for OperatorView {
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        let seen = reading::read(header.id(), data)
-            .unwrap_or_else(|fault| Err(SceneError::Bytes(fault.to_string())));
+        let Some(input) = all_inputs().find(|input| input.id == header.id()) else {
+            return Ok(());
+        };
+        let update = input.read(data);
         let now = now(self.started, &self.armor);
         let number = Number { instance: header.instance, sequence: header.sequence };
         let mut console = locked(&self.console);
-        let outcome = seen.and_then(|seen| seen.show(&mut console.scene));
+        let outcome = update.and_then(|update| update(&mut console));
         console.arrived(header.id(), now, header.stamp_s, number, outcome);
         drop(console);
         if let Some(window) = &self.window {
@@ -165,8 +132,8 @@ impl Component for OperatorView {
 
 impl OperatorView {
     fn open(&mut self) -> Result<(), Fault> {
-        let linked = INPUTS.into_iter().filter_map(|(input, is_steady)| {
-            Some(Link::new(input, self.armor.subscribed_data(input)?, is_steady))
+        let linked = all_inputs().filter_map(|input| {
+            Some(InputLink::new(input.id, self.armor.subscribed_data(input.id)?, input.is_steady))
         });
         let mut console = locked(&self.console);
         console.links = linked.collect();
@@ -194,6 +161,7 @@ impl OperatorView {
         let failure = Arc::clone(&self.failure);
         Hands {
             console: Arc::clone(&self.console),
+            panels: make_panels(),
             say: Box::new(move |say| {
                 send(&armor, say).unwrap_or_else(|fault| {
                     tracing::error!("an order was not sent: {fault}");
@@ -243,8 +211,9 @@ impl OperatorView {
         let Some(path) = &self.settings.picture else { return };
         let now = now(self.started, &self.armor);
         let ([width, height], scale) = (self.settings.size, self.settings.scale as f32);
-        let painter =
-            self.painter.get_or_insert_with(|| Painter::new(path.clone(), [width, height], scale));
+        let painter = self.painter.get_or_insert_with(|| {
+            Painter::new(path.clone(), [width, height], scale, make_panels())
+        });
         let console = locked(&self.console).clone();
         warn_of(painter.begin(console, now));
         self.pictured_s = now.host_s;
@@ -288,9 +257,9 @@ mod tests {
     #[test]
     fn what_it_is_describes_itself() {
         let manifest = armor_sdk::manifest_of::<OperatorView>().unwrap();
-        assert_eq!(manifest.inputs.len(), INPUTS.len());
+        assert_eq!(manifest.inputs.len(), all_inputs().count());
         assert!(manifest.inputs.iter().all(|port| !port.required && !port.doc.is_empty()));
-        assert!(INPUTS.iter().all(|(input, _)| manifest.inputs.iter().any(|p| p.id == *input)));
+        assert!(all_inputs().all(|input| manifest.inputs.iter().any(|p| p.id == input.id)));
         assert_eq!(manifest.outputs.iter().filter(|port| port.latched).count(), 1, "stop");
     }
 }

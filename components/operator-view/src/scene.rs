@@ -34,7 +34,7 @@ pub enum SceneError {
 
 /// Where mapping says that the robot was.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
+pub struct LocatedPose {
     /// System time in seconds.
     pub stamp_s: f64,
     /// Where, on the map.
@@ -67,34 +67,6 @@ pub struct Rays<'a> {
     pub ranges_m: &'a [f32],
 }
 
-/// How the battery is.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Battery {
-    /// 0 … 1; nothing if it is not measured.
-    pub charge: Option<f64>,
-    /// Volts; nothing if they are not measured.
-    pub volts: Option<f64>,
-    /// Whether it is being charged.
-    pub is_charging: bool,
-}
-
-/// How mapping goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mapping {
-    /// Number of particles.
-    pub particles: u32,
-    /// Effective number of them.
-    pub effective: f64,
-    /// Share of the scan on surfaces of the map, 0 … 1.
-    pub score: f64,
-    /// Loops closed.
-    pub closures: u64,
-    /// Time a scan takes, in seconds.
-    pub update_s: f64,
-    /// Scans dropped.
-    pub dropped: u64,
-}
-
 /// All that is shown.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -111,7 +83,7 @@ pub struct Scene {
     /// Where it was located, on the map.
     pub poses: Track,
     /// The last of these, and how sure it is.
-    pub located: Option<Located>,
+    pub located: Option<LocatedPose>,
     /// The newest scan.
     pub scan: Scan,
     /// Hypotheses of where the robot is.
@@ -124,10 +96,6 @@ pub struct Scene {
     pub photo: (u64, Photo),
     /// Ahead in m/s, to the left in rad/s.
     pub velocity: Option<(f64, f64)>,
-    /// How the battery is.
-    pub battery: Option<Battery>,
-    /// How mapping goes.
-    pub mapping: Option<Mapping>,
 }
 
 impl Scene {
@@ -164,7 +132,7 @@ impl Scene {
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn located(&mut self, located: Located) -> Result<(), SceneError> {
+    pub fn located(&mut self, located: LocatedPose) -> Result<(), SceneError> {
         if !is_finite(&located.pose) {
             return Err(SceneError::Nowhere);
         }
@@ -206,7 +174,7 @@ impl Scene {
     fn align(&mut self) {
         if self.odometry.map_from_frame.is_none() {
             self.odometry.map_from_frame = match self.located {
-                Some(Located { stamp_s, pose, .. }) => {
+                Some(LocatedPose { stamp_s, pose, .. }) => {
                     self.odometry.at(stamp_s).map(|odom| pose.compose(odom.inverse()))
                 }
                 None => (!self.is_localised).then_some(Pose2::IDENTITY),
@@ -294,8 +262,8 @@ fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
 mod tests {
     use super::*;
 
-    fn located(stamp_s: f64, x_m: f64) -> Located {
-        Located { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
+    fn located(stamp_s: f64, x_m: f64) -> LocatedPose {
+        LocatedPose { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
     }
 
     #[test]

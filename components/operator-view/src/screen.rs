@@ -3,7 +3,7 @@
 
 mod area;
 mod camera;
-mod colours;
+pub(crate) mod colours;
 mod hand;
 mod layers;
 mod look;
@@ -11,36 +11,45 @@ mod marks;
 mod panel;
 mod tiles;
 
-use eframe::egui::{CentralPanel, Frame, Panel, Ui};
+use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
 
 use crate::console::Console;
-use crate::links::{Freshness, Link, Now};
+use crate::links::{Freshness, InputLink, Now};
 use crate::orders::{Order, Say};
 
 pub(crate) use colours::CANVAS;
 pub(crate) use colours::apply as apply_theme;
+pub(crate) use panel::{Panel, show_rows};
 
-/// Width of the panel beside the map, in points.
-const PANEL: f32 = 288.0;
+/// Width of the column of panels next to the map, in points.
+const COLUMN_WIDTH: f32 = 288.0;
 /// Ages are shown anew this often while something should have come, in seconds.
 const AGEING_S: f32 = 0.5;
 
 /// How the operator looks at it.
-#[derive(Default)]
 pub(crate) struct Screen {
     area: area::Area,
-    panel: panel::SidePanel,
+    panels: panel::PanelColumn,
     shown: layers::Layers,
 }
 
 impl Screen {
+    /// Makes a screen with these panels next to the map.
+    pub(crate) fn new(panels: Vec<Box<dyn Panel>>) -> Self {
+        Self {
+            area: area::Area::default(),
+            panels: panel::PanelColumn::new(panels),
+            shown: layers::Layers::default(),
+        }
+    }
+
     /// Shows one frame, and gives what is to be said to the robot because of it.
     pub(crate) fn show(&mut self, ui: &mut Ui, console: &mut Console, now: Now) -> Vec<Say> {
         let mut orders = hand::keys(ui);
-        Panel::right("robot").resizable(false).exact_size(PANEL).show(ui, |ui| {
-            self.panel.show(ui, console, now, &mut orders);
+        EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
+            self.panels.show(ui, console, now, &mut orders);
         });
-        Panel::top("layers").show(ui, |ui| {
+        EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 self.shown.show(ui, console);
                 ui.separator();
@@ -50,7 +59,7 @@ impl Screen {
         CentralPanel::default().frame(Frame::NONE.fill(CANVAS)).show(ui, |ui| {
             self.area.show(ui, console, &self.shown, now, &mut orders);
         });
-        let hand = hand::held(ui).or(self.panel.held());
+        let hand = hand::held(ui).or(self.panels.held_direction());
         orders.push(match hand {
             Some((forward, turn)) => Order::Drive { forward, turn },
             None => Order::LetGo,
@@ -66,7 +75,7 @@ impl Screen {
 
 /// Whether the passing of time alone changes what is shown.
 fn tells_ages(console: &Console, now: Now) -> bool {
-    let ages = |link: &Link| link.is_steady && link.freshness(now) != Freshness::Nothing;
+    let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
     console.orders.pressed().is_some() || console.links.iter().any(ages)
 }
 

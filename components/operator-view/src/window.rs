@@ -14,7 +14,7 @@ use winit::platform::x11::EventLoopBuilderExtX11;
 use crate::console::Console;
 use crate::links::Now;
 use crate::orders::{Order, Say};
-use crate::screen::{Screen, apply_theme};
+use crate::screen::{Panel, Screen, apply_theme};
 
 /// Data are shown at most this often.
 const FRAME: Duration = Duration::from_millis(33);
@@ -27,6 +27,8 @@ pub(crate) struct Hands {
     pub(crate) console: Arc<Mutex<Console>>,
     /// Says it to the robot; how many links took it.
     pub(crate) say: Box<dyn Fn(Say) -> usize + Send>,
+    /// The panels next to the map.
+    pub(crate) panels: Vec<Box<dyn Panel>>,
     /// What time it is.
     pub(crate) now: Box<dyn Fn() -> Now + Send>,
     /// Called once when there is no window any more.
@@ -97,7 +99,7 @@ impl Window {
 fn run(
     title: &str,
     size: [f32; 2],
-    hands: Hands,
+    mut hands: Hands,
     context: Arc<OnceLock<Context>>,
     tell: &Sender<()>,
 ) {
@@ -115,12 +117,13 @@ fn run(
         })),
         ..Default::default()
     };
+    let panels = std::mem::take(&mut hands.panels);
     let hands = Arc::new(Mutex::new(Some(hands)));
     let lent = Arc::clone(&hands);
     let create = move |creation: &eframe::CreationContext<'_>| {
         apply_theme(&creation.egui_ctx);
         let _ = context.set(creation.egui_ctx.clone());
-        Ok(Box::new(App { hands: lent, screen: Screen::default() }) as Box<dyn eframe::App>)
+        Ok(Box::new(App { hands: lent, screen: Screen::new(panels) }) as Box<dyn eframe::App>)
     };
     let show = || eframe::run_native("armor-operator-view", options, Box::new(create));
     let outcome = catch_unwind(AssertUnwindSafe(show));

@@ -9,7 +9,7 @@ use super::colours;
 use super::layers::{Layer, Layers};
 use super::look::Look;
 use crate::console::Console;
-use crate::scene::Located;
+use crate::scene::LocatedPose;
 
 /// The ellipse holds the robot with 95 %: that many standard deviations in two dimensions.
 const ELLIPSE: f64 = 2.448;
@@ -104,7 +104,7 @@ fn direction(yaw_rad: f64) -> Vec2 {
 }
 
 /// Where the robot is with 95 %, from the eigenvectors of the covariance.
-fn ellipse(painter: &Painter, look: &Look, located: &Located, robot: Pose2) {
+fn ellipse(painter: &Painter, look: &Look, located: &LocatedPose, robot: Pose2) {
     let [xx, xy, yy] = located.covariance_m2;
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let spread = half.hypot(xy);

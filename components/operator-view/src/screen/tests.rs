@@ -11,7 +11,7 @@ use super::*;
 use crate::links::Number;
 use crate::map::Layout;
 use crate::orders::Event;
-use crate::scene::{Located, SceneError};
+use crate::scene::{LocatedPose, SceneError};
 
 const SIZE: Vec2 = Vec2::new(1000.0, 700.0);
 const ZERO: Say = Say::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
@@ -31,19 +31,19 @@ type Window = Harness<'static, Desk>;
 fn desk() -> Desk {
     let mut console = Console { robot_radius_m: 0.2, ..Console::default() };
     for (input, is_steady) in [("map", false), ("pose", true), ("scan", true), ("image", true)] {
-        console.links.push(Link::new(input, format!("robot.{input}"), is_steady));
+        console.links.push(InputLink::new(input, format!("robot.{input}"), is_steady));
     }
     let corner = Pose2::new(-5.0, -5.0, 0.0);
     let layout = Layout { corner, resolution_m: 0.1, width: 100, height: 100 };
     console.scene.map.replace(1.0, layout, vec![0; 10_000]).unwrap();
     let pose = Pose2::new(1.0, 0.0, 0.0);
     let covariance_m2 = [0.04, 0.0, 0.01];
-    console.scene.located(Located { stamp_s: 1.0, pose, covariance_m2 }).unwrap();
+    console.scene.located(LocatedPose { stamp_s: 1.0, pose, covariance_m2 }).unwrap();
     let now = Now { host_s: 1.0, system_s: 1.0 };
     for input in ["map", "pose", "scan"] {
         console.arrived(input, now, 1.0, FIRST, Ok(()));
     }
-    Desk { console, screen: Screen::default(), now, says: Vec::new() }
+    Desk { console, screen: Screen::new(crate::ports::make_panels()), now, says: Vec::new() }
 }
 
 fn window_of(desk: Desk, size: Vec2) -> Window {
@@ -255,7 +255,7 @@ fn only_what_is_linked_is_there_and_what_is_missing_says_so() {
 }
 
 #[test]
-fn a_button_of_the_mission_is_told_once_and_what_was_told_is_shown() {
+fn a_button_of_the_mission_is_sent_once_and_shown() {
     let mut desk = desk();
     desk.console.buttons = vec!["explore".into(), "home".into()];
     let mut window = window_of(desk, SIZE);
@@ -263,7 +263,7 @@ fn a_button_of_the_mission_is_told_once_and_what_was_told_is_shown() {
     window.run_steps(3);
     assert_eq!(events(&mut window), [Event::Pressed("home".into())]);
     wait(&mut window, 4.0);
-    window.get_by_label("home: told 4 s ago");
+    window.get_by_label("home: sent 4 s ago");
     assert_eq!(said(&mut window), []);
 }
 
