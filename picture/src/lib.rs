@@ -20,10 +20,10 @@ mod stage;
 pub mod svg;
 
 #[cfg(feature = "egui")]
-pub use crate::png::EncodeError;
+pub use crate::png::PixelsPngError;
 #[cfg(feature = "egui")]
 pub use pixels::{Pixels, Textures};
 #[cfg(feature = "egui")]
-pub use raster::paint;
+pub use raster::paint_primitives;
 #[cfg(feature = "egui")]
 pub use stage::Stage;

@@ -14,7 +14,7 @@ const MAX_LATER: usize = 256;
 
 /// Why a map or a change of it is not shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MapError {
+pub enum MapShapeError {
     /// The numbers contradict each other.
     #[error("{width} × {height} cells are announced and {cells} have come")]
     Size {
@@ -48,7 +48,7 @@ pub enum MapError {
 
 /// How a map lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Layout {
+pub struct MapLayout {
     /// Pose of the corner of the first cell.
     pub corner: Pose2,
     /// Side of a cell in metres.
@@ -59,21 +59,21 @@ pub struct Layout {
     pub height: usize,
 }
 
-impl Layout {
-    fn check(&self, cells: usize) -> Result<(), MapError> {
+impl MapLayout {
+    fn check(&self, cells: usize) -> Result<(), MapShapeError> {
         let Self { corner, resolution_m, width, height } = *self;
         let (width, height) = (width, height);
         match width.checked_mul(height) {
-            Some(all) if all > MAX_CELLS => Err(MapError::TooLarge { width, height }),
+            Some(all) if all > MAX_CELLS => Err(MapShapeError::TooLarge { width, height }),
             Some(all) if all == cells => Ok(()),
-            _ => Err(MapError::Size { width, height, cells }),
+            _ => Err(MapShapeError::Size { width, height, cells }),
         }?;
         let is_somewhere =
             [corner.x_m, corner.y_m, corner.yaw_rad, resolution_m].into_iter().all(f64::is_finite);
         if is_somewhere && resolution_m > 0.0 {
             Ok(())
         } else {
-            Err(MapError::Place { resolution_m, corner })
+            Err(MapShapeError::Place { resolution_m, corner })
         }
     }
 
@@ -103,10 +103,10 @@ pub struct MapChange {
 
 /// The map.
 #[derive(Clone, Debug, Default)]
-pub struct Map {
-    layout: Layout,
+pub struct OccupancyMap {
+    layout: MapLayout,
     cells: Vec<i8>,
-    /// Number of the last change of each block.
+    /// SequenceNumber of the last change of each block.
     revisions: Vec<u64>,
     revision: u64,
     stamp_s: f64,
@@ -114,9 +114,9 @@ pub struct Map {
     later: VecDeque<MapChange>,
 }
 
-impl Map {
+impl OccupancyMap {
     /// How it lies.
-    pub fn layout(&self) -> &Layout {
+    pub fn layout(&self) -> &MapLayout {
         &self.layout
     }
 
@@ -132,9 +132,9 @@ impl Map {
     pub fn replace(
         &mut self,
         stamp_s: f64,
-        layout: Layout,
+        layout: MapLayout,
         cells: Vec<i8>,
-    ) -> Result<(), MapError> {
+    ) -> Result<(), MapShapeError> {
         layout.check(cells.len())?;
         self.revision += 1;
         let is_same_place = layout == self.layout;
@@ -164,7 +164,7 @@ impl Map {
     ///
     /// # Errors
     /// If it does not fit; nothing is changed then.
-    pub fn change(&mut self, change: MapChange) -> Result<(), MapError> {
+    pub fn change(&mut self, change: MapChange) -> Result<(), MapShapeError> {
         if change.stamp_s < self.stamp_s {
             return Ok(());
         }
@@ -176,16 +176,16 @@ impl Map {
         applied
     }
 
-    fn apply(&mut self, change: &MapChange) -> Result<(), MapError> {
+    fn apply(&mut self, change: &MapChange) -> Result<(), MapShapeError> {
         let ([left, bottom], [width, height]) = (change.corner, change.size);
         if width.checked_mul(height) != Some(change.cells.len()) {
-            return Err(MapError::Size { width, height, cells: change.cells.len() });
+            return Err(MapShapeError::Size { width, height, cells: change.cells.len() });
         }
         let fits = |from: usize, size: usize, all: usize| {
             from.checked_add(size).is_some_and(|end| end <= all)
         };
         if !fits(left, width, self.layout.width) || !fits(bottom, height, self.layout.height) {
-            return Err(MapError::Outside);
+            return Err(MapShapeError::Outside);
         }
         if change.cells.is_empty() {
             return Ok(());
@@ -217,7 +217,7 @@ impl Map {
         }
     }
 
-    /// Number of the last change within a square of blocks.
+    /// SequenceNumber of the last change within a square of blocks.
     pub fn revision(&self, corner: [usize; 2], side: usize) -> u64 {
         let [across, up] = self.layout.blocks();
         let rows = corner[1].min(up)..(corner[1] + side).min(up);
@@ -253,8 +253,8 @@ impl Map {
 mod tests {
     use super::*;
 
-    fn layout(width: usize, height: usize) -> Layout {
-        Layout { resolution_m: 0.05, width, height, ..Layout::default() }
+    fn layout(width: usize, height: usize) -> MapLayout {
+        MapLayout { resolution_m: 0.05, width, height, ..MapLayout::default() }
     }
 
     fn change(stamp_s: f64, corner: [usize; 2], size: [usize; 2], value: i8) -> MapChange {
@@ -263,7 +263,7 @@ mod tests {
 
     #[test]
     fn only_the_blocks_that_changed_are_new() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(300, 200), vec![0; 60_000]).unwrap();
         assert_eq!(map.revision([0, 0], 9), 1);
         map.change(change(2.0, [130, 10], [5, 5], 100)).unwrap();
@@ -276,9 +276,9 @@ mod tests {
 
     #[test]
     fn a_change_that_overtakes_its_map_is_not_lost_and_an_old_one_is_not_drawn() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(10, 10), vec![0; 100]).unwrap();
-        assert_eq!(map.change(change(2.5, [12, 12], [2, 2], 100)), Err(MapError::Outside));
+        assert_eq!(map.change(change(2.5, [12, 12], [2, 2], 100)), Err(MapShapeError::Outside));
         map.replace(2.0, layout(20, 20), vec![0; 400]).unwrap();
         assert_eq!(map.cells[12 * 20 + 12], 100);
         map.change(change(1.5, [0, 0], [1, 1], 100)).unwrap();
@@ -287,24 +287,27 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_and_the_rest_stays() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(2, 2), vec![0; 4]).unwrap();
-        let size = |width, height, cells| Err(MapError::Size { width, height, cells });
+        let size = |width, height, cells| Err(MapShapeError::Size { width, height, cells });
         assert_eq!(map.replace(2.0, layout(3, 3), vec![0; 4]), size(3, 3, 4));
         let huge = layout(usize::MAX, 2);
         assert_eq!(map.replace(2.0, huge, Vec::new()), size(usize::MAX, 2, 0));
-        let flat = Layout { resolution_m: f64::NAN, ..layout(2, 2) };
-        assert!(matches!(map.replace(2.0, flat, vec![0; 4]), Err(MapError::Place { .. })));
+        let flat = MapLayout { resolution_m: f64::NAN, ..layout(2, 2) };
+        assert!(matches!(map.replace(2.0, flat, vec![0; 4]), Err(MapShapeError::Place { .. })));
         let wide = MapChange { cells: vec![0; 3], ..change(2.0, [0, 0], [2, 2], 0) };
         assert_eq!(map.change(wide), size(2, 2, 3));
-        assert_eq!(map.change(change(2.0, [usize::MAX, 0], [1, 1], 0)), Err(MapError::Outside));
+        assert_eq!(
+            map.change(change(2.0, [usize::MAX, 0], [1, 1], 0)),
+            Err(MapShapeError::Outside)
+        );
         assert_eq!(map.change(change(2.0, [0, 0], [0, 0], 0)), Ok(()));
         assert_eq!((map.layout.width, map.cells.len()), (2, 4));
     }
 
     #[test]
     fn a_thin_wall_is_seen_from_afar() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         let mut cells = vec![0; 64];
         cells[3 * 8 + 2] = 100;
         cells[63] = -1;

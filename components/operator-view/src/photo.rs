@@ -41,14 +41,14 @@ pub fn decode(format: &str, bytes: &[u8]) -> Result<Photo, PhotoError> {
     let name: String = format.chars().take(40).collect();
     match name.to_ascii_lowercase().as_str() {
         "jpeg" | "jpg" => {
-            jpeg(bytes).map_err(|reason| PhotoError::Broken { format: "JPEG", reason })
+            decode_jpeg(bytes).map_err(|reason| PhotoError::Broken { format: "JPEG", reason })
         }
-        "png" => png(bytes).map_err(|reason| PhotoError::Broken { format: "PNG", reason }),
+        "png" => decode_png(bytes).map_err(|reason| PhotoError::Broken { format: "PNG", reason }),
         _ => Err(PhotoError::Format(name)),
     }
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Photo, String> {
+fn decode_jpeg(bytes: &[u8]) -> Result<Photo, String> {
     let options = DecoderOptions::new_safe()
         .set_max_width(MAX_SIDE)
         .set_max_height(MAX_SIDE)
@@ -56,10 +56,10 @@ fn jpeg(bytes: &[u8]) -> Result<Photo, String> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     let rgb = decoder.decode().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
-    whole([width, height], rgb)
+    check_size([width, height], rgb)
 }
 
-fn png(bytes: &[u8]) -> Result<Photo, String> {
+fn decode_png(bytes: &[u8]) -> Result<Photo, String> {
     let mut decoder = ::png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_transformations(::png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
@@ -76,10 +76,10 @@ fn png(bytes: &[u8]) -> Result<Photo, String> {
         3 => samples,
         _ => samples.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect(),
     };
-    whole(size, rgb)
+    check_size(size, rgb)
 }
 
-fn whole(size: [usize; 2], rgb: Vec<u8>) -> Result<Photo, String> {
+fn check_size(size: [usize; 2], rgb: Vec<u8>) -> Result<Photo, String> {
     let is_whole = rgb.len() == size[0] * size[1] * 3 && !rgb.is_empty();
     if is_whole { Ok(Photo { size, rgb }) } else { Err("it is not whole".into()) }
 }

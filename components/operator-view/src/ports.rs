@@ -17,12 +17,12 @@ use armor_sdk::prelude::*;
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::console::Console;
-use crate::links::{InputLink, Now, Number};
-use crate::orders::{Order, Say};
-use crate::picture::{Painter, PictureError};
-use crate::window::{Gone, Hands, Window};
+use crate::links::{ClockTimes, InputLink, SequenceNumber};
+use crate::orders::{OperatorOrder, RobotCommand};
+use crate::picture::{Painter, ScreenPictureError};
+use crate::window::{ViewWindow, WindowEnd, WindowHooks};
 use port_list::{PORTS, all_inputs};
-use settings::{PARAMETERS, Settings};
+use settings::{PARAMETERS, ViewSettings};
 
 pub(crate) use panels::make_panels;
 
@@ -39,11 +39,11 @@ pub fn run() -> ExitCode {
 pub struct OperatorView {
     armor: Armor,
     console: Arc<Mutex<Console>>,
-    settings: Settings,
+    settings: ViewSettings,
     started: Instant,
-    window: Option<Window>,
+    window: Option<ViewWindow>,
     /// Why the window is not there.
-    failure: Arc<Mutex<Option<Gone>>>,
+    failure: Arc<Mutex<Option<WindowEnd>>>,
     painter: Option<Painter>,
     pictured_s: f64,
 }
@@ -71,7 +71,7 @@ impl Component for OperatorView {
         Ok(Self {
             armor,
             console: Arc::default(),
-            settings: Settings::default(),
+            settings: ViewSettings::default(),
             started: Instant::now(),
             window: None,
             failure: Arc::default(),
@@ -81,7 +81,7 @@ impl Component for OperatorView {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        self.settings.take(&mut locked(&self.console), name, value)
+        self.settings.take(&mut lock(&self.console), name, value)
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
@@ -90,10 +90,10 @@ impl Component for OperatorView {
         };
         let update = input.read(data);
         let now = now(self.started, &self.armor);
-        let number = Number { instance: header.instance, sequence: header.sequence };
-        let mut console = locked(&self.console);
+        let number = SequenceNumber { instance: header.instance, sequence: header.sequence };
+        let mut console = lock(&self.console);
         let outcome = update.and_then(|update| update(&mut console));
-        console.arrived(header.id(), now, header.stamp_s, number, outcome);
+        console.record_arrival(header.id(), now, header.stamp_s, number, outcome);
         drop(console);
         if let Some(window) = &self.window {
             window.changed();
@@ -110,22 +110,22 @@ impl Component for OperatorView {
             }
             Call::Tick | Call::Data => {}
         }
-        let failure = locked(&self.failure).take();
+        let failure = lock(&self.failure).take();
         match failure {
-            Some(Gone::Failed(why)) => return Ok(Outcome::Failed(why)),
+            Some(WindowEnd::Failed(why)) => return Ok(Outcome::Failed(why)),
             // The window's panic is the component's: it is told, and the process starts afresh.
-            Some(Gone::Panicked(panic)) => resume_unwind(panic),
-            Some(Gone::Closed) | None => {}
+            Some(WindowEnd::Panicked(panic)) => resume_unwind(panic),
+            Some(WindowEnd::Closed) | None => {}
         }
         let now = now(self.started, &self.armor);
-        let again = locked(&self.console).orders.again(now.host_s);
+        let again = lock(&self.console).orders.repeat_order(now.host_s);
         if let Some(say) = again {
             self.say(say)?;
         }
         if now.host_s - self.pictured_s >= self.settings.picture_period_s {
             self.take_picture();
         }
-        let event = locked(&self.console).orders.next_event();
+        let event = lock(&self.console).orders.take_event();
         Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(event.name(), 1.0)))
     }
 }
@@ -135,7 +135,7 @@ impl OperatorView {
         let linked = all_inputs().filter_map(|input| {
             Some(InputLink::new(input.id, self.armor.subscribed_data(input.id)?, input.is_steady))
         });
-        let mut console = locked(&self.console);
+        let mut console = lock(&self.console);
         console.links = linked.collect();
         console.scene.is_localised = console.is_linked("pose");
         drop(console);
@@ -149,21 +149,21 @@ impl OperatorView {
             let name = self.armor.provided_data("stop").unwrap_or_default();
             let title = format!("{} - Armor", name.trim_end_matches(".stop"));
             let size = self.settings.size.map(|side| side as f32);
-            self.window = Some(Window::open(title, size, self.hands())?);
+            self.window = Some(ViewWindow::open(title, size, self.hands())?);
         }
         Ok(())
     }
 
     /// What the window does its work with: it speaks for itself, since a person does not wait for
     /// the component's next tick.
-    fn hands(&self) -> Hands {
+    fn hands(&self) -> WindowHooks {
         let (armor, clock, started) = (self.armor.clone(), self.armor.clone(), self.started);
         let failure = Arc::clone(&self.failure);
-        Hands {
+        WindowHooks {
             console: Arc::clone(&self.console),
             panels: make_panels(),
             say: Box::new(move |say| {
-                send(&armor, say).unwrap_or_else(|fault| {
+                send_command(&armor, say).unwrap_or_else(|fault| {
                     tracing::error!("an order was not sent: {fault}");
                     0
                 })
@@ -171,10 +171,10 @@ impl OperatorView {
             now: Box::new(move || now(started, &clock)),
             gone: Box::new(move |gone| match gone {
                 // As from a terminal: the component comes to its end in order, with code 0.
-                Gone::Closed => {
+                WindowEnd::Closed => {
                     let _ = kill_process(getpid(), Signal::TERM);
                 }
-                gone => *locked(&failure) = Some(gone),
+                gone => *lock(&failure) = Some(gone),
             }),
         }
     }
@@ -182,26 +182,26 @@ impl OperatorView {
     /// The hand lets go, the last picture is made, the window closes.
     fn close(&mut self) -> Result<(), Fault> {
         let now = now(self.started, &self.armor);
-        let mut console = locked(&self.console);
-        let says = console.orders.give(Order::LetGo, now.host_s);
+        let mut console = lock(&self.console);
+        let says = console.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         drop(console);
         for say in says {
             self.say(say)?;
         }
-        let console = locked(&self.console).clone();
+        let console = lock(&self.console).clone();
         if let Some(mut painter) = self.painter.take() {
             warn_of(painter.finish(console, now));
         }
-        locked(&self.console).is_over = true;
+        lock(&self.console).is_over = true;
         if let Some(window) = self.window.take() {
             window.close();
         }
         Ok(())
     }
 
-    fn say(&self, say: Say) -> Result<(), Fault> {
-        let to = send(&self.armor, say)?;
-        locked(&self.console).said(say, to);
+    fn say(&self, say: RobotCommand) -> Result<(), Fault> {
+        let to = send_command(&self.armor, say)?;
+        lock(&self.console).record_sent(say, to);
         Ok(())
     }
 
@@ -214,38 +214,38 @@ impl OperatorView {
         let painter = self.painter.get_or_insert_with(|| {
             Painter::new(path.clone(), [width, height], scale, make_panels())
         });
-        let console = locked(&self.console).clone();
+        let console = lock(&self.console).clone();
         warn_of(painter.begin(console, now));
         self.pictured_s = now.host_s;
     }
 }
 
 /// A full disk is no reason to take the screen away.
-fn warn_of(picture: Result<(), PictureError>) {
+fn warn_of(picture: Result<(), ScreenPictureError>) {
     if let Err(error) = picture {
         tracing::warn!("no picture: {error}");
     }
 }
 
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn now(started: Instant, armor: &Armor) -> Now {
-    Now { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
+fn now(started: Instant, armor: &Armor) -> ClockTimes {
+    ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
 }
 
-fn send(armor: &Armor, say: Say) -> Result<usize, Fault> {
+fn send_command(armor: &Armor, say: RobotCommand) -> Result<usize, Fault> {
     let sent = match say {
-        Say::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
+        RobotCommand::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
             let pose = Pose::planar(Pose2D { x: x_m, y: y_m, theta: yaw_rad });
             let (stamp, frame) = (armor.timestamp(), "map".into());
             armor.send_data("goal", &PoseStamped { stamp, frame, pose })?
         }
-        Say::Velocity { forward_mps, turn_radps } => {
+        RobotCommand::Velocity { forward_mps, turn_radps } => {
             armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
         }
-        Say::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
+        RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
     };
     Ok(sent.to)
 }

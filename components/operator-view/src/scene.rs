@@ -3,9 +3,9 @@
 
 use armor_grid::{Point2, Pose2};
 
-use crate::map::{Map, MapError};
+use crate::map::{MapShapeError, OccupancyMap};
 use crate::photo::{Photo, PhotoError};
-use crate::track::Track;
+use crate::track::PoseTrack;
 
 /// Most rays of a scan and most particles drawn; of more every n-th is.
 const MAX_MARKS: usize = 4000;
@@ -17,7 +17,7 @@ const MAX_WAY: usize = 50_000;
 pub enum SceneError {
     /// A map that cannot be drawn.
     #[error("{0}")]
-    Map(#[from] MapError),
+    Map(#[from] MapShapeError),
     /// An image that cannot be read.
     #[error("{0}")]
     Photo(#[from] PhotoError),
@@ -45,7 +45,7 @@ pub struct LocatedPose {
 
 /// What a laser saw, as points from the middle of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scan {
+pub struct ScanPoints {
     /// System time in seconds.
     pub stamp_s: f64,
     /// Points in the robot's frame, in metres.
@@ -69,23 +69,23 @@ pub struct Rays<'a> {
 
 /// All that is shown.
 #[derive(Clone, Debug, Default)]
-pub struct Scene {
+pub struct RobotScene {
     /// Where the laser is on the robot.
     pub robot_from_laser: Pose2,
     /// Whether somebody is linked who says where the robot is; else odometry is all there is.
     pub is_localised: bool,
     /// The map.
-    pub map: Map,
+    pub map: OccupancyMap,
     /// The robot's own motion, in its own frame.
-    pub odometry: Track,
+    pub odometry: PoseTrack,
     /// Where it really was, in the frame of the simulated world.
-    pub truth: Track,
+    pub truth: PoseTrack,
     /// Where it was located, on the map.
-    pub poses: Track,
+    pub poses: PoseTrack,
     /// The last of these, and how sure it is.
     pub located: Option<LocatedPose>,
     /// The newest scan.
-    pub scan: Scan,
+    pub scan: ScanPoints,
     /// Hypotheses of where the robot is.
     pub particles: Vec<Pose2>,
     /// The way so far as corrected by all that was seen since, and until when.
@@ -98,7 +98,7 @@ pub struct Scene {
     pub velocity: Option<(f64, f64)>,
 }
 
-impl Scene {
+impl RobotScene {
     /// Where the robot was at a time: where it was located, carried on by its own motion.
     pub fn robot_at(&self, stamp_s: f64) -> Option<Pose2> {
         let moved = |from_s: f64| {
@@ -132,7 +132,7 @@ impl Scene {
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn located(&mut self, located: LocatedPose) -> Result<(), SceneError> {
+    pub fn set_located(&mut self, located: LocatedPose) -> Result<(), SceneError> {
         if !is_finite(&located.pose) {
             return Err(SceneError::Nowhere);
         }
@@ -147,7 +147,7 @@ impl Scene {
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn moved(
+    pub fn add_odometry(
         &mut self,
         stamp_s: f64,
         pose: Pose2,
@@ -163,7 +163,7 @@ impl Scene {
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn truly_at(&mut self, stamp_s: f64, pose: Pose2) -> Result<(), SceneError> {
+    pub fn add_truth(&mut self, stamp_s: f64, pose: Pose2) -> Result<(), SceneError> {
         self.truth.push(stamp_s, pose);
         self.align();
         if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
@@ -192,7 +192,7 @@ impl Scene {
     ///
     /// # Errors
     /// If its angles are not finite.
-    pub fn scanned(&mut self, rays: &Rays<'_>) -> Result<(), SceneError> {
+    pub fn set_scan(&mut self, rays: &Rays<'_>) -> Result<(), SceneError> {
         if !(rays.first_rad.is_finite() && rays.step_rad.is_finite()) {
             return Err(SceneError::Angles);
         }
@@ -206,27 +206,27 @@ impl Scene {
             let range_m = f64::from(*range);
             self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
         });
-        self.scan = Scan { stamp_s: rays.stamp_s, points: points.collect() };
+        self.scan = ScanPoints { stamp_s: rays.stamp_s, points: points.collect() };
         Ok(())
     }
 
     /// Takes the hypotheses of where the robot is.
-    pub fn supposed(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+    pub fn set_particles(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
         self.particles = thinned(poses, MAX_MARKS).filter(is_finite).collect();
     }
 
     /// Takes the way so far.
-    pub fn corrected(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
-        self.trajectory = (stamp_s, line(poses));
+    pub fn set_trajectory(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.trajectory = (stamp_s, thin_line(poses));
     }
 
     /// Takes the way planned.
-    pub fn planned(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
-        self.path = line(poses);
+    pub fn set_path(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.path = thin_line(poses);
     }
 
     /// Takes an image.
-    pub fn photographed(&mut self, photo: Photo) {
+    pub fn set_photo(&mut self, photo: Photo) {
         self.photo = (self.photo.0 + 1, photo);
     }
 
@@ -250,7 +250,7 @@ fn thinned<T>(all: impl ExactSizeIterator<Item = T>, most: usize) -> impl Iterat
     all.step_by(every)
 }
 
-fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
+fn thin_line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
     let last = poses.len().saturating_sub(1);
     let every = poses.len().div_ceil(MAX_WAY).max(1);
     // Its end counts: it is where the robot is, or shall be.
@@ -262,19 +262,19 @@ fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
 mod tests {
     use super::*;
 
-    fn located(stamp_s: f64, x_m: f64) -> LocatedPose {
+    fn set_located(stamp_s: f64, x_m: f64) -> LocatedPose {
         LocatedPose { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
     }
 
     #[test]
     fn the_robot_is_where_it_was_located_carried_on_by_odometry() {
-        let mut scene = Scene { is_localised: true, ..Scene::default() };
+        let mut scene = RobotScene { is_localised: true, ..RobotScene::default() };
         for n in 0..=10 {
             let s = 0.1 * f64::from(n);
-            scene.moved(s, Pose2::new(7.0 + s, 0.0, 0.0), (1.0, 0.0)).unwrap();
+            scene.add_odometry(s, Pose2::new(7.0 + s, 0.0, 0.0), (1.0, 0.0)).unwrap();
         }
         assert_eq!(scene.robot(), None, "its place on the map is not known yet");
-        scene.located(located(0.5, 20.0)).unwrap();
+        scene.set_located(located(0.5, 20.0)).unwrap();
         let robot = scene.robot().unwrap();
         assert!((robot.x_m - 20.5).abs() < 1e-9, "{robot:?}");
         let earlier = scene.robot_at(0.25).unwrap();
@@ -283,14 +283,14 @@ mod tests {
 
     #[test]
     fn odometry_is_drawn_from_where_both_began_so_that_drift_is_seen() {
-        let mut scene = Scene { is_localised: true, ..Scene::default() };
-        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
-        scene.truly_at(0.0, Pose2::new(-4.0, 0.0, 0.0)).unwrap();
-        scene.located(located(0.0, 1.0)).unwrap();
-        scene.moved(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
-        scene.located(located(1.0, 3.0)).unwrap();
-        scene.truly_at(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
-        let ends = |track: &Track| (track.line().next().unwrap(), track.line().last().unwrap());
+        let mut scene = RobotScene { is_localised: true, ..RobotScene::default() };
+        scene.add_odometry(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.add_truth(0.0, Pose2::new(-4.0, 0.0, 0.0)).unwrap();
+        scene.set_located(located(0.0, 1.0)).unwrap();
+        scene.add_odometry(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.set_located(located(1.0, 3.0)).unwrap();
+        scene.add_truth(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
+        let ends = |track: &PoseTrack| (track.line().next().unwrap(), track.line().last().unwrap());
         assert_eq!(ends(&scene.odometry), (Point2::new(1.0, 0.0), Point2::new(3.5, 0.0)));
         assert_eq!(ends(&scene.truth).1, Point2::new(3.0, 0.0));
         assert_eq!(scene.drift(), Some((0.5, 0.0)));
@@ -298,24 +298,24 @@ mod tests {
 
     #[test]
     fn without_a_localiser_odometry_is_the_map() {
-        let mut scene = Scene::default();
-        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        let mut scene = RobotScene::default();
+        scene.add_odometry(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
         assert_eq!(scene.robot(), Some(Pose2::new(3.0, 0.0, 0.0)));
         assert_eq!(scene.drift(), None);
     }
 
     #[test]
     fn odd_data_are_refused_and_what_was_known_stays() {
-        let mut scene = Scene::default();
-        scene.located(located(1.0, 2.0)).unwrap();
-        assert_eq!(scene.located(located(2.0, f64::NAN)), Err(SceneError::Nowhere));
+        let mut scene = RobotScene::default();
+        scene.set_located(located(1.0, 2.0)).unwrap();
+        assert_eq!(scene.set_located(located(2.0, f64::NAN)), Err(SceneError::Nowhere));
         assert_eq!(
-            scene.moved(1.0, Pose2::new(f64::INFINITY, 0.0, 0.0), (f64::NAN, 0.0)),
+            scene.add_odometry(1.0, Pose2::new(f64::INFINITY, 0.0, 0.0), (f64::NAN, 0.0)),
             Err(SceneError::Nowhere)
         );
         assert_eq!(scene.robot().map(|robot| robot.x_m), Some(2.0));
         assert_eq!(scene.velocity, None);
-        scene.supposed([Pose2::new(f64::NAN, 0.0, 0.0), Pose2::IDENTITY].into_iter());
+        scene.set_particles([Pose2::new(f64::NAN, 0.0, 0.0), Pose2::IDENTITY].into_iter());
         assert_eq!(scene.particles.len(), 1);
         let rays = |ranges_m| Rays {
             stamp_s: 1.0,
@@ -324,23 +324,23 @@ mod tests {
             range_m: [0.1, 10.0],
             ranges_m,
         };
-        scene.scanned(&rays(&[])).unwrap();
+        scene.set_scan(&rays(&[])).unwrap();
         assert_eq!(scene.scan.points, []);
-        scene.scanned(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();
+        scene.set_scan(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();
         assert_eq!(scene.scan.points.len(), 1);
         let bent = Rays { first_rad: f64::NAN, ..rays(&[1.0]) };
-        assert_eq!(scene.scanned(&bent), Err(SceneError::Angles));
+        assert_eq!(scene.set_scan(&bent), Err(SceneError::Angles));
     }
 
     #[test]
     fn the_way_is_as_corrected_and_goes_on_to_where_the_robot_is() {
-        let mut scene = Scene::default();
+        let mut scene = RobotScene::default();
         for n in 0..4 {
-            scene.located(located(f64::from(n), f64::from(n))).unwrap();
+            scene.set_located(located(f64::from(n), f64::from(n))).unwrap();
         }
-        let xs = |scene: &Scene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
+        let xs = |scene: &RobotScene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
         assert_eq!(xs(&scene).first(), Some(&0.0));
-        scene.corrected(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
+        scene.set_trajectory(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
         assert_eq!(xs(&scene), [0.0, 0.9, 2.0, 3.0]);
     }
 }

@@ -14,12 +14,12 @@ mod tiles;
 use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
 
 use crate::console::Console;
-use crate::links::{Freshness, InputLink, Now};
-use crate::orders::{Order, Say};
+use crate::links::{ClockTimes, Freshness, InputLink};
+use crate::orders::{OperatorOrder, RobotCommand};
 
 pub(crate) use colours::CANVAS;
 pub(crate) use colours::apply as apply_theme;
-pub(crate) use panel::{Panel, show_rows};
+pub(crate) use panel::{SidePanel, show_rows};
 
 /// Width of the column of panels next to the map, in points.
 const COLUMN_WIDTH: f32 = 288.0;
@@ -35,7 +35,7 @@ pub(crate) struct Screen {
 
 impl Screen {
     /// Makes a screen with these panels next to the map.
-    pub(crate) fn new(panels: Vec<Box<dyn Panel>>) -> Self {
+    pub(crate) fn new(panels: Vec<Box<dyn SidePanel>>) -> Self {
         Self {
             area: area::Area::default(),
             panels: panel::PanelColumn::new(panels),
@@ -44,8 +44,13 @@ impl Screen {
     }
 
     /// Shows one frame, and gives what is to be said to the robot because of it.
-    pub(crate) fn show(&mut self, ui: &mut Ui, console: &mut Console, now: Now) -> Vec<Say> {
-        let mut orders = hand::keys(ui);
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut Ui,
+        console: &mut Console,
+        now: ClockTimes,
+    ) -> Vec<RobotCommand> {
+        let mut orders = hand::read_keys(ui);
         EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
             self.panels.show(ui, console, now, &mut orders);
         });
@@ -59,22 +64,22 @@ impl Screen {
         CentralPanel::default().frame(Frame::NONE.fill(CANVAS)).show(ui, |ui| {
             self.area.show(ui, console, &self.shown, now, &mut orders);
         });
-        let hand = hand::held(ui).or(self.panels.held_direction());
+        let hand = hand::read_held_direction(ui).or(self.panels.held_direction());
         orders.push(match hand {
-            Some((forward, turn)) => Order::Drive { forward, turn },
-            None => Order::LetGo,
+            Some((forward, turn)) => OperatorOrder::Drive { forward, turn },
+            None => OperatorOrder::LetGo,
         });
         if hand.is_some() {
             ui.ctx().request_repaint_after(hand::PERIOD);
         } else if tells_ages(console, now) {
             ui.ctx().request_repaint_after_secs(AGEING_S);
         }
-        orders.into_iter().flat_map(|order| console.give(order, now)).collect()
+        orders.into_iter().flat_map(|order| console.handle_order(order, now)).collect()
     }
 }
 
 /// Whether the passing of time alone changes what is shown.
-fn tells_ages(console: &Console, now: Now) -> bool {
+fn tells_ages(console: &Console, now: ClockTimes) -> bool {
     let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
     console.orders.pressed().is_some() || console.links.iter().any(ages)
 }

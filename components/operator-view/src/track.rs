@@ -13,7 +13,7 @@ const MAX_RECENT: usize = 1000;
 
 /// A way that grows, in a frame of its own, and its newest poses by their time.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
+pub struct PoseTrack {
     /// `map_from_frame`, once it is known how the frame lies on the map.
     pub map_from_frame: Option<Pose2>,
     points: Vec<Point2>,
@@ -21,7 +21,7 @@ pub struct Track {
     recent: VecDeque<(f64, Pose2)>,
 }
 
-impl Track {
+impl PoseTrack {
     /// Adds where it was at `stamp_s`. What has no place, or lies before what is known, is left out;
     /// with a time far back something has begun anew.
     pub fn push(&mut self, stamp_s: f64, pose: Pose2) {
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn where_it_was_is_found_between_poses() {
-        let mut track = Track::default();
+        let mut track = PoseTrack::default();
         track.push(1.0, Pose2::new(0.0, 0.0, 0.0));
         track.push(2.0, Pose2::new(1.0, 0.0, 1.0));
         assert_eq!(track.at(1.5), Some(Pose2::new(0.5, 0.0, 0.5)));
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_long_way_is_drawn_with_few_points() {
-        let mut track = Track { map_from_frame: Some(Pose2::IDENTITY), ..Track::default() };
+        let mut track = PoseTrack { map_from_frame: Some(Pose2::IDENTITY), ..PoseTrack::default() };
         for n in 0..100_000 {
             track.push(f64::from(n), Pose2::new(0.06 * f64::from(n), 0.0, 0.0));
         }
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn what_is_nowhere_is_left_out_and_a_new_start_begins_a_new_way() {
-        let mut track = Track { map_from_frame: Some(Pose2::IDENTITY), ..Track::default() };
+        let mut track = PoseTrack { map_from_frame: Some(Pose2::IDENTITY), ..PoseTrack::default() };
         track.push(100.0, Pose2::new(5.0, 0.0, 0.0));
         track.push(101.0, Pose2::new(f64::NAN, 0.0, 0.0));
         track.push(100.5, Pose2::new(6.0, f64::INFINITY, 0.0));

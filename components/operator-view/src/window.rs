@@ -12,9 +12,9 @@ use winit::platform::wayland::EventLoopBuilderExtWayland;
 use winit::platform::x11::EventLoopBuilderExtX11;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::{Order, Say};
-use crate::screen::{Panel, Screen, apply_theme};
+use crate::links::ClockTimes;
+use crate::orders::{OperatorOrder, RobotCommand};
+use crate::screen::{Screen, SidePanel, apply_theme};
 
 /// Data are shown at most this often.
 const FRAME: Duration = Duration::from_millis(33);
@@ -22,21 +22,21 @@ const FRAME: Duration = Duration::from_millis(33);
 const CLOSE_LIMIT: Duration = Duration::from_secs(1);
 
 /// What the window needs of the world.
-pub(crate) struct Hands {
+pub(crate) struct WindowHooks {
     /// What is shown.
     pub(crate) console: Arc<Mutex<Console>>,
     /// Says it to the robot; how many links took it.
-    pub(crate) say: Box<dyn Fn(Say) -> usize + Send>,
+    pub(crate) say: Box<dyn Fn(RobotCommand) -> usize + Send>,
     /// The panels next to the map.
-    pub(crate) panels: Vec<Box<dyn Panel>>,
+    pub(crate) panels: Vec<Box<dyn SidePanel>>,
     /// What time it is.
-    pub(crate) now: Box<dyn Fn() -> Now + Send>,
+    pub(crate) now: Box<dyn Fn() -> ClockTimes + Send>,
     /// Called once when there is no window any more.
-    pub(crate) gone: Box<dyn FnOnce(Gone) + Send>,
+    pub(crate) gone: Box<dyn FnOnce(WindowEnd) + Send>,
 }
 
 /// Why there is no window.
-pub(crate) enum Gone {
+pub(crate) enum WindowEnd {
     /// Somebody closed it.
     Closed,
     /// It could not be opened, or kept, and why.
@@ -45,31 +45,31 @@ pub(crate) enum Gone {
     Panicked(Box<dyn Any + Send>),
 }
 
-impl Hands {
-    fn with<R>(&self, act: impl FnOnce(&mut Console, Now) -> (R, Vec<Say>)) -> R {
+impl WindowHooks {
+    fn with<R>(&self, act: impl FnOnce(&mut Console, ClockTimes) -> (R, Vec<RobotCommand>)) -> R {
         let now = (self.now)();
         let lock = || self.console.lock().unwrap_or_else(PoisonError::into_inner);
         let (result, says) = act(&mut lock(), now);
         for say in says {
             let to = (self.say)(say);
-            lock().said(say, to);
+            lock().record_sent(say, to);
         }
         result
     }
 }
 
 /// An open window.
-pub(crate) struct Window {
+pub(crate) struct ViewWindow {
     context: Arc<OnceLock<Context>>,
     is_closed: Receiver<()>,
 }
 
-impl Window {
+impl ViewWindow {
     /// Opens a window of `size` points.
     ///
     /// # Errors
     /// If there can be no more threads.
-    pub(crate) fn open(title: String, size: [f32; 2], hands: Hands) -> std::io::Result<Self> {
+    pub(crate) fn open(title: String, size: [f32; 2], hands: WindowHooks) -> std::io::Result<Self> {
         let context = Arc::new(OnceLock::new());
         let (tell, is_closed) = channel();
         let shared = Arc::clone(&context);
@@ -99,7 +99,7 @@ impl Window {
 fn run(
     title: &str,
     size: [f32; 2],
-    mut hands: Hands,
+    mut hands: WindowHooks,
     context: Arc<OnceLock<Context>>,
     tell: &Sender<()>,
 ) {
@@ -130,21 +130,21 @@ fn run(
     let hands = hands.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(hands) = hands {
         // However it went: whoever has no window has let go.
-        hands.with(|console, now| ((), console.give(Order::LetGo, now)));
+        hands.with(|console, now| ((), console.handle_order(OperatorOrder::LetGo, now)));
         (hands.gone)(match outcome {
-            Ok(Ok(())) => Gone::Closed,
-            Ok(Err(error)) => Gone::Failed(format!(
+            Ok(Ok(())) => WindowEnd::Closed,
+            Ok(Err(error)) => WindowEnd::Failed(format!(
                 "the window cannot be opened: {error}; it needs a display and OpenGL (libGL, \
                  libEGL): set `window` to false to do without"
             )),
-            Err(panic) => Gone::Panicked(panic),
+            Err(panic) => WindowEnd::Panicked(panic),
         });
     }
     let _ = tell.send(());
 }
 
 struct App {
-    hands: Arc<Mutex<Option<Hands>>>,
+    hands: Arc<Mutex<Option<WindowHooks>>>,
     screen: Screen,
 }
 

@@ -8,7 +8,7 @@ use crate::scene::SceneError;
 /// A change of the console that a message asks for.
 pub(super) type ConsoleUpdate = Box<dyn FnOnce(&mut Console) -> Result<(), SceneError>>;
 
-/// An input: implemented by an empty type, listed as an [`InputPort`].
+/// An input: implemented by an empty type, listed as an [`ScreenPort`].
 pub(super) trait ScreenInput {
     /// Name of the input.
     const ID: &'static str;
@@ -25,7 +25,7 @@ pub(super) trait ScreenInput {
 }
 
 /// An input of any type, as an entry of a list.
-pub(super) struct InputPort {
+pub(super) struct ScreenPort {
     pub(super) id: &'static str,
     pub(super) doc: &'static str,
     pub(super) is_steady: bool,
@@ -33,7 +33,7 @@ pub(super) struct InputPort {
     read: fn(&Data<'_>) -> Result<ConsoleUpdate, SceneError>,
 }
 
-impl InputPort {
+impl ScreenPort {
     /// Returns the entry of an input.
     pub(super) const fn of<I: ScreenInput>() -> Self {
         Self {

@@ -27,6 +27,6 @@ pub(super) const PANELS: &[PanelKind] = &[
 ];
 
 /// Makes one panel of each kind.
-pub(crate) fn make_panels() -> Vec<Box<dyn Panel>> {
+pub(crate) fn make_panels() -> Vec<Box<dyn SidePanel>> {
     PANELS.iter().map(|kind| (kind.make)()).collect()
 }

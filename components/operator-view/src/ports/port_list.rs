@@ -1,6 +1,6 @@
 //! All ports of the screen, put together from the map area and the panels.
 
-use super::input::InputPort;
+use super::input::ScreenPort;
 use super::panels::PANELS;
 use super::scene_inputs;
 
@@ -14,7 +14,7 @@ const OUTPUTS: [(&str, &str); 3] = [
 pub(super) const PORTS: [(&str, &str); count_inputs() + OUTPUTS.len()] = collect_ports();
 
 /// Returns all inputs: those of the map area, then those of the panels.
-pub(super) fn all_inputs() -> impl Iterator<Item = &'static InputPort> {
+pub(super) fn all_inputs() -> impl Iterator<Item = &'static ScreenPort> {
     scene_inputs::INPUTS.iter().chain(PANELS.iter().flat_map(|kind| kind.inputs))
 }
 

@@ -4,23 +4,23 @@
 use armor_grid::Pose2;
 use armor_sdk::prelude::*;
 
-use super::input::{ConsoleUpdate, InputPort, ScreenInput};
-use crate::map::{Layout, MapChange, MapError};
+use super::input::{ConsoleUpdate, ScreenInput, ScreenPort};
+use crate::map::{MapChange, MapLayout, MapShapeError};
 use crate::photo;
 use crate::scene::{LocatedPose, Rays, SceneError};
 
 /// All inputs of the map area.
-pub(super) const INPUTS: &[InputPort] = &[
-    InputPort::of::<MapInput>(),
-    InputPort::of::<MapUpdatesInput>(),
-    InputPort::of::<PoseInput>(),
-    InputPort::of::<ScanInput>(),
-    InputPort::of::<OdometryInput>(),
-    InputPort::of::<TruthInput>(),
-    InputPort::of::<TrajectoryInput>(),
-    InputPort::of::<ParticlesInput>(),
-    InputPort::of::<PathInput>(),
-    InputPort::of::<ImageInput>(),
+pub(super) const INPUTS: &[ScreenPort] = &[
+    ScreenPort::of::<MapInput>(),
+    ScreenPort::of::<MapUpdatesInput>(),
+    ScreenPort::of::<PoseInput>(),
+    ScreenPort::of::<ScanInput>(),
+    ScreenPort::of::<OdometryInput>(),
+    ScreenPort::of::<TruthInput>(),
+    ScreenPort::of::<TrajectoryInput>(),
+    ScreenPort::of::<ParticlesInput>(),
+    ScreenPort::of::<PathInput>(),
+    ScreenPort::of::<ImageInput>(),
 ];
 
 struct MapInput;
@@ -32,7 +32,7 @@ impl ScreenInput for MapInput {
     type Message = OccupancyGrid;
 
     fn read(map: OccupancyGrid) -> Result<ConsoleUpdate, SceneError> {
-        let layout = Layout {
+        let layout = MapLayout {
             corner: to_planar(&map.info.origin),
             resolution_m: f64::from(map.info.resolution),
             width: map.info.width as usize,
@@ -54,7 +54,7 @@ impl ScreenInput for MapUpdatesInput {
 
     fn read(update: OccupancyGridUpdate) -> Result<ConsoleUpdate, SceneError> {
         let (Ok(column), Ok(row)) = (usize::try_from(update.x), usize::try_from(update.y)) else {
-            return Err(MapError::Outside.into());
+            return Err(MapShapeError::Outside.into());
         };
         let size = [update.width as usize, update.height as usize];
         let (corner, cells) = ([column, row], update.data.into());
@@ -76,7 +76,7 @@ impl ScreenInput for PoseInput {
         let covariance_m2 = [covariance(0, 0), covariance(0, 1), covariance(1, 1)];
         let (stamp_s, pose) = (pose.stamp, to_planar(&pose.pose.pose));
         let located = LocatedPose { stamp_s, pose, covariance_m2 };
-        Ok(Box::new(move |console| console.scene.located(located)))
+        Ok(Box::new(move |console| console.scene.set_located(located)))
     }
 }
 
@@ -90,7 +90,7 @@ impl ScreenInput for ScanInput {
 
     fn read(scan: LaserScan) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
-            console.scene.scanned(&Rays {
+            console.scene.set_scan(&Rays {
                 stamp_s: scan.stamp,
                 first_rad: f64::from(scan.angle_min),
                 step_rad: f64::from(scan.angle_increment),
@@ -114,7 +114,7 @@ impl ScreenInput for OdometryInput {
         let twist = odometry.twist.twist;
         let velocity = (twist.linear.x, twist.angular.z);
         let (stamp_s, pose) = (odometry.stamp, to_planar(&odometry.pose.pose));
-        Ok(Box::new(move |console| console.scene.moved(stamp_s, pose, velocity)))
+        Ok(Box::new(move |console| console.scene.add_odometry(stamp_s, pose, velocity)))
     }
 }
 
@@ -128,7 +128,7 @@ impl ScreenInput for TruthInput {
 
     fn read(truth: Odometry) -> Result<ConsoleUpdate, SceneError> {
         let (stamp_s, pose) = (truth.stamp, to_planar(&truth.pose.pose));
-        Ok(Box::new(move |console| console.scene.truly_at(stamp_s, pose)))
+        Ok(Box::new(move |console| console.scene.add_truth(stamp_s, pose)))
     }
 }
 
@@ -142,7 +142,7 @@ impl ScreenInput for TrajectoryInput {
 
     fn read(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
-            console.scene.corrected(path.stamp, list_poses(&path));
+            console.scene.set_trajectory(path.stamp, list_poses(&path));
             Ok(())
         }))
     }
@@ -158,7 +158,7 @@ impl ScreenInput for ParticlesInput {
 
     fn read(array: PoseArray) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
-            console.scene.supposed(array.poses.iter().map(to_planar));
+            console.scene.set_particles(array.poses.iter().map(to_planar));
             Ok(())
         }))
     }
@@ -174,7 +174,7 @@ impl ScreenInput for PathInput {
 
     fn read(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
-            console.scene.planned(list_poses(&path));
+            console.scene.set_path(list_poses(&path));
             Ok(())
         }))
     }
@@ -191,7 +191,7 @@ impl ScreenInput for ImageInput {
     fn read(image: CompressedImage) -> Result<ConsoleUpdate, SceneError> {
         let photo = photo::decode(&image.format, &image.data)?;
         Ok(Box::new(move |console| {
-            console.scene.photographed(photo);
+            console.scene.set_photo(photo);
             Ok(())
         }))
     }

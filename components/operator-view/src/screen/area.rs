@@ -6,15 +6,15 @@ use eframe::egui::{
     Align2, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, vec2,
 };
 
-use super::camera::Camera;
+use super::camera::CameraImage;
 use super::colours;
 use super::layers::{Layer, Layers};
-use super::look::{Look, pose_of};
+use super::look::{MapView, pose_of};
 use super::marks;
 use super::tiles::Tiles;
 use crate::console::Console;
-use crate::links::{Freshness, Now};
-use crate::orders::Order;
+use crate::links::{ClockTimes, Freshness};
+use crate::orders::OperatorOrder;
 
 /// Shorter strokes are clicks, in points.
 const STROKE: f32 = 12.0;
@@ -25,9 +25,9 @@ const BAR: f32 = 120.0;
 
 /// The map area, and how it is looked at.
 pub(super) struct Area {
-    look: Look,
+    look: MapView,
     tiles: Tiles,
-    camera: Camera,
+    camera: CameraImage,
     /// Whether the robot is kept in the middle.
     follows: bool,
     /// The map is to be shown whole; so it is from the beginning until somebody looks elsewhere.
@@ -38,7 +38,7 @@ pub(super) struct Area {
 
 impl Default for Area {
     fn default() -> Self {
-        let (look, tiles, camera) = (Look::default(), Tiles::default(), Camera::default());
+        let (look, tiles, camera) = (MapView::default(), Tiles::default(), CameraImage::default());
         Self { look, tiles, camera, follows: false, fits: true, stroke: None }
     }
 }
@@ -72,18 +72,18 @@ impl Area {
         ui: &mut Ui,
         console: &Console,
         layers: &Layers,
-        now: Now,
-        orders: &mut Vec<Order>,
+        now: ClockTimes,
+        orders: &mut Vec<OperatorOrder>,
     ) {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
         self.look.rect = rect;
         self.turn(ui, &response, console);
-        let camera = Camera::place(rect, console).filter(|_| layers.has(Layer::Camera));
+        let camera = CameraImage::place(rect, console).filter(|_| layers.has(Layer::Camera));
         // A click at the picture is not meant for the map under it.
         let photo = camera.map(|place| {
-            let name = Camera::trouble(console).unwrap_or_else(|| "image".into());
+            let name = CameraImage::trouble(console).unwrap_or_else(|| "image".into());
             ui.interact(place, ui.scope_id().with("image"), Sense::click()).accessible_name(name)
         });
         let is_covered = photo.is_some_and(|photo| photo.contains_pointer());
@@ -92,15 +92,15 @@ impl Area {
         if layers.has(Layer::Map) && !console.scene.map.is_empty() {
             self.tiles.paint(&painter, &self.look, &console.scene.map);
         }
-        marks::paint(&painter, &self.look, console, layers);
+        marks::paint_marks(&painter, &self.look, console, layers);
         if let Some(place) = drawn {
-            marks::goal(&painter, &self.look, place);
+            marks::paint_goal(&painter, &self.look, place);
         }
         if let Some(place) = camera {
             self.camera.paint(&painter, place, console);
         }
         self.scale_bar(&painter, response.hover_pos());
-        warnings(&painter, &self.look, console, now);
+        paint_warnings(&painter, &self.look, console, now);
     }
 
     /// The look: wheel, moving, following, fitting.
@@ -154,13 +154,13 @@ impl Area {
         response: &Response,
         is_covered: bool,
         console: &Console,
-        orders: &mut Vec<Order>,
+        orders: &mut Vec<OperatorOrder>,
     ) -> Option<Pose2> {
         if response.clicked_by(PointerButton::Secondary) {
-            orders.push(Order::Cancel);
+            orders.push(OperatorOrder::Cancel);
         }
         // Esc, too: it takes back what is being drawn as well.
-        if orders.contains(&Order::Cancel) {
+        if orders.contains(&OperatorOrder::Cancel) {
             self.stroke = None;
         }
         let pointer = ui.input(|input| input.pointer.clone());
@@ -171,8 +171,8 @@ impl Area {
         let place = pose_of(point, self.look.on_map(to));
         let is_drawn = from.distance(to) >= STROKE;
         if pointer.primary_released() {
-            let drawn = Order::Goal { place, has_heading: true };
-            orders.push(if is_drawn { drawn } else { clicked(point, console) });
+            let drawn = OperatorOrder::Goal { place, has_heading: true };
+            orders.push(if is_drawn { drawn } else { goal_of_click(point, console) });
         }
         if !pointer.primary_down() {
             self.stroke = None;
@@ -204,18 +204,19 @@ impl Area {
 }
 
 /// A goal without a wish: the robot comes from where it is and stays so.
-fn clicked(point: Point2, console: &Console) -> Order {
+fn goal_of_click(point: Point2, console: &Console) -> OperatorOrder {
     let robot = console.scene.robot();
     let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
     let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
-    Order::Goal { place, has_heading: false }
+    OperatorOrder::Goal { place, has_heading: false }
 }
 
 /// What should come and does not, where it cannot be overlooked.
-fn warnings(painter: &Painter, look: &Look, console: &Console, now: Now) {
+fn paint_warnings(painter: &Painter, look: &MapView, console: &Console, now: ClockTimes) {
     let mut top = look.rect.center_top() + vec2(0.0, 10.0);
     for wanted in [Freshness::Gone, Freshness::Late] {
-        let silent: Vec<_> = console.silent(now).filter(|(_, how, _)| *how == wanted).collect();
+        let silent: Vec<_> =
+            console.list_silent(now).filter(|(_, how, _)| *how == wanted).collect();
         // What has been silent longest says since when nothing can be relied on.
         let age_s = silent.iter().map(|(.., age_s)| *age_s).fold(0.0, f64::max);
         let inputs: Vec<_> = silent.iter().map(|(link, ..)| link.input).collect();

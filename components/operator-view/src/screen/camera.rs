@@ -7,7 +7,7 @@ use eframe::egui::{
 
 use super::colours;
 use crate::console::Console;
-use crate::scene::Scene;
+use crate::scene::RobotScene;
 
 /// Widest image, in points, and as a share of the map's width.
 const WIDEST: (f32, f32) = (300.0, 0.3);
@@ -16,11 +16,11 @@ const MARGIN: f32 = 10.0;
 
 /// The image shown last.
 #[derive(Default)]
-pub(super) struct Camera {
+pub(super) struct CameraImage {
     shown: Option<(u64, TextureHandle)>,
 }
 
-impl Camera {
+impl CameraImage {
     /// Where in `map` it is, if there is a camera.
     pub(super) fn place(map: Rect, console: &Console) -> Option<Rect> {
         console.link("image")?;
@@ -59,7 +59,7 @@ impl Camera {
         problem.or_else(|| (console.scene.photo.0 == 0).then(|| "no image yet".to_owned()))
     }
 
-    fn texture(&mut self, painter: &Painter, scene: &Scene) -> &TextureHandle {
+    fn texture(&mut self, painter: &Painter, scene: &RobotScene) -> &TextureHandle {
         let (number, photo) = &scene.photo;
         let old = self.shown.take().filter(|(shown, _)| shown == number);
         let (_, texture) = self.shown.insert(old.unwrap_or_else(|| {

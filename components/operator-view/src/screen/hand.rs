@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use eframe::egui::{Event, InputState, Key, Ui};
 
-use crate::orders::Order;
+use crate::orders::OperatorOrder;
 
 /// While the hand holds, frames come at least this often; without frames nothing is said, and the
 /// robot stands.
@@ -25,14 +25,14 @@ const DRIVING: [(Key, f64, f64); 8] = [
 
 /// What is ordered by a key alone. Space is taken before any button could have it: it never
 /// releases, whatever has the focus.
-pub(super) fn keys(ui: &Ui) -> Vec<Order> {
+pub(super) fn read_keys(ui: &Ui) -> Vec<OperatorOrder> {
     let mut orders = Vec::new();
     let drives = ui.input_mut(|input| {
-        if taken(input, Key::Space) {
-            orders.push(Order::Stop);
+        if take_key(input, Key::Space) {
+            orders.push(OperatorOrder::Stop);
         }
-        if taken(input, Key::Escape) {
-            orders.push(Order::Cancel);
+        if take_key(input, Key::Escape) {
+            orders.push(OperatorOrder::Cancel);
         }
         DRIVING.iter().any(|(key, ..)| input.key_down(*key))
     });
@@ -47,7 +47,7 @@ pub(super) fn keys(ui: &Ui) -> Vec<Order> {
     orders
 }
 
-fn taken(input: &mut InputState, wanted: Key) -> bool {
+fn take_key(input: &mut InputState, wanted: Key) -> bool {
     let is_it =
         |event: &Event| matches!(event, Event::Key { key, pressed: true, .. } if *key == wanted);
     let is_pressed = input.events.iter().any(is_it);
@@ -57,7 +57,7 @@ fn taken(input: &mut InputState, wanted: Key) -> bool {
 
 /// Where the keys that are held drive to, as shares of the limits: ahead, to the left. Nothing
 /// without the keyboard's focus, since nobody would hear of a key that goes up.
-pub(super) fn held(ui: &Ui) -> Option<(f64, f64)> {
+pub(super) fn read_held_direction(ui: &Ui) -> Option<(f64, f64)> {
     ui.input(|input| {
         if !input.focused || input.modifiers.command || input.modifiers.alt {
             return None;

@@ -12,7 +12,7 @@ const FITTED: f32 = 0.94;
 
 /// What is in the middle, and how large.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct MapView {
     /// The point in the middle, on the map.
     pub(super) centre: Point2,
     /// Points of the screen for each metre.
@@ -21,13 +21,13 @@ pub(super) struct Look {
     pub(super) rect: Rect,
 }
 
-impl Default for Look {
+impl Default for MapView {
     fn default() -> Self {
         Self { centre: Point2::default(), scale: FIRST_SCALE, rect: Rect::ZERO }
     }
 }
 
-impl Look {
+impl MapView {
     /// Where a point is on the screen; y goes up on the map.
     pub(super) fn on_screen(&self, point: Point2) -> Pos2 {
         let scale = f64::from(self.scale);
@@ -94,8 +94,11 @@ mod tests {
     use super::*;
     use eframe::egui::pos2;
 
-    fn look() -> Look {
-        Look { rect: Rect::from_min_size(pos2(0.0, 0.0), vec2(400.0, 200.0)), ..Look::default() }
+    fn look() -> MapView {
+        MapView {
+            rect: Rect::from_min_size(pos2(0.0, 0.0), vec2(400.0, 200.0)),
+            ..MapView::default()
+        }
     }
 
     #[test]
@@ -131,7 +134,7 @@ mod tests {
     #[test]
     fn a_scale_bar_is_one_two_or_five() {
         for (scale, expected) in [(40.0, 2.0), (100.0, 1.0), (19.0, 5.0), (1000.0, 0.1)] {
-            let bar_m = Look { scale, ..look() }.bar_m(101.0);
+            let bar_m = MapView { scale, ..look() }.bar_m(101.0);
             assert!((bar_m - expected).abs() < 1e-9, "{bar_m} at {scale}");
         }
     }

@@ -7,7 +7,7 @@ use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, vec2
 
 use super::colours;
 use super::layers::{Layer, Layers};
-use super::look::Look;
+use super::look::MapView;
 use crate::console::Console;
 use crate::scene::LocatedPose;
 
@@ -21,7 +21,7 @@ const MARGIN: f32 = 4000.0;
 const DASHES: (f32, f32) = (6.0, 4.0);
 
 /// Paints everything but the map itself.
-pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &Layers) {
+pub(super) fn paint_marks(painter: &Painter, look: &MapView, console: &Console, layers: &Layers) {
     let scene = &console.scene;
     let way = |points: Vec<Pos2>, width: f32, colour: Color32| {
         painter.add(Shape::line(points, Stroke::new(width, colour)));
@@ -39,7 +39,7 @@ pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &
         way(look.line(scene.way()), 2.0, colours::TRAJECTORY);
     }
     if layers.has(Layer::Particles) {
-        particles(painter, look, &scene.particles);
+        paint_particles(painter, look, &scene.particles);
     }
     if layers.has(Layer::Path) && console.is_linked("path") {
         way(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
@@ -48,10 +48,10 @@ pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &
         && let Some(robot) = scene.robot_at(scene.scan.stamp_s)
     {
         let points = scene.scan.points.iter().map(|point| robot.apply(*point));
-        dots(painter, look, points, 3.0, colours::SCAN);
+        paint_dots(painter, look, points, 3.0, colours::SCAN);
     }
     if let Some(located) = &scene.located {
-        ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
+        paint_ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
     }
     if let Some(robot) = scene.robot() {
         self::robot(painter, look, robot, console.robot_radius_m);
@@ -69,9 +69,9 @@ fn near(line: &[Pos2], rect: Rect) -> impl Iterator<Item = &[Pos2]> {
 }
 
 /// Squares of one size, as one mesh: there may be thousands.
-fn dots(
+fn paint_dots(
     painter: &Painter,
-    look: &Look,
+    look: &MapView,
     points: impl Iterator<Item = Point2>,
     size: f32,
     colour: Color32,
@@ -85,7 +85,7 @@ fn dots(
     painter.add(Shape::mesh(mesh));
 }
 
-fn particles(painter: &Painter, look: &Look, poses: &[Pose2]) {
+fn paint_particles(painter: &Painter, look: &MapView, poses: &[Pose2]) {
     for pose in poses {
         let at = look.on_screen(pose.point());
         if look.rect.contains(at) {
@@ -94,7 +94,7 @@ fn particles(painter: &Painter, look: &Look, poses: &[Pose2]) {
         }
     }
     let points = poses.iter().map(|pose| pose.point());
-    dots(painter, look, points, 3.0, colours::PARTICLES);
+    paint_dots(painter, look, points, 3.0, colours::PARTICLES);
 }
 
 /// A direction on the screen, whose y goes down.
@@ -104,7 +104,7 @@ fn direction(yaw_rad: f64) -> Vec2 {
 }
 
 /// Where the robot is with 95 %, from the eigenvectors of the covariance.
-fn ellipse(painter: &Painter, look: &Look, located: &LocatedPose, robot: Pose2) {
+fn paint_ellipse(painter: &Painter, look: &MapView, located: &LocatedPose, robot: Pose2) {
     let [xx, xy, yy] = located.covariance_m2;
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let spread = half.hypot(xy);
@@ -125,7 +125,7 @@ fn ellipse(painter: &Painter, look: &Look, located: &LocatedPose, robot: Pose2) 
     painter.add(Shape::closed_line(points.collect(), stroke));
 }
 
-fn robot(painter: &Painter, look: &Look, robot: Pose2, radius_m: f64) {
+fn robot(painter: &Painter, look: &MapView, robot: Pose2, radius_m: f64) {
     let radius = (radius_m as f32 * look.scale).max(MIN_ROBOT);
     let (at, ahead) = (look.on_screen(robot.point()), direction(robot.yaw_rad));
     painter.circle(
@@ -144,7 +144,7 @@ fn robot(painter: &Painter, look: &Look, robot: Pose2, radius_m: f64) {
 }
 
 /// A ring with an arrow.
-pub(super) fn goal(painter: &Painter, look: &Look, place: Pose2) {
+pub(super) fn paint_goal(painter: &Painter, look: &MapView, place: Pose2) {
     let stroke = Stroke::new(2.5, colours::GOAL);
     let (at, ahead) = (look.on_screen(place.point()), direction(place.yaw_rad));
     painter.circle_stroke(at, 7.0, stroke);

@@ -3,15 +3,15 @@
 use eframe::egui::{Grid, ScrollArea, Ui};
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
 
 /// Width of the first column of rows, in points, so that rows of different panels line up.
 const NAME_WIDTH: f32 = 84.0;
 
 /// A part of the column. What it shows comes from the console; what it keeps between frames is its
 /// own.
-pub(crate) trait Panel: Send {
+pub(crate) trait SidePanel: Send {
     /// Returns the name, unique among the panels.
     fn name(&self) -> &'static str;
 
@@ -26,7 +26,7 @@ pub(crate) trait Panel: Send {
     }
 
     /// Shows one frame, and returns the operator's orders.
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: Now) -> Vec<Order>;
+    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder>;
 
     /// Returns where the panel is held to drive, as shares of the limits: ahead, to the left.
     fn held_direction(&self) -> Option<(f64, f64)> {
@@ -36,11 +36,11 @@ pub(crate) trait Panel: Send {
 
 /// All panels, one below the other.
 pub(super) struct PanelColumn {
-    panels: Vec<Box<dyn Panel>>,
+    panels: Vec<Box<dyn SidePanel>>,
 }
 
 impl PanelColumn {
-    pub(super) fn new(panels: Vec<Box<dyn Panel>>) -> Self {
+    pub(super) fn new(panels: Vec<Box<dyn SidePanel>>) -> Self {
         Self { panels }
     }
 
@@ -54,8 +54,8 @@ impl PanelColumn {
         &mut self,
         ui: &mut Ui,
         console: &Console,
-        now: Now,
-        orders: &mut Vec<Order>,
+        now: ClockTimes,
+        orders: &mut Vec<OperatorOrder>,
     ) {
         ui.add_space(6.0);
         let (pinned, scrolling): (Vec<_>, Vec<_>) =
@@ -72,11 +72,11 @@ impl PanelColumn {
 }
 
 fn show_panel(
-    panel: &mut dyn Panel,
+    panel: &mut dyn SidePanel,
     ui: &mut Ui,
     console: &Console,
-    now: Now,
-    orders: &mut Vec<Order>,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
 ) {
     if panel.is_visible(console) {
         let shown = ui.push_id(panel.name(), |ui| panel.show(ui, console, now));

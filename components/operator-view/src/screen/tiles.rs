@@ -10,8 +10,8 @@ use eframe::egui::{
     TextureOptions, TextureWrapMode, pos2,
 };
 
-use super::look::Look;
-use crate::map::{BLOCK, Map};
+use super::look::MapView;
+use crate::map::{BLOCK, OccupancyMap};
 
 /// Side of a texture in texels; a whole number of blocks.
 const SIDE: usize = 2 * BLOCK;
@@ -25,7 +25,7 @@ const FILTER: TextureOptions = TextureOptions {
 /// Coarsest level: 4096 cells in a texel.
 const MAX_LEVEL: u32 = 12;
 
-struct Tile {
+struct MapTile {
     revision: u64,
     texture: TextureHandle,
 }
@@ -33,12 +33,12 @@ struct Tile {
 /// The textures in use, by level and place.
 #[derive(Default)]
 pub(super) struct Tiles {
-    tiles: HashMap<(u32, usize, usize), Tile>,
+    tiles: HashMap<(u32, usize, usize), MapTile>,
 }
 
 impl Tiles {
     /// Paints what is seen of the map.
-    pub(super) fn paint(&mut self, painter: &Painter, look: &Look, map: &Map) {
+    pub(super) fn paint(&mut self, painter: &Painter, look: &MapView, map: &OccupancyMap) {
         let layout = *map.layout();
         let pixels = look.scale * painter.ctx().pixels_per_point() * layout.resolution_m as f32;
         let level = level_of(pixels);
@@ -70,7 +70,7 @@ fn level_of(pixels_per_cell: f32) -> u32 {
 }
 
 /// The columns and rows of cells that may be seen, the last excluded; the map may lie askew.
-fn seen(look: &Look, map: &Map) -> [(usize, usize); 2] {
+fn seen(look: &MapView, map: &OccupancyMap) -> [(usize, usize); 2] {
     let layout = map.layout();
     let rect = look.rect;
     let corners = [rect.left_top(), rect.right_top(), rect.left_bottom(), rect.right_bottom()];
@@ -89,27 +89,27 @@ fn seen(look: &Look, map: &Map) -> [(usize, usize); 2] {
 
 fn made(
     context: &Context,
-    map: &Map,
+    map: &OccupancyMap,
     (level, column, row): (u32, usize, usize),
-    tile: Option<Tile>,
-) -> Tile {
+    tile: Option<MapTile>,
+) -> MapTile {
     let blocks = (SIDE << level) / BLOCK;
     let revision = map.revision([column * blocks, row * blocks], blocks);
     match tile {
         Some(tile) if tile.revision == revision => tile,
         Some(mut tile) => {
             tile.texture.set(image(map, level, column, row), FILTER);
-            Tile { revision, ..tile }
+            MapTile { revision, ..tile }
         }
         None => {
             let name = format!("map {level} {column} {row}");
             let texture = context.load_texture(name, image(map, level, column, row), FILTER);
-            Tile { revision, texture }
+            MapTile { revision, texture }
         }
     }
 }
 
-fn image(map: &Map, level: u32, column: usize, row: usize) -> ColorImage {
+fn image(map: &OccupancyMap, level: u32, column: usize, row: usize) -> ColorImage {
     let side = SIDE << level;
     let cells = map.shrunk([column * side, row * side], [SIDE, SIDE], 1 << level);
     ColorImage::new([SIDE, SIDE], cells.into_iter().map(colour).collect())
@@ -140,21 +140,21 @@ fn quad(texture: &TextureHandle, corners: [Pos2; 4]) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Layout;
+    use crate::map::MapLayout;
     use armor_picture::{Pixels, Stage};
     use eframe::egui::{CentralPanel, Frame};
 
     /// A map of walls every 50 cells, shown whole on a small screen, turned by `yaw_rad`.
     fn shown(side: usize, yaw_rad: f64, tiles: &mut Tiles) -> Pixels {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         let corner = armor_grid::Pose2::new(0.0, 0.0, yaw_rad);
-        let layout = Layout { corner, resolution_m: 0.05, width: side, height: side };
+        let layout = MapLayout { corner, resolution_m: 0.05, width: side, height: side };
         let cells = (0..side * side).map(|n| if n % side % 50 == 7 { 100 } else { 0 }).collect();
         map.replace(1.0, layout, cells).unwrap();
         let mut stage = Stage::new(Context::default(), 320, 320, 1.0);
         stage.settle(2, |ui| {
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-                let mut look = Look { rect: ui.max_rect(), ..Look::default() };
+                let mut look = MapView { rect: ui.max_rect(), ..MapView::default() };
                 let middle = layout.place(side as f64 / 2.0, side as f64 / 2.0);
                 look.scale = 320.0 / (side as f32 * 0.05);
                 look.centre = middle;

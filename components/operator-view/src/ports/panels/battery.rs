@@ -4,15 +4,15 @@ use armor_sdk::prelude::*;
 use eframe::egui::Ui;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
-use crate::ports::input::{ConsoleUpdate, InputPort, ScreenInput};
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
 use crate::scene::SceneError;
-use crate::screen::{Panel, show_rows};
+use crate::screen::{SidePanel, show_rows};
 
 pub(super) const PANEL: PanelKind =
-    PanelKind { inputs: &[InputPort::of::<BatteryInput>()], make: || Box::new(BatteryPanel) };
+    PanelKind { inputs: &[ScreenPort::of::<BatteryInput>()], make: || Box::new(BatteryPanel) };
 
 /// The newest state of the battery; `None` is not measured.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ impl ScreenInput for BatteryInput {
 
 struct BatteryPanel;
 
-impl Panel for BatteryPanel {
+impl SidePanel for BatteryPanel {
     fn name(&self) -> &'static str {
         "battery"
     }
@@ -56,7 +56,7 @@ impl Panel for BatteryPanel {
         console.is_linked(BatteryInput::ID)
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         show_rows(ui, self.name(), vec![("battery", format_battery(console.readings.newest()))]);
         Vec::new()
     }

@@ -3,8 +3,8 @@
 use eframe::egui::Ui;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
 use crate::screen::Panel;
 
@@ -12,7 +12,7 @@ pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(G
 
 struct GoalPanel;
 
-impl Panel for GoalPanel {
+impl SidePanel for GoalPanel {
     fn name(&self) -> &'static str {
         "goal"
     }
@@ -21,7 +21,7 @@ impl Panel for GoalPanel {
         console.orders.goal().is_some()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         let Some(goal) = console.orders.goal() else { return orders };
         ui.horizontal(|ui| {
@@ -31,7 +31,7 @@ impl Panel for GoalPanel {
             let away = distance_m.map_or(String::new(), |far_m| format!(", {far_m:.1} m away"));
             ui.label(format!("goal {:.2}, {:.2}{away}", place.x_m, place.y_m));
             if ui.small_button("cancel").clicked() {
-                orders.push(Order::Cancel);
+                orders.push(OperatorOrder::Cancel);
             }
         });
         orders

@@ -3,21 +3,21 @@
 use eframe::egui::{Color32, Grid, Ui, vec2};
 
 use crate::console::Console;
-use crate::links::{Freshness, InputLink, Now};
-use crate::orders::Order;
+use crate::links::{ClockTimes, Freshness, InputLink};
+use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Panel, colours};
+use crate::screen::{SidePanel, colours};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(LinksPanel) };
 
 struct LinksPanel;
 
-impl Panel for LinksPanel {
+impl SidePanel for LinksPanel {
     fn name(&self) -> &'static str {
         "links"
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder> {
         if console.links.is_empty() {
             ui.weak("no input is linked");
             return Vec::new();
@@ -36,7 +36,7 @@ impl Panel for LinksPanel {
     }
 }
 
-fn show_link(ui: &mut Ui, link: &InputLink, now: Now) {
+fn show_link(ui: &mut Ui, link: &InputLink, now: ClockTimes) {
     ui.label(link.input).on_hover_text(&link.data);
     ui.label(format_rate(link.rate_hz(now)));
     let lost = if link.lost > 0 { colours::LATE } else { colours::TEXT };
@@ -52,7 +52,7 @@ fn show_link(ui: &mut Ui, link: &InputLink, now: Now) {
     }
 }
 
-fn age_colour(link: &InputLink, now: Now) -> Color32 {
+fn age_colour(link: &InputLink, now: ClockTimes) -> Color32 {
     if link.is_steady || link.freshness(now) == Freshness::Nothing {
         colours::of(link.freshness(now))
     } else {

@@ -4,15 +4,15 @@ use armor_sdk::prelude::*;
 use eframe::egui::Ui;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
-use crate::ports::input::{ConsoleUpdate, InputPort, ScreenInput};
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
 use crate::scene::SceneError;
-use crate::screen::{Panel, show_rows};
+use crate::screen::{SidePanel, show_rows};
 
 pub(super) const PANEL: PanelKind =
-    PanelKind { inputs: &[InputPort::of::<DiagnosticsInput>()], make: || Box::new(MappingPanel) };
+    PanelKind { inputs: &[ScreenPort::of::<DiagnosticsInput>()], make: || Box::new(MappingPanel) };
 
 struct DiagnosticsInput;
 
@@ -32,7 +32,7 @@ impl ScreenInput for DiagnosticsInput {
 
 struct MappingPanel;
 
-impl Panel for MappingPanel {
+impl SidePanel for MappingPanel {
     fn name(&self) -> &'static str {
         "mapping"
     }
@@ -41,7 +41,7 @@ impl Panel for MappingPanel {
         console.readings.newest::<SlamDiagnostics>().is_some()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         let Some(mapping) = console.readings.newest::<SlamDiagnostics>() else {
             return Vec::new();
         };

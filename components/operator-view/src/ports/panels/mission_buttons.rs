@@ -3,8 +3,8 @@
 use eframe::egui::Ui;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
 use crate::screen::Panel;
 
@@ -12,7 +12,7 @@ pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(M
 
 struct MissionButtons;
 
-impl Panel for MissionButtons {
+impl SidePanel for MissionButtons {
     fn name(&self) -> &'static str {
         "mission"
     }
@@ -21,12 +21,12 @@ impl Panel for MissionButtons {
         !console.buttons.is_empty()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         ui.horizontal_wrapped(|ui| {
             for name in &console.buttons {
                 if ui.button(name).on_hover_text("sends this event to the mission").clicked() {
-                    orders.push(Order::Press(name.clone()));
+                    orders.push(OperatorOrder::Press(name.clone()));
                 }
             }
         });

@@ -3,16 +3,16 @@
 use eframe::egui::Ui;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Panel, show_rows};
+use crate::screen::{SidePanel, show_rows};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(MotionPanel) };
 
 struct MotionPanel;
 
-impl Panel for MotionPanel {
+impl SidePanel for MotionPanel {
     fn name(&self) -> &'static str {
         "motion"
     }
@@ -21,7 +21,7 @@ impl Panel for MotionPanel {
         console.is_linked("odometry") || console.scene.is_localised
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         let scene = &console.scene;
         let mut rows = Vec::new();
         if console.is_linked("odometry") {

@@ -4,15 +4,15 @@ use armor_sdk::prelude::*;
 use eframe::egui::{ProgressBar, Ui};
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
-use crate::ports::input::{ConsoleUpdate, InputPort, ScreenInput};
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
 use crate::scene::SceneError;
 use crate::screen::Panel;
 
 pub(super) const PANEL: PanelKind =
-    PanelKind { inputs: &[InputPort::of::<ProgressInput>()], make: || Box::new(ProgressPanel) };
+    PanelKind { inputs: &[ScreenPort::of::<ProgressInput>()], make: || Box::new(ProgressPanel) };
 
 struct ProgressInput;
 
@@ -32,7 +32,7 @@ impl ScreenInput for ProgressInput {
 
 struct ProgressPanel;
 
-impl Panel for ProgressPanel {
+impl SidePanel for ProgressPanel {
     fn name(&self) -> &'static str {
         "progress"
     }
@@ -41,7 +41,7 @@ impl Panel for ProgressPanel {
         console.readings.newest::<Progress>().is_some_and(|progress| !progress.task.is_empty())
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         let Some(progress) = console.readings.newest::<Progress>() else { return Vec::new() };
         ui.label(&progress.task);
         if let Some(fraction) = progress.known_fraction() {

@@ -3,10 +3,10 @@
 use eframe::egui::{Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::orders::Order;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Panel, colours};
+use crate::screen::{SidePanel, colours};
 
 pub(super) const PANEL: PanelKind =
     PanelKind { inputs: &[], make: || Box::new(StickPanel::default()) };
@@ -21,7 +21,7 @@ struct StickPanel {
     held: Option<(f64, f64)>,
 }
 
-impl Panel for StickPanel {
+impl SidePanel for StickPanel {
     fn name(&self) -> &'static str {
         "stick"
     }
@@ -30,7 +30,7 @@ impl Panel for StickPanel {
         self.held
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: Now) -> Vec<Order> {
+    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
         ui.horizontal(|ui| {
             self.show_pad(ui);
             ui.vertical(|ui| {
