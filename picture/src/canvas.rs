@@ -1,5 +1,5 @@
-//! An RGB image in memory with the few shapes that maps and plots need. Positions are in pixels from
-//! the top left corner; what lies outside the image is not drawn.
+//! An RGB image in memory with the few shapes that maps and plots need. Positions are in pixels
+//! from the top left corner; what lies outside the image is not drawn.
 
 use font8x8::legacy::BASIC_LEGACY;
 

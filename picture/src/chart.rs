@@ -22,8 +22,8 @@ const BARS: usize = 60;
 /// Length of the scale bar below trajectories, in metres.
 const SCALE_BAR_M: f64 = 10.0;
 
-/// Draws a curve through points that are sorted by x first. Points that are not finite are left out;
-/// without any other nothing is drawn.
+/// Draws a curve through points that are sorted by x first. Points that are not finite are left
+/// out; without any other nothing is drawn.
 pub fn draw_curve(sheet: &mut PlotSheet, title: &str, mut points: Vec<(f64, f64)>) {
     points.retain(|(x, y)| x.is_finite() && y.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -62,7 +62,8 @@ pub fn draw_histogram(
     }
 }
 
-/// Draws trajectories in metres over each other at one scale, the last one on top, with a scale bar.
+/// Draws trajectories in metres over each other at one scale, the last one on top, with a scale
+/// bar.
 pub fn draw_trajectories(
     sheet: &mut PlotSheet,
     title: &str,

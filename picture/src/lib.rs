@@ -1,8 +1,8 @@
 //! Pictures without a window or a GPU. The same content gives the same bytes on every machine.
 //!
-//! [`canvas`] is an RGB image with a few shapes; [`plot_sheet`] and [`chart`] draw curves, histograms
-//! and trajectories as SVG or PNG. With the feature `egui`, `Stage` runs frames of an egui user
-//! interface, `raster` paints their triangles, and `svg` writes their shapes.
+//! [`canvas`] is an RGB image with a few shapes; [`plot_sheet`] and [`chart`] draw curves,
+//! histograms and trajectories as SVG or PNG. With the feature `egui`, `Stage` runs frames of an
+//! egui user interface, `raster` paints their triangles, and `svg` writes their shapes.
 
 pub mod canvas;
 pub mod chart;

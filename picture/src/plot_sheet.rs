@@ -1,5 +1,5 @@
-//! A sheet of lines, bars and text, written as SVG or PNG. Positions are in points from the top left
-//! corner.
+//! A sheet of lines, bars and text, written as SVG or PNG. Positions are in points from the top
+//! left corner.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

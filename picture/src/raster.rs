@@ -107,7 +107,8 @@ impl<'a> PaintedTriangle<'a> {
         let mut weights = [0.0; 3];
         for (n, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
             let side = cross_product(from, to, at);
-            // An edge that two triangles share belongs to the triangle of which it is the top or left one.
+            // An edge that two triangles share belongs to the triangle of which it is the top or
+            // left one.
             let is_top_left = from.1 == to.1 && to.0 > from.0 || to.1 < from.1;
             if side < 0 || side == 0 && !is_top_left {
                 return None;
@@ -141,8 +142,8 @@ impl<'a> PaintedTriangle<'a> {
     }
 }
 
-/// Returns twice the area of the triangle; positive if `at` is on the right of the line from `a` to `b`,
-/// y pointing down.
+/// Returns twice the area of the triangle; positive if `at` is on the right of the line from `a` to
+/// `b`, y pointing down.
 fn cross_product(a: Corner, b: Corner, at: Corner) -> i64 {
     (b.0 - a.0) * (at.1 - a.1) - (b.1 - a.1) * (at.0 - a.0)
 }

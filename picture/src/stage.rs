@@ -60,7 +60,8 @@ impl Stage {
         self.next_frame = root.map_or(Duration::MAX, |root| root.repaint_delay);
     }
 
-    /// Returns the time until the next frame is wanted if there is no input; `Duration::MAX` is never.
+    /// Returns the time until the next frame is wanted if there is no input; `Duration::MAX` is
+    /// never.
     pub fn next_frame(&self) -> Duration {
         self.next_frame
     }
@@ -77,8 +78,8 @@ impl Stage {
         &self.shapes
     }
 
-    /// Tessellates the last frame, as any painter must, and returns the number of triangles. The frame's
-    /// shapes are consumed.
+    /// Tessellates the last frame, as any painter must, and returns the number of triangles. The
+    /// frame's shapes are consumed.
     pub fn triangles(&mut self) -> usize {
         let shapes = std::mem::take(&mut self.shapes);
         let primitives = self.context.tessellate(shapes, self.pixels_per_point);

@@ -1,5 +1,5 @@
-//! All that the screen shows and the operator has ordered, in one place. Sockets fill it, the window
-//! looks at it; neither is needed to try it.
+//! Everything that the screen shows and the operator has ordered, as plain data. Inputs fill it and
+//! the window shows it; tests need neither.
 
 use std::collections::BTreeSet;
 
@@ -11,36 +11,36 @@ use crate::scene::{RobotScene, SceneError};
 /// What the operator sees and has ordered.
 #[derive(Clone, Debug, Default)]
 pub struct Console {
-    /// What is known of the robot.
+    /// The robot and its surroundings.
     pub scene: RobotScene,
     /// What the panels keep of their own inputs.
     pub readings: Readings,
     /// The linked inputs.
     pub links: Vec<InputLink>,
-    /// The orders that hold.
+    /// The active orders.
     pub orders: OperatorOrders,
-    /// The outputs whose last order reached nobody.
+    /// The outputs whose last order reached no subscriber.
     pub unheard: BTreeSet<&'static str>,
-    /// The mission's own buttons.
+    /// The buttons of the mission.
     pub buttons: Vec<String>,
     /// Radius of the circle that is drawn for the robot, in metres.
     pub robot_radius_m: f64,
-    /// The screen is to close.
+    /// Whether the screen should close.
     pub is_over: bool,
 }
 
 impl Console {
-    /// The link of an input, if it is linked.
+    /// Returns the link of an input, if it is linked.
     pub fn link(&self, input: &str) -> Option<&InputLink> {
         self.links.iter().find(|link| link.input == input)
     }
 
-    /// Whether an input is linked.
+    /// Returns whether an input is linked.
     pub fn is_linked(&self, input: &str) -> bool {
         self.link(input).is_some()
     }
 
-    /// Takes notice of data of an input, and of what came of them.
+    /// Records the arrival of data at an input, and the result of showing them.
     pub fn record_arrival(
         &mut self,
         input: &str,
@@ -58,14 +58,14 @@ impl Console {
         }
     }
 
-    /// Carries out an order of the operator.
+    /// Carries out an order of the operator, and returns the commands to send.
     pub fn handle_order(&mut self, order: OperatorOrder, now: ClockTimes) -> Vec<RobotCommand> {
         self.orders.handle_order(order, now.host_s)
     }
 
-    /// Takes notice of how many links took what was said.
-    pub fn record_sent(&mut self, say: RobotCommand, to: usize) {
-        let output = match say {
+    /// Records the number of links that accepted a command.
+    pub fn record_sent(&mut self, command: RobotCommand, to: usize) {
+        let output = match command {
             RobotCommand::Goal(_) => "goal",
             RobotCommand::Velocity { .. } => "velocity",
             RobotCommand::Stop(_) => "stop",
@@ -77,23 +77,26 @@ impl Console {
         }
     }
 
-    /// What is ordered and reaches nobody; STOP before all.
+    /// Returns a warning if an order reaches no subscriber; STOP has priority.
     pub fn delivery_warning(&self) -> Option<String> {
         let output =
             ["stop", "velocity", "goal"].into_iter().find(|of| self.unheard.contains(of))?;
-        Some(format!("nobody hears it: no link takes `{output}`"))
+        Some(format!("no subscriber: no link accepts `{output}`"))
     }
 
-    /// The links that are silent though they should not be, each with its age in seconds.
+    /// Returns the steady links without recent data, each with the age of its newest data in
+    /// seconds.
     pub fn list_silent(
         &self,
         now: ClockTimes,
     ) -> impl Iterator<Item = (&InputLink, Freshness, f64)> {
-        let told =
+        let status =
             move |link: &InputLink| (link.freshness(now), link.age_s(now).unwrap_or_default());
-        self.links.iter().map(move |link| (link, told(link))).filter_map(|(link, (how, age_s))| {
-            matches!(how, Freshness::Late | Freshness::Gone).then_some((link, how, age_s))
-        })
+        self.links.iter().map(move |link| (link, status(link))).filter_map(
+            |(link, (how, age_s))| {
+                matches!(how, Freshness::Late | Freshness::Gone).then_some((link, how, age_s))
+            },
+        )
     }
 }
 
@@ -111,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn arriving_is_noticed_when_a_pose_comes() {
+    fn arrival_is_noticed_at_the_next_pose() {
         let mut console = Console::default();
         console.handle_order(
             OperatorOrder::Goal { place: Pose2::IDENTITY, has_heading: false },
@@ -125,21 +128,21 @@ mod tests {
     }
 
     #[test]
-    fn an_order_that_nobody_takes_is_told() {
+    fn an_order_without_subscriber_gives_a_warning() {
         let mut console = Console::default();
         console.record_sent(RobotCommand::Stop(true), 0);
-        // The hand that lets go in the same moment is heard, which makes STOP no better.
+        // The zero velocity of the same moment is delivered, but STOP is not.
         console.record_sent(RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 }, 1);
         assert_eq!(
             console.delivery_warning().as_deref(),
-            Some("nobody hears it: no link takes `stop`")
+            Some("no subscriber: no link accepts `stop`")
         );
         console.record_sent(RobotCommand::Stop(true), 1);
         assert_eq!(console.delivery_warning(), None);
     }
 
     #[test]
-    fn what_is_wrong_with_data_stands_at_their_link_until_better_ones_come() {
+    fn a_problem_with_data_stays_at_the_link_until_valid_data_arrive() {
         let mut console = Console::default();
         console.links.push(InputLink::new("scan", "laser.scan".into(), true));
         console.record_arrival("scan", now(0.0), 0.0, FIRST, Err(SceneError::Angles));

@@ -1,4 +1,4 @@
-//! How each input is doing: how old its newest data are, how often they come, how many were lost.
+//! Statistics of each input: age of its newest data, rate, losses.
 
 use std::collections::VecDeque;
 
@@ -11,8 +11,8 @@ const LATE: (f64, f64) = (1.0, 3.0);
 /// A steady input is gone after this, and after so many of its periods.
 const GONE: (f64, f64) = (3.0, 10.0);
 
-/// Both clocks at one moment, in seconds. The host's always passes; the system's may stand, as when
-/// the simulator that says it is dead.
+/// Both clocks at one moment, in seconds. The host's always advances; the system's may stand still,
+/// as after the death of the simulator that provides it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockTimes {
     /// Since the program started.
@@ -21,12 +21,12 @@ pub struct ClockTimes {
     pub system_s: f64,
 }
 
-/// How far the newest data can be relied on.
+/// How recent the newest data are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Freshness {
-    /// Nothing has come yet.
+    /// No data have arrived.
     Nothing,
-    /// As it should be; or it comes when something changes, and nothing is known of its age.
+    /// As recent as expected; or the input is not steady, so that its age means nothing.
     Fresh,
     /// Older than usual.
     Late,
@@ -39,21 +39,21 @@ pub enum Freshness {
 pub struct InputLink {
     /// Its name at the component.
     pub input: &'static str,
-    /// Where the data come from, `component.output`.
+    /// The source of the data, `component.output`.
     pub data: String,
-    /// Whether data come all the time, so that silence means something.
+    /// Whether data arrive all the time, so that silence is worth a warning.
     pub is_steady: bool,
-    /// What was wrong with the newest data.
+    /// The problem with the newest data.
     pub problem: Option<String>,
-    /// How many were lost on the way, as gaps in the sequence tell.
+    /// Number of lost data, from gaps in the sequence.
     pub lost: u64,
     arrivals: VecDeque<f64>,
     last: Option<ClockTimes>,
-    /// Which of its provider's the newest is.
+    /// Number of the newest data.
     newest: Option<SequenceNumber>,
 }
 
-/// Which of its provider's data it is.
+/// The number of data at their provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SequenceNumber {
     /// Start of the provider.
@@ -63,14 +63,14 @@ pub struct SequenceNumber {
 }
 
 impl InputLink {
-    /// A link of which nothing has been heard.
+    /// Makes a link without data.
     pub fn new(input: &'static str, data: String, is_steady: bool) -> Self {
         let arrivals = VecDeque::new();
         Self { input, data, is_steady, problem: None, lost: 0, arrivals, last: None, newest: None }
     }
 
-    /// Takes notice of data created at `stamp_s` of system time. What is missing before it was lost
-    /// somewhere on the way, also in this program's own inbox.
+    /// Records the arrival of data created at `stamp_s` of system time. Missing numbers count as
+    /// lost, wherever it happened, also in this program's own inbox.
     pub fn record_arrival(&mut self, now: ClockTimes, stamp_s: f64, number: SequenceNumber) {
         if let Some(newest) = self.newest.filter(|newest| newest.instance == number.instance) {
             self.lost += number.sequence.saturating_sub(newest.sequence.saturating_add(1));
@@ -90,27 +90,27 @@ impl InputLink {
         }
     }
 
-    /// How old the newest data are, in seconds: since they were created in system time, but never
-    /// less than since they arrived here.
+    /// Returns the age of the newest data in seconds: since their creation in system time, but at
+    /// least since their arrival here.
     pub fn age_s(&self, now: ClockTimes) -> Option<f64> {
         let last = self.last?;
         let age_s = (now.host_s - last.host_s).max(now.system_s - last.system_s);
         Some(if age_s.is_finite() { age_s.max(0.0) } else { 0.0 })
     }
 
-    /// How many arrive in a second; falls towards 0 in silence.
+    /// Returns the arrivals per second; falls towards 0 during silence.
     pub fn rate_hz(&self, now: ClockTimes) -> f64 {
         let (Some(first), Some(last)) = (self.arrivals.front(), self.arrivals.back()) else {
             return 0.0;
         };
         let count = self.arrivals.len() as f64 - 1.0;
         let period_s = (last - first) / count.max(1.0);
-        // One that is overdue makes the rate smaller.
+        // Overdue data lower the rate.
         let span_s = (last - first).max(now.host_s - first - period_s);
         if span_s > 0.0 { count / span_s } else { 0.0 }
     }
 
-    /// How far the newest data can be relied on.
+    /// How recent the newest data are.
     pub fn freshness(&self, now: ClockTimes) -> Freshness {
         let Some(age_s) = self.age_s(now) else { return Freshness::Nothing };
         if !self.is_steady {

@@ -1,5 +1,5 @@
-//! The map as it is known by now: the whole of it, and the rectangles that changed since. Blocks
-//! carry the number of their last change, so that only what has changed is painted anew.
+//! The current map: the last whole one, with the rectangles that changed since. Blocks carry the
+//! number of their last change, so that only changed blocks are repainted.
 
 use std::collections::VecDeque;
 
@@ -9,7 +9,7 @@ use armor_grid::{Point2, Pose2};
 pub const BLOCK: usize = 128;
 /// Largest map, in cells: 10,000 × 10,000, a square kilometre at 0.1 m.
 const MAX_CELLS: usize = 100_000_000;
-/// Most changes kept for a map that overtakes them on its way.
+/// Most changes kept until the map that they belong to arrives.
 const MAX_LATER: usize = 256;
 
 /// Why a map or a change of it is not shown.
@@ -33,7 +33,7 @@ pub enum MapShapeError {
         /// Rows.
         height: usize,
     },
-    /// Where it lies is unknown.
+    /// Its pose is not finite.
     #[error("its cells have a side of {resolution_m} m, its corner is at {corner:?}")]
     Place {
         /// Side of a cell.
@@ -46,7 +46,7 @@ pub enum MapShapeError {
     Outside,
 }
 
-/// How a map lies.
+/// Pose and size of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapLayout {
     /// Pose of the corner of the first cell.
@@ -106,21 +106,21 @@ pub struct MapChange {
 pub struct OccupancyMap {
     layout: MapLayout,
     cells: Vec<i8>,
-    /// SequenceNumber of the last change of each block.
+    /// Number of the last change of each block.
     revisions: Vec<u64>,
     revision: u64,
     stamp_s: f64,
-    /// What may have overtaken the map that it belongs to.
+    /// Changes that may have arrived before the map that they belong to.
     later: VecDeque<MapChange>,
 }
 
 impl OccupancyMap {
-    /// How it lies.
+    /// Returns pose and size.
     pub fn layout(&self) -> &MapLayout {
         &self.layout
     }
 
-    /// Whether there is any.
+    /// Returns whether there is no map.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
@@ -147,7 +147,7 @@ impl OccupancyMap {
             self.revisions = vec![self.revision; across * up];
         }
         if stamp_s < self.stamp_s {
-            // Time begins anew: what came before is of another run.
+            // Time has gone back: earlier changes are of another run.
             self.later.clear();
         }
         self.stamp_s = stamp_s;
@@ -217,7 +217,7 @@ impl OccupancyMap {
         }
     }
 
-    /// SequenceNumber of the last change within a square of blocks.
+    /// Number of the last change within a square of blocks.
     pub fn revision(&self, corner: [usize; 2], side: usize) -> u64 {
         let [across, up] = self.layout.blocks();
         let rows = corner[1].min(up)..(corner[1] + side).min(up);
@@ -228,9 +228,9 @@ impl OccupancyMap {
         rows.map(of_row).max().unwrap_or(0)
     }
 
-    /// What is known of squares of `step` × `step` cells, `size` of them from the cell `corner` on,
-    /// row by row: the most occupied of each, so that a thin wall is seen from afar. What lies
-    /// outside of the map is unknown.
+    /// Returns the content of squares of `step` × `step` cells, `size` of them from the cell
+    /// `corner` on, row by row: the most occupied of each, so that a thin wall is seen from afar.
+    /// What lies outside of the map is unknown.
     pub fn shrunk(&self, corner: [usize; 2], size: [usize; 2], step: usize) -> Vec<i8> {
         let mut shrunk = vec![-1; size[0] * size[1]];
         let right = (corner[0] + size[0] * step).min(self.layout.width);

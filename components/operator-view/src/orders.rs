@@ -1,50 +1,50 @@
-//! What the operator orders → what is said to the robot. A hand that lets go means zero and then
-//! silence; a goal is said again until the robot is there; STOP holds until it is released.
+//! Orders of the operator → commands to the robot. When driving by hand ends, zero is sent once; a
+//! goal is sent again until the robot reaches it; STOP stays active until it is released.
 
 use std::collections::VecDeque;
 
 use armor_grid::{Pose2, wrap_angle};
 
-/// While driven by hand the velocity is said this often, in seconds: ten times within the half
-/// second after which a driver stands.
+/// Period of the velocity while driving by hand, in seconds: ten commands within the half second
+/// after which a driver stops.
 const DRIVE_PERIOD_S: f64 = 0.05;
-/// A goal is said again no sooner than this, in seconds, however often the component is called.
-const AGAIN_S: f64 = 0.02;
-/// A goal with a heading is reached when the robot looks that way within this, in radians.
+/// Shortest time until a goal is sent again, in seconds, at any rate of the component.
+const REPEAT_S: f64 = 0.02;
+/// A goal with a heading is reached within this angle, in radians.
 const HEADING_TOLERANCE_RAD: f64 = 0.26;
-/// Most events that wait to be reported; a person makes no more in a tick.
+/// Most events that wait to be reported; a person causes fewer in a tick.
 const MAX_EVENTS: usize = 16;
 
 /// What the operator can do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OperatorOrder {
-    /// Drive there; with a heading if one was drawn.
+    /// Drive to a goal; with a heading if one was drawn.
     Goal {
-        /// Where, on the map.
+        /// Its pose on the map.
         place: Pose2,
-        /// Whether the heading was wished.
+        /// Whether the heading was chosen.
         has_heading: bool,
     },
-    /// No goal any more.
+    /// Delete the goal.
     Cancel,
-    /// Drive by hand, as shares of the limits in -1..=1. Said again for as long as the hand holds.
+    /// Drive by hand, as shares of the limits in -1..=1. Repeated while a key or the stick is held.
     Drive {
         /// Ahead.
         forward: f64,
         /// To the left.
         turn: f64,
     },
-    /// The hand lets go.
+    /// End driving by hand.
     LetGo,
-    /// Stand, whatever else is said.
+    /// Stand, whatever else is ordered.
     Stop,
-    /// STOP is over.
+    /// End STOP.
     Release,
-    /// A button of the mission's own: it hears of it, the robot does not.
+    /// A button of the mission: sent to the mission, not to the robot.
     Press(String),
 }
 
-/// What is said to the robot.
+/// A command to the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RobotCommand {
     /// Where to drive.
@@ -60,7 +60,7 @@ pub enum RobotCommand {
     Stop(bool),
 }
 
-/// What the mission hears.
+/// An event for the mission.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OperatorEvent {
     /// STOP was ordered.
@@ -73,12 +73,12 @@ pub enum OperatorEvent {
     Arrived,
     /// The operator has begun to drive by hand.
     Driving,
-    /// A button of the mission's own was pressed.
+    /// A button of the mission was pressed.
     Pressed(String),
 }
 
 impl OperatorEvent {
-    /// Its name in a mission.
+    /// Returns its name in a mission.
     pub fn name(&self) -> &str {
         match self {
             Self::Stopped => "stopped",
@@ -91,9 +91,9 @@ impl OperatorEvent {
     }
 }
 
-/// What the robot may be ordered.
+/// Limits of orders.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriveLimits {
+pub struct OrderLimits {
     /// Fastest by hand, in m/s.
     pub speed_mps: f64,
     /// Fastest turn by hand, in rad/s.
@@ -102,33 +102,33 @@ pub struct DriveLimits {
     pub tolerance_m: f64,
 }
 
-impl Default for DriveLimits {
+impl Default for OrderLimits {
     fn default() -> Self {
         Self { speed_mps: 0.5, turn_radps: 1.0, tolerance_m: 0.3 }
     }
 }
 
-/// A goal that holds.
+/// The active goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorGoal {
-    /// Where, on the map.
+    /// Its pose on the map.
     pub place: Pose2,
     has_heading: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hand {
-    said_s: f64,
+    sent_s: f64,
     share: (f64, f64),
 }
 
-/// The orders that hold.
+/// The active orders.
 #[derive(Clone, Debug, Default)]
 pub struct OperatorOrders {
-    /// What may be ordered.
-    pub limits: DriveLimits,
+    /// Limits of orders.
+    pub limits: OrderLimits,
     goal: Option<OperatorGoal>,
-    goal_said_s: f64,
+    goal_sent_s: f64,
     hand: Option<Hand>,
     is_stopped: bool,
     pressed: Option<(String, f64)>,
@@ -160,7 +160,7 @@ impl OperatorOrders {
     pub fn handle_order(&mut self, order: OperatorOrder, now_s: f64) -> Vec<RobotCommand> {
         match order {
             OperatorOrder::Goal { place, has_heading } => {
-                self.goal_said_s = now_s;
+                self.goal_sent_s = now_s;
                 self.set_goal(OperatorGoal { place, has_heading })
             }
             OperatorOrder::Cancel => {
@@ -172,14 +172,14 @@ impl OperatorOrders {
             OperatorOrder::Stop => self.stop(),
             OperatorOrder::Release if self.is_stopped => {
                 self.is_stopped = false;
-                self.tell(OperatorEvent::Released);
+                self.report(OperatorEvent::Released);
                 vec![RobotCommand::Stop(false)]
             }
             OperatorOrder::Release => Vec::new(),
             OperatorOrder::Press(name) => {
                 // Who gives the robot back to its mission wants it nowhere else.
                 self.goal = None;
-                self.tell(OperatorEvent::Pressed(name.clone()));
+                self.report(OperatorEvent::Pressed(name.clone()));
                 self.pressed = Some((name, now_s));
                 Vec::new()
             }
@@ -188,8 +188,8 @@ impl OperatorOrders {
 
     /// What is to be said again, now and then.
     pub fn repeat_order(&mut self, now_s: f64) -> Option<RobotCommand> {
-        let goal = self.goal.filter(|_| now_s - self.goal_said_s >= AGAIN_S)?;
-        self.goal_said_s = now_s;
+        let goal = self.goal.filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
+        self.goal_sent_s = now_s;
         Some(RobotCommand::Goal(goal.place))
     }
 
@@ -200,7 +200,7 @@ impl OperatorOrders {
         let off_rad = wrap_angle(robot.yaw_rad - place.yaw_rad).abs();
         if is_near && (!has_heading || off_rad <= HEADING_TOLERANCE_RAD) {
             self.goal = None;
-            self.tell(OperatorEvent::Arrived);
+            self.report(OperatorEvent::Arrived);
         }
     }
 
@@ -216,7 +216,7 @@ impl OperatorOrders {
             return Vec::new();
         }
         self.goal = Some(goal);
-        self.tell(OperatorEvent::Goal);
+        self.report(OperatorEvent::Goal);
         vec![RobotCommand::Goal(goal.place)]
     }
 
@@ -226,13 +226,13 @@ impl OperatorOrders {
         }
         let share = (share.0.clamp(-1.0, 1.0), share.1.clamp(-1.0, 1.0));
         match self.hand {
-            None => self.tell(OperatorEvent::Driving),
-            Some(hand) if hand.share == share && now_s - hand.said_s < DRIVE_PERIOD_S => {
+            None => self.report(OperatorEvent::Driving),
+            Some(hand) if hand.share == share && now_s - hand.sent_s < DRIVE_PERIOD_S => {
                 return Vec::new();
             }
             Some(_) => {}
         }
-        self.hand = Some(Hand { said_s: now_s, share });
+        self.hand = Some(Hand { sent_s: now_s, share });
         vec![RobotCommand::Velocity {
             forward_mps: share.0 * self.limits.speed_mps,
             turn_radps: share.1 * self.limits.turn_radps,
@@ -246,7 +246,7 @@ impl OperatorOrders {
 
     fn stop(&mut self) -> Vec<RobotCommand> {
         if !self.is_stopped {
-            self.tell(OperatorEvent::Stopped);
+            self.report(OperatorEvent::Stopped);
         }
         self.is_stopped = true;
         self.goal = None;
@@ -256,7 +256,7 @@ impl OperatorOrders {
         says
     }
 
-    fn tell(&mut self, event: OperatorEvent) {
+    fn report(&mut self, event: OperatorEvent) {
         if self.events.len() < MAX_EVENTS {
             self.events.push_back(event);
         }
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn letting_go_is_zero_once_and_then_silence() {
+    fn letting_go_sends_zero_once() {
         let mut orders = OperatorOrders::default();
         let full = || OperatorOrder::Drive { forward: 1.0, turn: -3.0 };
         let fast = vec![RobotCommand::Velocity { forward_mps: 0.5, turn_radps: -1.0 }];
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn stop_holds_against_everything_until_it_is_released() {
+    fn stop_overrides_everything_until_it_is_released() {
         let mut orders = OperatorOrders::default();
         orders.handle_order(goal(5.0, false), 0.0);
         orders.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, 0.0);
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_is_said_until_the_robot_is_there() {
+    fn a_goal_is_sent_until_the_robot_reaches_it() {
         let mut orders = OperatorOrders::default();
         let place = Pose2::new(2.0, 0.0, 0.0);
         assert_eq!(orders.handle_order(goal(2.0, false), 0.0), [RobotCommand::Goal(place)]);
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_heading_it_is_there_when_it_looks_that_way() {
+    fn a_goal_with_a_heading_is_reached_in_that_heading() {
         let mut orders = OperatorOrders::default();
         orders.handle_order(goal(2.0, true), 0.0);
         orders.check_arrival(Pose2::new(2.0, 0.0, 3.0));
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_button_is_told_to_the_mission_once() {
+    fn a_button_is_sent_to_the_mission_once() {
         let mut orders = OperatorOrders::default();
         assert_eq!(orders.handle_order(OperatorOrder::Press("home".into()), 3.0), []);
         assert_eq!(orders.pressed(), Some(&("home".to_owned(), 3.0)));
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_numbers_order_nothing() {
+    fn invalid_numbers_are_ignored() {
         let mut orders = OperatorOrders::default();
         assert_eq!(orders.handle_order(goal(f64::NAN, false), 0.0), []);
         orders.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, 0.0);
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn who_gives_the_robot_back_wants_it_nowhere_else() {
+    fn a_mission_button_deletes_the_goal() {
         let mut orders = OperatorOrders::default();
         orders.handle_order(goal(3.0, false), 0.0);
         orders.handle_order(OperatorOrder::Press("home".into()), 1.0);

@@ -26,12 +26,12 @@ pub(crate) enum ScreenPictureError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the file system.
         source: std::io::Error,
     },
 }
 
-/// A screen that nobody sits before.
+/// A screen without a window.
 struct ScreenPicture {
     stage: Stage,
     screen: Screen,
@@ -50,16 +50,20 @@ impl ScreenPicture {
         Self { stage, screen: Screen::new(panels) }
     }
 
-    /// The screen as it would look now. Nobody gives orders here.
-    fn png(&mut self, mut console: Console, now: ClockTimes) -> Result<Vec<u8>, PixelsPngError> {
+    /// Paints the screen as it looks now. Orders are not possible here.
+    fn paint_png(
+        &mut self,
+        mut console: Console,
+        now: ClockTimes,
+    ) -> Result<Vec<u8>, PixelsPngError> {
         self.stage.settle(FRAMES, |ui| {
-            self.screen.show(ui, &mut console, now);
+            self.screen.show_frame(ui, &mut console, now);
         });
         self.stage.pixels(CANVAS).png()
     }
 }
 
-/// Paints pictures beside everything else, one at a time.
+/// Paints pictures on a thread, one at a time.
 pub(crate) struct Painter {
     path: PathBuf,
     picture: Option<ScreenPicture>,
@@ -85,7 +89,7 @@ impl Painter {
     ///
     /// # Errors
     /// If the last picture could not be made, or there can be no thread.
-    pub(crate) fn begin(
+    pub(crate) fn begin_painting(
         &mut self,
         console: Console,
         now: ClockTimes,
@@ -93,7 +97,7 @@ impl Painter {
         if self.painting.as_ref().is_some_and(|painting| !painting.is_finished()) {
             return Ok(());
         }
-        self.wait()?;
+        self.wait_for_painting()?;
         let Some(mut picture) = self.picture.take() else { return Ok(()) };
         let path = self.path.clone();
         let paint = move || {
@@ -112,20 +116,20 @@ impl Painter {
     ///
     /// # Errors
     /// If it could not be made.
-    pub(crate) fn finish(
+    pub(crate) fn finish_painting(
         &mut self,
         console: Console,
         now: ClockTimes,
     ) -> Result<(), ScreenPictureError> {
-        // What was wrong with the one before does not matter if this one is made.
-        let _ = self.wait();
+        // A failure of the one before does not matter if this one is made.
+        let _ = self.wait_for_painting();
         let Some(picture) = &mut self.picture else { return Ok(()) };
         paint_picture(picture, console, now, &self.path)
     }
 
-    fn wait(&mut self) -> Result<(), ScreenPictureError> {
+    fn wait_for_painting(&mut self) -> Result<(), ScreenPictureError> {
         let Some(painting) = self.painting.take() else { return Ok(()) };
-        // A panic has told itself, and there are no more pictures.
+        // A panic has been logged, and there are no more pictures.
         let Ok((picture, outcome)) = painting.join() else { return Ok(()) };
         self.picture = Some(picture);
         outcome
@@ -138,7 +142,7 @@ fn paint_picture(
     now: ClockTimes,
     path: &Path,
 ) -> Result<(), ScreenPictureError> {
-    save_file(path, &picture.png(console, now)?)
+    save_file(path, &picture.paint_png(console, now)?)
 }
 
 /// Writes a file whole or not at all.
@@ -161,9 +165,9 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("armor-view-{}", std::process::id()));
         let path = folder.join("deep/view.png");
         let mut painter = Painter::new(path.clone(), [400, 300], 1.0, Vec::new());
-        painter.begin(Console::default(), ClockTimes::default()).unwrap();
-        painter.begin(Console::default(), ClockTimes::default()).unwrap();
-        painter.finish(Console::default(), ClockTimes::default()).unwrap();
+        painter.begin_painting(Console::default(), ClockTimes::default()).unwrap();
+        painter.begin_painting(Console::default(), ClockTimes::default()).unwrap();
+        painter.finish_painting(Console::default(), ClockTimes::default()).unwrap();
         let bytes = fs::read(&path).unwrap();
         let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         assert_eq!((reader.info().width, reader.info().height), (400, 300));
@@ -175,8 +179,10 @@ mod tests {
     #[test]
     fn a_folder_that_cannot_be_is_an_error_that_names_the_file() {
         let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0, Vec::new());
-        let error =
-            painter.finish(Console::default(), ClockTimes::default()).unwrap_err().to_string();
+        let error = painter
+            .finish_painting(Console::default(), ClockTimes::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("cannot write /proc/no/view.png"), "{error}");
     }
 }

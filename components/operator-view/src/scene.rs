@@ -1,16 +1,16 @@
-//! What is known of the robot and its surroundings, brought onto one map: the scan where the robot
-//! was when it was taken, the odometry beside the way that mapping corrected, so that drift is seen.
+//! The robot and its surroundings in the map frame: the scan at the robot's pose of its time, and
+//! odometry next to the corrected trajectory, so that drift is visible.
 
 use armor_grid::{Point2, Pose2};
 
 use crate::map::{MapShapeError, OccupancyMap};
 use crate::photo::{Photo, PhotoError};
-use crate::track::PoseTrack;
+use crate::track::TrajectoryLine;
 
 /// Most rays of a scan and most particles drawn; of more every n-th is.
 const MAX_MARKS: usize = 4000;
-/// Most poses of a way drawn; of more every n-th is.
-const MAX_WAY: usize = 50_000;
+/// Most poses of a trajectory drawn; of more every n-th is.
+const MAX_TRAJECTORY: usize = 50_000;
 
 /// Why data are not shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -21,10 +21,10 @@ pub enum SceneError {
     /// An image that cannot be read.
     #[error("{0}")]
     Photo(#[from] PhotoError),
-    /// A pose whose numbers are no numbers.
-    #[error("the pose is nowhere: its numbers are not finite")]
+    /// A pose with numbers that are not finite.
+    #[error("the numbers of the pose are not finite")]
     Nowhere,
-    /// Bytes of another type.
+    /// Bytes that are no message of the type.
     #[error("the bytes are no message of this type: {0}")]
     Bytes(String),
     /// A scan without angles.
@@ -32,18 +32,18 @@ pub enum SceneError {
     Angles,
 }
 
-/// Where mapping says that the robot was.
+/// A pose of the robot from localisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocatedPose {
     /// System time in seconds.
     pub stamp_s: f64,
-    /// Where, on the map.
+    /// The pose on the map.
     pub pose: Pose2,
     /// Covariance of x and y: xx, xy, yy, in m².
     pub covariance_m2: [f64; 3],
 }
 
-/// What a laser saw, as points from the middle of the robot.
+/// A laser scan as points from the middle of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScanPoints {
     /// System time in seconds.
@@ -52,7 +52,7 @@ pub struct ScanPoints {
     pub points: Vec<Point2>,
 }
 
-/// A scan as it comes.
+/// A scan as it arrives.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a> {
     /// System time in seconds.
@@ -67,30 +67,30 @@ pub struct Rays<'a> {
     pub ranges_m: &'a [f32],
 }
 
-/// All that is shown.
+/// Everything that is shown on the map.
 #[derive(Clone, Debug, Default)]
 pub struct RobotScene {
-    /// Where the laser is on the robot.
+    /// The pose of the laser on the robot.
     pub robot_from_laser: Pose2,
-    /// Whether somebody is linked who says where the robot is; else odometry is all there is.
+    /// Whether localisation is linked; otherwise only odometry gives the pose.
     pub is_localised: bool,
     /// The map.
     pub map: OccupancyMap,
-    /// The robot's own motion, in its own frame.
-    pub odometry: PoseTrack,
-    /// Where it really was, in the frame of the simulated world.
-    pub truth: PoseTrack,
-    /// Where it was located, on the map.
-    pub poses: PoseTrack,
-    /// The last of these, and how sure it is.
+    /// Odometry, in its own frame.
+    pub odometry: TrajectoryLine,
+    /// The true trajectory, in the frame of the simulated world.
+    pub truth: TrajectoryLine,
+    /// The poses from localisation, on the map.
+    pub poses: TrajectoryLine,
+    /// The last of these, with its covariance.
     pub located: Option<LocatedPose>,
     /// The newest scan.
     pub scan: ScanPoints,
-    /// Hypotheses of where the robot is.
+    /// Hypotheses of the robot's pose.
     pub particles: Vec<Pose2>,
-    /// The way so far as corrected by all that was seen since, and until when.
+    /// The trajectory with all corrections, and the time of its end.
     pub trajectory: (f64, Vec<Point2>),
-    /// The way planned.
+    /// The planned path.
     pub path: Vec<Point2>,
     /// The newest image, and its number.
     pub photo: (u64, Photo),
@@ -99,7 +99,7 @@ pub struct RobotScene {
 }
 
 impl RobotScene {
-    /// Where the robot was at a time: where it was located, carried on by its own motion.
+    /// Returns the robot's pose at a time: from localisation, extrapolated by odometry.
     pub fn robot_at(&self, stamp_s: f64) -> Option<Pose2> {
         let moved = |from_s: f64| {
             Some(self.odometry.at(from_s)?.inverse().compose(self.odometry.at(stamp_s)?))
@@ -114,13 +114,13 @@ impl RobotScene {
         }
     }
 
-    /// Where it is now.
+    /// Returns the current pose.
     pub fn robot(&self) -> Option<Pose2> {
         let newest = self.odometry.last().or(self.poses.last());
         newest.and_then(|(stamp_s, _)| self.robot_at(stamp_s))
     }
 
-    /// How far odometry is off by now, in metres and radians, since both were first known.
+    /// Returns the drift of odometry since both frames were first known, in metres and radians.
     pub fn drift(&self) -> Option<(f64, f64)> {
         let (robot, map_from_odom) = (self.robot()?, self.odometry.map_from_frame?);
         let believed = map_from_odom.compose(self.odometry.last()?.1);
@@ -128,7 +128,7 @@ impl RobotScene {
         self.is_localised.then(|| (believed.point().distance_m(robot.point()), turn_rad.abs()))
     }
 
-    /// Takes where the robot was located.
+    /// Sets a pose from localisation.
     ///
     /// # Errors
     /// If its numbers are not finite.
@@ -143,7 +143,7 @@ impl RobotScene {
         Ok(())
     }
 
-    /// Takes how far the robot believes to have come, and how fast it is.
+    /// Adds a pose and velocity of odometry.
     ///
     /// # Errors
     /// If its numbers are not finite.
@@ -159,7 +159,7 @@ impl RobotScene {
         if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
     }
 
-    /// Takes where the robot really is.
+    /// Adds a true pose.
     ///
     /// # Errors
     /// If its numbers are not finite.
@@ -169,8 +169,8 @@ impl RobotScene {
         if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
     }
 
-    /// Other frames are laid onto the map where they are first known together with it; from then on
-    /// what lies apart is drift.
+    /// Aligns other frames with the map at the first moment at which both are known; later
+    /// distances are drift.
     fn align(&mut self) {
         if self.odometry.map_from_frame.is_none() {
             self.odometry.map_from_frame = match self.located {
@@ -188,7 +188,7 @@ impl RobotScene {
         }
     }
 
-    /// Takes a scan.
+    /// Sets the newest scan.
     ///
     /// # Errors
     /// If its angles are not finite.
@@ -210,27 +210,27 @@ impl RobotScene {
         Ok(())
     }
 
-    /// Takes the hypotheses of where the robot is.
+    /// Sets the hypotheses of the robot's pose.
     pub fn set_particles(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
         self.particles = thinned(poses, MAX_MARKS).filter(is_finite).collect();
     }
 
-    /// Takes the way so far.
+    /// Sets the corrected trajectory.
     pub fn set_trajectory(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
         self.trajectory = (stamp_s, thin_line(poses));
     }
 
-    /// Takes the way planned.
+    /// Sets the planned path.
     pub fn set_path(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
         self.path = thin_line(poses);
     }
 
-    /// Takes an image.
+    /// Sets the newest image.
     pub fn set_photo(&mut self, photo: Photo) {
         self.photo = (self.photo.0 + 1, photo);
     }
 
-    /// The way on the map: as corrected, and what came since.
+    /// Returns the trajectory on the map: with corrections, and the poses since.
     pub fn way(&self) -> impl Iterator<Item = Point2> + '_ {
         let (stamp_s, corrected) = &self.trajectory;
         // Without corrections all there is are the poses themselves.
@@ -252,7 +252,7 @@ fn thinned<T>(all: impl ExactSizeIterator<Item = T>, most: usize) -> impl Iterat
 
 fn thin_line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
     let last = poses.len().saturating_sub(1);
-    let every = poses.len().div_ceil(MAX_WAY).max(1);
+    let every = poses.len().div_ceil(MAX_TRAJECTORY).max(1);
     // Its end counts: it is where the robot is, or shall be.
     let kept = poses.enumerate().filter(|(n, _)| n % every == 0 || *n == last);
     kept.map(|(_, pose)| pose).filter(is_finite).map(Pose2::point).collect()
@@ -262,7 +262,7 @@ fn thin_line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
 mod tests {
     use super::*;
 
-    fn set_located(stamp_s: f64, x_m: f64) -> LocatedPose {
+    fn located(stamp_s: f64, x_m: f64) -> LocatedPose {
         LocatedPose { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
     }
 
@@ -290,7 +290,8 @@ mod tests {
         scene.add_odometry(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
         scene.set_located(located(1.0, 3.0)).unwrap();
         scene.add_truth(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
-        let ends = |track: &PoseTrack| (track.line().next().unwrap(), track.line().last().unwrap());
+        let ends =
+            |track: &TrajectoryLine| (track.line().next().unwrap(), track.line().last().unwrap());
         assert_eq!(ends(&scene.odometry), (Point2::new(1.0, 0.0), Point2::new(3.5, 0.0)));
         assert_eq!(ends(&scene.truth).1, Point2::new(3.0, 0.0));
         assert_eq!(scene.drift(), Some((0.5, 0.0)));

@@ -21,7 +21,7 @@ pub(super) trait ScreenInput {
 
     /// Converts a message. It runs without the lock of the console, so that decoding a large map or
     /// image delays neither the window nor STOP.
-    fn read(message: Self::Message) -> Result<ConsoleUpdate, SceneError>;
+    fn read_message(message: Self::Message) -> Result<ConsoleUpdate, SceneError>;
 }
 
 /// An input of any type, as an entry of a list.
@@ -43,7 +43,7 @@ impl ScreenPort {
             subscribe: |armor| Ok(armor.subscribe::<Optional<I::Message>>(I::ID)?),
             read: |data| {
                 let message = data.decode().map_err(|e| SceneError::Bytes(e.to_string()))?;
-                I::read(message)
+                I::read_message(message)
             },
         }
     }

@@ -11,7 +11,7 @@ mod stick;
 mod stop;
 
 use super::panel_kind::PanelKind;
-use crate::screen::Panel;
+use crate::screen::SidePanel;
 
 /// All panels, from top to bottom.
 pub(super) const PANELS: &[PanelKind] = &[

@@ -31,7 +31,7 @@ impl ScreenInput for MapInput {
     const IS_STEADY: bool = false;
     type Message = OccupancyGrid;
 
-    fn read(map: OccupancyGrid) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(map: OccupancyGrid) -> Result<ConsoleUpdate, SceneError> {
         let layout = MapLayout {
             corner: to_planar(&map.info.origin),
             resolution_m: f64::from(map.info.resolution),
@@ -52,7 +52,7 @@ impl ScreenInput for MapUpdatesInput {
     const IS_STEADY: bool = false;
     type Message = OccupancyGridUpdate;
 
-    fn read(update: OccupancyGridUpdate) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(update: OccupancyGridUpdate) -> Result<ConsoleUpdate, SceneError> {
         let (Ok(column), Ok(row)) = (usize::try_from(update.x), usize::try_from(update.y)) else {
             return Err(MapShapeError::Outside.into());
         };
@@ -71,7 +71,7 @@ impl ScreenInput for PoseInput {
     const IS_STEADY: bool = true;
     type Message = PoseWithCovarianceStamped;
 
-    fn read(pose: PoseWithCovarianceStamped) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(pose: PoseWithCovarianceStamped) -> Result<ConsoleUpdate, SceneError> {
         let covariance = |row: usize, column: usize| pose.pose.covariance[row * 6 + column];
         let covariance_m2 = [covariance(0, 0), covariance(0, 1), covariance(1, 1)];
         let (stamp_s, pose) = (pose.stamp, to_planar(&pose.pose.pose));
@@ -88,7 +88,7 @@ impl ScreenInput for ScanInput {
     const IS_STEADY: bool = true;
     type Message = LaserScan;
 
-    fn read(scan: LaserScan) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(scan: LaserScan) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.scene.set_scan(&Rays {
                 stamp_s: scan.stamp,
@@ -110,7 +110,7 @@ impl ScreenInput for OdometryInput {
     const IS_STEADY: bool = true;
     type Message = Odometry;
 
-    fn read(odometry: Odometry) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(odometry: Odometry) -> Result<ConsoleUpdate, SceneError> {
         let twist = odometry.twist.twist;
         let velocity = (twist.linear.x, twist.angular.z);
         let (stamp_s, pose) = (odometry.stamp, to_planar(&odometry.pose.pose));
@@ -126,7 +126,7 @@ impl ScreenInput for TruthInput {
     const IS_STEADY: bool = true;
     type Message = Odometry;
 
-    fn read(truth: Odometry) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(truth: Odometry) -> Result<ConsoleUpdate, SceneError> {
         let (stamp_s, pose) = (truth.stamp, to_planar(&truth.pose.pose));
         Ok(Box::new(move |console| console.scene.add_truth(stamp_s, pose)))
     }
@@ -140,7 +140,7 @@ impl ScreenInput for TrajectoryInput {
     const IS_STEADY: bool = false;
     type Message = Path;
 
-    fn read(path: Path) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.scene.set_trajectory(path.stamp, list_poses(&path));
             Ok(())
@@ -156,7 +156,7 @@ impl ScreenInput for ParticlesInput {
     const IS_STEADY: bool = true;
     type Message = PoseArray;
 
-    fn read(array: PoseArray) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(array: PoseArray) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.scene.set_particles(array.poses.iter().map(to_planar));
             Ok(())
@@ -172,7 +172,7 @@ impl ScreenInput for PathInput {
     const IS_STEADY: bool = false;
     type Message = Path;
 
-    fn read(path: Path) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.scene.set_path(list_poses(&path));
             Ok(())
@@ -188,8 +188,8 @@ impl ScreenInput for ImageInput {
     const IS_STEADY: bool = true;
     type Message = CompressedImage;
 
-    fn read(image: CompressedImage) -> Result<ConsoleUpdate, SceneError> {
-        let photo = photo::decode(&image.format, &image.data)?;
+    fn read_message(image: CompressedImage) -> Result<ConsoleUpdate, SceneError> {
+        let photo = photo::decode_photo(&image.format, &image.data)?;
         Ok(Box::new(move |console| {
             console.scene.set_photo(photo);
             Ok(())

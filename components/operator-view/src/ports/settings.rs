@@ -1,4 +1,4 @@
-//! The parameters, and what they say of the component and its console.
+//! The parameters of the component and its console.
 
 use std::path::PathBuf;
 
@@ -35,8 +35,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .range(0.5, 4.0)
         .doc("pixels of the picture for each point"),
     Parameter::text("buttons").default("").doc(
-        "words, such as `explore home`: a button each, which the mission hears as an event of \
-         that name",
+        "words, such as `explore home`: a button each, which sends an event of that name to the \
+         mission",
     ),
     Parameter::number("speed", "m/s")
         .default("0.5m/s")
@@ -85,7 +85,7 @@ impl Default for ViewSettings {
 
 impl ViewSettings {
     /// Takes a parameter, for the component or its console.
-    pub(super) fn take(
+    pub(super) fn take_parameter(
         &mut self,
         console: &mut Console,
         name: &str,
@@ -114,7 +114,7 @@ impl ViewSettings {
     }
 }
 
-/// Most buttons: a hand's reach.
+/// Most buttons that fit on a screen.
 const MAX_BUTTONS: usize = 32;
 
 /// The words of a text, each a name that a mission can wait for.
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn buttons_are_words_that_a_mission_can_wait_for() {
+    fn buttons_are_names_of_events() {
         assert_eq!(parse_buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
         for (text, wrong) in [("home done", "done"), ("a/b", "a/b"), ("home stopped", "stopped")] {
             let error = parse_buttons(text).unwrap_err().to_string();

@@ -26,7 +26,12 @@ pub(crate) trait SidePanel: Send {
     }
 
     /// Shows one frame, and returns the operator's orders.
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder>;
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        now: ClockTimes,
+    ) -> Vec<OperatorOrder>;
 
     /// Returns where the panel is held to drive, as shares of the limits: ahead, to the left.
     fn held_direction(&self) -> Option<(f64, f64)> {
@@ -50,7 +55,7 @@ impl PanelColumn {
     }
 
     /// Shows the panels: the pinned ones stay in sight, the others scroll.
-    pub(super) fn show(
+    pub(super) fn show_column(
         &mut self,
         ui: &mut Ui,
         console: &Console,
@@ -79,7 +84,7 @@ fn show_panel(
     orders: &mut Vec<OperatorOrder>,
 ) {
     if panel.is_visible(console) {
-        let shown = ui.push_id(panel.name(), |ui| panel.show(ui, console, now));
+        let shown = ui.push_id(panel.name(), |ui| panel.show_contents(ui, console, now));
         orders.extend(shown.inner);
         ui.separator();
     }

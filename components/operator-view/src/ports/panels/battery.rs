@@ -31,7 +31,7 @@ impl ScreenInput for BatteryInput {
     const IS_STEADY: bool = true;
     type Message = BatteryState;
 
-    fn read(state: BatteryState) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(state: BatteryState) -> Result<ConsoleUpdate, SceneError> {
         let measured = |value: f32| value.is_finite().then(|| f64::from(value));
         let reading = BatteryReading {
             charge: measured(state.percentage),
@@ -56,7 +56,12 @@ impl SidePanel for BatteryPanel {
         console.is_linked(BatteryInput::ID)
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         show_rows(ui, self.name(), vec![("battery", format_battery(console.readings.newest()))]);
         Vec::new()
     }

@@ -6,7 +6,7 @@ use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::Panel;
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(GoalPanel) };
 
@@ -21,7 +21,12 @@ impl SidePanel for GoalPanel {
         console.orders.goal().is_some()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         let Some(goal) = console.orders.goal() else { return orders };
         ui.horizontal(|ui| {

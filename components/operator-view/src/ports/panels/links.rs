@@ -17,7 +17,12 @@ impl SidePanel for LinksPanel {
         "links"
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        now: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         if console.links.is_empty() {
             ui.weak("no input is linked");
             return Vec::new();

@@ -22,7 +22,7 @@ impl ScreenInput for DiagnosticsInput {
     const IS_STEADY: bool = true;
     type Message = SlamDiagnostics;
 
-    fn read(diagnostics: SlamDiagnostics) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(diagnostics: SlamDiagnostics) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.readings.store(diagnostics);
             Ok(())
@@ -41,7 +41,12 @@ impl SidePanel for MappingPanel {
         console.readings.newest::<SlamDiagnostics>().is_some()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let Some(mapping) = console.readings.newest::<SlamDiagnostics>() else {
             return Vec::new();
         };

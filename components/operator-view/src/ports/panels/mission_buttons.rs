@@ -6,7 +6,7 @@ use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::Panel;
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(MissionButtons) };
 
@@ -21,7 +21,12 @@ impl SidePanel for MissionButtons {
         !console.buttons.is_empty()
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, now: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        now: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         ui.horizontal_wrapped(|ui| {
             for name in &console.buttons {

@@ -21,7 +21,12 @@ impl SidePanel for MotionPanel {
         console.is_linked("odometry") || console.scene.is_localised
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let scene = &console.scene;
         let mut rows = Vec::new();
         if console.is_linked("odometry") {

@@ -9,7 +9,7 @@ use crate::orders::OperatorOrder;
 use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
 use crate::scene::SceneError;
-use crate::screen::Panel;
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind =
     PanelKind { inputs: &[ScreenPort::of::<ProgressInput>()], make: || Box::new(ProgressPanel) };
@@ -22,7 +22,7 @@ impl ScreenInput for ProgressInput {
     const IS_STEADY: bool = false;
     type Message = Progress;
 
-    fn read(progress: Progress) -> Result<ConsoleUpdate, SceneError> {
+    fn read_message(progress: Progress) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
             console.readings.store(progress);
             Ok(())
@@ -41,7 +41,12 @@ impl SidePanel for ProgressPanel {
         console.readings.newest::<Progress>().is_some_and(|progress| !progress.task.is_empty())
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let Some(progress) = console.readings.newest::<Progress>() else { return Vec::new() };
         ui.label(&progress.task);
         if let Some(fraction) = progress.known_fraction() {

@@ -30,7 +30,12 @@ impl SidePanel for StickPanel {
         self.held
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         ui.horizontal(|ui| {
             self.show_pad(ui);
             ui.vertical(|ui| {

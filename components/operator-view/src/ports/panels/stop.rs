@@ -24,7 +24,12 @@ impl SidePanel for StopPanel {
         true
     }
 
-    fn show(&mut self, ui: &mut Ui, console: &Console, _: ClockTimes) -> Vec<OperatorOrder> {
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         let is_stopped = console.orders.is_stopped();
         let text = RichText::new("STOP").size(30.0).strong().color(Color32::WHITE);
