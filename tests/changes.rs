@@ -100,12 +100,12 @@ fn an_unproven_edit_is_refused_and_the_old_net_stays() {
              <transition name='scouted' from='scout' to='home' timeout='1h'/>",
         ),
     );
-    let shown = shows(&system, "version 2 of the file is refused, 1 goes on");
+    let shown = shows(&system, "version 2 of the file is refused, 1 continues");
     assert!(shown.contains("after both") && shown.contains("exclude each other"), "{shown}");
     assert!(shown.contains("marked      explore"), "{shown}");
     let without = mission("").replace("'explore'", "'wander'");
     save(&system, &without);
-    let why = "version 3 of the file waits, 1 goes on: `explore` holds a token, and the new file \
+    let why = "version 3 of the file waits, 1 continues: `explore` holds a token, and the new file \
                has no such place";
     shows(&system, why);
     save(&system, &mission(""));

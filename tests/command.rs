@@ -108,7 +108,7 @@ fn the_display_continues_through_a_restart_and_names_a_broken_file() {
     let text = std::fs::read_to_string(system.folder.path().join("probes.xml")).expect("the file");
     system.folder.write("probes.xml", &text.replace("to='over'", "to='nowhere'"));
     shows(&system, "the file on the disk is not valid (E0");
-    shows(&system, "version 1 goes on");
+    shows(&system, "version 1 continues");
 
     // One that is stopped is there all the same.
     let executive = system.pid("executive");
@@ -131,7 +131,7 @@ fn a_file_that_is_no_journal_is_refused_with_the_reason() {
     folder.write("cut", &format!("{put}\n"));
     for (file, why) in [
         ("watch.xml", "is a mission file and no journal: `armor mission replay watch.xml --fire"),
-        ("empty", "holds no record: no mission has begun in it"),
+        ("empty", "has no record: no mission has begun in it"),
         ("cut", "the beginning of cut is missing (it begins with \"firing 3: complete\")"),
     ] {
         let (code, _, err) = run_to_end(&mut folder.armor(&["mission", "replay", file]));

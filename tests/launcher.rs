@@ -20,7 +20,7 @@ fn a_killed_launcher_leaves_nothing_behind() {
     });
     let mut all = run.children();
     all.extend(family);
-    assert!(all.len() >= 5, "registry, configd, undertaker, the script and its child: {all:?}");
+    assert!(all.len() >= 5, "registry, configd, group killer, the script and its child: {all:?}");
     run.signal(Signal::KILL);
     assert_eq!(run.code(), None, "it ends by the signal");
     wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));

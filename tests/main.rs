@@ -25,6 +25,7 @@ mod remote;
 mod resilience;
 mod resume;
 mod robots;
+mod run_status;
 mod simulated_time;
 mod sub_missions;
 mod tutorial;

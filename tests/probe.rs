@@ -203,6 +203,39 @@ impl Trace {
     }
 }
 
+/// Reports the progress of a task, and is done after two seconds.
+struct Worker {
+    armor: Armor,
+    ticks: u8,
+}
+
+impl Component for Worker {
+    const KIND: &'static str = "worker";
+    const SUMMARY: &'static str = "Reports its progress.";
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.provide::<Latched<Progress>>("progress")?;
+        Ok(Self { armor, ticks: 0 })
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        if call == Call::Tick {
+            self.ticks += 1;
+            let fraction = f32::from(self.ticks) / 20.0;
+            let task = "sorting".to_owned();
+            self.armor
+                .send_data("progress", &Progress { task, fraction, ..Progress::default() })?;
+        }
+        Ok(if self.ticks >= 20 { Outcome::Done } else { Outcome::CarryOn })
+    }
+}
+
+/// A probe; started under the name `worker`, a worker.
 fn main() -> ExitCode {
-    armor_sdk::run::<Probe>()
+    let name = std::env::args_os().next().map(PathBuf::from);
+    if name.is_some_and(|path| path.ends_with("worker")) {
+        armor_sdk::run::<Worker>()
+    } else {
+        armor_sdk::run::<Probe>()
+    }
 }

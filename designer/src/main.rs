@@ -68,7 +68,7 @@ fn is_fine(file: &Path, arguments: &Arguments) -> bool {
     shown.extend(found.findings.iter().filter(|finding| finding.code != Code::Takes).cloned());
     eprint!("{}", shown.render(colours));
     if let Some(code) = shown.gravest() {
-        eprintln!("armor explain {} says more", code.as_str());
+        eprintln!("see `armor explain {}`", code.as_str());
     }
     let problems = shown.count(Severity::Error) + shown.count(Severity::Warning);
     if problems == 0 {

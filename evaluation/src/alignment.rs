@@ -4,7 +4,7 @@ use armor_grid_slam::pose::{Point, Pose};
 
 use crate::error::EvaluationError;
 use crate::statistics::{Spread, measure_spread};
-use crate::trajectory::Trajectory;
+use crate::trajectory::ScanTrajectory;
 
 /// Stamps of one scan differ by less, seconds.
 const SAME_STAMP_S: f64 = 1e-3;
@@ -49,16 +49,16 @@ pub fn measure_absolute_errors(aligned: &[AlignedPose]) -> Option<AbsoluteErrors
     (!aligned.is_empty()).then_some(AbsoluteErrors { rms_m, spread, max_m })
 }
 
-/// Aligns a trajectory with a reference so that the sum of the squared distances is least (Horn 1987,
-/// in the plane), and returns the poses that both have. Scans are matched by number if most of their
-/// stamps agree. Otherwise the reference has another clock or other scans, as a simulator's truth,
-/// and is interpolated at the stamps of the trajectory.
+/// Aligns a trajectory with a reference so that the sum of the squared distances is least (Horn
+/// 1987, in the plane), and returns the poses that both have. Scans are matched by number if most
+/// of their stamps agree. Otherwise the reference has another clock or other scans, as a
+/// simulator's truth, and is interpolated at the stamps of the trajectory.
 ///
 /// # Errors
 /// If they have no scan and no time in common.
 pub fn align_to_reference(
-    trajectory: &Trajectory,
-    reference: &Trajectory,
+    trajectory: &ScanTrajectory,
+    reference: &ScanTrajectory,
 ) -> Result<Vec<AlignedPose>, EvaluationError> {
     let pairs = pair_poses(trajectory, reference);
     if pairs.is_empty() {
@@ -85,7 +85,7 @@ pub fn align_to_reference(
 }
 
 /// Returns the poses that both have, not yet aligned.
-fn pair_poses(trajectory: &Trajectory, reference: &Trajectory) -> Vec<AlignedPose> {
+fn pair_poses(trajectory: &ScanTrajectory, reference: &ScanTrajectory) -> Vec<AlignedPose> {
     let common = trajectory.iter().filter_map(|(scan, &(stamp_s, pose))| {
         let &(reference_s, reference) = reference.get(scan)?;
         Some((stamp_s - reference_s, AlignedPose { stamp_s, pose, reference }))
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use armor_grid_slam::pose::wrapped;
 
-    fn circle(stamps_s: impl Iterator<Item = f64>) -> Trajectory {
+    fn circle(stamps_s: impl Iterator<Item = f64>) -> ScanTrajectory {
         let pose = |stamp_s: f64| {
             let angle = 0.1 * stamp_s;
             (stamp_s, Pose::new(5.0 * angle.cos(), 5.0 * angle.sin(), wrapped(angle)))
@@ -128,12 +128,12 @@ mod tests {
         stamps_s.map(pose).enumerate().collect()
     }
 
-    fn moved(trajectory: &Trajectory) -> Trajectory {
+    fn moved(trajectory: &ScanTrajectory) -> ScanTrajectory {
         let by = Pose::new(3.0, -7.0, 2.1);
         trajectory.iter().map(|(&i, &(stamp_s, pose))| (i, (stamp_s, by * pose))).collect()
     }
 
-    fn check(found: &Trajectory, reference: &Trajectory, count: usize, most_m: f64) {
+    fn check(found: &ScanTrajectory, reference: &ScanTrajectory, count: usize, most_m: f64) {
         let aligned = align_to_reference(found, reference).unwrap();
         assert_eq!(aligned.len(), count);
         for AlignedPose { stamp_s, pose, reference } in aligned {
@@ -153,7 +153,8 @@ mod tests {
         let found = circle((0..40).map(|i| f64::from(i) * 0.5 + 0.25));
         let truth = circle((0..200).map(|i| f64::from(i) * 0.1));
         check(&moved(&found), &truth, 40, 1e-3);
-        let gap: Trajectory = truth.into_iter().filter(|(i, _)| !(50..150).contains(i)).collect();
+        let gap: ScanTrajectory =
+            truth.into_iter().filter(|(i, _)| !(50..150).contains(i)).collect();
         check(&found, &gap, 20, 1e-3);
     }
 
@@ -163,7 +164,7 @@ mod tests {
             (circle((0..9).map(f64::from)), circle((0..9).map(|i| 1e6 + f64::from(i))));
         assert_eq!(align_to_reference(&found, &other), Err(EvaluationError::NothingInCommon));
         assert_eq!(
-            align_to_reference(&found, &Trajectory::new()),
+            align_to_reference(&found, &ScanTrajectory::new()),
             Err(EvaluationError::NothingInCommon)
         );
     }

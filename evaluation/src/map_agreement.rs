@@ -1,5 +1,5 @@
-//! How well a map agrees with another one, or with the true map of a simulated world, whose frame may
-//! be another.
+//! How well a map agrees with another one, or with the true map of a simulated world, whose frame
+//! may be another.
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2};
 use armor_grid_slam::field::{CellWindow, LikelihoodField};
@@ -64,8 +64,8 @@ pub fn compare_maps(
     MapAgreement { score: score_map(&moved, &reference.cells, tolerance_cells as f32), motion }
 }
 
-/// Returns `reference_from_map` for which the walls of the map lie on those of the reference best; the
-/// identity if no motion within the search window fits.
+/// Returns `reference_from_map` for which the walls of the map lie on those of the reference best;
+/// the identity if no motion within the search window fits.
 fn align_walls(map: &PlacedMap, reference: &PlacedMap) -> Pose {
     let points = thin(list_walls(map), THINNING_M);
     let mut surfaces = SurfaceGrid::new(THINNING_M / 2.0);

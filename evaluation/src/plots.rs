@@ -9,12 +9,12 @@ use armor_picture::plot_sheet::PlotSheet;
 use crate::alignment::AlignedPose;
 use crate::columns::TitledColumn;
 use crate::relations::JudgedRelation;
-use crate::trajectory::Trajectory;
+use crate::trajectory::ScanTrajectory;
 
 /// Draws the trajectory, and the errors along it as curves and histograms. The poses aligned with a
 /// reference take the place of the trajectory if there are any.
 pub fn draw_evaluation(
-    trajectory: &Trajectory,
+    trajectory: &ScanTrajectory,
     aligned: &[AlignedPose],
     judged: &[JudgedRelation],
 ) -> PlotSheet {
@@ -50,7 +50,7 @@ pub fn draw_columns(columns: &[TitledColumn]) -> PlotSheet {
     sheet
 }
 
-fn draw_poses(sheet: &mut PlotSheet, trajectory: &Trajectory, aligned: &[AlignedPose]) {
+fn draw_poses(sheet: &mut PlotSheet, trajectory: &ScanTrajectory, aligned: &[AlignedPose]) {
     let at = |pose: &Pose| (pose.x_m, pose.y_m);
     let (measured, reference): (Vec<_>, Vec<_>) = if aligned.is_empty() {
         (trajectory.values().map(|(_, pose)| at(pose)).collect(), Vec::new())
@@ -64,7 +64,7 @@ fn draw_poses(sheet: &mut PlotSheet, trajectory: &Trajectory, aligned: &[Aligned
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::relations::Relation;
+    use crate::relations::ScanRelation;
 
     fn drawn() -> PlotSheet {
         let pair = |i: u32| {
@@ -74,14 +74,14 @@ mod tests {
         };
         let aligned: Vec<_> = (0..20).map(pair).collect();
         let relation =
-            |to: usize| Relation { from: 0, to, kind: "next".into(), motion: Pose::default() };
+            |to: usize| ScanRelation { from: 0, to, kind: "next".into(), motion: Pose::default() };
         let judged = |to: usize| JudgedRelation {
             relation: relation(to),
             metres: 0.1 * to as f64,
             degrees: 1.0,
         };
         let judged: Vec<_> = (1..20).map(judged).collect();
-        draw_evaluation(&Trajectory::new(), &aligned, &judged)
+        draw_evaluation(&ScanTrajectory::new(), &aligned, &judged)
     }
 
     #[test]

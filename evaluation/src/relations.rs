@@ -1,5 +1,5 @@
-//! Errors of a trajectory over known relations between its poses (Kümmerle et al., *On Measuring the
-//! Accuracy of SLAM Algorithms*, Autonomous Robots 27, 2009).
+//! Errors of a trajectory over known relations between its poses (Kümmerle et al., *On Measuring
+//! the Accuracy of SLAM Algorithms*, Autonomous Robots 27, 2009).
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use armor_grid_slam::pose::{Pose, wrapped};
 use crate::columns::number_lines;
 use crate::error::EvaluationError;
 use crate::statistics::{Spread, measure_spread};
-use crate::trajectory::Trajectory;
+use crate::trajectory::ScanTrajectory;
 
 /// How many relations [`select_worst`] returns at most.
 pub const WORST_COUNT: usize = 5;
 
 /// A known relation: the pose of scan `to` as seen from scan `from`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Relation {
+pub struct ScanRelation {
     /// The scan it is seen from.
     pub from: usize,
     /// The scan that is seen.
@@ -30,7 +30,7 @@ pub struct Relation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedRelation {
     /// The relation.
-    pub relation: Relation,
+    pub relation: ScanRelation,
     /// Error of the position, metres.
     pub metres: f64,
     /// Error of the heading, degrees.
@@ -52,14 +52,14 @@ pub struct RelationErrors {
 ///
 /// # Errors
 /// If a line has other fields.
-pub fn read_relations(text: &str) -> Result<Vec<Relation>, EvaluationError> {
+pub fn read_relations(text: &str) -> Result<Vec<ScanRelation>, EvaluationError> {
     let expected = "i,j,kind,dx_m,dy_m,dtheta_rad";
     let read_relation = |text: &str| {
         let fields: Vec<_> = text.split(',').map(str::trim).collect();
         let [from, to, kind, x, y, yaw] = fields.as_slice() else { return None };
         let motion = Pose::new(x.parse().ok()?, y.parse().ok()?, yaw.parse().ok()?);
         let (from, to) = (from.parse().ok()?, to.parse().ok()?);
-        Some(Relation { from, to, kind: (*kind).into(), motion })
+        Some(ScanRelation { from, to, kind: (*kind).into(), motion })
     };
     let read_line = |(line, text): (usize, &str)| {
         let bad = || EvaluationError::BadLine { line, expected, text: text.into() };
@@ -73,8 +73,8 @@ pub fn read_relations(text: &str) -> Result<Vec<Relation>, EvaluationError> {
 /// # Errors
 /// If there is no such relation.
 pub fn judge_relations(
-    trajectory: &Trajectory,
-    relations: &[Relation],
+    trajectory: &ScanTrajectory,
+    relations: &[ScanRelation],
 ) -> Result<Vec<JudgedRelation>, EvaluationError> {
     let judged = relations.iter().filter_map(|relation| {
         let ((_, from), (_, to)) = (trajectory.get(&relation.from)?, trajectory.get(&relation.to)?);
@@ -114,7 +114,7 @@ pub fn select_worst(judged: &[JudgedRelation]) -> Vec<&JudgedRelation> {
 mod tests {
     use super::*;
 
-    fn circle(count: usize) -> Trajectory {
+    fn circle(count: usize) -> ScanTrajectory {
         let pose = |i: usize| {
             let angle = i as f64 * 0.1;
             (i as f64, Pose::new(5.0 * angle.cos(), 5.0 * angle.sin(), wrapped(angle)))
@@ -122,9 +122,9 @@ mod tests {
         (0..count).map(|i| (i, pose(i))).collect()
     }
 
-    fn relation(trajectory: &Trajectory, from: usize, to: usize, kind: &str) -> Relation {
+    fn relation(trajectory: &ScanTrajectory, from: usize, to: usize, kind: &str) -> ScanRelation {
         let motion = trajectory[&from].1.inverse() * trajectory[&to].1;
-        Relation { from, to, kind: kind.into(), motion }
+        ScanRelation { from, to, kind: kind.into(), motion }
     }
 
     #[test]
@@ -132,7 +132,7 @@ mod tests {
         let truth = circle(40);
         let turned =
             |(i, (s, pose)): (&usize, &(f64, Pose))| (*i, (*s, Pose::new(3.0, -7.0, 2.1) * *pose));
-        let moved: Trajectory = truth.iter().map(turned).collect();
+        let moved: ScanTrajectory = truth.iter().map(turned).collect();
         let relations: Vec<_> = (1..40).map(|i| relation(&truth, i - 1, i, "next")).collect();
         let errors = &summarize_by_kind(&judge_relations(&moved, &relations).unwrap())["next"];
         assert!(errors.metres.mean < 1e-9 && errors.degrees.mean < 1e-9, "{errors:?}");
@@ -143,7 +143,7 @@ mod tests {
         let truth = circle(4);
         let mut relations = vec![relation(&truth, 0, 1, "next"), relation(&truth, 0, 2, "revisit")];
         relations.push(relation(&truth, 2, 3, "next"));
-        relations.push(Relation { to: 99, ..relations[0].clone() });
+        relations.push(ScanRelation { to: 99, ..relations[0].clone() });
         relations[1].motion = relations[1].motion * Pose::new(0.3, 0.4, 0.1);
         let judged = judge_relations(&truth, &relations).unwrap();
         let kinds = summarize_by_kind(&judged);

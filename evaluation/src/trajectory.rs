@@ -8,13 +8,13 @@ use crate::columns::number_lines;
 use crate::error::EvaluationError;
 
 /// Poses by the number of their scan: the stamp in seconds and `world_from_robot`.
-pub type Trajectory = BTreeMap<usize, (f64, Pose)>;
+pub type ScanTrajectory = BTreeMap<usize, (f64, Pose)>;
 
 /// Reads `scan,timestamp_s,x_m,y_m,theta_rad`, with a line of titles.
 ///
 /// # Errors
 /// If a line has other fields.
-pub fn read_trajectory(text: &str) -> Result<Trajectory, EvaluationError> {
+pub fn read_trajectory(text: &str) -> Result<ScanTrajectory, EvaluationError> {
     let expected = "scan,timestamp_s,x_m,y_m,theta_rad";
     let read_line = |(line, text): (usize, &str)| {
         let numbers: Option<Vec<f64>> = text.split(',').map(|f| f.trim().parse().ok()).collect();

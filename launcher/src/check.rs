@@ -1,7 +1,8 @@
-//! `armor check FILE...`: the whole proof of a file, and all findings at once.
+//! `armor check FILE...`: proves a file, and prints all findings.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -11,50 +12,75 @@ use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
     needed_paths, passed_dates,
 };
+use clap::Args;
 
-use crate::arguments::{self, Format};
-use crate::exit::Ending;
+use crate::arguments::{KindFolders, OutputFormat};
+use crate::exit::CommandEnding;
 use crate::kinds::Catalogue;
 use crate::print;
+use crate::verb::Verb;
 
-/// How long a mission is looked at. One that people draw takes milliseconds.
+/// Longest time to prove a mission. One that is drawn by hand takes milliseconds.
 const PROOF_WITHIN: Duration = Duration::from_secs(5);
-/// The same where others wait: configd answers nobody meanwhile, and silence is taken for a hang.
+/// The same in configd, which answers no request during the proof: a longer silence would count as
+/// a hang.
 const SHORT_PROOF_WITHIN: Duration = Duration::from_millis(500);
 
-/// A file with all that was found.
-pub struct Checked {
+/// A file with its findings.
+pub struct CheckedFile {
     reading: Reading,
     /// The kinds it was checked against.
     pub catalogue: Catalogue,
+}
+
+/// Check files and print all findings.
+#[derive(Args, Debug)]
+pub struct CheckArguments {
+    /// The system and mission files.
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Fail on warnings too.
+    #[arg(long)]
+    pub strict: bool,
+    /// Override the value of a parameter.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    #[command(flatten)]
+    pub kinds: KindFolders,
+}
+
+impl Verb for CheckArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(check_files(&self, format)?.into())
+    }
 }
 
 /// Prints the findings of each file; fails on errors, and on warnings if it is to be strict.
 ///
 /// # Errors
 /// If a stock component is broken, or the current folder is gone.
-pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
-    let mut ending = Ending::Fine;
+fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let mut ending = CommandEnding::Fine;
     let mut gravest = None;
     for file in &arguments.files {
-        let checked = load(file, &arguments.overrides, &arguments.kinds)?;
+        let checked = load_file(file, &arguments.overrides, &arguments.kinds)?;
         let findings = &checked.reading.findings;
-        print(&checked.shown(format), format);
+        print_findings(&checked.shown(format), format);
         gravest =
             gravest.into_iter().chain(findings.gravest()).min_by_key(|code: &Code| code.severity());
         let warnings = findings.count(Severity::Warning);
         if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
-            ending = Ending::Failed;
-        } else if warnings == 0 && format != Format::Json {
+            ending = CommandEnding::Failed;
+        } else if warnings == 0 && format != OutputFormat::Json {
             println!("{} is fine", file.display());
         }
         if let Some(takes) = findings.iter().find(|finding| finding.code == Code::Takes)
-            && format != Format::Json
+            && format != OutputFormat::Json
         {
             println!("{}: {}", file.display(), takes.message);
         }
     }
-    hint(gravest, format);
+    print_hint(gravest, format);
     Ok(ending)
 }
 
@@ -62,10 +88,10 @@ pub fn run(arguments: &arguments::Check, format: Format) -> Result<Ending> {
 ///
 /// # Errors
 /// As [`run`]. What is wrong with the file is in the findings.
-pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Checked> {
+pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<CheckedFile> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
     let mut reading = armor_robotfile::load(file);
-    let (overrides, malformed) = overrides(sets, &folder);
+    let (overrides, malformed) = parse_overrides(sets, &folder);
     reading.findings.extend(malformed);
     let files = reading.files.clone();
     let catalogue = Catalogue::gather(&kinds.directories, files.iter().map(AsRef::as_ref))?;
@@ -80,23 +106,23 @@ pub fn load(file: &Path, sets: &[String], kinds: &arguments::Kinds) -> Result<Ch
         reading.findings.extend(missing.map(NeededPath::missing));
         reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
     }
-    // What only the executive can say of a mission, it says of one that is sound otherwise.
+    // The executive proves only missions that are valid otherwise.
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
     {
         reading.findings.extend_new(proven_within(configuration, PROOF_WITHIN));
     }
     reading.findings.sort();
-    Ok(Checked { reading, catalogue })
+    Ok(CheckedFile { reading, catalogue })
 }
 
-/// What only the executive finds in a mission: that it cannot play it, or what it proves of it.
+/// Returns what only the executive finds in a mission: that it cannot play it, or results of the
+/// proof.
 pub fn of_the_mission(configuration: &Configuration) -> Findings {
     proven_within(configuration, PROOF_WITHIN).without_notes()
 }
 
-/// The same in half a second. What is not decided by then the executive decides for itself, from
-/// where the mission stands.
+/// The same within half a second. The executive itself proves the rest, from the current marking.
 pub fn of_the_mission_soon(configuration: &Configuration) -> Findings {
     proven_within(configuration, SHORT_PROOF_WITHIN).without_notes()
 }
@@ -112,11 +138,11 @@ fn proven_within(configuration: &Configuration, limit: Duration) -> Findings {
     }
 }
 
-/// Whether this host's clock is good enough for the dates of the mission, if it has some.
+/// Checks that this host's clock is good enough for the dates of the mission, if it has some.
 ///
 /// # Errors
-/// If it is not known to be.
-pub fn clock(configuration: &Configuration) -> Result<()> {
+/// If the clock may be wrong.
+pub fn check_clock(configuration: &Configuration) -> Result<()> {
     let plan = Plan::of(configuration).ok().flatten();
     if plan.is_some_and(|plan| plan.has_dates())
         && let Some(doubts) = armor_executive::clock_doubts()
@@ -126,8 +152,8 @@ pub fn clock(configuration: &Configuration) -> Result<()> {
     Ok(())
 }
 
-/// The `--set` of a command line, and what is wrong with them.
-pub fn overrides(sets: &[String], folder: &Path) -> (Vec<Override>, Vec<Finding>) {
+/// Parses the `--set` options of a command line, and returns findings for malformed ones.
+pub fn parse_overrides(sets: &[String], folder: &Path) -> (Vec<Override>, Vec<Finding>) {
     let mut overrides = Vec::new();
     let mut malformed = Vec::new();
     for set in sets {
@@ -139,47 +165,49 @@ pub fn overrides(sets: &[String], folder: &Path) -> (Vec<Override>, Vec<Finding>
     (overrides, malformed)
 }
 
-impl Checked {
+impl CheckedFile {
     /// The configuration, if it is free of errors.
     pub fn accepted(&self) -> Option<&Configuration> {
         self.reading.configuration.as_ref().filter(|_| self.reading.is_valid())
     }
 
-    /// The findings as they are printed: how long the mission takes is a line of its own for people.
-    fn shown(&self, format: Format) -> Findings {
-        let is_shown = |finding: &&Finding| format == Format::Json || finding.code != Code::Takes;
+    /// The findings as they are printed: how long the mission takes is a line of its own for
+    /// people.
+    fn shown(&self, format: OutputFormat) -> Findings {
+        let is_shown =
+            |finding: &&Finding| format == OutputFormat::Json || finding.code != Code::Takes;
         let mut shown = Findings::default();
         shown.extend(self.reading.findings.iter().filter(is_shown).cloned());
         shown
     }
 
     /// Prints what is worth stopping at: errors and warnings.
-    pub fn print_problems(&self, format: Format) {
+    pub fn print_problems(&self, format: OutputFormat) {
         let problems = self.reading.findings.without_notes();
-        print(&problems, format);
-        hint(problems.gravest(), format);
+        print_findings(&problems, format);
+        print_hint(problems.gravest(), format);
     }
 }
 
 /// Prints findings: for people on stderr, for programs as JSON Lines on stdout.
-fn print(findings: &Findings, format: Format) {
+fn print_findings(findings: &Findings, format: OutputFormat) {
     let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
     // Whoever closed the stream does not want to know.
-    let _ = if format == Format::Json {
-        findings.iter().try_for_each(|finding| writeln!(out, "{}", json(finding)))
+    let _ = if format == OutputFormat::Json {
+        findings.iter().try_for_each(|finding| writeln!(out, "{}", findings_to_json(finding)))
     } else {
-        let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
+        let colours = if print::wants_colours(&err) { Colours::Yes } else { Colours::No };
         write!(err, "{}", findings.render(colours))
     };
 }
 
 /// Says once where there is more to read.
-fn hint(code: Option<Code>, format: Format) {
-    if let Some(code) = code.filter(|_| format != Format::Json) {
-        let _ = writeln!(std::io::stderr(), "armor explain {} says more", code.as_str());
+fn print_hint(code: Option<Code>, format: OutputFormat) {
+    if let Some(code) = code.filter(|_| format != OutputFormat::Json) {
+        let _ = writeln!(std::io::stderr(), "see `armor explain {}`", code.as_str());
     }
 }
 
-fn json(finding: &Finding) -> String {
+fn findings_to_json(finding: &Finding) -> String {
     serde_json::to_string(finding).unwrap_or_else(|error| error.to_string())
 }

@@ -1,7 +1,8 @@
-//! `armor eval`: prints how far a trajectory is from known relations and a reference, and how well a
-//! map agrees with another one.
+//! `armor eval`: prints how far a trajectory is from known relations and a reference, and how well
+//! a map agrees with another one.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use armor_evaluation::alignment::{
@@ -15,7 +16,7 @@ use armor_evaluation::relations::{
     summarize_by_kind,
 };
 use armor_evaluation::statistics::Spread;
-use armor_evaluation::trajectory::{Trajectory, read_trajectory};
+use armor_evaluation::trajectory::{ScanTrajectory, read_trajectory};
 use armor_grid_slam::pose::Pose;
 use armor_picture::plot_sheet::PictureFormat;
 use armor_simulator::map_server::occupancy;
@@ -23,11 +24,12 @@ use armor_simulator::world::World;
 use clap::Args;
 use serde_json::{Map, Value, json};
 
-use crate::arguments::Format;
-use crate::exit::Ending;
-use crate::inspect_cli::say;
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
+use crate::print::print_line;
+use crate::verb::Verb;
 
-/// The arguments of `armor eval`.
+/// Measure a trajectory by relations between scans or a reference, and a map by another map.
 #[derive(Args, Debug)]
 pub struct EvalArguments {
     /// The trajectory: scan,timestamp_s,x_m,y_m,theta_rad, as map-writer writes it.
@@ -60,10 +62,16 @@ pub struct EvalArguments {
     plot: Option<PathBuf>,
 }
 
+impl Verb for EvalArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(evaluate(&self, format)?.into())
+    }
+}
+
 /// The results of the comparisons that the arguments ask for.
 #[derive(Default)]
 struct Evaluation {
-    trajectory: Trajectory,
+    trajectory: ScanTrajectory,
     judged: Vec<JudgedRelation>,
     aligned: Vec<AlignedPose>,
     map: Option<MapAgreement>,
@@ -73,13 +81,13 @@ struct Evaluation {
 ///
 /// # Errors
 /// If a file cannot be read, parsed or written.
-pub fn run(arguments: &EvalArguments, format: Format) -> Result<Ending> {
+fn evaluate(arguments: &EvalArguments, format: OutputFormat) -> Result<CommandEnding> {
     if let Some(path) = &arguments.plot {
         PictureFormat::from_path(path)?;
     }
     if let (Some(curve), Some(path)) = (&arguments.curve, &arguments.plot) {
         draw_columns(&read_file(curve, read_columns)?).write_file(path)?;
-        return Ok(Ending::Fine);
+        return Ok(CommandEnding::Fine);
     }
     if arguments.relations.is_none() && arguments.reference.is_none() && arguments.map.is_none() {
         bail!(
@@ -87,13 +95,13 @@ pub fn run(arguments: &EvalArguments, format: Format) -> Result<Ending> {
         );
     }
     let evaluation = Evaluation::measure(arguments)?;
-    let is_json = format == Format::Json;
-    say(if is_json { evaluation.to_json().to_string() } else { evaluation.to_text() })?;
+    let is_json = format == OutputFormat::Json;
+    print_line(if is_json { evaluation.to_json().to_string() } else { evaluation.to_text() })?;
     if let Some(path) = &arguments.plot {
         let Evaluation { trajectory, aligned, judged, .. } = &evaluation;
         draw_evaluation(trajectory, aligned, judged).write_file(path)?;
     }
-    Ok(Ending::Fine)
+    Ok(CommandEnding::Fine)
 }
 
 impl Evaluation {

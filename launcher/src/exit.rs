@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 /// What a command came to. Wrong usage is 2 and ends in the command line's own parser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum CommandEnding {
     /// 0: all is fine; a mission reached its goal.
     Fine,
     /// 1: the check or the run failed.
@@ -13,7 +13,7 @@ pub enum Ending {
     Interrupted,
 }
 
-impl Ending {
+impl CommandEnding {
     /// The number.
     pub fn code(self) -> u8 {
         match self {
@@ -24,8 +24,8 @@ impl Ending {
     }
 }
 
-impl From<Ending> for ExitCode {
-    fn from(ending: Ending) -> Self {
+impl From<CommandEnding> for ExitCode {
+    fn from(ending: CommandEnding) -> Self {
         Self::from(ending.code())
     }
 }

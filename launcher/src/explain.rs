@@ -1,45 +1,63 @@
 //! `armor explain [CODE]`: the page of a finding, from the catalogue in `docs/errors`.
 
 use std::io::IsTerminal;
+use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use armor_robotfile::Code;
+use clap::Args;
 use serde_json::json;
 
-use crate::arguments::Format;
-use crate::exit::Ending;
-use crate::inspect_cli::{printed, say};
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 use crate::print;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
+
+/// Explain a finding of `armor check` by its code. Without CODE: list all codes.
+#[derive(Args, Debug)]
+pub struct ExplainArguments {
+    /// A code, such as E0103.
+    pub code: Option<String>,
+}
+
+impl Verb for ExplainArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(print_explanation(self.code.as_deref(), format)?.into())
+    }
+}
 
 /// Prints the page of a code, or a line for each code.
 ///
 /// # Errors
 /// If there is no such code.
-pub fn run(code: Option<&str>, format: Format) -> Result<Ending> {
+fn print_explanation(code: Option<&str>, format: OutputFormat) -> Result<CommandEnding> {
     let Some(text) = code else {
-        return printed(Code::ALL.iter().try_for_each(|code| match format {
-            Format::Json => say(described(*code)),
-            _ => say(format!("{}  {}", code.as_str(), code.title())),
+        return end_printing(Code::ALL.iter().try_for_each(|code| match format {
+            OutputFormat::Json => print_line(describe_code(*code)),
+            _ => print_line(format!("{}  {}", code.as_str(), code.title())),
         }));
     };
     let Some(code) = Code::named(text) else {
         bail!("no finding has the code {text}; `armor explain` lists them all");
     };
-    let bold = print::coloured(&std::io::stdout());
-    printed(match format {
-        Format::Json => say(with_page(code)),
-        _ if std::io::stdout().is_terminal() => say(for_terminal(code.page(), bold).trim_end()),
-        _ => say(code.page().trim_end()),
+    let bold = print::wants_colours(&std::io::stdout());
+    end_printing(match format {
+        OutputFormat::Json => print_line(with_page(code)),
+        _ if std::io::stdout().is_terminal() => {
+            print_line(for_terminal(code.page(), bold).trim_end())
+        }
+        _ => print_line(code.page().trim_end()),
     })
 }
 
-fn described(code: Code) -> serde_json::Value {
+fn describe_code(code: Code) -> serde_json::Value {
     let severity = code.severity().to_string();
     json!({"code": code.as_str(), "severity": severity, "title": code.title()})
 }
 
 fn with_page(code: Code) -> serde_json::Value {
-    let mut value = described(code);
+    let mut value = describe_code(code);
     value["page"] = code.page().into();
     value
 }

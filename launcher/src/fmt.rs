@@ -1,27 +1,47 @@
-//! `armor fmt FILE...`: files laid out in the one way. What they say stays, comments too.
+//! `armor fmt FILE...`: formats files. Content and comments stay.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use armor_robotfile::{Code, Colours, Finding, Findings, MAX_FILE_BYTES};
+use clap::Args;
 use serde_json::json;
 
-use crate::arguments::{self, Format};
-use crate::exit::Ending;
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 use crate::print;
+use crate::verb::Verb;
 
 /// Stands for stdin where a file is expected.
 const STDIN: &str = "-";
 
+/// OutputFormat files: indentation, spaces, blank lines. The content does not change.
+#[derive(Args, Debug)]
+pub struct FmtArguments {
+    /// The files; - is stdin, written to stdout.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Change nothing; print the files that would change, and exit with code 1 if there are any.
+    #[arg(long)]
+    pub check: bool,
+}
+
+impl Verb for FmtArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(format_files(&self, format)?.into())
+    }
+}
+
 /// Formats the files in place, or stdin to stdout; with `--check` only names those that would
-/// change. Goes on to the next file after one that cannot be formatted.
+/// change. Continues with the next file after one that cannot be formatted.
 ///
 /// # Errors
 /// If stdout cannot be written, or stdin is formatted among other files.
-pub fn run(arguments: &arguments::Fmt, format: Format) -> Result<Ending> {
+fn format_files(arguments: &FmtArguments, format: OutputFormat) -> Result<CommandEnding> {
     let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
-    let colours = if print::coloured(&err) { Colours::Yes } else { Colours::No };
+    let colours = if print::wants_colours(&err) { Colours::Yes } else { Colours::No };
     let stdin = &mut std::io::stdin().lock();
     let mut formatter = Formatter { stdin, out: &mut out, err: &mut err, format, colours };
     formatter.all(&arguments.files, arguments.check)
@@ -31,34 +51,34 @@ struct Formatter<'a> {
     stdin: &'a mut dyn Read,
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
-    format: Format,
+    format: OutputFormat,
     colours: Colours,
 }
 
 impl Formatter<'_> {
-    fn all(&mut self, files: &[PathBuf], check: bool) -> Result<Ending> {
+    fn all(&mut self, files: &[PathBuf], check: bool) -> Result<CommandEnding> {
         let stdin = files.iter().filter(|file| file.as_os_str() == STDIN).count();
         if stdin > 1 || (stdin == 1 && files.len() > 1 && !check) {
-            bail!("- (stdin) is formatted by itself: stdout holds one file");
+            bail!("- (stdin) must be the only file: stdout takes one");
         }
-        let mut ending = Ending::Fine;
+        let mut ending = CommandEnding::Fine;
         for file in files {
             match self.formatted(file) {
                 Err(findings) => {
                     self.print(&findings)?;
-                    ending = Ending::Failed;
+                    ending = CommandEnding::Failed;
                 }
                 Ok((_, new)) if file.as_os_str() == STDIN && !check => self.out.write_all(&new)?,
                 Ok((old, new)) if old == new => {}
                 Ok(_) if check => {
-                    self.say(file, "would change")?;
-                    ending = Ending::Failed;
+                    self.print_result(file, "would change")?;
+                    ending = CommandEnding::Failed;
                 }
                 Ok((_, new)) => match armor_files::save_atomically(file, &new) {
-                    Ok(()) => self.say(file, "formatted")?,
+                    Ok(()) => self.print_result(file, "formatted")?,
                     Err(error) => {
                         writeln!(self.err, "error: {error}")?;
-                        ending = Ending::Failed;
+                        ending = CommandEnding::Failed;
                     }
                 },
             }
@@ -88,8 +108,8 @@ impl Formatter<'_> {
     }
 
     /// What became of a file: for people its name, for programs an object.
-    fn say(&mut self, file: &Path, what: &str) -> Result<()> {
-        if self.format == Format::Json {
+    fn print_result(&mut self, file: &Path, what: &str) -> Result<()> {
+        if self.format == OutputFormat::Json {
             let line = json!({"file": file.to_string_lossy(), "result": what});
             writeln!(self.out, "{line}")?;
         } else {
@@ -99,7 +119,7 @@ impl Formatter<'_> {
     }
 
     fn print(&mut self, findings: &Findings) -> Result<()> {
-        if self.format == Format::Json {
+        if self.format == OutputFormat::Json {
             for finding in findings {
                 writeln!(self.out, "{}", serde_json::to_string(finding)?)?;
             }
@@ -113,20 +133,20 @@ impl Formatter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scratch::Scratch;
+    use crate::scratch::ScratchFolder;
 
     const UGLY: &str = "<armor version='1'><!-- c --><system/></armor>";
     const FINE: &str = "<armor version='1'> <!-- c -->\n  <system/>\n</armor>\n";
 
-    /// Formats files, `stdin` being what stdin holds: the ending, stdout and stderr.
-    fn fmt(files: &[&Path], check: bool, stdin: &str) -> (Result<Ending>, String, String) {
+    /// Formats files, `stdin` being the content of stdin; returns the ending, stdout and stderr.
+    fn fmt(files: &[&Path], check: bool, stdin: &str) -> (Result<CommandEnding>, String, String) {
         let (mut out, mut err) = (Vec::new(), Vec::new());
         let files: Vec<_> = files.iter().map(|file| file.to_path_buf()).collect();
         let ending = Formatter {
             stdin: &mut stdin.as_bytes(),
             out: &mut out,
             err: &mut err,
-            format: Format::Text,
+            format: OutputFormat::Text,
             colours: Colours::No,
         }
         .all(&files, check);
@@ -136,50 +156,53 @@ mod tests {
 
     #[test]
     fn files_are_formatted_once_and_checked_without_being_touched() {
-        let scratch = Scratch::new("fmt");
+        let scratch = ScratchFolder::new("fmt");
         let (ugly, fine) = (scratch.path().join("ugly.xml"), scratch.path().join("fine.xml"));
         std::fs::write(&ugly, UGLY).expect("written");
         std::fs::write(&fine, FINE).expect("written");
-        let read = |path| std::fs::read_to_string(path).expect("it is there");
+        let read = |path| std::fs::read_to_string(path).expect("it exists");
 
         let (ending, out, _) = fmt(&[&ugly, &fine], true, "");
-        assert_eq!(ending.expect("checked"), Ending::Failed);
+        assert_eq!(ending.expect("checked"), CommandEnding::Failed);
         assert_eq!(out, format!("{} would change\n", ugly.display()));
         assert_eq!(read(&ugly), UGLY);
 
         let (ending, out, _) = fmt(&[&ugly, &fine], false, "");
-        assert_eq!(ending.expect("formatted"), Ending::Fine);
+        assert_eq!(ending.expect("formatted"), CommandEnding::Fine);
         assert_eq!(out, format!("{} formatted\n", ugly.display()));
         assert_eq!(read(&ugly), FINE);
 
         let (ending, out, err) = fmt(&[&ugly, &fine], true, "");
         assert_eq!(
             (ending.expect("checked"), out, err),
-            (Ending::Fine, String::new(), String::new())
+            (CommandEnding::Fine, String::new(), String::new())
         );
     }
 
     #[test]
     fn stdin_goes_to_stdout() {
         let (ending, out, _) = fmt(&[Path::new(STDIN)], false, UGLY);
-        assert_eq!((ending.expect("formatted"), out.as_str()), (Ending::Fine, FINE));
+        assert_eq!((ending.expect("formatted"), out.as_str()), (CommandEnding::Fine, FINE));
         let (ending, out, _) = fmt(&[Path::new(STDIN)], true, UGLY);
-        assert_eq!((ending.expect("checked"), out.as_str()), (Ending::Failed, "- would change\n"));
+        assert_eq!(
+            (ending.expect("checked"), out.as_str()),
+            (CommandEnding::Failed, "- would change\n")
+        );
         let (ending, ..) = fmt(&[Path::new(STDIN), Path::new("a.xml")], false, UGLY);
         assert!(ending.is_err());
     }
 
     #[test]
     fn what_is_no_xml_stays_and_the_others_are_formatted() {
-        let scratch = Scratch::new("fmt-bad");
+        let scratch = ScratchFolder::new("fmt-bad");
         let (bad, ugly) = (scratch.path().join("bad.xml"), scratch.path().join("ugly.xml"));
         std::fs::write(&bad, "<armor>").expect("written");
         std::fs::write(&ugly, UGLY).expect("written");
         let (ending, _, err) = fmt(&[&bad, &scratch.path().join("gone.xml"), &ugly], false, "");
-        assert_eq!(ending.expect("formatted"), Ending::Failed);
+        assert_eq!(ending.expect("formatted"), CommandEnding::Failed);
         assert!(err.contains("bad.xml:1:2") && err.contains("E0012"), "{err}");
         assert!(err.contains("gone.xml cannot be read"), "{err}");
-        assert_eq!(std::fs::read_to_string(&bad).expect("it is there"), "<armor>");
-        assert_eq!(std::fs::read_to_string(&ugly).expect("it is there"), FINE);
+        assert_eq!(std::fs::read_to_string(&bad).expect("it exists"), "<armor>");
+        assert_eq!(std::fs::read_to_string(&ugly).expect("it exists"), FINE);
     }
 }

@@ -4,19 +4,37 @@
 
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
-use std::process::Command;
+use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal, setpgid};
 
-use crate::arguments;
+use crate::arguments::OutputFormat;
+use crate::verb::Verb;
+
+/// Run a program that does not outlive its parent.
+#[derive(Args, Debug)]
+pub struct GuardArguments {
+    /// Process id of the parent that must be alive.
+    pub parent: i32,
+    /// The program and its arguments.
+    #[arg(last = true, required = true)]
+    pub program: Vec<OsString>,
+}
+
+impl Verb for GuardArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        become_program(&self)
+    }
+}
 
 /// Becomes the program. Returns only if that is not possible.
-pub fn run(guard: &arguments::Guard) -> Result<std::process::ExitCode> {
+fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
     set_parent_process_death_signal(Some(Signal::KILL)).context("asking for the death signal")?;
     // The parent may have died before the signal was asked for; then it never comes.
     if getppid() != Pid::from_raw(guard.parent) {
-        bail!("process {}, which started this one, is gone", guard.parent);
+        bail!("process {}, which started this one, has ended", guard.parent);
     }
     setpgid(None, None).context("making a process group")?;
     let (program, arguments) =
@@ -25,8 +43,8 @@ pub fn run(guard: &arguments::Guard) -> Result<std::process::ExitCode> {
     Err(error).with_context(|| format!("{} cannot be started", program.to_string_lossy()))
 }
 
-/// The arguments that start `program` under the guard of process `parent`.
-pub fn arguments<'a>(
+/// Returns the arguments that start `program` under the guard of process `parent`.
+pub fn list_arguments<'a>(
     parent: u32,
     program: &'a OsString,
     arguments: &'a [OsString],

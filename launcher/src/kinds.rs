@@ -1,10 +1,10 @@
-//! Which kinds of components there are: the stock in this program, our programs beside it, and every
-//! executable in the component directories that describes itself. Adding one rebuilds nothing; a broken one is a
-//! finding and the rest still works.
+//! All kinds of components: the stock in this program, our programs next to it, and every
+//! executable in the component directories that describes itself. Adding one rebuilds nothing; a
+//! broken one is a finding and the rest still works.
 
 mod ask;
-mod beside;
 mod cache;
+mod companions;
 mod folders;
 mod probe;
 pub mod stock;
@@ -25,8 +25,8 @@ use cache::Cache;
 
 /// A kind of component.
 #[derive(Clone, Debug)]
-pub struct Kind {
-    /// What it says of itself.
+pub struct ComponentKind {
+    /// Its description of itself.
     pub manifest: Manifest,
     /// What runs it.
     pub origin: Origin,
@@ -39,7 +39,7 @@ pub struct Kind {
 pub enum Origin {
     /// This program.
     Stock,
-    /// An executable of a component directory, or one of ours beside this program.
+    /// An executable of a component directory, or one of our programs next to this one.
     Executable(PathBuf),
 }
 
@@ -56,7 +56,7 @@ impl std::fmt::Display for Origin {
 #[derive(Debug, Default)]
 pub struct Catalogue {
     /// The kinds.
-    pub kinds: BTreeMap<String, Kind>,
+    pub kinds: BTreeMap<String, ComponentKind>,
     /// What in the component directories could not be used, and why.
     problems: Vec<Finding>,
     /// The executables among it, each with its kind of finding.
@@ -64,8 +64,8 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// The stock and what is in the `directories` given, those of the environment, and the ones
-    /// beside the `files`.
+    /// Gathers the stock, and the kinds in `directories`, in those of the environment, and in those
+    /// next to the `files`.
     ///
     /// # Errors
     /// If a stock component is broken.
@@ -73,7 +73,12 @@ impl Catalogue {
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Result<Self> {
-        Self::gather_with(&Cache::of_user(), beside::folder().as_deref(), directories, files)
+        Self::gather_with(
+            &Cache::of_user(),
+            companions::own_folder().as_deref(),
+            directories,
+            files,
+        )
     }
 
     fn gather_with<'a>(
@@ -89,10 +94,10 @@ impl Catalogue {
             })?;
             catalogue.add(manifest, Origin::Stock);
         }
-        let ours = beside::programs(own);
+        let ours = companions::list_programs(own);
         let others = folders::executables(directories, files, &mut catalogue.problems);
         let executables = once(ours.chain(others));
-        for (path, answer) in ask::all(executables, cache) {
+        for (path, answer) in ask::ask_executables(executables, cache) {
             match answer {
                 Ok(manifest) => catalogue.add(manifest, Origin::Executable(path)),
                 Err(problem) => {
@@ -104,14 +109,14 @@ impl Catalogue {
         Ok(catalogue)
     }
 
-    /// What decides which kinds there are: the executables, each with what tells it from its next
-    /// build.
+    /// Returns the sources of all kinds: the executables, each with the identity of its build.
     pub fn sources<'a>(
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Vec<(PathBuf, Option<Identity>)> {
         let others = folders::executables(directories, files, &mut Vec::new());
-        let executables = once(beside::programs(beside::folder().as_deref()).chain(others));
+        let executables =
+            once(companions::list_programs(companions::own_folder().as_deref()).chain(others));
         let identity = |path: &PathBuf| Identity::of(path).ok();
         executables.into_iter().map(|path| (path.clone(), identity(&path))).collect()
     }
@@ -127,7 +132,7 @@ impl Catalogue {
         for (name, kind) in self.kinds.iter().filter(|(_, kind)| !kind.rivals.is_empty()) {
             let claims = [&kind.origin].into_iter().chain(&kind.rivals);
             let claims: Vec<_> = claims.map(ToString::to_string).collect();
-            let message = format!("the kind {name} is there more than once: {}", claims.join(", "));
+            let message = format!("the kind {name} exists more than once: {}", claims.join(", "));
             let remedy = "remove all but one, or give the others another KIND";
             let components = configuration.iter().flat_map(|all| &all.system.components);
             let uses: Vec<_> = components.filter(|one| one.kind.value == *name).collect();
@@ -141,22 +146,22 @@ impl Catalogue {
         findings
     }
 
-    /// Says of each unknown kind if an executable of its name is there that cannot be used, or how
-    /// it is to be had.
+    /// Adds a remedy to the finding of each unknown kind: the unusable executable of its name, or
+    /// how to build it.
     pub fn point_to_broken(&self, findings: &mut Findings) {
         for finding in findings.iter_mut().filter(|finding| finding.code == Code::UnknownKind) {
             let kind = finding.at.as_ref().map(|at| at.text());
             let is_it = |path: &Path| {
                 kind.is_some_and(|kind| {
-                    path.file_stem() == Some(kind.as_ref()) || beside::is_program(path, kind)
+                    path.file_stem() == Some(kind.as_ref()) || companions::is_program(path, kind)
                 })
             };
-            if let Some(remedy) = kind.and_then(beside::remedy) {
+            if let Some(remedy) = kind.and_then(companions::suggest_build) {
                 finding.remedy = remedy;
             }
             if let Some((path, code)) = self.broken.iter().find(|(path, _)| is_it(path)) {
                 let (path, code) = (path.display(), code.as_str());
-                finding.remedy = format!("{path} is there, but did not describe itself ({code})");
+                finding.remedy = format!("{path} exists, but did not describe itself ({code})");
             }
         }
     }
@@ -164,14 +169,14 @@ impl Catalogue {
     fn add(&mut self, manifest: Manifest, origin: Origin) {
         match self.kinds.entry(manifest.kind.clone()) {
             Entry::Vacant(entry) => {
-                entry.insert(Kind { manifest, origin, rivals: Vec::new() });
+                entry.insert(ComponentKind { manifest, origin, rivals: Vec::new() });
             }
             Entry::Occupied(mut entry) => entry.get_mut().rivals.push(origin),
         }
     }
 }
 
-/// Each of them once, whatever links lead to it.
+/// Returns each executable once, even if several links lead to it.
 fn once(found: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
     let mut once: Vec<PathBuf> = Vec::new();
     for path in found {

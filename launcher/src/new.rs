@@ -2,13 +2,16 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use armor_wire::name::is_name;
+use clap::Args;
 
-use crate::arguments;
-use crate::exit::Ending;
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
+use crate::verb::Verb;
 
 /// Where armor-sdk was when this program was built.
 const BUILT_WITH_SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../sdk");
@@ -21,11 +24,30 @@ const FILES: [(&str, &str); 4] = [
     (".gitignore", "/target\n"),
 ];
 
+/// Create the project of a new component.
+#[derive(Args, Debug)]
+pub struct NewArguments {
+    /// Name of the component: its kind, its folder and its package.
+    pub name: String,
+    /// Folder to write. Default: NAME in the current one.
+    #[arg(long, value_name = "DIR")]
+    pub path: Option<PathBuf>,
+    /// Folder of armor-sdk. Default: the one this program was built with.
+    #[arg(long, value_name = "DIR")]
+    pub sdk: Option<PathBuf>,
+}
+
+impl Verb for NewArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        Ok(create_project(&self)?.into())
+    }
+}
+
 /// Writes the project.
 ///
 /// # Errors
-/// If the name is none, the folder is there already, or armor-sdk is not found.
-pub fn run(arguments: &arguments::New) -> Result<Ending> {
+/// If the name is not valid, the folder exists already, or armor-sdk is not found.
+fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
     let name = &arguments.name;
     if !is_name(name) || name != &name.to_lowercase() {
         bail!(
@@ -39,7 +61,7 @@ pub fn run(arguments: &arguments::New) -> Result<Ending> {
     let sdk = sdk(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
     if folder.exists() {
-        bail!("{} is there already; remove it or give another --path", folder.display());
+        bail!("{} exists already; remove it or give another --path", folder.display());
     }
     for (file, text) in FILES {
         let text = text
@@ -51,10 +73,10 @@ pub fn run(arguments: &arguments::New) -> Result<Ending> {
             .and_then(|()| fs::write(&path, text));
         written.with_context(|| format!("{} cannot be written", path.display()))?;
     }
-    println!("{} is written. Next:", folder.display());
+    println!("{} is created. Next:", folder.display());
     println!("  cd {} && cargo test && cargo run -- --describe", folder.display());
     println!("and read its README.md.");
-    Ok(Ending::Fine)
+    Ok(CommandEnding::Fine)
 }
 
 fn sdk(given: Option<&Path>) -> Result<PathBuf> {
@@ -65,8 +87,8 @@ fn sdk(given: Option<&Path>) -> Result<PathBuf> {
     }
 }
 
-/// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something else
-/// in the file.
+/// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
+/// else in the file.
 fn type_name(name: &str) -> String {
     let words = name.split(['-', '_']).filter(|word| !word.is_empty());
     let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
@@ -77,24 +99,24 @@ fn type_name(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scratch::Scratch;
+    use crate::scratch::ScratchFolder;
 
-    fn new(name: &str, path: PathBuf) -> Result<Ending> {
-        run(&arguments::New { name: name.into(), path: Some(path), sdk: None })
+    fn new(name: &str, path: PathBuf) -> Result<CommandEnding> {
+        create_project(&NewArguments { name: name.into(), path: Some(path), sdk: None })
     }
 
     #[test]
     fn a_project_is_written_once_and_has_nothing_left_to_fill_in() {
-        let scratch = Scratch::new("new");
+        let scratch = ScratchFolder::new("new");
         let folder = scratch.path().join("laser-scanner");
         new("laser-scanner", folder.clone()).expect("written");
         for (file, _) in FILES {
-            let text = fs::read_to_string(folder.join(file)).expect("it is there");
+            let text = fs::read_to_string(folder.join(file)).expect("it exists");
             assert!(!text.contains("{{"), "{file}: {text}");
         }
-        let main = fs::read_to_string(folder.join("src/main.rs")).expect("it is there");
+        let main = fs::read_to_string(folder.join("src/main.rs")).expect("it exists");
         assert!(main.contains("struct LaserScanner"), "{main}");
-        let error = new("laser-scanner", folder).expect_err("it is there already");
+        let error = new("laser-scanner", folder).expect_err("it exists already");
         assert!(error.to_string().contains("--path"), "{error}");
     }
 
@@ -113,7 +135,7 @@ mod tests {
 
     #[test]
     fn what_is_no_name_is_refused() {
-        let scratch = Scratch::new("new-bad");
+        let scratch = ScratchFolder::new("new-bad");
         for name in ["", "9lives", "../up", "a b", "Laser", "größe", "simulator"] {
             let folder = scratch.path().join("x");
             assert!(new(name, folder.clone()).is_err(), "{name}");

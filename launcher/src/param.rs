@@ -2,62 +2,73 @@
 //! file, and compared from version to version.
 
 pub mod arguments;
-mod desk;
-mod told;
+mod parameter_store;
+mod wire_records;
+
+use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use armor_sdk::configuration::{Differences, Parameters, SetOutcome};
 use armor_wire::config::{ChangeRecord, ListedParameter};
 use serde_json::json;
 
-use crate::arguments::Format;
-use crate::exit::Ending;
-use crate::inspect_cli::{printed, say};
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 use crate::print;
-use arguments::{Diff, Get, List, Param, Set, Where};
-use desk::Desk;
-use told::{json_of, say_rejected};
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
+use arguments::{
+    DiffArguments, GetArguments, ListArguments, ParamCommand, ParameterSource, SetArguments,
+};
+use parameter_store::ParameterStore;
+use wire_records::{print_rejection, record_to_json};
 
-/// Does what is asked.
+impl Verb for ParamCommand {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(run_command(&self, format)?.into())
+    }
+}
+
+/// Carries out a command.
 ///
 /// # Errors
 /// If no system is found, the file is not valid, or there is no such component, parameter or
 /// version.
-pub fn run(param: &Param, format: Format) -> Result<Ending> {
+fn run_command(param: &ParamCommand, format: OutputFormat) -> Result<CommandEnding> {
     let done = match param {
-        Param::List(arguments) => list(arguments, format),
-        Param::Get(arguments) => get(arguments, format),
-        Param::Set(arguments) => return set(arguments, format),
-        Param::Diff(arguments) => diff(arguments, format),
+        ParamCommand::List(arguments) => print_parameters(arguments, format),
+        ParamCommand::Get(arguments) => print_value(arguments, format),
+        ParamCommand::Set(arguments) => return set_value(arguments, format),
+        ParamCommand::Diff(arguments) => print_differences(arguments, format),
     };
-    printed(done)
+    end_printing(done)
 }
 
-fn list(arguments: &List, format: Format) -> Result<()> {
-    let List { component, at } = arguments;
-    let found = Desk::open(at)?.parameters(component.as_deref())?;
+fn print_parameters(arguments: &ListArguments, format: OutputFormat) -> Result<()> {
+    let ListArguments { component, source } = arguments;
+    let found = ParameterStore::open(source)?.parameters(component.as_deref())?;
     warn_if_refused(&found);
-    if format == Format::Json {
-        return found.parameters.iter().try_for_each(|one| say(json_of(one)?));
+    if format == OutputFormat::Json {
+        return found.parameters.iter().try_for_each(|one| print_line(record_to_json(one)?));
     }
     let with_places = found.parameters.iter().any(|one| !one.places.is_empty());
-    let rows: Vec<_> = found.parameters.iter().map(|one| row(one, with_places)).collect();
+    let rows: Vec<_> = found.parameters.iter().map(|one| format_row(one, with_places)).collect();
     let mut headings = vec!["PARAMETER", "VALUE", "UNIT", "RANGE", "LIVE", "FROM"];
     headings.extend(with_places.then_some("IN PLACES"));
-    say(print::table(&headings, &rows).trim_end())
+    print_line(print::format_table(&headings, &rows).trim_end())
 }
 
-fn row(one: &ListedParameter, with_places: bool) -> Vec<String> {
+fn format_row(one: &ListedParameter, with_places: bool) -> Vec<String> {
     let dash = |text: &str| if text.is_empty() { "-".to_owned() } else { text.to_owned() };
     let name = format!("{}.{}", one.component, one.name);
     let live = if one.live { "live" } else { "-" };
-    let (value, unit, range) = (quoted(&one.value), dash(&one.unit), dash(&one.range));
+    let (value, unit, range) = (quote_value(&one.value), dash(&one.unit), dash(&one.range));
     let mut row = vec![name, value, unit, range, live.into(), one.origin.clone()];
     row.extend(with_places.then(|| dash(&one.places)));
     row
 }
 
-fn quoted(text: &str) -> String {
+fn quote_value(text: &str) -> String {
     if text.is_empty() { "\"\"".into() } else { text.to_owned() }
 }
 
@@ -71,37 +82,43 @@ fn warn_if_refused(found: &Parameters) {
     }
 }
 
-fn get(arguments: &Get, format: Format) -> Result<()> {
+fn print_value(arguments: &GetArguments, format: OutputFormat) -> Result<()> {
     let (component, parameter) = &arguments.name;
-    let found = Desk::open(&arguments.at)?.parameters(Some(component))?;
+    let found = ParameterStore::open(&arguments.source)?.parameters(Some(component))?;
     warn_if_refused(&found);
     let Some(one) = found.parameters.iter().find(|one| one.name == *parameter) else {
         let names: Vec<_> = found.parameters.iter().map(|one| one.name.as_str()).collect();
         let names = if names.is_empty() { "none".into() } else { names.join(", ") };
         bail!("{component} has no parameter called {parameter}; it has: {names}");
     };
-    if format == Format::Json { say(json_of(one)?) } else { say(&one.value) }
+    if format == OutputFormat::Json {
+        print_line(record_to_json(one)?)
+    } else {
+        print_line(&one.value)
+    }
 }
 
-fn set(arguments: &Set, format: Format) -> Result<Ending> {
+fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEnding> {
     let (component, parameter) = &arguments.name;
-    let Where { file, .. } = &arguments.at;
+    let ParameterSource { file, .. } = &arguments.source;
     let value = arguments.value.as_deref();
-    match Desk::open(&arguments.at)?.set(component, parameter, value)? {
-        SetOutcome::Set { version, changes } => printed(if format == Format::Json {
-            let changes = changes.iter().map(json_of).collect::<Result<Vec<_>>>()?;
-            say(json!({"set": true, "version": version, "changes": changes}))
+    match ParameterStore::open(&arguments.source)?.set(component, parameter, value)? {
+        SetOutcome::Set { version, changes } => end_printing(if format == OutputFormat::Json {
+            let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
+            print_line(json!({"set": true, "version": version, "changes": changes}))
         } else if changes.is_empty() {
-            say(format_args!("{component}.{parameter} already has this value; nothing was written"))
+            print_line(format_args!(
+                "{component}.{parameter} already has this value; nothing was written"
+            ))
         } else {
             changes.iter().try_for_each(|change| match file {
-                Some(_) => say(&change.text),
-                None => say(format_args!("version {version}: {}", in_words(change))),
+                Some(_) => print_line(&change.text),
+                None => print_line(format_args!("version {version}: {}", in_words(change))),
             })
         }),
         SetOutcome::Rejected { text, findings, left_out } => {
-            say_rejected(&text, &findings, left_out, format)?;
-            Ok(Ending::Failed)
+            print_rejection(&text, &findings, left_out, format)?;
+            Ok(CommandEnding::Failed)
         }
     }
 }
@@ -113,28 +130,29 @@ fn in_words(change: &ChangeRecord) -> String {
     }
 }
 
-fn diff(arguments: &Diff, format: Format) -> Result<()> {
+fn print_differences(arguments: &DiffArguments, format: OutputFormat) -> Result<()> {
     let found = match arguments.files.as_slice() {
-        [] => Desk::running(&arguments.running)?.differences(arguments.from, arguments.to)?,
-        [old, new] => Desk::between(old, new, &arguments.kinds)?,
+        [] => ParameterStore::running(&arguments.running)?
+            .differences(arguments.from, arguments.to)?,
+        [old, new] => ParameterStore::between(old, new, &arguments.kinds)?,
         _ => bail!("give --file twice: the old file, then the new one"),
     };
     let Differences { from, to, changes, left_out } = &found;
-    if format == Format::Json {
-        return changes.iter().try_for_each(|change| say(json_of(change)?));
+    if format == OutputFormat::Json {
+        return changes.iter().try_for_each(|change| print_line(record_to_json(change)?));
     }
     let is_running = arguments.files.is_empty();
     if is_running {
-        say(format_args!("from version {from} to version {to}:"))?;
+        print_line(format_args!("from version {from} to version {to}:"))?;
     }
     if changes.is_empty() {
-        say("nothing that means anything else than before")?;
+        print_line("nothing that means anything else than before")?;
     }
     for change in changes {
-        if is_running { say(in_words(change))? } else { say(&change.text)? }
+        if is_running { print_line(in_words(change))? } else { print_line(&change.text)? }
     }
     if *left_out > 0 {
-        say(format_args!("and {left_out} more"))?;
+        print_line(format_args!("and {left_out} more"))?;
     }
     Ok(())
 }

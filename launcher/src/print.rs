@@ -1,9 +1,35 @@
-//! Tables, times and colours for people.
+//! Lines, tables and colours on stdout.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
 
-/// Lines up `rows` under `headings`; numbers to the right.
-pub fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
+use anyhow::Result;
+
+use crate::exit::CommandEnding;
+
+/// Prints one line on stdout and flushes it.
+///
+/// # Errors
+/// If stdout cannot be written.
+pub fn print_line(line: impl std::fmt::Display) -> Result<()> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "{line}")?;
+    out.flush()?;
+    Ok(())
+}
+
+/// Returns how a command ends that has printed: a reader that closes the pipe early is no failure.
+pub fn end_printing(result: Result<()>) -> Result<CommandEnding> {
+    match result {
+        Ok(()) => Ok(CommandEnding::Fine),
+        Err(error) => match error.downcast_ref::<io::Error>() {
+            Some(io) if io.kind() == io::ErrorKind::BrokenPipe => Ok(CommandEnding::Fine),
+            _ => Err(error),
+        },
+    }
+}
+
+/// Aligns `rows` under `headings`; numbers to the right.
+pub fn format_table(headings: &[&str], rows: &[Vec<String>]) -> String {
     let widths: Vec<usize> = (0..headings.len())
         .map(|column| {
             let cells = rows.iter().filter_map(|row| row.get(column));
@@ -33,12 +59,12 @@ pub fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
     out
 }
 
-/// Whether to write colours: on a terminal, unless `NO_COLOR` says no.
-pub fn coloured(stream: &impl IsTerminal) -> bool {
+/// Returns whether to write colours: on a terminal, unless `NO_COLOR` is set.
+pub fn wants_colours(stream: &impl IsTerminal) -> bool {
     stream.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// A number, with or without a unit, or nothing known.
+/// Returns whether a cell is a number, with or without a unit, or empty.
 fn is_number(cell: &str) -> bool {
     cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
 }
@@ -51,6 +77,6 @@ mod tests {
     fn columns_line_up_and_numbers_stand_to_the_right() {
         let rows = [["laser", "7"], ["größe", "1234"]].map(|row| row.map(String::from).to_vec());
         let expected = "NAME   PID\nlaser     7\ngröße  1234\n".replace("PID\n", " PID\n");
-        assert_eq!(table(&["NAME", "PID"], &rows), expected);
+        assert_eq!(format_table(&["NAME", "PID"], &rows), expected);
     }
 }

@@ -1,61 +1,78 @@
-//! `armor run FILE`: checks the file, starts what it names, and watches it to the end.
+//! `armor run FILE`: checks the file, starts its components, and supervises them to the end.
 
+pub mod arguments;
+mod component_link;
+pub mod group_killer;
 mod logs;
-mod out;
-mod past;
+mod output_folder;
 mod plan;
 mod port;
 pub mod process;
-mod pulse;
+mod status;
 mod supervise;
 mod supervisor;
-pub mod undertaker;
+mod unfinished;
 
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, bail};
 use serde_json::json;
 
-use crate::arguments::{self, Format};
+use crate::arguments::OutputFormat;
 use crate::check;
-use crate::exit::Ending;
+use crate::exit::CommandEnding;
+use crate::verb::Verb;
+use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
-use logs::Log;
-use plan::Plan;
-use port::Lease;
-use supervisor::{Level, Verdict};
+use logs::RunLog;
+use plan::ProcessPlan;
+use port::PortLease;
+use status::{StatusLine, StatusObserver, StatusSources};
+use supervisor::{LogLevel, RunVerdict};
 
-/// What leads a process to a system elsewhere; all the processes of a run would inherit it.
-const FAR: [&str; 2] = ["ARMOR_VIA", "ARMOR_PORT"];
-/// Threads for connecting to components, so that some that hang do not hold up the others.
+/// Variables that direct a process to a system on another host; all processes of a run would
+/// inherit them.
+const REMOTE_VARIABLES: [&str; 2] = ["ARMOR_VIA", "ARMOR_PORT"];
+/// Threads for connecting to components, so that components that hang do not delay the others.
 const CONNECTING_AT_ONCE: usize = 32;
+
+impl Verb for RunArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(run_system(&self, format)?.into())
+    }
+}
 
 /// Runs the system to its end.
 ///
 /// # Errors
 /// If it cannot be started at all.
-pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
-    for variable in FAR {
+fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandEnding> {
+    for variable in REMOTE_VARIABLES {
         if std::env::var_os(variable).is_some_and(|value| !value.is_empty()) {
             bail!("{variable} is set, for systems on another host; unset it to run one here");
         }
     }
-    let checked = check::load(&arguments.file, &arguments.overrides, &arguments.kinds)?;
+    let checked = check::load_file(&arguments.file, &arguments.overrides, &arguments.kinds)?;
     checked.print_problems(format);
     let Some(configuration) = checked.accepted() else {
-        return Ok(Ending::Failed);
+        return Ok(CommandEnding::Failed);
     };
     if !arguments.trust_clock {
-        check::clock(configuration)?;
+        check::check_clock(configuration)?;
     }
     let name =
         arguments.system.clone().unwrap_or_else(|| plan::name_of(configuration, &arguments.file));
-    // What is gone on with is in the folder of that name, and in no other beside it.
-    let usual = arguments.resume.then(|| out::usual(&name));
-    let out = out::Folder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
-    let past = past::settle(configuration, arguments, out.path())?;
-    let lease = Lease::take(arguments.registry)?;
-    let plan = Plan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
+    // The mission to resume is in the folder of that name, and in no numbered one.
+    let usual = arguments.resume.then(|| output_folder::default_folder(&name));
+    let out =
+        output_folder::OutputFolder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
+    let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
+    let lease = PortLease::take(arguments.registry)?;
+    let plan =
+        ProcessPlan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
     let record = RunRecord {
         system: name.clone(),
         pid: std::process::id(),
@@ -66,64 +83,88 @@ pub fn run(arguments: &arguments::Run, format: Format) -> Result<Ending> {
     };
     let _run_file = RunFile::write(&systems::record_directory()?, &record)?;
 
-    let (log, sinks) = Log::start(&out.path().join("logs"), &plan.names(), format)?;
+    let line = StatusLine::for_stderr();
+    let (log, sinks) =
+        RunLog::start(&out.path().join("logs"), &plan.names(), format, line.clone())?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());
-    log.say(plan::LAUNCHER, Level::Info, text);
+    log.report(plan::LAUNCHER, LogLevel::Info, text);
     if let Some((level, text)) = past {
-        log.say(plan::LAUNCHER, level, text);
+        log.report(plan::LAUNCHER, level, text);
     }
     if !lease.is_default() && arguments.registry.is_none() {
-        let text = "the usual port is taken, probably by another system; tools find both";
-        log.say(plan::LAUNCHER, Level::Info, text);
+        let text = "the default port is taken, probably by another system; tools find both";
+        log.report(plan::LAUNCHER, LogLevel::Info, text);
     }
-    // The main thread starts every process: the kernel kills them when the thread that did ends.
+    // The main thread starts every process: the kernel kills them when the thread that started them
+    // ends.
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .max_blocking_threads(CONNECTING_AT_ONCE)
         .build()
         .context("the launcher cannot start its event loop")?;
-    let verdict = runtime.block_on(supervise::supervise(plan, arguments.time, &log));
+    let restarts = Arc::new(AtomicU32::new(0));
+    // Programs that read JSON Lines from stdout do not expect plain lines on stderr.
+    let is_wanted = !arguments.quiet && !line.is_discarded();
+    let shows_status = is_wanted && (format != OutputFormat::Json || line.is_live());
+    let observer = shows_status.then(|| {
+        let sources = StatusSources {
+            registry: lease.address,
+            has_mission: configuration.mission.is_some(),
+            progress_outputs: plan::list_progress_outputs(configuration, &checked.catalogue),
+            restarts: restarts.clone(),
+            start: log.start_time(),
+        };
+        StatusObserver::start(sources, line)
+    });
+    let observer = observer.transpose()?;
+    let supervision = supervise::supervise(plan, arguments.time, &log, restarts);
+    let verdict = runtime.block_on(supervision);
+    if let Some(observer) = observer {
+        observer.finish();
+    }
     runtime.shutdown_background();
     if let Ok(verdict) = &verdict {
-        log.say(plan::LAUNCHER, Level::Info, format!("{name}: {}", in_words(verdict)));
+        log.report(plan::LAUNCHER, LogLevel::Info, format!("{name}: {}", format_verdict(verdict)));
     }
     sinks.close();
     let verdict = verdict?;
-    let ending = ending(&verdict);
-    if format == Format::Json {
+    let ending = ending_of(&verdict);
+    if format == OutputFormat::Json {
         let code = ending.code();
-        println!("{}", json!({"event": "end", "how": in_words(&verdict), "code": code}));
+        println!("{}", json!({"event": "end", "how": format_verdict(&verdict), "code": code}));
     }
     Ok(ending)
 }
 
-fn ending(verdict: &Verdict) -> Ending {
+fn ending_of(verdict: &RunVerdict) -> CommandEnding {
     match verdict {
-        Verdict::Goal => Ending::Fine,
-        Verdict::Interrupted => Ending::Interrupted,
-        Verdict::Safe | Verdict::Failed | Verdict::Essential(_) => Ending::Failed,
-        Verdict::TimeUp { failed } | Verdict::AllEnded { failed } => {
+        RunVerdict::Goal => CommandEnding::Fine,
+        RunVerdict::Interrupted => CommandEnding::Interrupted,
+        RunVerdict::Safe | RunVerdict::Failed | RunVerdict::Essential(_) => CommandEnding::Failed,
+        RunVerdict::TimeUp { failed } | RunVerdict::AllEnded { failed } => {
             if failed.is_empty() {
-                Ending::Fine
+                CommandEnding::Fine
             } else {
-                Ending::Failed
+                CommandEnding::Failed
             }
         }
     }
 }
 
-fn in_words(verdict: &Verdict) -> String {
+fn format_verdict(verdict: &RunVerdict) -> String {
     let with = |text: &str, failed: &[String]| match failed {
         [] => text.into(),
         failed => format!("{text}; failed: {}", failed.join(", ")),
     };
     match verdict {
-        Verdict::Goal => "the mission reached its goal".into(),
-        Verdict::Safe => "the mission ended in its safe place".into(),
-        Verdict::Failed => "the mission failed".into(),
-        Verdict::Interrupted => "interrupted".into(),
-        Verdict::TimeUp { failed } => with("the time is over", failed),
-        Verdict::AllEnded { failed } => with("every component has ended", failed),
-        Verdict::Essential(name) => format!("{name} failed for good, and nothing works without it"),
+        RunVerdict::Goal => "the mission reached its goal".into(),
+        RunVerdict::Safe => "the mission ended in its safe place".into(),
+        RunVerdict::Failed => "the mission failed".into(),
+        RunVerdict::Interrupted => "interrupted".into(),
+        RunVerdict::TimeUp { failed } => with("the time is over", failed),
+        RunVerdict::AllEnded { failed } => with("every component has ended", failed),
+        RunVerdict::Essential(name) => {
+            format!("{name} failed for good, and the system needs it")
+        }
     }
 }

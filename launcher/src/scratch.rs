@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 /// The folder.
-pub struct Scratch(PathBuf);
+pub struct ScratchFolder(PathBuf);
 
-impl Scratch {
+impl ScratchFolder {
     /// An empty folder for the test called `name`.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("armor-test-{}-{name}", std::process::id()));
@@ -20,7 +20,7 @@ impl Scratch {
     }
 }
 
-impl Drop for Scratch {
+impl Drop for ScratchFolder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }

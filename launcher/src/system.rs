@@ -1,41 +1,41 @@
-//! Finds the running system that a tool is to look at.
+//! Finds the running system that a command inspects.
 
 use std::net::SocketAddr;
 
 use anyhow::{Result, bail};
 
-use crate::arguments::Running;
+use crate::arguments::RunningSystem;
 use armor_inspect::systems::{self, RunRecord};
 
-/// Where the registry of the system that is meant listens: the one told, the one with that name, or
-/// the only one.
+/// Returns the address of the selected system's registry: the given one, that of the system with
+/// the given name, or that of the only one.
 ///
 /// # Errors
 /// If there is none, or several.
-pub fn registry(running: &Running) -> Result<SocketAddr> {
+pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
     let records = systems::list_running(&systems::record_directory()?)?;
-    choose(records, running.system.as_deref())
+    choose_system(records, running.system.as_deref())
 }
 
-/// What is known of the system that is meant, if this user runs it on this host.
+/// Returns the record of the selected system, if this user runs it on this host.
 ///
 /// # Errors
 /// If there is none, or several.
-pub fn record(running: &Running) -> Result<RunRecord> {
+pub fn find_record(running: &RunningSystem) -> Result<RunRecord> {
     let mut records = systems::list_running(&systems::record_directory()?)?;
     if let Some(registry) = running.registry {
         records.retain(|record| record.registry == registry);
     }
-    let registry = choose(records.clone(), running.system.as_deref())?;
+    let registry = choose_system(records.clone(), running.system.as_deref())?;
     records.retain(|record| record.registry == registry);
     Ok(records.swap_remove(0))
 }
 
-fn choose(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr> {
-    let all: Vec<String> = records.iter().map(describe).collect();
+fn choose_system(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr> {
+    let all: Vec<String> = records.iter().map(describe_system).collect();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
     }
@@ -52,7 +52,7 @@ fn choose(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr>
             )
         }
         (several, Some(name)) => {
-            let several: Vec<_> = several.iter().map(describe).collect();
+            let several: Vec<_> = several.iter().map(describe_system).collect();
             bail!(
                 "several systems called {name} are running; give --registry of one:\n{}",
                 several.join("\n")
@@ -67,7 +67,7 @@ fn choose(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr>
     }
 }
 
-fn describe(record: &RunRecord) -> String {
+fn describe_system(record: &RunRecord) -> String {
     let RunRecord { system, registry, pid, file, .. } = record;
     format!("  --system {system}  --registry {registry}  (process {pid}, {})", file.display())
 }
@@ -76,7 +76,7 @@ fn describe(record: &RunRecord) -> String {
 mod tests {
     use super::*;
 
-    fn record(system: &str, port: u16) -> RunRecord {
+    fn find_record(system: &str, port: u16) -> RunRecord {
         RunRecord {
             system: system.into(),
             pid: 7,
@@ -88,8 +88,8 @@ mod tests {
     }
 
     fn check(systems: &[(&str, u16)], name: Option<&str>, expected: Result<u16, &str>) {
-        let records = systems.iter().map(|(system, port)| record(system, *port)).collect();
-        match (choose(records, name), expected) {
+        let records = systems.iter().map(|(system, port)| find_record(system, *port)).collect();
+        match (choose_system(records, name), expected) {
             (Ok(address), Ok(port)) => assert_eq!(address.port(), port),
             (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
             (got, expected) => panic!("{got:?} instead of {expected:?}"),

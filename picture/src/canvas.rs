@@ -1,10 +1,10 @@
-//! An RGB image in memory with the few shapes that maps and plots need. Positions are in pixels from
-//! the top left corner; what lies outside the image is not drawn.
+//! An RGB image in memory with the few shapes that maps and plots need. Positions are in pixels
+//! from the top left corner; what lies outside the image is not drawn.
 
 use font8x8::legacy::BASIC_LEGACY;
 
 /// Red, green, blue.
-pub type Colour = [u8; 3];
+pub type RgbColour = [u8; 3];
 
 /// Letters are drawn this many times the size of the font, which is 8 pixels.
 const LETTER_SCALE: i32 = 2;
@@ -21,12 +21,12 @@ pub struct RgbCanvas {
 
 impl RgbCanvas {
     /// Makes an image of one colour.
-    pub fn new(width: usize, height: usize, background: Colour) -> Self {
+    pub fn new(width: usize, height: usize, background: RgbColour) -> Self {
         Self { width, height, rgb: background.repeat(width * height) }
     }
 
     /// Sets the colour of a pixel.
-    pub fn set_pixel(&mut self, x: i32, y: i32, colour: Colour) {
+    pub fn set_pixel(&mut self, x: i32, y: i32, colour: RgbColour) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let at = (y * self.width + x) * 3;
@@ -35,7 +35,7 @@ impl RgbCanvas {
     }
 
     /// Fills a rectangle from its top left corner.
-    pub fn fill_rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: Colour) {
+    pub fn fill_rectangle(&mut self, x: i32, y: i32, width: i32, height: i32, colour: RgbColour) {
         for row in y..y + height {
             for column in x..x + width {
                 self.set_pixel(column, row, colour);
@@ -44,7 +44,7 @@ impl RgbCanvas {
     }
 
     /// Fills a circle.
-    pub fn fill_disc(&mut self, x: i32, y: i32, radius: i32, colour: Colour) {
+    pub fn fill_disc(&mut self, x: i32, y: i32, radius: i32, colour: RgbColour) {
         for dy in -radius..=radius {
             for dx in -radius..=radius {
                 if dx * dx + dy * dy <= radius * radius + radius / 2 {
@@ -55,7 +55,7 @@ impl RgbCanvas {
     }
 
     /// Draws a line with a round pen.
-    pub fn draw_line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: Colour) {
+    pub fn draw_line(&mut self, from: (f64, f64), to: (f64, f64), pen: i32, colour: RgbColour) {
         let length = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
         for step in 0..=length as u32 {
             let along = f64::from(step) / length;
@@ -66,7 +66,7 @@ impl RgbCanvas {
     }
 
     /// Writes ASCII text from its top left corner.
-    pub fn draw_text(&mut self, x: i32, y: i32, text: &str, colour: Colour) {
+    pub fn draw_text(&mut self, x: i32, y: i32, text: &str, colour: RgbColour) {
         for (position, letter) in (0_i32..).zip(text.bytes()) {
             let Some(glyph) = BASIC_LEGACY.get(usize::from(letter)) else { continue };
             for (row, bits) in (0_i32..).zip(glyph) {

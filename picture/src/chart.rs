@@ -1,14 +1,14 @@
 //! Charts on a sheet, one below the other: curves, histograms, and trajectories seen from above.
 
-use crate::canvas::Colour;
+use crate::canvas::RgbColour;
 use crate::plot_sheet::PlotSheet;
 
 /// The width of a sheet of charts, in points.
 pub const SHEET_WIDTH: f64 = 900.0;
 /// The colour of what is measured.
-pub const MEASURED: Colour = [31, 95, 191];
+pub const MEASURED: RgbColour = [31, 95, 191];
 /// The colour of what it is compared with.
-pub const REFERENCE: Colour = [153, 153, 153];
+pub const REFERENCE: RgbColour = [153, 153, 153];
 
 /// Heights of a picture of trajectories and of each other chart, in points.
 const TRAJECTORIES_HEIGHT: f64 = 600.0;
@@ -16,14 +16,14 @@ const CHART_HEIGHT: f64 = 160.0;
 /// Around a chart; the numbers of its vertical axis stand in the wider margin on the left.
 const MARGIN: f64 = 28.0;
 const LEFT_MARGIN: f64 = 64.0;
-const AXIS: Colour = [60, 60, 60];
+const AXIS: RgbColour = [60, 60, 60];
 /// Bars of a histogram.
 const BARS: usize = 60;
 /// Length of the scale bar below trajectories, in metres.
 const SCALE_BAR_M: f64 = 10.0;
 
-/// Draws a curve through points that are sorted by x first. Points that are not finite are left out;
-/// without any other nothing is drawn.
+/// Draws a curve through points that are sorted by x first. Points that are not finite are left
+/// out; without any other nothing is drawn.
 pub fn draw_curve(sheet: &mut PlotSheet, title: &str, mut points: Vec<(f64, f64)>) {
     points.retain(|(x, y)| x.is_finite() && y.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -62,11 +62,12 @@ pub fn draw_histogram(
     }
 }
 
-/// Draws trajectories in metres over each other at one scale, the last one on top, with a scale bar.
+/// Draws trajectories in metres over each other at one scale, the last one on top, with a scale
+/// bar.
 pub fn draw_trajectories(
     sheet: &mut PlotSheet,
     title: &str,
-    trajectories: &[(&[(f64, f64)], Colour)],
+    trajectories: &[(&[(f64, f64)], RgbColour)],
 ) {
     let all = trajectories.iter().flat_map(|(points, _)| points.iter());
     if all.clone().next().is_none() {

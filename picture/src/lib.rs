@@ -1,8 +1,8 @@
 //! Pictures without a window or a GPU. The same content gives the same bytes on every machine.
 //!
-//! [`canvas`] is an RGB image with a few shapes; [`plot_sheet`] and [`chart`] draw curves, histograms
-//! and trajectories as SVG or PNG. With the feature `egui`, `Stage` runs frames of an egui user
-//! interface, `raster` paints their triangles, and `svg` writes their shapes.
+//! [`canvas`] is an RGB image with a few shapes; [`plot_sheet`] and [`chart`] draw curves,
+//! histograms and trajectories as SVG or PNG. With the feature `egui`, `Stage` runs frames of an
+//! egui user interface, `raster` paints their triangles, and `svg` writes their shapes.
 
 pub mod canvas;
 pub mod chart;
@@ -20,10 +20,10 @@ mod stage;
 pub mod svg;
 
 #[cfg(feature = "egui")]
-pub use crate::png::EncodeError;
+pub use crate::png::PixelsPngError;
 #[cfg(feature = "egui")]
 pub use pixels::{Pixels, Textures};
 #[cfg(feature = "egui")]
-pub use raster::paint;
+pub use raster::paint_primitives;
 #[cfg(feature = "egui")]
 pub use stage::Stage;

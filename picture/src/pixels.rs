@@ -11,18 +11,18 @@ pub struct Pixels {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// `width * height` of them.
+    /// `width * height` colours.
     pub colours: Vec<Color32>,
 }
 
 impl Pixels {
-    /// An image of one colour.
+    /// Makes an image of one colour.
     pub fn filled(width: usize, height: usize, colour: Color32) -> Self {
         Self { width, height, colours: vec![colour; width * height] }
     }
 
     /// Puts a premultiplied colour over a pixel, as egui's GPU painters do: in gamma space.
-    pub(super) fn blend(&mut self, x: usize, y: usize, colour: Color32) {
+    pub(super) fn blend_pixel(&mut self, x: usize, y: usize, colour: Color32) {
         let under = &mut self.colours[y * self.width + x];
         let rest = 255 - u32::from(colour.a());
         if rest == 0 {
@@ -61,7 +61,7 @@ impl Textures {
                     }
                     Some(at) => {
                         if let Some(whole) = self.images.get_mut(id) {
-                            copy(image, whole, at);
+                            copy_part(image, whole, at);
                         }
                     }
                 }
@@ -69,7 +69,7 @@ impl Textures {
         }
     }
 
-    /// Forgets what a frame was the last to need.
+    /// Drops the textures that no later frame needs.
     pub fn free(&mut self, delta: &TexturesDelta) {
         for id in &delta.free {
             self.images.remove(id);
@@ -82,7 +82,7 @@ impl Textures {
 }
 
 /// Copies the part of an image that lies within the whole.
-fn copy(part: &ColorImage, whole: &mut ColorImage, [left, top]: [usize; 2]) {
+fn copy_part(part: &ColorImage, whole: &mut ColorImage, [left, top]: [usize; 2]) {
     let ([width, height], [all_width, all_height]) = (part.size, whole.size);
     let width_inside = width.min(all_width.saturating_sub(left));
     for row in 0..height.min(all_height.saturating_sub(top)) {
@@ -92,7 +92,7 @@ fn copy(part: &ColorImage, whole: &mut ColorImage, [left, top]: [usize; 2]) {
 }
 
 /// The colour of a texture at `uv`, between the four texels around it.
-pub(super) fn sample(image: &ColorImage, uv: Pos2) -> [f32; 4] {
+pub(super) fn sample_texture(image: &ColorImage, uv: Pos2) -> [f32; 4] {
     let [width, height] = image.size;
     let place = |at: f32, size: usize| {
         let at = (at * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
@@ -113,10 +113,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_colour_covers_as_much_as_its_alpha_says() {
+    fn a_colour_covers_by_its_alpha() {
         let mut pixels = Pixels::filled(2, 1, Color32::WHITE);
-        pixels.blend(0, 0, Color32::from_rgba_premultiplied(100, 0, 0, 128));
-        pixels.blend(1, 0, Color32::BLACK);
+        pixels.blend_pixel(0, 0, Color32::from_rgba_premultiplied(100, 0, 0, 128));
+        pixels.blend_pixel(1, 0, Color32::BLACK);
         assert_eq!(pixels.colours[0], Color32::from_rgb(227, 127, 127));
         assert_eq!(pixels.colours[1], Color32::BLACK);
     }
@@ -124,8 +124,8 @@ mod tests {
     #[test]
     fn a_texture_is_sampled_between_its_texels() {
         let image = ColorImage::new([2, 1], vec![Color32::BLACK, Color32::WHITE]);
-        assert_eq!(sample(&image, Pos2::new(0.25, 0.5))[0], 0.0);
-        assert_eq!(sample(&image, Pos2::new(0.5, 0.5))[0], 127.5);
-        assert_eq!(sample(&image, Pos2::new(2.0, -1.0))[0], 255.0);
+        assert_eq!(sample_texture(&image, Pos2::new(0.25, 0.5))[0], 0.0);
+        assert_eq!(sample_texture(&image, Pos2::new(0.5, 0.5))[0], 127.5);
+        assert_eq!(sample_texture(&image, Pos2::new(2.0, -1.0))[0], 255.0);
     }
 }

@@ -1,10 +1,10 @@
-//! A sheet of lines, bars and text, written as SVG or PNG. Positions are in points from the top left
-//! corner.
+//! A sheet of lines, bars and text, written as SVG or PNG. Positions are in points from the top
+//! left corner.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::canvas::{Colour, RgbCanvas};
+use crate::canvas::{RgbCanvas, RgbColour};
 
 /// Pixels of a PNG for each point.
 const PIXELS_PER_POINT: f64 = 2.0;
@@ -49,8 +49,8 @@ impl PictureFormat {
 }
 
 enum SheetShape {
-    Line { points: Vec<(f64, f64)>, colour: Colour },
-    Bar { corner: (f64, f64), size: (f64, f64), colour: Colour },
+    Line { points: Vec<(f64, f64)>, colour: RgbColour },
+    Bar { corner: (f64, f64), size: (f64, f64), colour: RgbColour },
     Text { at: (f64, f64), text: String },
 }
 
@@ -79,12 +79,12 @@ impl PlotSheet {
     }
 
     /// Draws a line through the points.
-    pub fn draw_line(&mut self, points: Vec<(f64, f64)>, colour: Colour) {
+    pub fn draw_line(&mut self, points: Vec<(f64, f64)>, colour: RgbColour) {
         self.shapes.push(SheetShape::Line { points, colour });
     }
 
     /// Fills a rectangle, given its top left corner.
-    pub fn fill_bar(&mut self, corner: (f64, f64), size: (f64, f64), colour: Colour) {
+    pub fn fill_bar(&mut self, corner: (f64, f64), size: (f64, f64), colour: RgbColour) {
         self.shapes.push(SheetShape::Bar { corner, size, colour });
     }
 
@@ -171,7 +171,7 @@ impl PlotSheet {
     }
 }
 
-fn format_hex([red, green, blue]: Colour) -> String {
+fn format_hex([red, green, blue]: RgbColour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 

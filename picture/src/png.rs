@@ -4,30 +4,30 @@ use egui::Color32;
 
 use crate::pixels::Pixels;
 
-/// A picture is empty, or too large for the format.
+/// An image is empty, or too large for the format.
 #[derive(Debug, thiserror::Error)]
 #[error("a picture of {width} x {height} pixels cannot be written: {reason}")]
-pub struct EncodeError {
+pub struct PixelsPngError {
     /// Pixels in a row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 impl Pixels {
-    /// The picture as a PNG file, without an alpha channel if nothing shines through.
+    /// Returns the image as a PNG file, without an alpha channel if it is opaque.
     ///
     /// # Errors
     /// If it is empty, or too large for the format.
-    pub fn png(&self) -> Result<Vec<u8>, EncodeError> {
+    pub fn png(&self) -> Result<Vec<u8>, PixelsPngError> {
         let (width, height) = (self.width, self.height);
-        encode(self).map_err(|reason| EncodeError { width, height, reason })
+        encode_pixels(self).map_err(|reason| PixelsPngError { width, height, reason })
     }
 }
 
-fn encode(pixels: &Pixels) -> Result<Vec<u8>, String> {
+fn encode_pixels(pixels: &Pixels) -> Result<Vec<u8>, String> {
     let (width, height) = (u32::try_from(pixels.width), u32::try_from(pixels.height));
     let (Ok(width), Ok(height)) = (width, height) else { return Err("it is too large".into()) };
     let is_opaque = pixels.colours.iter().all(Color32::is_opaque);

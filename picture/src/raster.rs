@@ -5,15 +5,15 @@
 use egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex, WHITE_UV};
 use egui::{Color32, ColorImage, Pos2, Rect};
 
-use super::pixels::{Pixels, Textures, sample};
+use super::pixels::{Pixels, Textures, sample_texture};
 
 /// Steps of one pixel.
 const STEPS: f32 = 256.0;
 /// Farthest corner in pixels that is painted, so that products fit an `i64`.
 const FARTHEST: f32 = 4_000_000.0;
 
-/// Paints what egui has tessellated. Callbacks to a GPU are left out; ours uses none.
-pub fn paint(
+/// Paints what egui has tessellated. Callbacks to a GPU are left out; our interfaces use none.
+pub fn paint_primitives(
     pixels: &mut Pixels,
     primitives: &[ClippedPrimitive],
     textures: &Textures,
@@ -21,25 +21,25 @@ pub fn paint(
 ) {
     for ClippedPrimitive { clip_rect, primitive } in primitives {
         let Primitive::Mesh(mesh) = primitive else { continue };
-        let Some(clip) = Clip::of(*clip_rect, pixels_per_point, pixels) else { continue };
+        let Some(clip) = ClipArea::of(*clip_rect, pixels_per_point, pixels) else { continue };
         let image = textures.image(mesh.texture_id);
         for corners in mesh.indices.chunks_exact(3) {
-            if let Some(triangle) = Triangle::of(mesh, corners, pixels_per_point) {
-                triangle.paint(pixels, &clip, image);
+            if let Some(triangle) = PaintedTriangle::of(mesh, corners, pixels_per_point) {
+                triangle.paint_onto(pixels, &clip, image);
             }
         }
     }
 }
 
 /// The pixels that may be painted: columns and rows, the last excluded.
-struct Clip {
+struct ClipArea {
     left: i64,
     right: i64,
     top: i64,
     bottom: i64,
 }
 
-impl Clip {
+impl ClipArea {
     fn of(rect: Rect, pixels_per_point: f32, pixels: &Pixels) -> Option<Self> {
         let place =
             |at: f32, most: usize| (at * pixels_per_point).round().clamp(0.0, most as f32) as i64;
@@ -55,14 +55,14 @@ impl Clip {
 
 type Corner = (i64, i64);
 
-struct Triangle<'a> {
+struct PaintedTriangle<'a> {
     corners: [Corner; 3],
     vertices: [&'a Vertex; 3],
     /// Twice the area, in steps; positive.
     area: i64,
 }
 
-impl<'a> Triangle<'a> {
+impl<'a> PaintedTriangle<'a> {
     fn of(mesh: &'a Mesh, corners: &[u32], pixels_per_point: f32) -> Option<Self> {
         let vertex = |n: usize| mesh.vertices.get(corners[n] as usize);
         let mut vertices = [vertex(0)?, vertex(1)?, vertex(2)?];
@@ -72,7 +72,7 @@ impl<'a> Triangle<'a> {
         };
         let corner = |v: &Vertex| Some((place(v.pos.x)?, place(v.pos.y)?));
         let mut corners = [corner(vertices[0])?, corner(vertices[1])?, corner(vertices[2])?];
-        let mut area = edge(corners[0], corners[1], corners[2]);
+        let mut area = cross_product(corners[0], corners[1], corners[2]);
         if area < 0 {
             corners.swap(1, 2);
             vertices.swap(1, 2);
@@ -81,7 +81,7 @@ impl<'a> Triangle<'a> {
         (area > 0).then_some(Self { corners, vertices, area })
     }
 
-    fn paint(&self, pixels: &mut Pixels, clip: &Clip, image: Option<&ColorImage>) {
+    fn paint_onto(&self, pixels: &mut Pixels, clip: &ClipArea, image: Option<&ColorImage>) {
         let steps = STEPS as i64;
         let (xs, ys) = (self.corners.map(|c| c.0), self.corners.map(|c| c.1));
         let span = |all: [i64; 3], low: i64, high: i64| {
@@ -90,24 +90,25 @@ impl<'a> Triangle<'a> {
             first.max(low)..last.min(high)
         };
         let columns = span(xs, clip.left, clip.right);
-        let colour = self.flat(image);
+        let colour = self.flat_colour(image);
         for y in span(ys, clip.top, clip.bottom) {
             for x in columns.clone() {
                 let centre = (x * steps + steps / 2, y * steps + steps / 2);
-                let Some(weights) = self.weights(centre) else { continue };
-                let colour = colour.unwrap_or_else(|| self.colour(weights, image));
-                pixels.blend(x as usize, y as usize, colour);
+                let Some(weights) = self.corner_weights(centre) else { continue };
+                let colour = colour.unwrap_or_else(|| self.blended_colour(weights, image));
+                pixels.blend_pixel(x as usize, y as usize, colour);
             }
         }
     }
 
-    /// How much each corner counts at a point, if the point is inside.
-    fn weights(&self, at: Corner) -> Option<[f32; 3]> {
+    /// Returns the weight of each corner at a point, if the point is inside.
+    fn corner_weights(&self, at: Corner) -> Option<[f32; 3]> {
         let [a, b, c] = self.corners;
         let mut weights = [0.0; 3];
         for (n, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
-            let side = edge(from, to, at);
-            // Of an edge that two triangles share, the one to whom it is top or left has it.
+            let side = cross_product(from, to, at);
+            // An edge that two triangles share belongs to the triangle of which it is the top or
+            // left one.
             let is_top_left = from.1 == to.1 && to.0 > from.0 || to.1 < from.1;
             if side < 0 || side == 0 && !is_top_left {
                 return None;
@@ -117,15 +118,15 @@ impl<'a> Triangle<'a> {
         Some(weights)
     }
 
-    /// The colour, if it is the same everywhere: most of a window is so.
-    fn flat(&self, image: Option<&ColorImage>) -> Option<Color32> {
+    /// Returns the colour if it is the same everywhere, as in most of a window.
+    fn flat_colour(&self, image: Option<&ColorImage>) -> Option<Color32> {
         let [a, b, c] = self.vertices;
         let is_one = a.color == b.color && b.color == c.color && a.uv == b.uv && b.uv == c.uv;
         let is_plain = image.is_none() || a.uv == WHITE_UV;
         (is_one && is_plain).then_some(a.color)
     }
 
-    fn colour(&self, weights: [f32; 3], image: Option<&ColorImage>) -> Color32 {
+    fn blended_colour(&self, weights: [f32; 3], image: Option<&ColorImage>) -> Color32 {
         let mix = |of: [f32; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
         let colours = self.vertices.map(|vertex| vertex.color.to_array().map(f32::from));
         let mut mixed: [f32; 4] =
@@ -133,7 +134,7 @@ impl<'a> Triangle<'a> {
         if let Some(image) = image {
             let uvs = self.vertices.map(|vertex| vertex.uv);
             let uv = Pos2::new(mix(uvs.map(|uv| uv.x)), mix(uvs.map(|uv| uv.y)));
-            let texel = sample(image, uv);
+            let texel = sample_texture(image, uv);
             mixed = std::array::from_fn(|n| mixed[n] * texel[n] / 255.0);
         }
         let [r, g, b, a] = mixed.map(|part| part.round().clamp(0.0, 255.0) as u8);
@@ -141,9 +142,9 @@ impl<'a> Triangle<'a> {
     }
 }
 
-/// Twice the area of the triangle; positive if `at` is on the right of the way from `a` to `b`, y
-/// pointing down.
-fn edge(a: Corner, b: Corner, at: Corner) -> i64 {
+/// Returns twice the area of the triangle; positive if `at` is on the right of the line from `a` to
+/// `b`, y pointing down.
+fn cross_product(a: Corner, b: Corner, at: Corner) -> i64 {
     (b.0 - a.0) * (at.1 - a.1) - (b.1 - a.1) * (at.0 - a.0)
 }
 
@@ -162,7 +163,7 @@ mod tests {
         let primitive =
             ClippedPrimitive { clip_rect: everything, primitive: Primitive::Mesh(mesh) };
         let mut pixels = Pixels::filled(size, size, Color32::TRANSPARENT);
-        paint(&mut pixels, &[primitive], &Textures::default(), 1.0);
+        paint_primitives(&mut pixels, &[primitive], &Textures::default(), 1.0);
         pixels
     }
 

@@ -6,12 +6,12 @@ use egui::epaint::{ClippedShape, Primitive};
 use egui::{Color32, Context, Event, RawInput, Rect, Ui, Vec2, ViewportId};
 
 use super::pixels::{Pixels, Textures};
-use super::raster::paint;
+use super::raster::paint_primitives;
 
 /// Time from one frame to the next.
 const FRAME: Duration = Duration::from_millis(16);
 
-/// A context, and what it showed last.
+/// An egui context with the shapes of its last frame.
 pub struct Stage {
     context: Context,
     textures: Textures,
@@ -23,7 +23,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// A stage of `width` × `height` pixels, of which `pixels_per_point` make a point.
+    /// Makes a stage of `width` × `height` pixels, of which `pixels_per_point` make a point.
     pub fn new(context: Context, width: usize, height: usize, pixels_per_point: f32) -> Self {
         let size_points = Vec2::new(width as f32, height as f32) / pixels_per_point;
         Self {
@@ -60,25 +60,26 @@ impl Stage {
         self.next_frame = root.map_or(Duration::MAX, |root| root.repaint_delay);
     }
 
-    /// When the next frame is wanted, if nothing happens until then: `Duration::MAX` is never.
+    /// Returns the time until the next frame is wanted if there is no input; `Duration::MAX` is
+    /// never.
     pub fn next_frame(&self) -> Duration {
         self.next_frame
     }
 
-    /// Frames until the animations at the start, and sizes that depend on one another, have settled.
+    /// Shows frames until the first animations, and sizes that depend on one another, have settled.
     pub fn settle(&mut self, frames: usize, mut show: impl FnMut(&mut Ui)) {
         for _ in 0..frames {
             self.frame(Vec::new(), &mut show);
         }
     }
 
-    /// The last frame's shapes.
+    /// Returns the shapes of the last frame.
     pub fn shapes(&self) -> &[ClippedShape] {
         &self.shapes
     }
 
-    /// Works out the last frame's triangles, which any painter needs, and gives their number. The
-    /// frame's shapes are used up.
+    /// Tessellates the last frame, as any painter must, and returns the number of triangles. The
+    /// frame's shapes are consumed.
     pub fn triangles(&mut self) -> usize {
         let shapes = std::mem::take(&mut self.shapes);
         let primitives = self.context.tessellate(shapes, self.pixels_per_point);
@@ -89,12 +90,12 @@ impl Stage {
         primitives.iter().map(|clipped| count(&clipped.primitive)).sum()
     }
 
-    /// The last frame over a colour.
+    /// Paints the last frame over a colour.
     pub fn pixels(&self, under: Color32) -> Pixels {
         let size = self.size_points * self.pixels_per_point;
         let mut pixels = Pixels::filled(size.x.round() as usize, size.y.round() as usize, under);
         let primitives = self.context.tessellate(self.shapes.clone(), self.pixels_per_point);
-        paint(&mut pixels, &primitives, &self.textures, self.pixels_per_point);
+        paint_primitives(&mut pixels, &primitives, &self.textures, self.pixels_per_point);
         pixels
     }
 }

@@ -36,7 +36,7 @@ fn at_work(name: &str) -> System {
 fn no_process_of_a_system_outlives_its_killed_launcher() {
     let mut system = at_work("launcher-killed");
     let all = system.run.children();
-    assert!(all.len() >= 8, "registry, configd, executive, undertaker, four probes: {all:?}");
+    assert!(all.len() >= 8, "registry, configd, executive, group killer, four probes: {all:?}");
     system.run.signal(Signal::KILL);
     assert_eq!(system.run.code(), None, "it ends by the signal");
     wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));

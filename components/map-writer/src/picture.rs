@@ -2,7 +2,7 @@
 //! scale bar in metres.
 
 use armor_grid::{Cell, Grid, Point2};
-use armor_picture::canvas::{Colour, LETTER, RgbCanvas};
+use armor_picture::canvas::{LETTER, RgbCanvas, RgbColour};
 
 /// The longer side of the map is drawn with at least this many pixels, ...
 const SMALL: usize = 800;
@@ -16,13 +16,13 @@ const BORDER_M: f64 = 0.5;
 const STRIP: usize = 56;
 const STRIP_WIDTH: usize = 560;
 
-const UNKNOWN: Colour = [214, 219, 224];
-const INK: Colour = [30, 34, 40];
-const TRUTH: Colour = [150, 150, 150];
-const START: Colour = [20, 150, 70];
-const END: Colour = [215, 40, 40];
+const UNKNOWN: RgbColour = [214, 219, 224];
+const INK: RgbColour = [30, 34, 40];
+const TRUTH: RgbColour = [150, 150, 150];
+const START: RgbColour = [20, 150, 70];
+const END: RgbColour = [215, 40, 40];
 /// Colours along the trajectory: blue at the start over purple to orange at the end.
-const WAY: [Colour; 3] = [[25, 100, 220], [150, 50, 175], [240, 110, 30]];
+const WAY: [RgbColour; 3] = [[25, 100, 220], [150, 50, 175], [240, 110, 30]];
 
 /// Draws a map in percent (negative: unknown), the trajectory, and the true one if it is known.
 pub(crate) fn draw_picture(
@@ -210,7 +210,7 @@ fn scale_bar(pixels_per_metre: f64, most: f64) -> (f64, i32) {
 }
 
 /// The colour at a fraction of the trajectory.
-fn way_colour(fraction: f64) -> Colour {
+fn way_colour(fraction: f64) -> RgbColour {
     let place = fraction.clamp(0.0, 1.0) * (WAY.len() - 1) as f64;
     let before = (place as usize).min(WAY.len() - 2);
     let share = place - before as f64;

@@ -19,7 +19,7 @@ impl Decoded {
         Self { width: info.width as usize, height: info.height as usize, rgb }
     }
 
-    fn at(&self, (x, y): (f64, f64)) -> Colour {
+    fn at(&self, (x, y): (f64, f64)) -> RgbColour {
         let at = (y.round() as usize * self.width + x.round() as usize) * 3;
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
@@ -51,7 +51,7 @@ fn the_map_is_where_it_belongs() {
     let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
     assert_eq!(view.scale, Scale::PixelsPerCell(8));
     assert_eq!((decoded.width, decoded.height), (100 * 8, 80 * 8 + STRIP));
-    let check = |x_m, y_m, expected: Colour| {
+    let check = |x_m, y_m, expected: RgbColour| {
         assert_eq!(decoded.at(view.pixel(Point2::new(x_m, y_m))), expected, "{x_m} {y_m}");
     };
     check(2.0, 1.5, [255; 3]);
@@ -71,7 +71,7 @@ fn the_way_runs_from_the_start_mark_to_the_end_mark() {
     let colour = |x_m| decoded.at(view.pixel(Point2::new(x_m, 1.0)));
     assert_eq!(colour(0.5), START);
     assert_eq!(colour(3.5), END);
-    let blue_to_orange = |c: Colour| i32::from(c[0]) - i32::from(c[2]);
+    let blue_to_orange = |c: RgbColour| i32::from(c[0]) - i32::from(c[2]);
     assert!(blue_to_orange(colour(0.8)) < blue_to_orange(colour(2.0)));
     assert!(blue_to_orange(colour(2.0)) < blue_to_orange(colour(3.2)));
     assert_eq!(decoded.at(view.pixel(Point2::new(2.0, 1.2))), [255; 3]);

@@ -1,6 +1,7 @@
-//! The operator's screen. `console` is all that is known and ordered (`scene` what is seen, `links`
-//! how each input is doing, `orders` what is said to the robot), without window or sockets; `screen`
-//! shows it with egui, in a `window` or as a `picture`; `ports` is all there is of messages.
+//! The operator's screen. `console` is its whole state as plain data (`scene` the map, `links` the
+//! statistics of inputs, `orders` the commands to the robot, `readings` the data of panels);
+//! `screen` shows it with egui, in a `window` or as a `picture`; `ports` holds messages, parameters
+//! and panels.
 
 mod console;
 mod links;
@@ -9,6 +10,7 @@ mod orders;
 mod photo;
 mod picture;
 mod ports;
+mod readings;
 mod scene;
 mod screen;
 mod track;

@@ -1,4 +1,4 @@
-//! How each input is doing: how old its newest data are, how often they come, how many were lost.
+//! Statistics of each input: age of its newest data, rate, losses.
 
 use std::collections::VecDeque;
 
@@ -11,22 +11,22 @@ const LATE: (f64, f64) = (1.0, 3.0);
 /// A steady input is gone after this, and after so many of its periods.
 const GONE: (f64, f64) = (3.0, 10.0);
 
-/// Both clocks at one moment, in seconds. The host's always passes; the system's may stand, as when
-/// the simulator that says it is dead.
+/// Both clocks at one moment, in seconds. The host's always advances; the system's may stand still,
+/// as after the death of the simulator that provides it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Now {
+pub struct ClockTimes {
     /// Since the program started.
     pub host_s: f64,
     /// Time of the whole system.
     pub system_s: f64,
 }
 
-/// How far the newest data can be relied on.
+/// How recent the newest data are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Freshness {
-    /// Nothing has come yet.
+    /// No data have arrived.
     Nothing,
-    /// As it should be; or it comes when something changes, and nothing is known of its age.
+    /// As recent as expected; or the input is not steady, so that its age means nothing.
     Fresh,
     /// Older than usual.
     Late,
@@ -36,47 +36,47 @@ pub enum Freshness {
 
 /// One linked input.
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct InputLink {
     /// Its name at the component.
     pub input: &'static str,
-    /// Where the data come from, `component.output`.
+    /// The source of the data, `component.output`.
     pub data: String,
-    /// Whether data come all the time, so that silence means something.
+    /// Whether data arrive all the time, so that silence is worth a warning.
     pub is_steady: bool,
-    /// What was wrong with the newest data.
+    /// The problem with the newest data.
     pub problem: Option<String>,
-    /// How many were lost on the way, as gaps in the sequence tell.
+    /// Number of lost data, from gaps in the sequence.
     pub lost: u64,
     arrivals: VecDeque<f64>,
-    last: Option<Now>,
-    /// Which of its provider's the newest is.
-    newest: Option<Number>,
+    last: Option<ClockTimes>,
+    /// Number of the newest data.
+    newest: Option<SequenceNumber>,
 }
 
-/// Which of its provider's data it is.
+/// The number of data at their provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Number {
+pub struct SequenceNumber {
     /// Start of the provider.
     pub instance: u64,
     /// Counted from 0 since then.
     pub sequence: u64,
 }
 
-impl Link {
-    /// A link of which nothing has been heard.
+impl InputLink {
+    /// Makes a link without data.
     pub fn new(input: &'static str, data: String, is_steady: bool) -> Self {
         let arrivals = VecDeque::new();
         Self { input, data, is_steady, problem: None, lost: 0, arrivals, last: None, newest: None }
     }
 
-    /// Takes notice of data created at `stamp_s` of system time. What is missing before it was lost
-    /// somewhere on the way, also in this program's own inbox.
-    pub fn arrived(&mut self, now: Now, stamp_s: f64, number: Number) {
+    /// Records the arrival of data created at `stamp_s` of system time. Missing numbers count as
+    /// lost, wherever it happened, also in this program's own inbox.
+    pub fn record_arrival(&mut self, now: ClockTimes, stamp_s: f64, number: SequenceNumber) {
         if let Some(newest) = self.newest.filter(|newest| newest.instance == number.instance) {
             self.lost += number.sequence.saturating_sub(newest.sequence.saturating_add(1));
         }
         self.newest = Some(number);
-        self.last = Some(Now { host_s: now.host_s, system_s: stamp_s });
+        self.last = Some(ClockTimes { host_s: now.host_s, system_s: stamp_s });
         self.arrivals.push_back(now.host_s);
         self.forget(now.host_s);
     }
@@ -90,28 +90,28 @@ impl Link {
         }
     }
 
-    /// How old the newest data are, in seconds: since they were created in system time, but never
-    /// less than since they arrived here.
-    pub fn age_s(&self, now: Now) -> Option<f64> {
+    /// Returns the age of the newest data in seconds: since their creation in system time, but at
+    /// least since their arrival here.
+    pub fn age_s(&self, now: ClockTimes) -> Option<f64> {
         let last = self.last?;
         let age_s = (now.host_s - last.host_s).max(now.system_s - last.system_s);
         Some(if age_s.is_finite() { age_s.max(0.0) } else { 0.0 })
     }
 
-    /// How many arrive in a second; falls towards 0 in silence.
-    pub fn rate_hz(&self, now: Now) -> f64 {
+    /// Returns the arrivals per second; falls towards 0 during silence.
+    pub fn rate_hz(&self, now: ClockTimes) -> f64 {
         let (Some(first), Some(last)) = (self.arrivals.front(), self.arrivals.back()) else {
             return 0.0;
         };
         let count = self.arrivals.len() as f64 - 1.0;
         let period_s = (last - first) / count.max(1.0);
-        // One that is overdue makes the rate smaller.
+        // Overdue data lower the rate.
         let span_s = (last - first).max(now.host_s - first - period_s);
         if span_s > 0.0 { count / span_s } else { 0.0 }
     }
 
-    /// How far the newest data can be relied on.
-    pub fn freshness(&self, now: Now) -> Freshness {
+    /// How recent the newest data are.
+    pub fn freshness(&self, now: ClockTimes) -> Freshness {
         let Some(age_s) = self.age_s(now) else { return Freshness::Nothing };
         if !self.is_steady {
             return Freshness::Fresh;
@@ -135,19 +135,19 @@ impl Link {
 mod tests {
     use super::*;
 
-    fn at(host_s: f64) -> Now {
-        Now { host_s, system_s: 1000.0 + host_s }
+    fn at(host_s: f64) -> ClockTimes {
+        ClockTimes { host_s, system_s: 1000.0 + host_s }
     }
 
-    fn number(sequence: u32) -> Number {
-        Number { instance: 1, sequence: sequence.into() }
+    fn number(sequence: u32) -> SequenceNumber {
+        SequenceNumber { instance: 1, sequence: sequence.into() }
     }
 
-    fn steady(until_s: u32, rate_hz: u32) -> Link {
-        let mut link = Link::new("scan", "laser.scan".into(), true);
+    fn steady(until_s: u32, rate_hz: u32) -> InputLink {
+        let mut link = InputLink::new("scan", "laser.scan".into(), true);
         for n in 0..until_s * rate_hz {
             let s = f64::from(n) / f64::from(rate_hz);
-            link.arrived(at(s), 1000.0 + s, number(n));
+            link.record_arrival(at(s), 1000.0 + s, number(n));
         }
         link
     }
@@ -162,24 +162,24 @@ mod tests {
             assert_eq!(link.freshness(at(last_s + after_s)), expected, "after {after_s} s");
         }
         let mut slow = steady(1, 1);
-        slow.arrived(at(5.0), 1005.0, number(1));
+        slow.record_arrival(at(5.0), 1005.0, number(1));
         assert_eq!(slow.freshness(at(9.0)), Freshness::Fresh, "it comes every five seconds");
     }
 
     #[test]
     fn a_link_that_speaks_when_something_changes_is_never_late() {
-        let mut link = Link::new("map", "slam.map".into(), false);
+        let mut link = InputLink::new("map", "slam.map".into(), false);
         assert_eq!(link.freshness(at(9.0)), Freshness::Nothing);
-        link.arrived(at(0.0), 1000.0, number(0));
+        link.record_arrival(at(0.0), 1000.0, number(0));
         assert_eq!(link.freshness(at(900.0)), Freshness::Fresh);
     }
 
     #[test]
     fn data_grow_old_while_system_time_stands_and_count_what_they_took_on_the_way() {
-        let mut link = Link::new("scan", "laser.scan".into(), true);
-        link.arrived(Now { host_s: 1.0, system_s: 10.0 }, 9.5, number(0));
-        assert_eq!(link.age_s(Now { host_s: 1.0, system_s: 10.0 }), Some(0.5));
-        assert_eq!(link.age_s(Now { host_s: 5.0, system_s: 10.0 }), Some(4.0));
+        let mut link = InputLink::new("scan", "laser.scan".into(), true);
+        link.record_arrival(ClockTimes { host_s: 1.0, system_s: 10.0 }, 9.5, number(0));
+        assert_eq!(link.age_s(ClockTimes { host_s: 1.0, system_s: 10.0 }), Some(0.5));
+        assert_eq!(link.age_s(ClockTimes { host_s: 5.0, system_s: 10.0 }), Some(4.0));
     }
 
     #[test]
@@ -193,10 +193,10 @@ mod tests {
     fn gaps_in_the_sequence_are_losses() {
         let mut link = steady(1, 10);
         assert_eq!(link.lost, 0);
-        link.arrived(at(2.0), 1002.0, number(13));
-        link.arrived(at(3.0), 1003.0, number(18));
+        link.record_arrival(at(2.0), 1002.0, number(13));
+        link.record_arrival(at(3.0), 1003.0, number(18));
         assert_eq!(link.lost, 7);
-        link.arrived(at(4.0), 1004.0, Number { instance: 2, sequence: 900 });
+        link.record_arrival(at(4.0), 1004.0, SequenceNumber { instance: 2, sequence: 900 });
         assert_eq!(link.lost, 7, "of another start nothing was to be had before");
     }
 }

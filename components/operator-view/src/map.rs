@@ -1,5 +1,5 @@
-//! The map as it is known by now: the whole of it, and the rectangles that changed since. Blocks
-//! carry the number of their last change, so that only what has changed is painted anew.
+//! The current map: the last whole one, with the rectangles that changed since. Blocks carry the
+//! number of their last change, so that only changed blocks are repainted.
 
 use std::collections::VecDeque;
 
@@ -9,12 +9,12 @@ use armor_grid::{Point2, Pose2};
 pub const BLOCK: usize = 128;
 /// Largest map, in cells: 10,000 × 10,000, a square kilometre at 0.1 m.
 const MAX_CELLS: usize = 100_000_000;
-/// Most changes kept for a map that overtakes them on its way.
+/// Most changes kept until the map that they belong to arrives.
 const MAX_LATER: usize = 256;
 
 /// Why a map or a change of it is not shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MapError {
+pub enum MapShapeError {
     /// The numbers contradict each other.
     #[error("{width} × {height} cells are announced and {cells} have come")]
     Size {
@@ -33,7 +33,7 @@ pub enum MapError {
         /// Rows.
         height: usize,
     },
-    /// Where it lies is unknown.
+    /// Its pose is not finite.
     #[error("its cells have a side of {resolution_m} m, its corner is at {corner:?}")]
     Place {
         /// Side of a cell.
@@ -46,9 +46,9 @@ pub enum MapError {
     Outside,
 }
 
-/// How a map lies.
+/// Pose and size of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Layout {
+pub struct MapLayout {
     /// Pose of the corner of the first cell.
     pub corner: Pose2,
     /// Side of a cell in metres.
@@ -59,21 +59,21 @@ pub struct Layout {
     pub height: usize,
 }
 
-impl Layout {
-    fn check(&self, cells: usize) -> Result<(), MapError> {
+impl MapLayout {
+    fn check(&self, cells: usize) -> Result<(), MapShapeError> {
         let Self { corner, resolution_m, width, height } = *self;
         let (width, height) = (width, height);
         match width.checked_mul(height) {
-            Some(all) if all > MAX_CELLS => Err(MapError::TooLarge { width, height }),
+            Some(all) if all > MAX_CELLS => Err(MapShapeError::TooLarge { width, height }),
             Some(all) if all == cells => Ok(()),
-            _ => Err(MapError::Size { width, height, cells }),
+            _ => Err(MapShapeError::Size { width, height, cells }),
         }?;
         let is_somewhere =
             [corner.x_m, corner.y_m, corner.yaw_rad, resolution_m].into_iter().all(f64::is_finite);
         if is_somewhere && resolution_m > 0.0 {
             Ok(())
         } else {
-            Err(MapError::Place { resolution_m, corner })
+            Err(MapShapeError::Place { resolution_m, corner })
         }
     }
 
@@ -90,7 +90,7 @@ impl Layout {
 
 /// A rectangle of cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub struct MapChange {
     /// System time in seconds.
     pub stamp_s: f64,
     /// First column and row.
@@ -103,24 +103,24 @@ pub struct Change {
 
 /// The map.
 #[derive(Clone, Debug, Default)]
-pub struct Map {
-    layout: Layout,
+pub struct OccupancyMap {
+    layout: MapLayout,
     cells: Vec<i8>,
     /// Number of the last change of each block.
     revisions: Vec<u64>,
     revision: u64,
     stamp_s: f64,
-    /// What may have overtaken the map that it belongs to.
-    later: VecDeque<Change>,
+    /// Changes that may have arrived before the map that they belong to.
+    later: VecDeque<MapChange>,
 }
 
-impl Map {
-    /// How it lies.
-    pub fn layout(&self) -> &Layout {
+impl OccupancyMap {
+    /// Returns pose and size.
+    pub fn layout(&self) -> &MapLayout {
         &self.layout
     }
 
-    /// Whether there is any.
+    /// Returns whether there is no map.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
@@ -132,9 +132,9 @@ impl Map {
     pub fn replace(
         &mut self,
         stamp_s: f64,
-        layout: Layout,
+        layout: MapLayout,
         cells: Vec<i8>,
-    ) -> Result<(), MapError> {
+    ) -> Result<(), MapShapeError> {
         layout.check(cells.len())?;
         self.revision += 1;
         let is_same_place = layout == self.layout;
@@ -147,7 +147,7 @@ impl Map {
             self.revisions = vec![self.revision; across * up];
         }
         if stamp_s < self.stamp_s {
-            // Time begins anew: what came before is of another run.
+            // Time has gone back: earlier changes are of another run.
             self.later.clear();
         }
         self.stamp_s = stamp_s;
@@ -164,7 +164,7 @@ impl Map {
     ///
     /// # Errors
     /// If it does not fit; nothing is changed then.
-    pub fn change(&mut self, change: Change) -> Result<(), MapError> {
+    pub fn change(&mut self, change: MapChange) -> Result<(), MapShapeError> {
         if change.stamp_s < self.stamp_s {
             return Ok(());
         }
@@ -176,16 +176,16 @@ impl Map {
         applied
     }
 
-    fn apply(&mut self, change: &Change) -> Result<(), MapError> {
+    fn apply(&mut self, change: &MapChange) -> Result<(), MapShapeError> {
         let ([left, bottom], [width, height]) = (change.corner, change.size);
         if width.checked_mul(height) != Some(change.cells.len()) {
-            return Err(MapError::Size { width, height, cells: change.cells.len() });
+            return Err(MapShapeError::Size { width, height, cells: change.cells.len() });
         }
         let fits = |from: usize, size: usize, all: usize| {
             from.checked_add(size).is_some_and(|end| end <= all)
         };
         if !fits(left, width, self.layout.width) || !fits(bottom, height, self.layout.height) {
-            return Err(MapError::Outside);
+            return Err(MapShapeError::Outside);
         }
         if change.cells.is_empty() {
             return Ok(());
@@ -228,9 +228,9 @@ impl Map {
         rows.map(of_row).max().unwrap_or(0)
     }
 
-    /// What is known of squares of `step` × `step` cells, `size` of them from the cell `corner` on,
-    /// row by row: the most occupied of each, so that a thin wall is seen from afar. What lies
-    /// outside of the map is unknown.
+    /// Returns the content of squares of `step` × `step` cells, `size` of them from the cell
+    /// `corner` on, row by row: the most occupied of each, so that a thin wall is seen from afar.
+    /// What lies outside of the map is unknown.
     pub fn shrunk(&self, corner: [usize; 2], size: [usize; 2], step: usize) -> Vec<i8> {
         let mut shrunk = vec![-1; size[0] * size[1]];
         let right = (corner[0] + size[0] * step).min(self.layout.width);
@@ -253,17 +253,17 @@ impl Map {
 mod tests {
     use super::*;
 
-    fn layout(width: usize, height: usize) -> Layout {
-        Layout { resolution_m: 0.05, width, height, ..Layout::default() }
+    fn layout(width: usize, height: usize) -> MapLayout {
+        MapLayout { resolution_m: 0.05, width, height, ..MapLayout::default() }
     }
 
-    fn change(stamp_s: f64, corner: [usize; 2], size: [usize; 2], value: i8) -> Change {
-        Change { stamp_s, corner, size, cells: vec![value; size[0] * size[1]] }
+    fn change(stamp_s: f64, corner: [usize; 2], size: [usize; 2], value: i8) -> MapChange {
+        MapChange { stamp_s, corner, size, cells: vec![value; size[0] * size[1]] }
     }
 
     #[test]
     fn only_the_blocks_that_changed_are_new() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(300, 200), vec![0; 60_000]).unwrap();
         assert_eq!(map.revision([0, 0], 9), 1);
         map.change(change(2.0, [130, 10], [5, 5], 100)).unwrap();
@@ -276,9 +276,9 @@ mod tests {
 
     #[test]
     fn a_change_that_overtakes_its_map_is_not_lost_and_an_old_one_is_not_drawn() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(10, 10), vec![0; 100]).unwrap();
-        assert_eq!(map.change(change(2.5, [12, 12], [2, 2], 100)), Err(MapError::Outside));
+        assert_eq!(map.change(change(2.5, [12, 12], [2, 2], 100)), Err(MapShapeError::Outside));
         map.replace(2.0, layout(20, 20), vec![0; 400]).unwrap();
         assert_eq!(map.cells[12 * 20 + 12], 100);
         map.change(change(1.5, [0, 0], [1, 1], 100)).unwrap();
@@ -287,24 +287,27 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_and_the_rest_stays() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         map.replace(1.0, layout(2, 2), vec![0; 4]).unwrap();
-        let size = |width, height, cells| Err(MapError::Size { width, height, cells });
+        let size = |width, height, cells| Err(MapShapeError::Size { width, height, cells });
         assert_eq!(map.replace(2.0, layout(3, 3), vec![0; 4]), size(3, 3, 4));
         let huge = layout(usize::MAX, 2);
         assert_eq!(map.replace(2.0, huge, Vec::new()), size(usize::MAX, 2, 0));
-        let flat = Layout { resolution_m: f64::NAN, ..layout(2, 2) };
-        assert!(matches!(map.replace(2.0, flat, vec![0; 4]), Err(MapError::Place { .. })));
-        let wide = Change { cells: vec![0; 3], ..change(2.0, [0, 0], [2, 2], 0) };
+        let flat = MapLayout { resolution_m: f64::NAN, ..layout(2, 2) };
+        assert!(matches!(map.replace(2.0, flat, vec![0; 4]), Err(MapShapeError::Place { .. })));
+        let wide = MapChange { cells: vec![0; 3], ..change(2.0, [0, 0], [2, 2], 0) };
         assert_eq!(map.change(wide), size(2, 2, 3));
-        assert_eq!(map.change(change(2.0, [usize::MAX, 0], [1, 1], 0)), Err(MapError::Outside));
+        assert_eq!(
+            map.change(change(2.0, [usize::MAX, 0], [1, 1], 0)),
+            Err(MapShapeError::Outside)
+        );
         assert_eq!(map.change(change(2.0, [0, 0], [0, 0], 0)), Ok(()));
         assert_eq!((map.layout.width, map.cells.len()), (2, 4));
     }
 
     #[test]
     fn a_thin_wall_is_seen_from_afar() {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         let mut cells = vec![0; 64];
         cells[3 * 8 + 2] = 100;
         cells[63] = -1;

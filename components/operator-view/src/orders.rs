@@ -1,52 +1,52 @@
-//! What the operator orders → what is said to the robot. A hand that lets go means zero and then
-//! silence; a goal is said again until the robot is there; STOP holds until it is released.
+//! Orders of the operator → commands to the robot. When driving by hand ends, zero is sent once; a
+//! goal is sent again until the robot reaches it; STOP stays active until it is released.
 
 use std::collections::VecDeque;
 
 use armor_grid::{Pose2, wrap_angle};
 
-/// While driven by hand the velocity is said this often, in seconds: ten times within the half
-/// second after which a driver stands.
+/// Period of the velocity while driving by hand, in seconds: ten commands within the half second
+/// after which a driver stops.
 const DRIVE_PERIOD_S: f64 = 0.05;
-/// A goal is said again no sooner than this, in seconds, however often the component is called.
-const AGAIN_S: f64 = 0.02;
-/// A goal with a heading is reached when the robot looks that way within this, in radians.
+/// Shortest time until a goal is sent again, in seconds, at any rate of the component.
+const REPEAT_S: f64 = 0.02;
+/// A goal with a heading is reached within this angle, in radians.
 const HEADING_TOLERANCE_RAD: f64 = 0.26;
-/// Most events that wait to be reported; a person makes no more in a tick.
+/// Most events that wait to be reported; a person causes fewer in a tick.
 const MAX_EVENTS: usize = 16;
 
 /// What the operator can do.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Order {
-    /// Drive there; with a heading if one was drawn.
+pub enum OperatorOrder {
+    /// Drive to a goal; with a heading if one was drawn.
     Goal {
-        /// Where, on the map.
+        /// Its pose on the map.
         place: Pose2,
-        /// Whether the heading was wished.
+        /// Whether the heading was chosen.
         has_heading: bool,
     },
-    /// No goal any more.
+    /// Delete the goal.
     Cancel,
-    /// Drive by hand, as shares of the limits in -1..=1. Said again for as long as the hand holds.
+    /// Drive by hand, as shares of the limits in -1..=1. Repeated while a key or the stick is held.
     Drive {
         /// Ahead.
         forward: f64,
         /// To the left.
         turn: f64,
     },
-    /// The hand lets go.
+    /// End driving by hand.
     LetGo,
-    /// Stand, whatever else is said.
+    /// Stand, whatever else is ordered.
     Stop,
-    /// STOP is over.
+    /// End STOP.
     Release,
-    /// A button of the mission's own: it hears of it, the robot does not.
+    /// A button of the mission: sent to the mission, not to the robot.
     Press(String),
 }
 
-/// What is said to the robot.
+/// A command to the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Say {
+pub enum RobotCommand {
     /// Where to drive.
     Goal(Pose2),
     /// How to drive.
@@ -60,9 +60,9 @@ pub enum Say {
     Stop(bool),
 }
 
-/// What the mission hears.
+/// An event for the mission.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum OperatorEvent {
     /// STOP was ordered.
     Stopped,
     /// STOP was released.
@@ -73,12 +73,12 @@ pub enum Event {
     Arrived,
     /// The operator has begun to drive by hand.
     Driving,
-    /// A button of the mission's own was pressed.
+    /// A button of the mission was pressed.
     Pressed(String),
 }
 
-impl Event {
-    /// Its name in a mission.
+impl OperatorEvent {
+    /// Returns its name in a mission.
     pub fn name(&self) -> &str {
         match self {
             Self::Stopped => "stopped",
@@ -91,9 +91,9 @@ impl Event {
     }
 }
 
-/// What the robot may be ordered.
+/// Limits of orders.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct OrderLimits {
     /// Fastest by hand, in m/s.
     pub speed_mps: f64,
     /// Fastest turn by hand, in rad/s.
@@ -102,42 +102,42 @@ pub struct Limits {
     pub tolerance_m: f64,
 }
 
-impl Default for Limits {
+impl Default for OrderLimits {
     fn default() -> Self {
         Self { speed_mps: 0.5, turn_radps: 1.0, tolerance_m: 0.3 }
     }
 }
 
-/// A goal that holds.
+/// The active goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Goal {
-    /// Where, on the map.
+pub struct OperatorGoal {
+    /// Its pose on the map.
     pub place: Pose2,
     has_heading: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hand {
-    said_s: f64,
+    sent_s: f64,
     share: (f64, f64),
 }
 
-/// The orders that hold.
+/// The active orders.
 #[derive(Clone, Debug, Default)]
-pub struct Orders {
-    /// What may be ordered.
-    pub limits: Limits,
-    goal: Option<Goal>,
-    goal_said_s: f64,
+pub struct OperatorOrders {
+    /// Limits of orders.
+    pub limits: OrderLimits,
+    goal: Option<OperatorGoal>,
+    goal_sent_s: f64,
     hand: Option<Hand>,
     is_stopped: bool,
     pressed: Option<(String, f64)>,
-    events: VecDeque<Event>,
+    events: VecDeque<OperatorEvent>,
 }
 
-impl Orders {
+impl OperatorOrders {
     /// The goal, until the robot is there.
-    pub fn goal(&self) -> Option<Goal> {
+    pub fn goal(&self) -> Option<OperatorGoal> {
         self.goal
     }
 
@@ -157,29 +157,29 @@ impl Orders {
     }
 
     /// Carries out an order given at `now_s` of the host's clock.
-    pub fn give(&mut self, order: Order, now_s: f64) -> Vec<Say> {
+    pub fn handle_order(&mut self, order: OperatorOrder, now_s: f64) -> Vec<RobotCommand> {
         match order {
-            Order::Goal { place, has_heading } => {
-                self.goal_said_s = now_s;
-                self.set_goal(Goal { place, has_heading })
+            OperatorOrder::Goal { place, has_heading } => {
+                self.goal_sent_s = now_s;
+                self.set_goal(OperatorGoal { place, has_heading })
             }
-            Order::Cancel => {
+            OperatorOrder::Cancel => {
                 self.goal = None;
                 Vec::new()
             }
-            Order::Drive { forward, turn } => self.drive((forward, turn), now_s),
-            Order::LetGo => self.let_go(),
-            Order::Stop => self.stop(),
-            Order::Release if self.is_stopped => {
+            OperatorOrder::Drive { forward, turn } => self.drive((forward, turn), now_s),
+            OperatorOrder::LetGo => self.let_go(),
+            OperatorOrder::Stop => self.stop(),
+            OperatorOrder::Release if self.is_stopped => {
                 self.is_stopped = false;
-                self.tell(Event::Released);
-                vec![Say::Stop(false)]
+                self.report(OperatorEvent::Released);
+                vec![RobotCommand::Stop(false)]
             }
-            Order::Release => Vec::new(),
-            Order::Press(name) => {
+            OperatorOrder::Release => Vec::new(),
+            OperatorOrder::Press(name) => {
                 // Who gives the robot back to its mission wants it nowhere else.
                 self.goal = None;
-                self.tell(Event::Pressed(name.clone()));
+                self.report(OperatorEvent::Pressed(name.clone()));
                 self.pressed = Some((name, now_s));
                 Vec::new()
             }
@@ -187,76 +187,76 @@ impl Orders {
     }
 
     /// What is to be said again, now and then.
-    pub fn again(&mut self, now_s: f64) -> Option<Say> {
-        let goal = self.goal.filter(|_| now_s - self.goal_said_s >= AGAIN_S)?;
-        self.goal_said_s = now_s;
-        Some(Say::Goal(goal.place))
+    pub fn repeat_order(&mut self, now_s: f64) -> Option<RobotCommand> {
+        let goal = self.goal.filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
+        self.goal_sent_s = now_s;
+        Some(RobotCommand::Goal(goal.place))
     }
 
     /// Takes notice of where the robot is on the map.
-    pub fn robot_seen(&mut self, robot: Pose2) {
-        let Some(Goal { place, has_heading }) = self.goal else { return };
+    pub fn check_arrival(&mut self, robot: Pose2) {
+        let Some(OperatorGoal { place, has_heading }) = self.goal else { return };
         let is_near = robot.point().distance_m(place.point()) <= self.limits.tolerance_m;
         let off_rad = wrap_angle(robot.yaw_rad - place.yaw_rad).abs();
         if is_near && (!has_heading || off_rad <= HEADING_TOLERANCE_RAD) {
             self.goal = None;
-            self.tell(Event::Arrived);
+            self.report(OperatorEvent::Arrived);
         }
     }
 
     /// The event to report next.
-    pub fn next_event(&mut self) -> Option<Event> {
+    pub fn take_event(&mut self) -> Option<OperatorEvent> {
         self.events.pop_front()
     }
 
-    fn set_goal(&mut self, goal: Goal) -> Vec<Say> {
+    fn set_goal(&mut self, goal: OperatorGoal) -> Vec<RobotCommand> {
         let Pose2 { x_m, y_m, yaw_rad } = goal.place;
         // While it stands it takes no goals, so that a release does not set it off.
         if self.is_stopped || !(x_m.is_finite() && y_m.is_finite() && yaw_rad.is_finite()) {
             return Vec::new();
         }
         self.goal = Some(goal);
-        self.tell(Event::Goal);
-        vec![Say::Goal(goal.place)]
+        self.report(OperatorEvent::Goal);
+        vec![RobotCommand::Goal(goal.place)]
     }
 
-    fn drive(&mut self, share: (f64, f64), now_s: f64) -> Vec<Say> {
+    fn drive(&mut self, share: (f64, f64), now_s: f64) -> Vec<RobotCommand> {
         if self.is_stopped || !(share.0.is_finite() && share.1.is_finite()) {
             return self.let_go();
         }
         let share = (share.0.clamp(-1.0, 1.0), share.1.clamp(-1.0, 1.0));
         match self.hand {
-            None => self.tell(Event::Driving),
-            Some(hand) if hand.share == share && now_s - hand.said_s < DRIVE_PERIOD_S => {
+            None => self.report(OperatorEvent::Driving),
+            Some(hand) if hand.share == share && now_s - hand.sent_s < DRIVE_PERIOD_S => {
                 return Vec::new();
             }
             Some(_) => {}
         }
-        self.hand = Some(Hand { said_s: now_s, share });
-        vec![Say::Velocity {
+        self.hand = Some(Hand { sent_s: now_s, share });
+        vec![RobotCommand::Velocity {
             forward_mps: share.0 * self.limits.speed_mps,
             turn_radps: share.1 * self.limits.turn_radps,
         }]
     }
 
-    fn let_go(&mut self) -> Vec<Say> {
-        let zero = Say::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
+    fn let_go(&mut self) -> Vec<RobotCommand> {
+        let zero = RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
         self.hand.take().map(|_| zero).into_iter().collect()
     }
 
-    fn stop(&mut self) -> Vec<Say> {
+    fn stop(&mut self) -> Vec<RobotCommand> {
         if !self.is_stopped {
-            self.tell(Event::Stopped);
+            self.report(OperatorEvent::Stopped);
         }
         self.is_stopped = true;
         self.goal = None;
         // STOP first: nothing may come between the hand and it.
-        let mut says = vec![Say::Stop(true)];
+        let mut says = vec![RobotCommand::Stop(true)];
         says.extend(self.let_go());
         says
     }
 
-    fn tell(&mut self, event: Event) {
+    fn report(&mut self, event: OperatorEvent) {
         if self.events.len() < MAX_EVENTS {
             self.events.push_back(event);
         }
@@ -267,91 +267,106 @@ impl Orders {
 mod tests {
     use super::*;
 
-    const ZERO: Say = Say::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
+    const ZERO: RobotCommand = RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
 
-    fn goal(x_m: f64, has_heading: bool) -> Order {
-        Order::Goal { place: Pose2::new(x_m, 0.0, 0.0), has_heading }
+    fn goal(x_m: f64, has_heading: bool) -> OperatorOrder {
+        OperatorOrder::Goal { place: Pose2::new(x_m, 0.0, 0.0), has_heading }
     }
 
-    fn events(orders: &mut Orders) -> Vec<Event> {
-        std::iter::from_fn(|| orders.next_event()).collect()
-    }
-
-    #[test]
-    fn letting_go_is_zero_once_and_then_silence() {
-        let mut orders = Orders::default();
-        let full = || Order::Drive { forward: 1.0, turn: -3.0 };
-        let fast = vec![Say::Velocity { forward_mps: 0.5, turn_radps: -1.0 }];
-        assert_eq!(orders.give(full(), 0.0), fast, "beyond the limits nothing is ordered");
-        assert_eq!(orders.give(full(), 0.01), [], "not more often than needed");
-        assert_eq!(orders.give(full(), 0.06), fast);
-        assert_eq!(orders.give(Order::LetGo, 0.07), [ZERO]);
-        assert_eq!(orders.give(Order::LetGo, 0.08), []);
-        assert_eq!(orders.again(9.0), None);
-        assert_eq!(events(&mut orders), [Event::Driving]);
+    fn events(orders: &mut OperatorOrders) -> Vec<OperatorEvent> {
+        std::iter::from_fn(|| orders.take_event()).collect()
     }
 
     #[test]
-    fn stop_holds_against_everything_until_it_is_released() {
-        let mut orders = Orders::default();
-        orders.give(goal(5.0, false), 0.0);
-        orders.give(Order::Drive { forward: 1.0, turn: 0.0 }, 0.0);
-        assert_eq!(orders.give(Order::Stop, 0.1), [Say::Stop(true), ZERO]);
-        assert_eq!(orders.give(Order::Drive { forward: 1.0, turn: 0.0 }, 0.2), []);
-        assert_eq!(orders.give(goal(5.0, false), 0.3), []);
-        assert_eq!(orders.again(9.0), None, "the goal of before is gone too");
-        assert_eq!(orders.give(Order::Stop, 0.4), [Say::Stop(true)], "said again, told once");
-        assert_eq!(orders.give(Order::Release, 0.5), [Say::Stop(false)]);
-        assert_eq!(orders.give(Order::Release, 0.6), []);
-        let expected = [Event::Goal, Event::Driving, Event::Stopped, Event::Released];
+    fn letting_go_sends_zero_once() {
+        let mut orders = OperatorOrders::default();
+        let full = || OperatorOrder::Drive { forward: 1.0, turn: -3.0 };
+        let fast = vec![RobotCommand::Velocity { forward_mps: 0.5, turn_radps: -1.0 }];
+        assert_eq!(orders.handle_order(full(), 0.0), fast, "beyond the limits nothing is ordered");
+        assert_eq!(orders.handle_order(full(), 0.01), [], "not more often than needed");
+        assert_eq!(orders.handle_order(full(), 0.06), fast);
+        assert_eq!(orders.handle_order(OperatorOrder::LetGo, 0.07), [ZERO]);
+        assert_eq!(orders.handle_order(OperatorOrder::LetGo, 0.08), []);
+        assert_eq!(orders.repeat_order(9.0), None);
+        assert_eq!(events(&mut orders), [OperatorEvent::Driving]);
+    }
+
+    #[test]
+    fn stop_overrides_everything_until_it_is_released() {
+        let mut orders = OperatorOrders::default();
+        orders.handle_order(goal(5.0, false), 0.0);
+        orders.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, 0.0);
+        assert_eq!(orders.handle_order(OperatorOrder::Stop, 0.1), [RobotCommand::Stop(true), ZERO]);
+        assert_eq!(orders.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, 0.2), []);
+        assert_eq!(orders.handle_order(goal(5.0, false), 0.3), []);
+        assert_eq!(orders.repeat_order(9.0), None, "the goal of before is gone too");
+        assert_eq!(
+            orders.handle_order(OperatorOrder::Stop, 0.4),
+            [RobotCommand::Stop(true)],
+            "said again, told once"
+        );
+        assert_eq!(orders.handle_order(OperatorOrder::Release, 0.5), [RobotCommand::Stop(false)]);
+        assert_eq!(orders.handle_order(OperatorOrder::Release, 0.6), []);
+        let expected = [
+            OperatorEvent::Goal,
+            OperatorEvent::Driving,
+            OperatorEvent::Stopped,
+            OperatorEvent::Released,
+        ];
         assert_eq!(events(&mut orders), expected);
     }
 
     #[test]
-    fn a_goal_is_said_until_the_robot_is_there() {
-        let mut orders = Orders::default();
+    fn a_goal_is_sent_until_the_robot_reaches_it() {
+        let mut orders = OperatorOrders::default();
         let place = Pose2::new(2.0, 0.0, 0.0);
-        assert_eq!(orders.give(goal(2.0, false), 0.0), [Say::Goal(place)]);
-        orders.robot_seen(Pose2::new(1.0, 0.0, 0.0));
-        assert_eq!(orders.again(9.0), Some(Say::Goal(place)));
-        orders.robot_seen(Pose2::new(1.8, 0.0, 3.0));
-        assert_eq!(orders.again(9.0), None, "its heading was not asked for");
-        assert_eq!(events(&mut orders), [Event::Goal, Event::Arrived]);
+        assert_eq!(orders.handle_order(goal(2.0, false), 0.0), [RobotCommand::Goal(place)]);
+        orders.check_arrival(Pose2::new(1.0, 0.0, 0.0));
+        assert_eq!(orders.repeat_order(9.0), Some(RobotCommand::Goal(place)));
+        orders.check_arrival(Pose2::new(1.8, 0.0, 3.0));
+        assert_eq!(orders.repeat_order(9.0), None, "its heading was not asked for");
+        assert_eq!(events(&mut orders), [OperatorEvent::Goal, OperatorEvent::Arrived]);
     }
 
     #[test]
-    fn with_a_heading_it_is_there_when_it_looks_that_way() {
-        let mut orders = Orders::default();
-        orders.give(goal(2.0, true), 0.0);
-        orders.robot_seen(Pose2::new(2.0, 0.0, 3.0));
+    fn a_goal_with_a_heading_is_reached_in_that_heading() {
+        let mut orders = OperatorOrders::default();
+        orders.handle_order(goal(2.0, true), 0.0);
+        orders.check_arrival(Pose2::new(2.0, 0.0, 3.0));
         assert!(orders.goal().is_some());
-        orders.robot_seen(Pose2::new(2.0, 0.0, -0.1));
+        orders.check_arrival(Pose2::new(2.0, 0.0, -0.1));
         assert!(orders.goal().is_none());
     }
 
     #[test]
-    fn a_button_is_told_to_the_mission_once() {
-        let mut orders = Orders::default();
-        assert_eq!(orders.give(Order::Press("home".into()), 3.0), []);
+    fn a_button_is_sent_to_the_mission_once() {
+        let mut orders = OperatorOrders::default();
+        assert_eq!(orders.handle_order(OperatorOrder::Press("home".into()), 3.0), []);
         assert_eq!(orders.pressed(), Some(&("home".to_owned(), 3.0)));
-        assert_eq!(orders.next_event().map(|event| event.name().to_owned()), Some("home".into()));
-        assert_eq!(orders.next_event(), None);
+        assert_eq!(orders.take_event().map(|event| event.name().to_owned()), Some("home".into()));
+        assert_eq!(orders.take_event(), None);
     }
 
     #[test]
-    fn odd_numbers_order_nothing() {
-        let mut orders = Orders::default();
-        assert_eq!(orders.give(goal(f64::NAN, false), 0.0), []);
-        orders.give(Order::Drive { forward: 1.0, turn: 0.0 }, 0.0);
-        assert_eq!(orders.give(Order::Drive { forward: f64::NAN, turn: 0.0 }, 0.1), [ZERO]);
+    fn invalid_numbers_are_ignored() {
+        let mut orders = OperatorOrders::default();
+        assert_eq!(orders.handle_order(goal(f64::NAN, false), 0.0), []);
+        orders.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, 0.0);
+        assert_eq!(
+            orders.handle_order(OperatorOrder::Drive { forward: f64::NAN, turn: 0.0 }, 0.1),
+            [ZERO]
+        );
     }
 
     #[test]
-    fn who_gives_the_robot_back_wants_it_nowhere_else() {
-        let mut orders = Orders::default();
-        orders.give(goal(3.0, false), 0.0);
-        orders.give(Order::Press("home".into()), 1.0);
-        assert!(orders.goal().is_none() && orders.again(9.0).is_none());
-        assert_eq!(events(&mut orders), [Event::Goal, Event::Pressed("home".into())]);
+    fn a_mission_button_deletes_the_goal() {
+        let mut orders = OperatorOrders::default();
+        orders.handle_order(goal(3.0, false), 0.0);
+        orders.handle_order(OperatorOrder::Press("home".into()), 1.0);
+        assert!(orders.goal().is_none() && orders.repeat_order(9.0).is_none());
+        assert_eq!(
+            events(&mut orders),
+            [OperatorEvent::Goal, OperatorEvent::Pressed("home".into())]
+        );
     }
 }

@@ -1,25 +1,25 @@
-//! A compressed image → pixels. Whatever the bytes are, it is an image or an error.
+//! A compressed image → pixels. Any bytes give an image or an error.
 
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Widest and highest image shown, in pixels; a camera's.
+/// Widest and highest image shown, in pixels.
 const MAX_SIDE: usize = 4096;
 
 /// Why an image is not shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PhotoError {
-    /// The bytes are not what the format says.
+    /// The bytes do not fit the format.
     #[error("the image is no {format}: {reason}")]
     Broken {
-        /// What it should be.
+        /// The expected format.
         format: &'static str,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// A format that is not known.
+    /// An unknown format.
     #[error("images are shown as jpeg or png, not as `{0}`")]
     Format(String),
 }
@@ -37,18 +37,18 @@ pub struct Photo {
 ///
 /// # Errors
 /// If the format is another one, or the bytes are not of it.
-pub fn decode(format: &str, bytes: &[u8]) -> Result<Photo, PhotoError> {
+pub fn decode_photo(format: &str, bytes: &[u8]) -> Result<Photo, PhotoError> {
     let name: String = format.chars().take(40).collect();
     match name.to_ascii_lowercase().as_str() {
         "jpeg" | "jpg" => {
-            jpeg(bytes).map_err(|reason| PhotoError::Broken { format: "JPEG", reason })
+            decode_jpeg(bytes).map_err(|reason| PhotoError::Broken { format: "JPEG", reason })
         }
-        "png" => png(bytes).map_err(|reason| PhotoError::Broken { format: "PNG", reason }),
+        "png" => decode_png(bytes).map_err(|reason| PhotoError::Broken { format: "PNG", reason }),
         _ => Err(PhotoError::Format(name)),
     }
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Photo, String> {
+fn decode_jpeg(bytes: &[u8]) -> Result<Photo, String> {
     let options = DecoderOptions::new_safe()
         .set_max_width(MAX_SIDE)
         .set_max_height(MAX_SIDE)
@@ -56,10 +56,10 @@ fn jpeg(bytes: &[u8]) -> Result<Photo, String> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     let rgb = decoder.decode().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
-    whole([width, height], rgb)
+    check_size([width, height], rgb)
 }
 
-fn png(bytes: &[u8]) -> Result<Photo, String> {
+fn decode_png(bytes: &[u8]) -> Result<Photo, String> {
     let mut decoder = ::png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_transformations(::png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
@@ -76,10 +76,10 @@ fn png(bytes: &[u8]) -> Result<Photo, String> {
         3 => samples,
         _ => samples.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect(),
     };
-    whole(size, rgb)
+    check_size(size, rgb)
 }
 
-fn whole(size: [usize; 2], rgb: Vec<u8>) -> Result<Photo, String> {
+fn check_size(size: [usize; 2], rgb: Vec<u8>) -> Result<Photo, String> {
     let is_whole = rgb.len() == size[0] * size[1] * 3 && !rgb.is_empty();
     if is_whole { Ok(Photo { size, rgb }) } else { Err("it is not whole".into()) }
 }
@@ -106,12 +106,12 @@ mod tests {
 
     #[test]
     fn jpegs_and_pngs_are_read() {
-        let photo = decode("jpeg", &jpeg_of(16, 8)).unwrap();
+        let photo = decode_photo("jpeg", &jpeg_of(16, 8)).unwrap();
         assert_eq!(photo.size, [16, 8]);
         assert!(photo.rgb[0] > 180 && photo.rgb[1] < 60, "{:?}", &photo.rgb[..3]);
-        let grey = decode("PNG", &png_of(::png::ColorType::Grayscale, &[7, 9])).unwrap();
+        let grey = decode_photo("PNG", &png_of(::png::ColorType::Grayscale, &[7, 9])).unwrap();
         assert_eq!(grey, Photo { size: [2, 1], rgb: vec![7, 7, 7, 9, 9, 9] });
-        let clear = decode("png", &png_of(::png::ColorType::Rgba, &[1, 2, 3, 0, 4, 5, 6, 9]));
+        let clear = decode_photo("png", &png_of(::png::ColorType::Rgba, &[1, 2, 3, 0, 4, 5, 6, 9]));
         assert_eq!(clear.unwrap().rgb, [1, 2, 3, 4, 5, 6]);
     }
 
@@ -120,21 +120,24 @@ mod tests {
         let whole = jpeg_of(64, 64);
         let (empty, text): (&[u8], &[u8]) = (&[], b"no image");
         for bytes in [empty, text, &whole[2..]] {
-            let error = decode("jpeg", bytes).unwrap_err().to_string();
+            let error = decode_photo("jpeg", bytes).unwrap_err().to_string();
             assert!(error.starts_with("the image is no JPEG: "), "{error}");
         }
-        assert!(matches!(decode("png", &whole), Err(PhotoError::Broken { format: "PNG", .. })));
-        assert_eq!(decode("h264", &whole), Err(PhotoError::Format("h264".into())));
+        assert!(matches!(
+            decode_photo("png", &whole),
+            Err(PhotoError::Broken { format: "PNG", .. })
+        ));
+        assert_eq!(decode_photo("h264", &whole), Err(PhotoError::Format("h264".into())));
     }
 
     #[test]
     fn no_cut_or_bent_image_is_a_panic() {
         let whole = jpeg_of(48, 40);
         for end in 0..whole.len() {
-            let _ = decode("jpeg", &whole[..end]);
+            let _ = decode_photo("jpeg", &whole[..end]);
             let mut bent = whole.clone();
             bent[end] ^= 0x5a;
-            let _ = decode("jpeg", &bent);
+            let _ = decode_photo("jpeg", &bent);
         }
     }
 }

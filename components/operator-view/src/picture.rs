@@ -5,87 +5,110 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
 use armor_files::replace_atomically;
-use armor_picture::{EncodeError, Stage};
+use armor_picture::{PixelsPngError, Stage};
 use eframe::egui::Context;
 
 use crate::console::Console;
-use crate::links::Now;
-use crate::screen::{CANVAS, Screen, apply_theme};
+use crate::links::ClockTimes;
+use crate::screen::{CANVAS, Screen, SidePanel, apply_theme};
 
 /// Frames until sizes that depend on one another have settled.
 const FRAMES: usize = 3;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum PictureError {
+pub(crate) enum ScreenPictureError {
     /// It cannot be encoded.
     #[error(transparent)]
-    Encode(#[from] EncodeError),
+    Encode(#[from] PixelsPngError),
     /// It cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the file system.
         source: std::io::Error,
     },
 }
 
-/// A screen that nobody sits before.
-struct Picture {
+/// A screen without a window.
+struct ScreenPicture {
     stage: Stage,
     screen: Screen,
 }
 
-impl Picture {
+impl ScreenPicture {
     /// A screen of so many pixels, of which `pixels_per_point` make a point.
-    fn new([width, height]: [usize; 2], pixels_per_point: f32) -> Self {
+    fn new(
+        [width, height]: [usize; 2],
+        pixels_per_point: f32,
+        panels: Vec<Box<dyn SidePanel>>,
+    ) -> Self {
         let context = Context::default();
         apply_theme(&context);
         let stage = Stage::new(context, width, height, pixels_per_point);
-        Self { stage, screen: Screen::default() }
+        Self { stage, screen: Screen::new(panels) }
     }
 
-    /// The screen as it would look now. Nobody gives orders here.
-    fn png(&mut self, mut console: Console, now: Now) -> Result<Vec<u8>, EncodeError> {
+    /// Paints the screen as it looks now. Orders are not possible here.
+    fn paint_png(
+        &mut self,
+        mut console: Console,
+        now: ClockTimes,
+    ) -> Result<Vec<u8>, PixelsPngError> {
         self.stage.settle(FRAMES, |ui| {
-            self.screen.show(ui, &mut console, now);
+            self.screen.show_frame(ui, &mut console, now);
         });
         self.stage.pixels(CANVAS).png()
     }
 }
 
-/// Paints pictures beside everything else, one at a time.
+/// Paints pictures on a thread, one at a time.
 pub(crate) struct Painter {
     path: PathBuf,
-    picture: Option<Picture>,
-    painting: Option<JoinHandle<(Picture, Result<(), PictureError>)>>,
+    picture: Option<ScreenPicture>,
+    painting: Option<JoinHandle<(ScreenPicture, Result<(), ScreenPictureError>)>>,
 }
 
 impl Painter {
     /// Will paint pictures of `size` pixels as the file at `path`.
-    pub(crate) fn new(path: PathBuf, size: [usize; 2], pixels_per_point: f32) -> Self {
-        Self { path, picture: Some(Picture::new(size, pixels_per_point)), painting: None }
+    pub(crate) fn new(
+        path: PathBuf,
+        size: [usize; 2],
+        pixels_per_point: f32,
+        panels: Vec<Box<dyn SidePanel>>,
+    ) -> Self {
+        Self {
+            path,
+            picture: Some(ScreenPicture::new(size, pixels_per_point, panels)),
+            painting: None,
+        }
     }
 
     /// Begins to paint, unless the last picture is still being painted.
     ///
     /// # Errors
     /// If the last picture could not be made, or there can be no thread.
-    pub(crate) fn begin(&mut self, console: Console, now: Now) -> Result<(), PictureError> {
+    pub(crate) fn begin_painting(
+        &mut self,
+        console: Console,
+        now: ClockTimes,
+    ) -> Result<(), ScreenPictureError> {
         if self.painting.as_ref().is_some_and(|painting| !painting.is_finished()) {
             return Ok(());
         }
-        self.wait()?;
+        self.wait_for_painting()?;
         let Some(mut picture) = self.picture.take() else { return Ok(()) };
         let path = self.path.clone();
         let paint = move || {
-            let outcome = made(&mut picture, console, now, &path);
+            let outcome = paint_picture(&mut picture, console, now, &path);
             (picture, outcome)
         };
         let thread = std::thread::Builder::new().name("picture".into()).spawn(paint);
-        self.painting =
-            Some(thread.map_err(|source| PictureError::Write { path: self.path.clone(), source })?);
+        self.painting = Some(
+            thread
+                .map_err(|source| ScreenPictureError::Write { path: self.path.clone(), source })?,
+        );
         Ok(())
     }
 
@@ -93,40 +116,44 @@ impl Painter {
     ///
     /// # Errors
     /// If it could not be made.
-    pub(crate) fn finish(&mut self, console: Console, now: Now) -> Result<(), PictureError> {
-        // What was wrong with the one before does not matter if this one is made.
-        let _ = self.wait();
+    pub(crate) fn finish_painting(
+        &mut self,
+        console: Console,
+        now: ClockTimes,
+    ) -> Result<(), ScreenPictureError> {
+        // A failure of the one before does not matter if this one is made.
+        let _ = self.wait_for_painting();
         let Some(picture) = &mut self.picture else { return Ok(()) };
-        made(picture, console, now, &self.path)
+        paint_picture(picture, console, now, &self.path)
     }
 
-    fn wait(&mut self) -> Result<(), PictureError> {
+    fn wait_for_painting(&mut self) -> Result<(), ScreenPictureError> {
         let Some(painting) = self.painting.take() else { return Ok(()) };
-        // A panic has told itself, and there are no more pictures.
+        // A panic has been logged, and there are no more pictures.
         let Ok((picture, outcome)) = painting.join() else { return Ok(()) };
         self.picture = Some(picture);
         outcome
     }
 }
 
-fn made(
-    picture: &mut Picture,
+fn paint_picture(
+    picture: &mut ScreenPicture,
     console: Console,
-    now: Now,
+    now: ClockTimes,
     path: &Path,
-) -> Result<(), PictureError> {
-    save(path, &picture.png(console, now)?)
+) -> Result<(), ScreenPictureError> {
+    save_file(path, &picture.paint_png(console, now)?)
 }
 
 /// Writes a file whole or not at all.
 ///
 /// # Errors
 /// If it or its folder cannot be written.
-fn save(path: &Path, content: &[u8]) -> Result<(), PictureError> {
+fn save_file(path: &Path, content: &[u8]) -> Result<(), ScreenPictureError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let written = fs::create_dir_all(folder)
         .and_then(|()| replace_atomically(path, content).map_err(|error| error.reason));
-    written.map_err(|source| PictureError::Write { path: path.into(), source })
+    written.map_err(|source| ScreenPictureError::Write { path: path.into(), source })
 }
 
 #[cfg(test)]
@@ -137,10 +164,10 @@ mod tests {
     fn a_picture_is_written_whole_into_folders_that_are_made_for_it() {
         let folder = std::env::temp_dir().join(format!("armor-view-{}", std::process::id()));
         let path = folder.join("deep/view.png");
-        let mut painter = Painter::new(path.clone(), [400, 300], 1.0);
-        painter.begin(Console::default(), Now::default()).unwrap();
-        painter.begin(Console::default(), Now::default()).unwrap();
-        painter.finish(Console::default(), Now::default()).unwrap();
+        let mut painter = Painter::new(path.clone(), [400, 300], 1.0, Vec::new());
+        painter.begin_painting(Console::default(), ClockTimes::default()).unwrap();
+        painter.begin_painting(Console::default(), ClockTimes::default()).unwrap();
+        painter.finish_painting(Console::default(), ClockTimes::default()).unwrap();
         let bytes = fs::read(&path).unwrap();
         let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         assert_eq!((reader.info().width, reader.info().height), (400, 300));
@@ -151,8 +178,11 @@ mod tests {
 
     #[test]
     fn a_folder_that_cannot_be_is_an_error_that_names_the_file() {
-        let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0);
-        let error = painter.finish(Console::default(), Now::default()).unwrap_err().to_string();
+        let mut painter = Painter::new("/proc/no/view.png".into(), [40, 30], 1.0, Vec::new());
+        let error = painter
+            .finish_painting(Console::default(), ClockTimes::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("cannot write /proc/no/view.png"), "{error}");
     }
 }

@@ -1,45 +1,36 @@
-//! The operator's screen as a component: what the robot says in, what the operator orders out.
+//! The operator's screen as a component: data of the robot in, orders of the operator out.
 
-mod reading;
+mod input;
+mod panel_kind;
+mod panels;
+mod port_list;
+mod scene_inputs;
 mod settings;
 
 use std::panic::resume_unwind;
 use std::process::ExitCode;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use armor_grid::Pose2;
 use armor_sdk::prelude::*;
+use parking_lot::Mutex;
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::console::Console;
-use crate::links::{Link, Now, Number};
-use crate::orders::{Order, Say};
-use crate::picture::{Painter, PictureError};
-use crate::scene::SceneError;
-use crate::window::{Gone, Hands, Window};
-use settings::{PARAMETERS, Settings};
+use crate::links::{ClockTimes, InputLink, SequenceNumber};
+use crate::orders::{OperatorOrder, RobotCommand};
+use crate::picture::{Painter, ScreenPictureError};
+use crate::window::{ViewWindow, WindowEnd, WindowHooks};
+use port_list::{PORTS, all_inputs};
+use settings::{PARAMETERS, ViewSettings};
 
-/// Either says that there is a display.
+pub(crate) use panels::make_panels;
+
+/// Either is set if there is a display.
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
 const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
-/// Each input, and whether its data come all the time, so that silence means something.
-const INPUTS: [(&str, bool); 12] = [
-    ("map", false),
-    ("map_updates", false),
-    ("pose", true),
-    ("scan", true),
-    ("odometry", true),
-    ("truth", true),
-    ("trajectory", false),
-    ("particles", true),
-    ("path", false),
-    ("image", true),
-    ("battery", true),
-    ("diagnostics", true),
-];
-
 /// Runs the program: a component like any, by its command line.
 pub fn run() -> ExitCode {
     armor_sdk::run::<OperatorView>()
@@ -49,51 +40,25 @@ pub fn run() -> ExitCode {
 pub struct OperatorView {
     armor: Armor,
     console: Arc<Mutex<Console>>,
-    settings: Settings,
+    settings: ViewSettings,
     started: Instant,
-    window: Option<Window>,
-    /// Why the window is not there.
-    failure: Arc<Mutex<Option<Gone>>>,
+    window: Option<ViewWindow>,
+    /// Why there is no window.
+    failure: Arc<Mutex<Option<WindowEnd>>>,
     painter: Option<Painter>,
     pictured_s: f64,
 }
 
 impl Component for OperatorView {
     const KIND: &'static str = "operator-view";
-    const SUMMARY: &'static str =
-        "The operator's screen: map, scan, ways, camera and state; goals, driving by hand, STOP.";
+    const SUMMARY: &'static str = "The operator's screen: map, scan, trajectories, camera and state; goals, driving by hand, STOP.";
     const PARAMETERS: &'static [Parameter] = PARAMETERS;
-    const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("map", "what is known of the world"),
-        ("map_updates", "rectangles of the map that changed since it was published"),
-        ("pose", "where the robot is on the map, and how sure that is"),
-        ("scan", "what the laser sees, drawn where the robot was then"),
-        ("odometry", "carries the pose on; its own way is drawn beside the corrected one"),
-        ("truth", "where a simulated robot really is"),
-        ("trajectory", "the way so far, as corrected by now"),
-        ("particles", "hypotheses of where the robot is"),
-        ("path", "the way planned"),
-        ("image", "what the camera sees, jpeg or png"),
-        ("battery", "its charge"),
-        ("diagnostics", "how well mapping goes"),
-        ("goal", "where the operator wants the robot; said again until it is there"),
-        ("velocity", "driving by hand: while the hand holds, zero when it lets go, then silence"),
-        ("stop", "true: stand, whatever else is said; until false"),
-    ];
+    const PORTS: &'static [(&'static str, &'static str)] = &PORTS;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
-        armor.subscribe::<Optional<OccupancyGrid>>("map")?;
-        armor.subscribe::<Optional<OccupancyGridUpdate>>("map_updates")?;
-        armor.subscribe::<Optional<PoseWithCovarianceStamped>>("pose")?;
-        armor.subscribe::<Optional<LaserScan>>("scan")?;
-        armor.subscribe::<Optional<Odometry>>("odometry")?;
-        armor.subscribe::<Optional<Odometry>>("truth")?;
-        armor.subscribe::<Optional<Path>>("trajectory")?;
-        armor.subscribe::<Optional<PoseArray>>("particles")?;
-        armor.subscribe::<Optional<Path>>("path")?;
-        armor.subscribe::<Optional<CompressedImage>>("image")?;
-        armor.subscribe::<Optional<BatteryState>>("battery")?;
-        armor.subscribe::<Optional<SlamDiagnostics>>("diagnostics")?;
+        for input in all_inputs() {
+            input.subscribe(&armor)?;
+        }
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Twist>("velocity")?;
         armor.provide::<Latched<Flag>>("stop")?;
@@ -101,12 +66,12 @@ impl Component for OperatorView {
             armor.get_parameter(&parameter.manifest().name)?;
         }
         armor.synchronize()?;
-        // Whoever sits before it is there whatever the mission does.
+        // The operator needs the screen whatever the mission does.
         armor.set_non_controllable();
         Ok(Self {
             armor,
             console: Arc::default(),
-            settings: Settings::default(),
+            settings: ViewSettings::default(),
             started: Instant::now(),
             window: None,
             failure: Arc::default(),
@@ -116,59 +81,62 @@ impl Component for OperatorView {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        self.settings.take(&mut locked(&self.console), name, value)
+        self.settings.take_parameter(&mut self.console.lock(), name, value)
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        let seen = reading::read(header.id(), data)
-            .unwrap_or_else(|fault| Err(SceneError::Bytes(fault.to_string())));
-        let now = now(self.started, &self.armor);
-        let number = Number { instance: header.instance, sequence: header.sequence };
-        let mut console = locked(&self.console);
-        let outcome = seen.and_then(|seen| seen.show(&mut console.scene));
-        console.arrived(header.id(), now, header.stamp_s, number, outcome);
+        let Some(input) = all_inputs().find(|input| input.id == header.id()) else {
+            return Ok(());
+        };
+        let update = input.read(data);
+        let now = read_clocks(self.started, &self.armor);
+        let number = SequenceNumber { instance: header.instance, sequence: header.sequence };
+        let mut console = self.console.lock();
+        let outcome = update.and_then(|update| update(&mut console));
+        console.record_arrival(header.id(), now, header.stamp_s, number, outcome);
         drop(console);
         if let Some(window) = &self.window {
-            window.changed();
+            window.request_frame();
         }
         Ok(())
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.open()?,
+            Call::Started => self.open_screen()?,
             Call::Stopping => {
-                self.close()?;
+                self.close_screen()?;
                 return Ok(Outcome::CarryOn);
             }
             Call::Tick | Call::Data => {}
         }
-        let failure = locked(&self.failure).take();
+        let failure = self.failure.lock().take();
         match failure {
-            Some(Gone::Failed(why)) => return Ok(Outcome::Failed(why)),
-            // The window's panic is the component's: it is told, and the process starts afresh.
-            Some(Gone::Panicked(panic)) => resume_unwind(panic),
-            Some(Gone::Closed) | None => {}
+            Some(WindowEnd::Failed(why)) => return Ok(Outcome::Failed(why)),
+            // A panic of the window is one of the component: it is reported, and the process
+            // restarted.
+            Some(WindowEnd::Panicked(panic)) => resume_unwind(panic),
+            Some(WindowEnd::Closed) | None => {}
         }
-        let now = now(self.started, &self.armor);
-        let again = locked(&self.console).orders.again(now.host_s);
-        if let Some(say) = again {
-            self.say(say)?;
+        let now = read_clocks(self.started, &self.armor);
+        let again = self.console.lock().orders.repeat_order(now.host_s);
+        if let Some(command) = again {
+            self.send_and_record(command)?;
         }
         if now.host_s - self.pictured_s >= self.settings.picture_period_s {
             self.take_picture();
         }
-        let event = locked(&self.console).orders.next_event();
+        let event = self.console.lock().orders.take_event();
         Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(event.name(), 1.0)))
     }
 }
 
 impl OperatorView {
-    fn open(&mut self) -> Result<(), Fault> {
-        let linked = INPUTS.into_iter().filter_map(|(input, is_steady)| {
-            Some(Link::new(input, self.armor.subscribed_data(input)?, is_steady))
+    fn open_screen(&mut self) -> Result<(), Fault> {
+        let linked = all_inputs().filter_map(|input| {
+            Some(InputLink::new(input.id, self.armor.subscribed_data(input.id)?, input.is_steady))
         });
-        let mut console = locked(&self.console);
+        let mut console = self.console.lock();
         console.links = linked.collect();
         console.scene.is_localised = console.is_linked("pose");
         drop(console);
@@ -176,107 +144,104 @@ impl OperatorView {
         if self.settings.window && !is_set(HEADLESS_VARIABLE) && self.window.is_none() {
             if !DISPLAYS.into_iter().any(is_set) {
                 let why = "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set; set \
-                           `window` to false to do without a window";
+                           `window` to false to run without a window";
                 return Err(why.into());
             }
             let name = self.armor.provided_data("stop").unwrap_or_default();
             let title = format!("{} - Armor", name.trim_end_matches(".stop"));
             let size = self.settings.size.map(|side| side as f32);
-            self.window = Some(Window::open(title, size, self.hands())?);
+            self.window = Some(ViewWindow::open(title, size, self.make_hooks())?);
         }
         Ok(())
     }
 
-    /// What the window does its work with: it speaks for itself, since a person does not wait for
-    /// the component's next tick.
-    fn hands(&self) -> Hands {
+    /// Returns the hooks of the window. It sends commands itself, because an operator must not wait
+    /// for the component's next tick.
+    fn make_hooks(&self) -> WindowHooks {
         let (armor, clock, started) = (self.armor.clone(), self.armor.clone(), self.started);
         let failure = Arc::clone(&self.failure);
-        Hands {
+        WindowHooks {
             console: Arc::clone(&self.console),
-            say: Box::new(move |say| {
-                send(&armor, say).unwrap_or_else(|fault| {
+            panels: make_panels(),
+            send: Box::new(move |command| {
+                send_command(&armor, command).unwrap_or_else(|fault| {
                     tracing::error!("an order was not sent: {fault}");
                     0
                 })
             }),
-            now: Box::new(move || now(started, &clock)),
+            now: Box::new(move || read_clocks(started, &clock)),
             gone: Box::new(move |gone| match gone {
-                // As from a terminal: the component comes to its end in order, with code 0.
-                Gone::Closed => {
+                // The same as Ctrl-C in a terminal: the component ends in order, with code 0.
+                WindowEnd::Closed => {
                     let _ = kill_process(getpid(), Signal::TERM);
                 }
-                gone => *locked(&failure) = Some(gone),
+                gone => *failure.lock() = Some(gone),
             }),
         }
     }
 
-    /// The hand lets go, the last picture is made, the window closes.
-    fn close(&mut self) -> Result<(), Fault> {
-        let now = now(self.started, &self.armor);
-        let mut console = locked(&self.console);
-        let says = console.orders.give(Order::LetGo, now.host_s);
+    /// Ends driving by hand, makes the last picture, and closes the window.
+    fn close_screen(&mut self) -> Result<(), Fault> {
+        let now = read_clocks(self.started, &self.armor);
+        let mut console = self.console.lock();
+        let commands = console.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         drop(console);
-        for say in says {
-            self.say(say)?;
+        for command in commands {
+            self.send_and_record(command)?;
         }
-        let console = locked(&self.console).clone();
+        let console = self.console.lock().clone();
         if let Some(mut painter) = self.painter.take() {
-            warn_of(painter.finish(console, now));
+            warn_of(painter.finish_painting(console, now));
         }
-        locked(&self.console).is_over = true;
+        self.console.lock().is_over = true;
         if let Some(window) = self.window.take() {
             window.close();
         }
         Ok(())
     }
 
-    fn say(&self, say: Say) -> Result<(), Fault> {
-        let to = send(&self.armor, say)?;
-        locked(&self.console).said(say, to);
+    fn send_and_record(&self, command: RobotCommand) -> Result<(), Fault> {
+        let to = send_command(&self.armor, command)?;
+        self.console.lock().record_sent(command, to);
         Ok(())
     }
 
-    /// Has a picture painted of what is known now. Painting takes its time, during which neither
-    /// data nor STOP wait.
+    /// Begins to paint a picture on another thread, so that neither data nor STOP wait for it.
     fn take_picture(&mut self) {
         let Some(path) = &self.settings.picture else { return };
-        let now = now(self.started, &self.armor);
+        let now = read_clocks(self.started, &self.armor);
         let ([width, height], scale) = (self.settings.size, self.settings.scale as f32);
-        let painter =
-            self.painter.get_or_insert_with(|| Painter::new(path.clone(), [width, height], scale));
-        let console = locked(&self.console).clone();
-        warn_of(painter.begin(console, now));
+        let painter = self.painter.get_or_insert_with(|| {
+            Painter::new(path.clone(), [width, height], scale, make_panels())
+        });
+        let console = self.console.lock().clone();
+        warn_of(painter.begin_painting(console, now));
         self.pictured_s = now.host_s;
     }
 }
 
-/// A full disk is no reason to take the screen away.
-fn warn_of(picture: Result<(), PictureError>) {
+/// Logs a failed picture: a full disk must not end the screen.
+fn warn_of(picture: Result<(), ScreenPictureError>) {
     if let Err(error) = picture {
         tracing::warn!("no picture: {error}");
     }
 }
 
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
+fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
+    ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
 }
 
-fn now(started: Instant, armor: &Armor) -> Now {
-    Now { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
-}
-
-fn send(armor: &Armor, say: Say) -> Result<usize, Fault> {
-    let sent = match say {
-        Say::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
+fn send_command(armor: &Armor, command: RobotCommand) -> Result<usize, Fault> {
+    let sent = match command {
+        RobotCommand::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
             let pose = Pose::planar(Pose2D { x: x_m, y: y_m, theta: yaw_rad });
             let (stamp, frame) = (armor.timestamp(), "map".into());
             armor.send_data("goal", &PoseStamped { stamp, frame, pose })?
         }
-        Say::Velocity { forward_mps, turn_radps } => {
+        RobotCommand::Velocity { forward_mps, turn_radps } => {
             armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
         }
-        Say::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
+        RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
     };
     Ok(sent.to)
 }
@@ -286,11 +251,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_it_is_describes_itself() {
+    fn the_manifest_lists_all_ports() {
         let manifest = armor_sdk::manifest_of::<OperatorView>().unwrap();
-        assert_eq!(manifest.inputs.len(), INPUTS.len());
+        assert_eq!(manifest.inputs.len(), all_inputs().count());
         assert!(manifest.inputs.iter().all(|port| !port.required && !port.doc.is_empty()));
-        assert!(INPUTS.iter().all(|(input, _)| manifest.inputs.iter().any(|p| p.id == *input)));
+        assert!(all_inputs().all(|input| manifest.inputs.iter().any(|p| p.id == input.id)));
         assert_eq!(manifest.outputs.iter().filter(|port| port.latched).count(), 1, "stop");
     }
 }

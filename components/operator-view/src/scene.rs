@@ -1,30 +1,30 @@
-//! What is known of the robot and its surroundings, brought onto one map: the scan where the robot
-//! was when it was taken, the odometry beside the way that mapping corrected, so that drift is seen.
+//! The robot and its surroundings in the map frame: the scan at the robot's pose of its time, and
+//! odometry next to the corrected trajectory, so that drift is visible.
 
 use armor_grid::{Point2, Pose2};
 
-use crate::map::{Map, MapError};
+use crate::map::{MapShapeError, OccupancyMap};
 use crate::photo::{Photo, PhotoError};
-use crate::track::Track;
+use crate::track::TrajectoryLine;
 
 /// Most rays of a scan and most particles drawn; of more every n-th is.
 const MAX_MARKS: usize = 4000;
-/// Most poses of a way drawn; of more every n-th is.
-const MAX_WAY: usize = 50_000;
+/// Most poses of a trajectory drawn; of more every n-th is.
+const MAX_TRAJECTORY: usize = 50_000;
 
 /// Why data are not shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// A map that cannot be drawn.
     #[error("{0}")]
-    Map(#[from] MapError),
+    Map(#[from] MapShapeError),
     /// An image that cannot be read.
     #[error("{0}")]
     Photo(#[from] PhotoError),
-    /// A pose whose numbers are no numbers.
-    #[error("the pose is nowhere: its numbers are not finite")]
+    /// A pose with numbers that are not finite.
+    #[error("the numbers of the pose are not finite")]
     Nowhere,
-    /// Bytes of another type.
+    /// Bytes that are no message of the type.
     #[error("the bytes are no message of this type: {0}")]
     Bytes(String),
     /// A scan without angles.
@@ -32,27 +32,27 @@ pub enum SceneError {
     Angles,
 }
 
-/// Where mapping says that the robot was.
+/// A pose of the robot from localisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
+pub struct LocatedPose {
     /// System time in seconds.
     pub stamp_s: f64,
-    /// Where, on the map.
+    /// The pose on the map.
     pub pose: Pose2,
     /// Covariance of x and y: xx, xy, yy, in m².
     pub covariance_m2: [f64; 3],
 }
 
-/// What a laser saw, as points from the middle of the robot.
+/// A laser scan as points from the middle of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scan {
+pub struct ScanPoints {
     /// System time in seconds.
     pub stamp_s: f64,
     /// Points in the robot's frame, in metres.
     pub points: Vec<Point2>,
 }
 
-/// A scan as it comes.
+/// A scan as it arrives.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a> {
     /// System time in seconds.
@@ -67,71 +67,39 @@ pub struct Rays<'a> {
     pub ranges_m: &'a [f32],
 }
 
-/// How the battery is.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Battery {
-    /// 0 … 1; nothing if it is not measured.
-    pub charge: Option<f64>,
-    /// Volts; nothing if they are not measured.
-    pub volts: Option<f64>,
-    /// Whether it is being charged.
-    pub is_charging: bool,
-}
-
-/// How mapping goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mapping {
-    /// Number of particles.
-    pub particles: u32,
-    /// Effective number of them.
-    pub effective: f64,
-    /// Share of the scan on surfaces of the map, 0 … 1.
-    pub score: f64,
-    /// Loops closed.
-    pub closures: u64,
-    /// Time a scan takes, in seconds.
-    pub update_s: f64,
-    /// Scans dropped.
-    pub dropped: u64,
-}
-
-/// All that is shown.
+/// Everything that is shown on the map.
 #[derive(Clone, Debug, Default)]
-pub struct Scene {
-    /// Where the laser is on the robot.
+pub struct RobotScene {
+    /// The pose of the laser on the robot.
     pub robot_from_laser: Pose2,
-    /// Whether somebody is linked who says where the robot is; else odometry is all there is.
+    /// Whether localisation is linked; otherwise only odometry gives the pose.
     pub is_localised: bool,
     /// The map.
-    pub map: Map,
-    /// The robot's own motion, in its own frame.
-    pub odometry: Track,
-    /// Where it really was, in the frame of the simulated world.
-    pub truth: Track,
-    /// Where it was located, on the map.
-    pub poses: Track,
-    /// The last of these, and how sure it is.
-    pub located: Option<Located>,
+    pub map: OccupancyMap,
+    /// Odometry, in its own frame.
+    pub odometry: TrajectoryLine,
+    /// The true trajectory, in the frame of the simulated world.
+    pub truth: TrajectoryLine,
+    /// The poses from localisation, on the map.
+    pub poses: TrajectoryLine,
+    /// The last of these, with its covariance.
+    pub located: Option<LocatedPose>,
     /// The newest scan.
-    pub scan: Scan,
-    /// Hypotheses of where the robot is.
+    pub scan: ScanPoints,
+    /// Hypotheses of the robot's pose.
     pub particles: Vec<Pose2>,
-    /// The way so far as corrected by all that was seen since, and until when.
+    /// The trajectory with all corrections, and the time of its end.
     pub trajectory: (f64, Vec<Point2>),
-    /// The way planned.
+    /// The planned path.
     pub path: Vec<Point2>,
     /// The newest image, and its number.
     pub photo: (u64, Photo),
     /// Ahead in m/s, to the left in rad/s.
     pub velocity: Option<(f64, f64)>,
-    /// How the battery is.
-    pub battery: Option<Battery>,
-    /// How mapping goes.
-    pub mapping: Option<Mapping>,
 }
 
-impl Scene {
-    /// Where the robot was at a time: where it was located, carried on by its own motion.
+impl RobotScene {
+    /// Returns the robot's pose at a time: from localisation, extrapolated by odometry.
     pub fn robot_at(&self, stamp_s: f64) -> Option<Pose2> {
         let moved = |from_s: f64| {
             Some(self.odometry.at(from_s)?.inverse().compose(self.odometry.at(stamp_s)?))
@@ -146,13 +114,13 @@ impl Scene {
         }
     }
 
-    /// Where it is now.
+    /// Returns the current pose.
     pub fn robot(&self) -> Option<Pose2> {
         let newest = self.odometry.last().or(self.poses.last());
         newest.and_then(|(stamp_s, _)| self.robot_at(stamp_s))
     }
 
-    /// How far odometry is off by now, in metres and radians, since both were first known.
+    /// Returns the drift of odometry since both frames were first known, in metres and radians.
     pub fn drift(&self) -> Option<(f64, f64)> {
         let (robot, map_from_odom) = (self.robot()?, self.odometry.map_from_frame?);
         let believed = map_from_odom.compose(self.odometry.last()?.1);
@@ -160,11 +128,11 @@ impl Scene {
         self.is_localised.then(|| (believed.point().distance_m(robot.point()), turn_rad.abs()))
     }
 
-    /// Takes where the robot was located.
+    /// Sets a pose from localisation.
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn located(&mut self, located: Located) -> Result<(), SceneError> {
+    pub fn set_located(&mut self, located: LocatedPose) -> Result<(), SceneError> {
         if !is_finite(&located.pose) {
             return Err(SceneError::Nowhere);
         }
@@ -175,11 +143,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Takes how far the robot believes to have come, and how fast it is.
+    /// Adds a pose and velocity of odometry.
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn moved(
+    pub fn add_odometry(
         &mut self,
         stamp_s: f64,
         pose: Pose2,
@@ -191,22 +159,22 @@ impl Scene {
         if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
     }
 
-    /// Takes where the robot really is.
+    /// Adds a true pose.
     ///
     /// # Errors
     /// If its numbers are not finite.
-    pub fn truly_at(&mut self, stamp_s: f64, pose: Pose2) -> Result<(), SceneError> {
+    pub fn add_truth(&mut self, stamp_s: f64, pose: Pose2) -> Result<(), SceneError> {
         self.truth.push(stamp_s, pose);
         self.align();
         if is_finite(&pose) { Ok(()) } else { Err(SceneError::Nowhere) }
     }
 
-    /// Other frames are laid onto the map where they are first known together with it; from then on
-    /// what lies apart is drift.
+    /// Aligns other frames with the map at the first moment at which both are known; later
+    /// distances are drift.
     fn align(&mut self) {
         if self.odometry.map_from_frame.is_none() {
             self.odometry.map_from_frame = match self.located {
-                Some(Located { stamp_s, pose, .. }) => {
+                Some(LocatedPose { stamp_s, pose, .. }) => {
                     self.odometry.at(stamp_s).map(|odom| pose.compose(odom.inverse()))
                 }
                 None => (!self.is_localised).then_some(Pose2::IDENTITY),
@@ -220,11 +188,11 @@ impl Scene {
         }
     }
 
-    /// Takes a scan.
+    /// Sets the newest scan.
     ///
     /// # Errors
     /// If its angles are not finite.
-    pub fn scanned(&mut self, rays: &Rays<'_>) -> Result<(), SceneError> {
+    pub fn set_scan(&mut self, rays: &Rays<'_>) -> Result<(), SceneError> {
         if !(rays.first_rad.is_finite() && rays.step_rad.is_finite()) {
             return Err(SceneError::Angles);
         }
@@ -238,31 +206,31 @@ impl Scene {
             let range_m = f64::from(*range);
             self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
         });
-        self.scan = Scan { stamp_s: rays.stamp_s, points: points.collect() };
+        self.scan = ScanPoints { stamp_s: rays.stamp_s, points: points.collect() };
         Ok(())
     }
 
-    /// Takes the hypotheses of where the robot is.
-    pub fn supposed(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+    /// Sets the hypotheses of the robot's pose.
+    pub fn set_particles(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
         self.particles = thinned(poses, MAX_MARKS).filter(is_finite).collect();
     }
 
-    /// Takes the way so far.
-    pub fn corrected(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
-        self.trajectory = (stamp_s, line(poses));
+    /// Sets the corrected trajectory.
+    pub fn set_trajectory(&mut self, stamp_s: f64, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.trajectory = (stamp_s, thin_line(poses));
     }
 
-    /// Takes the way planned.
-    pub fn planned(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
-        self.path = line(poses);
+    /// Sets the planned path.
+    pub fn set_path(&mut self, poses: impl ExactSizeIterator<Item = Pose2>) {
+        self.path = thin_line(poses);
     }
 
-    /// Takes an image.
-    pub fn photographed(&mut self, photo: Photo) {
+    /// Sets the newest image.
+    pub fn set_photo(&mut self, photo: Photo) {
         self.photo = (self.photo.0 + 1, photo);
     }
 
-    /// The way on the map: as corrected, and what came since.
+    /// Returns the trajectory on the map: with corrections, and the poses since.
     pub fn way(&self) -> impl Iterator<Item = Point2> + '_ {
         let (stamp_s, corrected) = &self.trajectory;
         // Without corrections all there is are the poses themselves.
@@ -282,9 +250,9 @@ fn thinned<T>(all: impl ExactSizeIterator<Item = T>, most: usize) -> impl Iterat
     all.step_by(every)
 }
 
-fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
+fn thin_line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
     let last = poses.len().saturating_sub(1);
-    let every = poses.len().div_ceil(MAX_WAY).max(1);
+    let every = poses.len().div_ceil(MAX_TRAJECTORY).max(1);
     // Its end counts: it is where the robot is, or shall be.
     let kept = poses.enumerate().filter(|(n, _)| n % every == 0 || *n == last);
     kept.map(|(_, pose)| pose).filter(is_finite).map(Pose2::point).collect()
@@ -294,19 +262,19 @@ fn line(poses: impl ExactSizeIterator<Item = Pose2>) -> Vec<Point2> {
 mod tests {
     use super::*;
 
-    fn located(stamp_s: f64, x_m: f64) -> Located {
-        Located { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
+    fn located(stamp_s: f64, x_m: f64) -> LocatedPose {
+        LocatedPose { stamp_s, pose: Pose2::new(x_m, 0.0, 0.0), covariance_m2: [0.0; 3] }
     }
 
     #[test]
     fn the_robot_is_where_it_was_located_carried_on_by_odometry() {
-        let mut scene = Scene { is_localised: true, ..Scene::default() };
+        let mut scene = RobotScene { is_localised: true, ..RobotScene::default() };
         for n in 0..=10 {
             let s = 0.1 * f64::from(n);
-            scene.moved(s, Pose2::new(7.0 + s, 0.0, 0.0), (1.0, 0.0)).unwrap();
+            scene.add_odometry(s, Pose2::new(7.0 + s, 0.0, 0.0), (1.0, 0.0)).unwrap();
         }
         assert_eq!(scene.robot(), None, "its place on the map is not known yet");
-        scene.located(located(0.5, 20.0)).unwrap();
+        scene.set_located(located(0.5, 20.0)).unwrap();
         let robot = scene.robot().unwrap();
         assert!((robot.x_m - 20.5).abs() < 1e-9, "{robot:?}");
         let earlier = scene.robot_at(0.25).unwrap();
@@ -315,14 +283,15 @@ mod tests {
 
     #[test]
     fn odometry_is_drawn_from_where_both_began_so_that_drift_is_seen() {
-        let mut scene = Scene { is_localised: true, ..Scene::default() };
-        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
-        scene.truly_at(0.0, Pose2::new(-4.0, 0.0, 0.0)).unwrap();
-        scene.located(located(0.0, 1.0)).unwrap();
-        scene.moved(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
-        scene.located(located(1.0, 3.0)).unwrap();
-        scene.truly_at(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
-        let ends = |track: &Track| (track.line().next().unwrap(), track.line().last().unwrap());
+        let mut scene = RobotScene { is_localised: true, ..RobotScene::default() };
+        scene.add_odometry(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.add_truth(0.0, Pose2::new(-4.0, 0.0, 0.0)).unwrap();
+        scene.set_located(located(0.0, 1.0)).unwrap();
+        scene.add_odometry(1.0, Pose2::new(5.5, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        scene.set_located(located(1.0, 3.0)).unwrap();
+        scene.add_truth(1.0, Pose2::new(-2.0, 0.0, 0.0)).unwrap();
+        let ends =
+            |track: &TrajectoryLine| (track.line().next().unwrap(), track.line().last().unwrap());
         assert_eq!(ends(&scene.odometry), (Point2::new(1.0, 0.0), Point2::new(3.5, 0.0)));
         assert_eq!(ends(&scene.truth).1, Point2::new(3.0, 0.0));
         assert_eq!(scene.drift(), Some((0.5, 0.0)));
@@ -330,24 +299,24 @@ mod tests {
 
     #[test]
     fn without_a_localiser_odometry_is_the_map() {
-        let mut scene = Scene::default();
-        scene.moved(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
+        let mut scene = RobotScene::default();
+        scene.add_odometry(0.0, Pose2::new(3.0, 0.0, 0.0), (0.0, 0.0)).unwrap();
         assert_eq!(scene.robot(), Some(Pose2::new(3.0, 0.0, 0.0)));
         assert_eq!(scene.drift(), None);
     }
 
     #[test]
     fn odd_data_are_refused_and_what_was_known_stays() {
-        let mut scene = Scene::default();
-        scene.located(located(1.0, 2.0)).unwrap();
-        assert_eq!(scene.located(located(2.0, f64::NAN)), Err(SceneError::Nowhere));
+        let mut scene = RobotScene::default();
+        scene.set_located(located(1.0, 2.0)).unwrap();
+        assert_eq!(scene.set_located(located(2.0, f64::NAN)), Err(SceneError::Nowhere));
         assert_eq!(
-            scene.moved(1.0, Pose2::new(f64::INFINITY, 0.0, 0.0), (f64::NAN, 0.0)),
+            scene.add_odometry(1.0, Pose2::new(f64::INFINITY, 0.0, 0.0), (f64::NAN, 0.0)),
             Err(SceneError::Nowhere)
         );
         assert_eq!(scene.robot().map(|robot| robot.x_m), Some(2.0));
         assert_eq!(scene.velocity, None);
-        scene.supposed([Pose2::new(f64::NAN, 0.0, 0.0), Pose2::IDENTITY].into_iter());
+        scene.set_particles([Pose2::new(f64::NAN, 0.0, 0.0), Pose2::IDENTITY].into_iter());
         assert_eq!(scene.particles.len(), 1);
         let rays = |ranges_m| Rays {
             stamp_s: 1.0,
@@ -356,23 +325,23 @@ mod tests {
             range_m: [0.1, 10.0],
             ranges_m,
         };
-        scene.scanned(&rays(&[])).unwrap();
+        scene.set_scan(&rays(&[])).unwrap();
         assert_eq!(scene.scan.points, []);
-        scene.scanned(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();
+        scene.set_scan(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();
         assert_eq!(scene.scan.points.len(), 1);
         let bent = Rays { first_rad: f64::NAN, ..rays(&[1.0]) };
-        assert_eq!(scene.scanned(&bent), Err(SceneError::Angles));
+        assert_eq!(scene.set_scan(&bent), Err(SceneError::Angles));
     }
 
     #[test]
     fn the_way_is_as_corrected_and_goes_on_to_where_the_robot_is() {
-        let mut scene = Scene::default();
+        let mut scene = RobotScene::default();
         for n in 0..4 {
-            scene.located(located(f64::from(n), f64::from(n))).unwrap();
+            scene.set_located(located(f64::from(n), f64::from(n))).unwrap();
         }
-        let xs = |scene: &Scene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
+        let xs = |scene: &RobotScene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
         assert_eq!(xs(&scene).first(), Some(&0.0));
-        scene.corrected(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
+        scene.set_trajectory(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
         assert_eq!(xs(&scene), [0.0, 0.9, 2.0, 3.0]);
     }
 }

@@ -1,72 +1,86 @@
-//! The screen: the map in the middle, the robot and STOP beside it. Shows a [`Console`] and gives
-//! what the operator orders; keeps only how it is looked at.
+//! The screen: the map in the middle, the panels next to it. Shows a [`Console`] and returns the
+//! commands that the operator orders; its own state is only the view.
 
 mod area;
 mod camera;
-mod colours;
-mod hand;
+pub(crate) mod colours;
+mod keys;
 mod layers;
-mod look;
+mod map_viewport;
 mod marks;
 mod panel;
 mod tiles;
 
-use eframe::egui::{CentralPanel, Frame, Panel, Ui};
+use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
 
 use crate::console::Console;
-use crate::links::{Freshness, Link, Now};
-use crate::orders::{Order, Say};
+use crate::links::{ClockTimes, Freshness, InputLink};
+use crate::orders::{OperatorOrder, RobotCommand};
 
 pub(crate) use colours::CANVAS;
 pub(crate) use colours::apply as apply_theme;
+pub(crate) use panel::{SidePanel, show_rows};
 
-/// Width of the panel beside the map, in points.
-const PANEL: f32 = 288.0;
-/// Ages are shown anew this often while something should have come, in seconds.
+/// Width of the column of panels next to the map, in points.
+const COLUMN_WIDTH: f32 = 288.0;
+/// Period at which ages are updated while steady data are missing, in seconds.
 const AGEING_S: f32 = 0.5;
 
-/// How the operator looks at it.
-#[derive(Default)]
+/// The view of the operator.
 pub(crate) struct Screen {
     area: area::Area,
-    panel: panel::SidePanel,
+    panels: panel::PanelColumn,
     shown: layers::Layers,
 }
 
 impl Screen {
-    /// Shows one frame, and gives what is to be said to the robot because of it.
-    pub(crate) fn show(&mut self, ui: &mut Ui, console: &mut Console, now: Now) -> Vec<Say> {
-        let mut orders = hand::keys(ui);
-        Panel::right("robot").resizable(false).exact_size(PANEL).show(ui, |ui| {
-            self.panel.show(ui, console, now, &mut orders);
+    /// Makes a screen with these panels next to the map.
+    pub(crate) fn new(panels: Vec<Box<dyn SidePanel>>) -> Self {
+        Self {
+            area: area::Area::default(),
+            panels: panel::PanelColumn::new(panels),
+            shown: layers::Layers::default(),
+        }
+    }
+
+    /// Shows one frame, and returns the commands to send to the robot.
+    pub(crate) fn show_frame(
+        &mut self,
+        ui: &mut Ui,
+        console: &mut Console,
+        now: ClockTimes,
+    ) -> Vec<RobotCommand> {
+        let mut orders = keys::read_keys(ui);
+        EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
+            self.panels.show_column(ui, console, now, &mut orders);
         });
-        Panel::top("layers").show(ui, |ui| {
+        EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
-                self.shown.show(ui, console);
+                self.shown.show_switches(ui, console);
                 ui.separator();
-                self.area.buttons(ui);
+                self.area.show_view_buttons(ui);
             });
         });
         CentralPanel::default().frame(Frame::NONE.fill(CANVAS)).show(ui, |ui| {
-            self.area.show(ui, console, &self.shown, now, &mut orders);
+            self.area.show_map(ui, console, &self.shown, now, &mut orders);
         });
-        let hand = hand::held(ui).or(self.panel.held());
+        let hand = keys::read_held_direction(ui).or(self.panels.held_direction());
         orders.push(match hand {
-            Some((forward, turn)) => Order::Drive { forward, turn },
-            None => Order::LetGo,
+            Some((forward, turn)) => OperatorOrder::Drive { forward, turn },
+            None => OperatorOrder::LetGo,
         });
         if hand.is_some() {
-            ui.ctx().request_repaint_after(hand::PERIOD);
-        } else if tells_ages(console, now) {
+            ui.ctx().request_repaint_after(keys::PERIOD);
+        } else if shows_ages(console, now) {
             ui.ctx().request_repaint_after_secs(AGEING_S);
         }
-        orders.into_iter().flat_map(|order| console.give(order, now)).collect()
+        orders.into_iter().flat_map(|order| console.handle_order(order, now)).collect()
     }
 }
 
-/// Whether the passing of time alone changes what is shown.
-fn tells_ages(console: &Console, now: Now) -> bool {
-    let ages = |link: &Link| link.is_steady && link.freshness(now) != Freshness::Nothing;
+/// Returns whether the passing of time alone changes the screen.
+fn shows_ages(console: &Console, now: ClockTimes) -> bool {
+    let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
     console.orders.pressed().is_some() || console.links.iter().any(ages)
 }
 

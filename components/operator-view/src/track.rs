@@ -1,4 +1,4 @@
-//! Where something has been, as a line that stays short enough to be drawn at once.
+//! A trajectory as a line that stays short enough to be drawn in every frame.
 
 use std::collections::VecDeque;
 
@@ -8,22 +8,22 @@ use armor_grid::{Point2, Pose2};
 const STEP_M: f64 = 0.05;
 /// Most points; with more every other one of them is left out.
 const MAX_POINTS: usize = 20_000;
-/// Poses kept to find where something was a while ago: ten seconds of a hundred a second.
+/// Poses kept for interpolation at earlier times: ten seconds at 100 Hz.
 const MAX_RECENT: usize = 1000;
 
-/// A way that grows, in a frame of its own, and its newest poses by their time.
+/// A growing trajectory in a frame of its own, and its newest poses by time.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
-    /// `map_from_frame`, once it is known how the frame lies on the map.
+pub struct TrajectoryLine {
+    /// `map_from_frame`, once it is known.
     pub map_from_frame: Option<Pose2>,
     points: Vec<Point2>,
     step_m: f64,
     recent: VecDeque<(f64, Pose2)>,
 }
 
-impl Track {
-    /// Adds where it was at `stamp_s`. What has no place, or lies before what is known, is left out;
-    /// with a time far back something has begun anew.
+impl TrajectoryLine {
+    /// Adds a pose of the time `stamp_s`. A pose that is not finite, or earlier than the last one,
+    /// is left out; a time far in the past means a restart, and clears the trajectory.
     pub fn push(&mut self, stamp_s: f64, pose: Pose2) {
         if ![stamp_s, pose.x_m, pose.y_m, pose.yaw_rad].into_iter().all(f64::is_finite) {
             return;
@@ -52,13 +52,13 @@ impl Track {
         }
     }
 
-    /// Where it is now.
+    /// Returns the last pose with its time.
     pub fn last(&self) -> Option<(f64, Pose2)> {
         self.recent.back().copied()
     }
 
-    /// Where it was at a time, between the poses around it. What is newer than all is the newest;
-    /// what is older than all is not known.
+    /// Returns the pose at a time, interpolated. After the newest pose it is the newest; before the
+    /// oldest one it is unknown.
     pub fn at(&self, stamp_s: f64) -> Option<Pose2> {
         let next = self.recent.partition_point(|(at_s, _)| *at_s < stamp_s);
         let Some((after_s, after)) = self.recent.get(next) else {
@@ -70,13 +70,13 @@ impl Track {
         Some(before.toward(*after, (stamp_s - before_s) / (after_s - before_s)))
     }
 
-    /// Where it has been after a time, in its own frame, as far as that is kept.
+    /// Returns the kept poses after a time, in its own frame.
     pub fn since(&self, stamp_s: f64) -> impl Iterator<Item = Point2> + '_ {
         let first = self.recent.partition_point(|(at_s, _)| *at_s <= stamp_s);
         self.recent.range(first..).map(|(_, pose)| pose.point())
     }
 
-    /// The way up to now, on the map; nothing until it is known how its frame lies there.
+    /// Returns the trajectory on the map; empty until `map_from_frame` is known.
     pub fn line(&self) -> impl Iterator<Item = Point2> + '_ {
         let newest = self.recent.back().map(|(_, pose)| pose.point());
         let points = self.points.iter().copied().chain(newest);
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn where_it_was_is_found_between_poses() {
-        let mut track = Track::default();
+        let mut track = TrajectoryLine::default();
         track.push(1.0, Pose2::new(0.0, 0.0, 0.0));
         track.push(2.0, Pose2::new(1.0, 0.0, 1.0));
         assert_eq!(track.at(1.5), Some(Pose2::new(0.5, 0.0, 0.5)));
@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn a_long_way_is_drawn_with_few_points() {
-        let mut track = Track { map_from_frame: Some(Pose2::IDENTITY), ..Track::default() };
+        let mut track =
+            TrajectoryLine { map_from_frame: Some(Pose2::IDENTITY), ..TrajectoryLine::default() };
         for n in 0..100_000 {
             track.push(f64::from(n), Pose2::new(0.06 * f64::from(n), 0.0, 0.0));
         }
@@ -114,7 +115,8 @@ mod tests {
 
     #[test]
     fn what_is_nowhere_is_left_out_and_a_new_start_begins_a_new_way() {
-        let mut track = Track { map_from_frame: Some(Pose2::IDENTITY), ..Track::default() };
+        let mut track =
+            TrajectoryLine { map_from_frame: Some(Pose2::IDENTITY), ..TrajectoryLine::default() };
         track.push(100.0, Pose2::new(5.0, 0.0, 0.0));
         track.push(101.0, Pose2::new(f64::NAN, 0.0, 0.0));
         track.push(100.5, Pose2::new(6.0, f64::INFINITY, 0.0));

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use armor_picture::{EncodeError, Pixels};
+use armor_picture::{Pixels, PixelsPngError};
 
 /// Why a picture was not saved.
 #[derive(Debug, thiserror::Error)]
 pub enum PngError {
     /// It is empty, or too large for the format.
     #[error(transparent)]
-    Encode(#[from] EncodeError),
+    Encode(#[from] PixelsPngError),
     /// The file cannot be written.
     #[error(transparent)]
     Save(#[from] armor_files::SaveError),

@@ -1,10 +1,10 @@
-//! configd as a process: what becomes of the file goes to the log in words, and to everybody who
-//! wants it as the latched data `configuration.state`.
+//! `armor configd`: configd as a process. It reports the state of the file in the log, and
+//! publishes it as the latched data `configuration.state`.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
@@ -17,27 +17,60 @@ use armor_sdk::node::{Node, NodeOptions};
 use armor_sdk::prelude::Latched;
 use armor_socket::Registration;
 use armor_wire::config::ChangeRecord;
+use clap::Args;
+use parking_lot::Mutex;
 use tracing::{debug, error, info, warn};
 
-use super::{entry, until_asked};
-use crate::arguments;
+use super::serving::{make_entry, serve_until_signal};
+use crate::arguments::{KindFolders, OutputFormat, default_registry};
 use crate::check;
-use crate::exit::Ending;
+use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, Identity};
+use crate::verb::Verb;
 
-/// How long one try to register may take before the reason is told; then it is tried on.
+/// Longest time of one attempt to register before the reason is logged; it is tried again
+/// afterwards.
 const REGISTER_WITHIN: Duration = Duration::from_secs(20);
-/// Changes and findings that are written out; a log is no place for five hundred.
-const MAX_SAID: usize = 20;
+/// Most changes and findings that are logged in full.
+const MAX_LOGGED: usize = 20;
+
+/// Run the configuration daemon alone.
+#[derive(Args, Debug)]
+pub struct ConfigdArguments {
+    /// The system or mission file.
+    pub file: PathBuf,
+    /// Where the registry listens.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
+    pub registry: SocketAddr,
+    /// Override the value of a parameter in the file.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    /// Folder for accepted versions, which a restarted configd reads. Default:
+    /// `configd` in the folder of the run, $ARMOR_OUT.
+    #[arg(long, value_name = "DIR")]
+    pub versions: Option<PathBuf>,
+    /// If the file is not valid and no version is kept: keep running, and refuse requests until the
+    /// file is valid.
+    #[arg(long)]
+    pub wait: bool,
+    #[command(flatten)]
+    pub kinds: KindFolders,
+}
+
+impl Verb for ConfigdArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        Ok(run_configd(&self)?.into())
+    }
+}
 
 /// Runs configd until it is asked to end.
 ///
 /// # Errors
 /// If the file is not valid and no version of it is kept, or configd cannot listen.
-pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
+fn run_configd(arguments: &ConfigdArguments) -> Result<CommandEnding> {
     armor_sdk::log::init();
     let folder = std::env::current_dir().context("the current folder is gone")?;
-    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    let (overrides, malformed) = check::parse_overrides(&arguments.overrides, &folder);
     if let Some(finding) = malformed.first() {
         bail!("{finding}");
     }
@@ -49,7 +82,7 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     let directories = arguments.kinds.directories.clone();
     let known = Catalogue::sources(&directories, files.iter().map(AsRef::as_ref));
     let kinds = Catalogue::gather(&arguments.kinds.directories, files.iter().map(AsRef::as_ref))?;
-    // `armor check` and `armor run` have said it already; who starts this by hand can ask for it.
+    // `armor check` and `armor run` have printed them already.
     kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
     let options = ConfigdOptions {
         overrides,
@@ -65,16 +98,16 @@ pub fn run(arguments: &arguments::Configd) -> Result<Ending> {
     let publisher = publisher(registry)?;
     // Kept to the end: dropping it ends the registration.
     let mut registrations = Vec::new();
-    let tell = |notice| match notice {
+    let notify = |notice| match notice {
         Notice::Ready { address } => {
-            registrations.push(Registration::keep(registry, entry("configd", address)));
+            registrations.push(Registration::keep(registry, make_entry("configd", address)));
         }
-        // Nobody waits for it only when there is no thread for it, which was told.
+        // No thread receives it only if none could be started, which was logged.
         Notice::State(state) => drop(publisher.send(*state)),
-        other => say(&other),
+        other => log_notice(&other),
     };
-    until_asked(async {
-        Ok(armor_configd::serve(options, tell).await.map(|never| match never {})?)
+    serve_until_signal(async {
+        Ok(armor_configd::serve(options, notify).await.map(|never| match never {})?)
     })
 }
 
@@ -88,14 +121,16 @@ fn watched(
     KindSource::new(move |files| {
         let files = || first.iter().chain(files).map(AsRef::as_ref);
         let now = Catalogue::sources(&directories, files());
-        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = known.lock();
         if *known == now {
             return None;
         }
         let gathered = Catalogue::gather(&directories, files());
         let kinds = gathered.inspect_err(|error| warn!("the kinds stay: {error:#}")).ok()?;
         kinds.findings(None).iter().for_each(|finding| warn!("{finding}"));
-        info!("the component directories have changed; files are checked by what is there now");
+        info!(
+            "the component directories have changed; files are checked against their new content"
+        );
         *known = now;
         Some(kinds.manifests())
     })
@@ -106,53 +141,55 @@ pub(super) fn default_versions() -> Option<PathBuf> {
     std::env::var_os("ARMOR_OUT").map(|out| PathBuf::from(out).join("configd"))
 }
 
-fn say(notice: &Notice) {
+fn log_notice(notice: &Notice) {
     match notice {
         Notice::Taken { version, findings, changes } if *version > 1 => {
             // A note is no news: it was there before, or is about what was meant.
-            say_findings(findings.iter().filter(|finding| finding.severity() != Severity::Note));
+            log_findings(findings.iter().filter(|finding| finding.severity() != Severity::Note));
             let meaning =
                 if changes.is_empty() { "; it means what the last one meant" } else { "" };
             // What is played stands in the mission's own words: it may be refused from where it
             // stands, or wait.
             let mission = changes.iter().any(|change| change.subject.is_of_mission());
             let mission =
-                if mission { "; the executive says what becomes of its mission" } else { "" };
+                if mission { "; the executive reports how it handles its mission" } else { "" };
             info!("version {version} of the file is valid and in force{meaning}{mission}");
-            for ChangeRecord { text, effect, .. } in changes.iter().take(MAX_SAID) {
+            for ChangeRecord { text, effect, .. } in changes.iter().take(MAX_LOGGED) {
                 info!("{text}; it {effect}");
             }
-            if changes.len() > MAX_SAID {
-                info!("and {} more; see `armor param diff`", changes.len() - MAX_SAID);
+            if changes.len() > MAX_LOGGED {
+                info!("and {} more; see `armor param diff`", changes.len() - MAX_LOGGED);
             }
         }
         Notice::Refused { kept, findings } => {
             match kept {
-                Some(kept) => warn!(
-                    "the file is not valid; version {kept}, the last good one, stays in force"
-                ),
+                Some(kept) => {
+                    warn!(
+                        "the file is not valid; version {kept}, the last good one, stays in force"
+                    )
+                }
                 None => error!(
-                    "the file is not valid, and no version of it is kept: whoever asks is refused \
-                     until it is"
+                    "the file is not valid, and no version of it is kept: requests are refused until \
+                     it is"
                 ),
             }
-            say_findings(findings.iter());
+            log_findings(findings.iter());
         }
         Notice::Restored { version } => {
             info!("the file is again that of version {version}, which is in force");
         }
-        // What is wrong with the first version was said before it was started.
+        // The faults of the first version were reported before the start.
         Notice::Taken { .. } | Notice::Ready { .. } | Notice::State(_) => {}
     }
 }
 
 /// As `armor check` shows them. The launcher gives every line its time and name.
-fn say_findings<'a>(findings: impl Iterator<Item = &'a Finding> + Clone) {
-    for finding in findings.clone().take(MAX_SAID) {
+fn log_findings<'a>(findings: impl Iterator<Item = &'a Finding> + Clone) {
+    for finding in findings.clone().take(MAX_LOGGED) {
         let text = finding.render(Colours::No);
         eprintln!("{}", text.trim_end());
     }
-    let more = findings.count().saturating_sub(MAX_SAID);
+    let more = findings.count().saturating_sub(MAX_LOGGED);
     if more > 0 {
         eprintln!("and {more} more findings; `armor check` shows all of them");
     }
@@ -175,7 +212,7 @@ fn publish(registry: SocketAddr, states: &Receiver<ConfigurationState>) {
         kind: CONFIGURATION.into(),
         registry: registry.to_string(),
     };
-    let mut said = String::new();
+    let mut logged = String::new();
     let node = loop {
         match Node::start(&options, REGISTER_WITHIN, |armor| {
             Ok(armor.provide::<Latched<ConfigurationState>>("state")?)
@@ -183,10 +220,10 @@ fn publish(registry: SocketAddr, states: &Receiver<ConfigurationState>) {
             Ok(node) => break node,
             Err(fault) => {
                 let text = fault.to_string();
-                if text != said {
+                if text != logged {
                     warn!("{CONFIGURATION}.state is not published: {text}; trying on");
                 }
-                said = text;
+                logged = text;
             }
         }
     };

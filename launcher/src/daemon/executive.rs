@@ -1,5 +1,7 @@
-//! The executive as a process: which version of the file it begins with, and which it hears of.
+//! `armor executive`: the executive as a process. It begins with the version of the file that
+//! configd keeps, and adopts newer ones.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,27 +11,62 @@ use anyhow::{Context, Result, bail};
 use armor_executive::{ExecutiveOptions, MissionOutcome, Newer};
 use armor_plan::{FileText, Plan, Version};
 use armor_robotfile::{Colours, Findings, Override};
+use clap::Args;
 
-use super::asked_to_end;
 use super::configd::default_versions;
-use crate::arguments;
+use super::serving::watch_for_signals;
+use crate::arguments::{OutputFormat, default_registry};
 use crate::check;
-use crate::exit::Ending;
+use crate::exit::CommandEnding;
+use crate::verb::Verb;
 
-/// How long configd has to keep the version that a mission begins with. It starts at the same time.
+/// Longest time until configd, which starts at the same time, keeps the first version.
 const KEPT_WITHIN: Duration = Duration::from_secs(10);
-/// How often to look whether it has.
+/// Interval of the checks for it.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Plays the mission to its end: code 0 at its goal, 3 in its safe place, 4 if it failed, and 130 if
-/// it was told to stop, in which case the same journal goes on with it.
+/// Run the executive alone.
+#[derive(Args, Debug)]
+pub struct ExecutiveArguments {
+    /// The mission file.
+    pub file: PathBuf,
+    /// Where the registry listens.
+    #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
+    pub registry: SocketAddr,
+    /// Override the value of a parameter in the file.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    /// Folder of the versions that configd keeps: newer ones are adopted. Default:
+    /// `$ARMOR_OUT/configd`; without it the mission is not updated.
+    #[arg(long, value_name = "DIR")]
+    pub versions: Option<PathBuf>,
+    /// File of the journal, which a restarted executive continues.
+    #[arg(long, value_name = "FILE")]
+    pub journal: Option<PathBuf>,
+    /// The journal exists already. If it is missing or empty it was lost, and the mission goes to
+    /// its safe place instead of starting again.
+    #[arg(long)]
+    pub resume: bool,
+    /// Accept absolute dates although no time service synchronizes this host's clock.
+    #[arg(long)]
+    pub trust_clock: bool,
+}
+
+impl Verb for ExecutiveArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        run_executive(&self)
+    }
+}
+
+/// Plays the mission to its end: code 0 at its goal, 3 in its safe place, 4 if it failed, and 130
+/// if it was interrupted, in which case the same journal continues it.
 ///
 /// # Errors
 /// If the mission or the journal cannot be used.
-pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
+fn run_executive(arguments: &ExecutiveArguments) -> Result<ExitCode> {
     armor_sdk::log::init();
     let folder = std::env::current_dir().context("the current folder is gone")?;
-    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    let (overrides, malformed) = check::parse_overrides(&arguments.overrides, &folder);
     if let Some(finding) = malformed.first() {
         bail!("{finding}");
     }
@@ -44,7 +81,7 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
         cut_at: armor_executive::journal::CUT_AT,
         trust_clock: arguments.trust_clock,
     };
-    let stop = asked_to_end()?;
+    let stop = watch_for_signals()?;
     let first = || match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
         Some(version) => version.plan(),
         None => plan_of(&arguments.file, &overrides),
@@ -54,7 +91,7 @@ pub fn run(arguments: &arguments::Executive) -> Result<ExitCode> {
         MissionOutcome::Goal => 0,
         MissionOutcome::Safe => 3,
         MissionOutcome::Failed => 4,
-        MissionOutcome::Interrupted => Ending::Interrupted.code(),
+        MissionOutcome::Interrupted => CommandEnding::Interrupted.code(),
     }))
 }
 
@@ -67,7 +104,7 @@ fn kept_in(folder: PathBuf, file: PathBuf) -> Newer {
     })
 }
 
-/// What configd holds at the beginning; none if it keeps nothing.
+/// Returns the version that configd keeps at the start; none if it keeps nothing.
 fn first_kept(newer: &Newer, stop: &AtomicBool) -> Option<Version> {
     let start = Instant::now();
     while !stop.load(Ordering::Relaxed) && start.elapsed() < KEPT_WITHIN {
@@ -87,7 +124,7 @@ fn plan_of(file: &Path, overrides: &[Override]) -> Result<Plan, String> {
         return Err(in_words(&reading.findings));
     };
     let plan = Plan::of(configuration).map_err(|findings| in_words(&findings))?;
-    plan.ok_or_else(|| format!("{} has no mission to play", file.display()))
+    plan.ok_or_else(|| format!("{} has no mission", file.display()))
 }
 
 /// In the folder of the run, or the current one.

@@ -1,89 +1,109 @@
-//! `armor describe [KIND]`: what there is to build a system from.
+//! `armor describe [KIND]`: the kinds of components that a system can use.
 
 use std::path::Path;
+use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use armor_robotfile::{Colours, Findings};
 use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
+use clap::Args;
 use serde_json::json;
 
-use super::{printed, say};
-use crate::arguments::{Describe, Format};
-use crate::exit::Ending;
-use crate::kinds::{Catalogue, Kind};
+use crate::arguments::{KindFolders, OutputFormat};
+use crate::exit::CommandEnding;
+use crate::kinds::{Catalogue, ComponentKind};
 use crate::print;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
+
+/// Show a kind of component: its ports and parameters. Without KIND: list all kinds.
+#[derive(Args, Debug)]
+pub struct DescribeArguments {
+    /// The kind.
+    pub kind: Option<String>,
+    #[command(flatten)]
+    pub kinds: KindFolders,
+}
+
+impl Verb for DescribeArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(describe_kinds(&self, format)?.into())
+    }
+}
 
 /// Prints one kind, or a line for each.
 ///
 /// # Errors
-/// If there is no such kind, or a component directory that was asked for cannot be read.
-pub fn run(arguments: &Describe, format: Format) -> Result<Ending> {
-    // As for a file in the current folder: `components/` belongs to it.
+/// If there is no such kind, or a component directory of the arguments cannot be read.
+fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result<CommandEnding> {
+    // The same as for a file in the current folder, whose `components/` is searched.
     let here = Path::new("system.xml");
     let catalogue = Catalogue::gather(&arguments.kinds.directories, [here])?;
     let mut findings = Findings::default();
     findings.extend(catalogue.findings(None));
     let stderr = std::io::stderr();
-    let colours = if print::coloured(&stderr) { Colours::Yes } else { Colours::No };
+    let colours = if print::wants_colours(&stderr) { Colours::Yes } else { Colours::No };
     eprint!("{}", findings.render(colours));
     let ending = match &arguments.kind {
-        None => printed(list(&catalogue, format)),
+        None => end_printing(list_kinds(&catalogue, format)),
         Some(name) => {
             let Some(kind) = catalogue.kinds.get(name) else {
                 let known: Vec<_> = catalogue.kinds.keys().map(String::as_str).collect();
                 bail!("no kind is called {name}; there are {}", known.join(", "));
             };
-            printed(match format {
-                Format::Json => say(with_origin(kind)),
-                _ => say(in_words(kind).trim_end()),
+            end_printing(match format {
+                OutputFormat::Json => print_line(with_origin(kind)),
+                _ => print_line(in_words(kind).trim_end()),
             })
         }
     }?;
-    Ok(if findings.has_errors() { Ending::Failed } else { ending })
+    Ok(if findings.has_errors() { CommandEnding::Failed } else { ending })
 }
 
-fn list(catalogue: &Catalogue, format: Format) -> Result<()> {
-    if format == Format::Json {
-        return catalogue.kinds.values().try_for_each(|kind| say(with_origin(kind)));
+fn list_kinds(catalogue: &Catalogue, format: OutputFormat) -> Result<()> {
+    if format == OutputFormat::Json {
+        return catalogue.kinds.values().try_for_each(|kind| print_line(with_origin(kind)));
     }
     let rows: Vec<_> = catalogue
         .kinds
         .values()
-        .map(|kind| vec![kind.manifest.kind.clone(), kind.manifest.summary.clone(), origins(kind)])
+        .map(|kind| {
+            vec![kind.manifest.kind.clone(), kind.manifest.summary.clone(), format_origins(kind)]
+        })
         .collect();
-    say(print::table(&["KIND", "SUMMARY", "ORIGIN"], &rows).trim_end())
+    print_line(print::format_table(&["KIND", "SUMMARY", "ORIGIN"], &rows).trim_end())
 }
 
-fn origins(kind: &Kind) -> String {
+fn format_origins(kind: &ComponentKind) -> String {
     let all = [&kind.origin].into_iter().chain(&kind.rivals);
     all.map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// The manifest, and beside it what runs the kind.
-fn with_origin(kind: &Kind) -> serde_json::Value {
+/// Returns the manifest, with the program that runs the kind.
+fn with_origin(kind: &ComponentKind) -> serde_json::Value {
     let mut value = json!(kind.manifest);
     value["origin"] = kind.origin.to_string().into();
     value
 }
 
-fn in_words(kind: &Kind) -> String {
+fn in_words(kind: &ComponentKind) -> String {
     let Manifest { kind: name, summary, inputs, outputs, parameters, .. } = &kind.manifest;
-    let mut out = format!("{name} ({})\n{summary}\n", origins(kind));
+    let mut out = format!("{name} ({})\n{summary}\n", format_origins(kind));
     let ports = [("INPUT", inputs), ("OUTPUT", outputs)];
     for (heading, ports) in ports.into_iter().filter(|(_, ports)| !ports.is_empty()) {
-        let rows: Vec<_> = ports.iter().map(port).collect();
+        let rows: Vec<_> = ports.iter().map(format_port).collect();
         out += "\n";
-        out += &print::table(&[heading, "TYPE", "", ""], &rows);
+        out += &print::format_table(&[heading, "TYPE", "", ""], &rows);
     }
     if !parameters.is_empty() {
-        let rows: Vec<_> = parameters.iter().map(parameter).collect();
+        let rows: Vec<_> = parameters.iter().map(format_parameter).collect();
         out += "\n";
-        out += &print::table(&["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""], &rows);
+        out += &print::format_table(&["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""], &rows);
     }
     out
 }
 
-fn port(port: &PortManifest) -> Vec<String> {
+fn format_port(port: &PortManifest) -> Vec<String> {
     let nature = match (port.required, port.latched) {
         (true, _) => "required",
         (_, true) => "latched",
@@ -93,7 +113,7 @@ fn port(port: &PortManifest) -> Vec<String> {
 }
 
 /// Values as they are written into a file.
-fn parameter(parameter: &ParameterManifest) -> Vec<String> {
+fn format_parameter(parameter: &ParameterManifest) -> Vec<String> {
     let kind = parameter.kind.to_string();
     let range = match parameter.range_with_unit() {
         range if range.is_empty() => parameter.choices.join(" | "),

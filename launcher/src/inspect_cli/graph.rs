@@ -1,54 +1,73 @@
-//! `armor graph`: every link of a running system, with what it sent, dropped and lost.
+//! `armor graph`: every link of a running system, with counts of sent, dropped and lost data.
 
 use std::fmt::Write;
+use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
 
 use anyhow::Result;
 use armor_inspect::{ObservedLink, Sighting, combine_links, pair_reports};
 use armor_wire::control::Status;
+use clap::Args;
 
-use super::{printed, say};
-use crate::arguments::{Format, Running};
-use crate::exit::Ending;
+use crate::arguments::{OutputFormat, RunningSystem};
+use crate::exit::CommandEnding;
 use crate::print;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
 
-/// Time between the two looks that the rates come from.
+/// Time between the two statuses from which rates are computed.
 const RATE_OVER: Duration = Duration::from_secs(1);
+
+/// Show the links of a running system, with counts of sent, dropped and lost data; `--format dot`
+/// for Graphviz.
+#[derive(Args, Debug)]
+pub struct GraphArguments {
+    #[command(flatten)]
+    running: RunningSystem,
+}
+
+impl Verb for GraphArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(print_links(&self.running, format)?.into())
+    }
+}
 
 /// Prints one row per link.
 ///
 /// # Errors
 /// If no system is found or its registry does not answer.
-pub fn run(running: &Running, format: Format) -> Result<Ending> {
-    let observed = super::find(running, "graph")?;
-    let before = said(observed.ask_statuses()?);
-    let statuses = if format == Format::Dot {
+fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
+    let observed = super::select_system(running, "graph")?;
+    let before = keep_statuses(observed.ask_statuses()?);
+    let statuses = if format == OutputFormat::Dot {
         before.clone()
     } else {
         thread::sleep(RATE_OVER);
-        said(observed.ask_statuses()?)
+        keep_statuses(observed.ask_statuses()?)
     };
     let edges = combine_links(&pair_reports(&before, &statuses));
-    printed(match format {
-        Format::Json => edges.iter().try_for_each(|edge| say(serde_json::to_string(edge)?)),
-        Format::Dot => say(dot(&statuses, &edges)),
-        Format::Text => {
+    end_printing(match format {
+        OutputFormat::Json => {
+            edges.iter().try_for_each(|edge| print_line(serde_json::to_string(edge)?))
+        }
+        OutputFormat::Dot => print_line(format_dot(&statuses, &edges)),
+        OutputFormat::Text => {
             let headings = [
                 "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
                 "QUEUED", "WAITING", "STATE",
             ];
-            let rows: Vec<_> = edges.iter().map(row).collect();
-            say(print::table(&headings, &rows).trim_end())
+            let rows: Vec<_> = edges.iter().map(format_row).collect();
+            print_line(print::format_table(&headings, &rows).trim_end())
         }
     })
 }
 
-fn said(sightings: Vec<Sighting>) -> Vec<Status> {
+fn keep_statuses(sightings: Vec<Sighting>) -> Vec<Status> {
     sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
 }
 
-fn row(edge: &ObservedLink) -> Vec<String> {
+fn format_row(edge: &ObservedLink) -> Vec<String> {
     let state = match edge {
         ObservedLink { problem, .. } if !problem.is_empty() => problem.clone(),
         ObservedLink { connected: false, .. } => "not connected".into(),
@@ -71,7 +90,7 @@ fn row(edge: &ObservedLink) -> Vec<String> {
     ]
 }
 
-fn dot(statuses: &[Status], edges: &[ObservedLink]) -> String {
+fn format_dot(statuses: &[Status], edges: &[ObservedLink]) -> String {
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
     for Status { name, kind, .. } in statuses {
         let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}\"];");
@@ -111,7 +130,7 @@ mod tests {
         }
     }
 
-    fn edge(problem: &str) -> ObservedLink {
+    fn format_edge(problem: &str) -> ObservedLink {
         ObservedLink {
             from: "laser.scan".into(),
             to: "slam.scan".into(),
@@ -132,17 +151,17 @@ mod tests {
 
     #[test]
     fn a_link_is_a_row_and_an_arrow() {
-        let cells = row(&edge(""));
+        let cells = format_row(&format_edge(""));
         let expected = ["laser.scan", "slam.scan", "LaserScan", "latest", "20.0 Hz", "140", "131"];
         assert_eq!(cells[..7], expected);
         assert_eq!(cells[7..], ["7", "2", "1", "5", "up"]);
-        let drawn = dot(&[status("laser"), status("slam")], &[edge("")]);
+        let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")]);
         assert!(drawn.contains("\"laser\" -> \"slam\""), "{drawn}");
     }
 
     #[test]
     fn a_link_that_is_down_says_why() {
-        let cells = row(&edge("nobody provides laser.scan"));
+        let cells = format_row(&format_edge("nobody provides laser.scan"));
         assert_eq!(cells.last().map(String::as_str), Some("nobody provides laser.scan"));
     }
 }

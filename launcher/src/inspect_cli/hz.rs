@@ -1,26 +1,29 @@
-//! `armor hz DATA`: how often data is published, in windows of one second.
+//! `armor hz DATA`: the rate at which data is published, in windows of one second.
 
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use clap::Args;
 use serde::Serialize;
 
-use super::{printed, say};
-use crate::arguments::{Format, Hz};
-use crate::exit::Ending;
+use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
 
 const WINDOW: Duration = Duration::from_secs(1);
 
 /// Periods between the arrivals of one window.
 #[derive(Debug, Default)]
-struct Window {
+struct RateWindow {
     arrivals_s: Vec<f64>,
     /// The last arrival of the window before, from which the first period counts.
     before_s: Option<f64>,
     lost: u64,
 }
 
-/// What is said of one window.
+/// The result of one window.
 #[derive(Debug, PartialEq, Serialize)]
 struct Summary {
     rate_hz: f64,
@@ -31,15 +34,34 @@ struct Summary {
     lost: u64,
 }
 
+/// Measure the rate at which data is published.
+#[derive(Args, Debug)]
+pub struct HzArguments {
+    /// Unique name of the data, COMPONENT.OUTPUT.
+    #[arg(value_parser = parse_data_name)]
+    pub data: String,
+    /// Stop after N windows of one second.
+    #[arg(long, short = 'n', value_name = "N")]
+    pub count: Option<u64>,
+    #[command(flatten)]
+    pub running: RunningSystem,
+}
+
+impl Verb for HzArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(print_rates(&self, format)?.into())
+    }
+}
+
 /// Prints one line per window.
 ///
 /// # Errors
-/// If nobody provides the data, or the system ends.
-pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
-    let observed = super::find(&arguments.running, "hz")?;
-    let mut following = super::follow(observed, &arguments.data)?;
+/// If no component provides the data, or the system ends.
+fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let observed = super::select_system(&arguments.running, "hz")?;
+    let mut following = super::follow_data(observed, &arguments.data)?;
     let start = Instant::now();
-    let mut window = Window::default();
+    let mut window = RateWindow::default();
     let mut windows = 0;
     let mut print = || -> Result<()> {
         while arguments.count.is_none_or(|count| windows < count) {
@@ -54,16 +76,16 @@ pub fn run(arguments: &Hz, format: Format) -> Result<Ending> {
             let summary = window.close();
             windows += 1;
             match format {
-                Format::Json => say(serde_json::to_string(&summary)?)?,
-                _ => say(&summary)?,
+                OutputFormat::Json => print_line(serde_json::to_string(&summary)?)?,
+                _ => print_line(&summary)?,
             }
         }
         Ok(())
     };
-    printed(print())
+    end_printing(print())
 }
 
-impl Window {
+impl RateWindow {
     fn add(&mut self, arrived_s: f64, lost: u64) {
         self.arrivals_s.push(arrived_s);
         self.lost += lost;
@@ -116,7 +138,7 @@ mod tests {
 
     #[test]
     fn the_rate_comes_from_periods_also_across_windows() {
-        let mut window = Window::default();
+        let mut window = RateWindow::default();
         window.add(0.5, 0);
         let first = window.close();
         assert_eq!((first.rate_hz, first.period_min_s, first.received), (0.0, None, 1));

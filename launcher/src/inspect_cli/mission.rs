@@ -1,6 +1,7 @@
-//! `armor mission`: where the mission stands, from what the executive publishes; orders to it; and
-//! its journal.
+//! `armor mission`: the marking that the executive publishes, orders to the executive, and the
+//! journal of a mission.
 
+pub mod arguments;
 mod file;
 mod firing;
 mod journal;
@@ -8,6 +9,7 @@ mod orders;
 mod replay;
 mod words;
 
+use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Error, Result, bail};
@@ -20,40 +22,48 @@ use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::schema::{Schema, to_json};
 
-use super::{printed, say};
-use crate::arguments::{Format, Mission, Running};
-use crate::exit::Ending;
+use crate::arguments::{OutputFormat, RunningSystem};
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
+use arguments::MissionCommand;
 use armor_inspect::{FollowingTap, ObservedSystem};
-use words::in_words;
+use words::format_marking;
 
 /// What the executive publishes, latched, at every change.
 const MARKING: &str = "executive.marking";
 /// How long a latched value may take to come.
 const FIRST_WITHIN: Duration = Duration::from_secs(3);
-/// How often to look whether the link still is; changes come at once.
+/// Longest wait for a change before the link is checked; changes arrive without delay.
 const LOOK_EVERY: Duration = Duration::from_secs(3600);
 
-/// Does what is asked of the mission.
+impl Verb for MissionCommand {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(run_command(self, format)?.into())
+    }
+}
+
+/// Carries out a command.
 ///
 /// # Errors
 /// If no mission runs, the executive does not answer, or the journal cannot be read.
-pub fn run(mission: Mission, format: Format) -> Result<Ending> {
+fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandEnding> {
     let (by, order) = match mission {
-        Mission::Show { follow, running } => return show(&running, follow, format),
-        Mission::Journal { journal, running } => {
+        MissionCommand::Show { follow, running } => return show(&running, follow, format),
+        MissionCommand::Journal { journal, running } => {
             return journal::print(journal.as_deref(), &running, format);
         }
-        Mission::Replay(arguments) => return replay::run(&arguments, format),
-        Mission::Operate(by) => return orders::operate(&by, format),
-        Mission::Fire { transition, by } => (by, Order::Fire { transition }),
-        Mission::Pause(by) => (by, Order::Pause),
-        Mission::Resume(by) => (by, Order::Resume),
-        Mission::Safe(by) => (by, Order::Safe),
-        Mission::Move { from, to, tokens, by } => {
+        MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
+        MissionCommand::Operate(by) => return orders::operate(&by, format),
+        MissionCommand::Fire { transition, by } => (by, Order::Fire { transition }),
+        MissionCommand::Pause(by) => (by, Order::Pause),
+        MissionCommand::Resume(by) => (by, Order::Resume),
+        MissionCommand::Safe(by) => (by, Order::Safe),
+        MissionCommand::Move { from, to, tokens, by } => {
             (by, Order::Move { moves: vec![TokenMove { from, to, tokens }] })
         }
-        Mission::Confirm { transition, by } => (by, Order::Confirm { transition }),
-        Mission::Decline { transition, by } => (by, Order::Decline { transition }),
+        MissionCommand::Confirm { transition, by } => (by, Order::Confirm { transition }),
+        MissionCommand::Decline { transition, by } => (by, Order::Decline { transition }),
     };
     orders::give(&by, &order, format)
 }
@@ -62,17 +72,17 @@ pub fn run(mission: Mission, format: Format) -> Result<Ending> {
 ///
 /// # Errors
 /// If no mission runs.
-fn show(running: &Running, follow: bool, format: Format) -> Result<Ending> {
-    let observed = super::find(running, "mission")?;
-    let said = super::follow(super::find(running, "mission")?, MARKING);
-    printed(follow_marking(&observed, said.map_err(why_nothing)?, follow, format))
+fn show(running: &RunningSystem, follow: bool, format: OutputFormat) -> Result<CommandEnding> {
+    let observed = super::select_system(running, "mission")?;
+    let following = super::follow_data(super::select_system(running, "mission")?, MARKING);
+    end_printing(follow_marking(&observed, following.map_err(why_nothing)?, follow, format))
 }
 
-/// Whether there is no mission, or only nobody who answers, which is another matter.
+/// Distinguishes a system without a mission from an executive that does not answer.
 fn why_nothing(error: Error) -> Error {
     let what = match error.downcast_ref::<TapError>() {
         Some(TapError::Directory(DirectoryError::Refused(_))) => "no mission runs in this system",
-        Some(TapError::Directory(_)) => "whether a mission runs is not known",
+        Some(TapError::Directory(_)) => "it is unknown whether a mission runs",
         _ => "a mission runs, but its executive does not answer",
     };
     error.context(what)
@@ -80,59 +90,61 @@ fn why_nothing(error: Error) -> Error {
 
 fn follow_marking(
     observed: &ObservedSystem,
-    mut said: FollowingTap,
+    mut following: FollowingTap,
     follow: bool,
-    format: Format,
+    format: OutputFormat,
 ) -> Result<()> {
-    let mut shown = Shown { observed, format, before: false };
-    let Some(first) = said.next(FIRST_WITHIN)? else {
-        bail!("the executive has not said its marking within {} s", FIRST_WITHIN.as_secs());
+    let mut shown = MarkingPrinter { observed, format, before: false };
+    let Some(first) = following.next(FIRST_WITHIN)? else {
+        bail!("the executive has not sent its marking within {} s", FIRST_WITHIN.as_secs());
     };
-    shown.show(said.schema(), &first.payload)?;
+    shown.show(following.schema(), &first.payload)?;
     if !follow {
         return Ok(());
     }
     loop {
-        if let Some(next) = said.next(LOOK_EVERY)? {
-            shown.show(said.schema(), &next.payload)?;
+        if let Some(next) = following.next(LOOK_EVERY)? {
+            shown.show(following.schema(), &next.payload)?;
         }
     }
 }
 
-struct Shown<'a> {
+struct MarkingPrinter<'a> {
     observed: &'a ObservedSystem,
-    format: Format,
+    format: OutputFormat,
     before: bool,
 }
 
-impl Shown<'_> {
+impl MarkingPrinter<'_> {
     fn show(&mut self, schema: &Schema, payload: &[u8]) -> Result<()> {
-        if self.format == Format::Json {
+        if self.format == OutputFormat::Json {
             let value = to_json(schema, payload);
-            return say(value.with_context(|| format!("{MARKING} does not fit its own schema"))?);
+            return print_line(
+                value.with_context(|| format!("{MARKING} does not fit its own schema"))?,
+            );
         }
         if schema.hash() != Marking::schema().hash() {
-            bail!("this executive is of another version; --format json shows what it says");
+            bail!("this executive has another version; use --format json to print its marking");
         }
         if std::mem::replace(&mut self.before, true) {
-            say("")?;
+            print_line("")?;
         }
         let marking: Marking = codec::decode(payload)?;
-        // It was said when it changed, and its clocks have run since.
+        // It was sent when it changed, and its clocks have run since.
         let now_s = match marking.clock.as_str() {
             "" => Some(self.observed.timestamp()),
             clock => time_of(self.observed, clock),
         };
-        // The executive has not heard the time itself yet: none of it has passed.
+        // The executive itself has not received the time yet: none of it has passed.
         let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
         let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
         let file = file::problem(self.observed, marking.version);
-        say(in_words(&marking, age_s, file.as_deref()).trim_end())
+        print_line(format_marking(&marking, age_s, file.as_deref()).trim_end())
     }
 }
 
-/// What the data that mission time follows says now, if it does.
+/// Returns the time of the data that mission time follows, if any arrives.
 fn time_of(observed: &ObservedSystem, clock: &str) -> Option<f64> {
-    let said = observed.tap(clock).ok()?.next(FIRST_WITHIN).ok()??;
-    codec::decode(&said.payload).ok().map(|said: Clock| said.clock)
+    let newest = observed.tap(clock).ok()?.next(FIRST_WITHIN).ok()??;
+    codec::decode(&newest.payload).ok().map(|clock: Clock| clock.clock)
 }

@@ -1,31 +1,48 @@
 //! `armor ps`: the processes of a running system.
 
+use std::process::ExitCode;
+
 use anyhow::Result;
+use clap::Args;
 use serde_json::json;
 
-use super::{printed, say};
-use crate::arguments::{Format, Running};
-use crate::exit::Ending;
+use crate::arguments::{OutputFormat, RunningSystem};
+use crate::exit::CommandEnding;
 use crate::print;
+use crate::print::{end_printing, print_line};
+use crate::verb::Verb;
 use armor_inspect::words::{format_duration, format_short_time};
 use armor_inspect::{CONFIGD, Sighting};
+
+/// Show the processes of a running system.
+#[derive(Args, Debug)]
+pub struct PsArguments {
+    #[command(flatten)]
+    running: RunningSystem,
+}
+
+impl Verb for PsArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(print_processes(&self.running, format)?.into())
+    }
+}
 
 /// Prints one row per process.
 ///
 /// # Errors
 /// If no system is found or its registry does not answer.
-pub fn run(running: &Running, format: Format) -> Result<Ending> {
-    let sightings = super::find(running, "ps")?.ask_statuses()?;
-    printed(if format == Format::Json {
-        sightings.iter().try_for_each(|sighting| say(json_of(sighting)))
+fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
+    let sightings = super::select_system(running, "ps")?.ask_statuses()?;
+    end_printing(if format == OutputFormat::Json {
+        sightings.iter().try_for_each(|sighting| print_line(json_of(sighting)))
     } else {
-        let rows: Vec<_> = sightings.iter().map(row).collect();
+        let rows: Vec<_> = sightings.iter().map(format_row).collect();
         let headings = ["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
-        say(print::table(&headings, &rows).trim_end())
+        print_line(print::format_table(&headings, &rows).trim_end())
     })
 }
 
-fn row(sighting: &Sighting) -> Vec<String> {
+fn format_row(sighting: &Sighting) -> Vec<String> {
     let entry = &sighting.entry;
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
@@ -33,7 +50,7 @@ fn row(sighting: &Sighting) -> Vec<String> {
             format_duration(status.uptime_s),
             status.exec_calls.to_string(),
             status.clock_error_s.map_or("-".into(), format_short_time),
-            problems(status),
+            list_problems(status),
         ),
         Err(_) if entry.kind == CONFIGD => {
             ("up".into(), "-".into(), "-".into(), "-".into(), String::new())
@@ -44,7 +61,7 @@ fn row(sighting: &Sighting) -> Vec<String> {
     vec![entry.name.clone(), entry.kind.clone(), state, pid, uptime, calls, clock, problem]
 }
 
-fn problems(status: &armor_wire::control::Status) -> String {
+fn list_problems(status: &armor_wire::control::Status) -> String {
     let inputs = status.inputs.iter().filter(|input| !input.problem.is_empty());
     let inputs = inputs.map(|input| format!("{}: {}", input.id, input.problem));
     let own = Some(status.last_error.clone()).filter(|error| !error.is_empty());

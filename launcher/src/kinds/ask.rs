@@ -1,4 +1,4 @@
-//! Asks many executables at once, and those that are what they were not at all.
+//! Asks many executables in parallel, and does not ask those that have not changed.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -7,22 +7,22 @@ use std::thread;
 use armor_wire::manifest::Manifest;
 
 use super::cache::{Cache, Identity};
-use super::probe::{self, Problem};
+use super::probe::{self, ProbeProblem};
 
-/// Executables asked at once: they start, print and end, and some wait for their disk.
+/// Executables asked in parallel: they start, print and end, and some wait for their disk.
 const AT_ONCE: usize = 8;
 
 /// An executable, and what came of asking it.
-pub type Answer = (PathBuf, Result<Manifest, Problem>);
+pub type ProbeAnswer = (PathBuf, Result<Manifest, ProbeProblem>);
 
-/// The manifest of each executable, or what is wrong with it, in the same order.
-pub fn all(executables: Vec<PathBuf>, cache: &Cache) -> Vec<Answer> {
+/// Returns the manifest of each executable, or its problem, in the same order.
+pub fn ask_executables(executables: Vec<PathBuf>, cache: &Cache) -> Vec<ProbeAnswer> {
     if executables.is_empty() {
         return Vec::new();
     }
     let known = cache.load();
     let fresh = Mutex::new(Vec::new());
-    let answers: Vec<Mutex<Option<Result<Manifest, Problem>>>> =
+    let answers: Vec<Mutex<Option<Result<Manifest, ProbeProblem>>>> =
         executables.iter().map(|_| Mutex::new(None)).collect();
     let next = Mutex::new(executables.iter().zip(&answers));
     let ask = || {
@@ -31,16 +31,16 @@ pub fn all(executables: Vec<PathBuf>, cache: &Cache) -> Vec<Answer> {
         while let Some((path, answer)) = { next.lock().ok().and_then(|mut next| next.next()) } {
             let before = identity(path);
             let remembered = before.as_ref().and_then(|identity| known.get(path, identity));
-            let told = remembered.unwrap_or_else(|| {
+            let answer_now = remembered.unwrap_or_else(|| {
                 if let Some(identity) = &before {
                     identity.settle();
                 }
-                let told = probe::describe(path);
-                // Only what can be told from its next version, and was not replaced meanwhile.
-                // Any other problem is found again at once, and may lie elsewhere.
-                let lasting = match &told {
+                let answer_now = probe::ask_description(path);
+                // Only if its next version can be distinguished, and it was not replaced in the
+                // meantime. Any other problem is found again quickly, and may have another cause.
+                let lasting = match &answer_now {
                     Ok(manifest) => Some(Some(manifest.clone())),
-                    Err(problem) => (*problem == Problem::hangs()).then_some(None),
+                    Err(problem) => (*problem == ProbeProblem::hangs()).then_some(None),
                 };
                 if let (Some(lasting), Some(before)) = (lasting, before)
                     && identity(path).as_ref() == Some(&before)
@@ -48,10 +48,10 @@ pub fn all(executables: Vec<PathBuf>, cache: &Cache) -> Vec<Answer> {
                 {
                     fresh.push((path.clone(), before, lasting));
                 }
-                told
+                answer_now
             });
             if let Ok(mut answer) = answer.lock() {
-                *answer = Some(told);
+                *answer = Some(answer_now);
             }
         }
     };
@@ -65,6 +65,8 @@ pub fn all(executables: Vec<PathBuf>, cache: &Cache) -> Vec<Answer> {
     executables
         .iter()
         .zip(answers)
-        .map(|(path, answer)| (path.clone(), answer.unwrap_or_else(|| Err(Problem::unasked()))))
+        .map(|(path, answer)| {
+            (path.clone(), answer.unwrap_or_else(|| Err(ProbeProblem::unasked())))
+        })
         .collect()
 }

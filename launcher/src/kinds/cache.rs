@@ -1,4 +1,4 @@
-//! What executables said of themselves, so that each is asked once and not at every `armor check`:
+//! The descriptions of executables, so that each is asked once and not at every `armor check`:
 //! a file of the user's cache folder. It may be lost, full of garbage or read-only; then everything
 //! is asked again.
 
@@ -15,7 +15,7 @@ use armor_wire::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use tracing::debug;
 
-use super::probe::Problem;
+use super::probe::ProbeProblem;
 
 /// Set to anything, nothing is remembered.
 const OFF: &str = "ARMOR_NO_CACHE";
@@ -28,7 +28,7 @@ const MAX_LEN: u64 = 64 << 20;
 /// Coarsest step of a file's times: within it a file can change without showing it.
 const TICK: Duration = Duration::from_millis(10);
 
-/// What tells one build of an executable from the next.
+/// Distinguishes one build of an executable from the next.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     len: u64,
@@ -73,25 +73,26 @@ pub struct Cache {
     file: Option<PathBuf>,
 }
 
-/// What the file holds.
+/// The content of the cache file.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub struct Known {
+pub struct CachedFiles {
     version: u32,
-    executables: BTreeMap<PathBuf, Entry>,
+    executables: BTreeMap<PathBuf, CachedManifest>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Entry {
+struct CachedManifest {
     identity: Identity,
     /// None if it hangs.
     manifest: Option<Manifest>,
 }
 
-impl Known {
-    /// What the executable at `path` said or that it hangs, if it is still the one that was asked.
-    pub fn get(&self, path: &Path, identity: &Identity) -> Option<Result<Manifest, Problem>> {
+impl CachedFiles {
+    /// Returns the description of the executable at `path`, or that it hangs, if the file is
+    /// unchanged.
+    pub fn get(&self, path: &Path, identity: &Identity) -> Option<Result<Manifest, ProbeProblem>> {
         let entry = self.executables.get(path).filter(|entry| entry.identity == *identity)?;
-        let Some(manifest) = &entry.manifest else { return Some(Err(Problem::hangs())) };
+        let Some(manifest) = &entry.manifest else { return Some(Err(ProbeProblem::hangs())) };
         // An earlier Armor may have remembered what this one refuses.
         manifest.validate().ok()?;
         Some(Ok(manifest.clone()))
@@ -99,7 +100,7 @@ impl Known {
 }
 
 impl Cache {
-    /// `armor/manifests.json` in the user's cache folder, unless the environment says no.
+    /// `armor/manifests.json` in the user's cache folder, unless the environment disables it.
     pub fn of_user() -> Self {
         let off = std::env::var_os(OFF).is_some_and(|value| !value.is_empty());
         let absolute = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
@@ -114,14 +115,14 @@ impl Cache {
     }
 
     /// What is remembered; nothing if the file cannot be read or is damaged.
-    pub fn load(&self) -> Known {
-        let Some(file) = &self.file else { return Known::default() };
+    pub fn load(&self) -> CachedFiles {
+        let Some(file) = &self.file else { return CachedFiles::default() };
         match read(file) {
             Ok(known) if known.version == VERSION => known,
-            Ok(_) => Known::default(),
+            Ok(_) => CachedFiles::default(),
             Err(error) => {
                 debug!(file = %file.display(), %error, "no manifests remembered");
-                Known::default()
+                CachedFiles::default()
             }
         }
     }
@@ -135,7 +136,8 @@ impl Cache {
         let mut known = self.load();
         let others = std::mem::take(&mut known.executables);
         known.version = VERSION;
-        let fresh = fresh.map(|(path, identity, manifest)| (path, Entry { identity, manifest }));
+        let fresh =
+            fresh.map(|(path, identity, manifest)| (path, CachedManifest { identity, manifest }));
         known.executables.extend(fresh.take(MAX_ENTRIES));
         for (path, entry) in others {
             if known.executables.len() >= MAX_ENTRIES {
@@ -151,7 +153,7 @@ impl Cache {
     }
 }
 
-fn read(file: &Path) -> io::Result<Known> {
+fn read(file: &Path) -> io::Result<CachedFiles> {
     if !fs::metadata(file)?.is_file() {
         return Err(io::Error::other("it is not a regular file"));
     }
@@ -160,7 +162,7 @@ fn read(file: &Path) -> io::Result<Known> {
     Ok(serde_json::from_str(&text)?)
 }
 
-fn replace(file: &Path, known: &Known) -> io::Result<()> {
+fn replace(file: &Path, known: &CachedFiles) -> io::Result<()> {
     let folder = file.parent().ok_or_else(|| io::Error::other("it has no folder"))?;
     fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
     let text = serde_json::to_vec(known)?;

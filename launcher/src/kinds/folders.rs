@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use armor_robotfile::{Code, Finding};
 
-/// Folder beside the system file that is looked into without being told.
-const BESIDE: &str = "components";
+/// Folder next to the system file that is always searched.
+const NEXT_TO_FILE: &str = "components";
 /// More folders, separated by colons.
 const VARIABLE: &str = "ARMOR_COMPONENTS";
 
@@ -36,13 +36,13 @@ pub fn executables<'a>(
         }
     }
     for file in files {
-        let beside = file.parent().unwrap_or(Path::new("")).join(BESIDE);
-        if !is_new(&beside) {
+        let next_to = file.parent().unwrap_or(Path::new("")).join(NEXT_TO_FILE);
+        if !is_new(&next_to) {
             continue;
         }
-        match look_into(&beside, &mut found, problems) {
+        match look_into(&next_to, &mut found, problems) {
             // Nobody asked for it, so it need not be there.
-            Err(error) if beside.is_dir() => problems.push(no_directory(&beside, &error)),
+            Err(error) if next_to.is_dir() => problems.push(no_directory(&next_to, &error)),
             _ => {}
         }
     }
@@ -71,7 +71,7 @@ fn look_into(
     }
     paths.sort();
     for path in paths {
-        match path.metadata().and_then(|metadata| usable(&path, &metadata)) {
+        match path.metadata().and_then(|metadata| find_executable(&path, &metadata)) {
             Ok(Some(executable)) => found.push(executable),
             Ok(None) => {}
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {}
@@ -85,8 +85,8 @@ fn look_into(
     Ok(())
 }
 
-/// The executable behind `path`; none if it is a folder or a file that nobody marked as one.
-fn usable(path: &Path, metadata: &Metadata) -> io::Result<Option<PathBuf>> {
+/// The executable behind `path`; none if it is a folder or a file without execute permission.
+fn find_executable(path: &Path, metadata: &Metadata) -> io::Result<Option<PathBuf>> {
     let mode = metadata.permissions().mode();
     if metadata.is_dir() {
         return Ok(None);
@@ -98,7 +98,7 @@ fn usable(path: &Path, metadata: &Metadata) -> io::Result<Option<PathBuf>> {
         return path.canonicalize().map(Some);
     }
     if mode & 0o444 == 0 {
-        return Err(io::Error::other("nobody may read or execute it"));
+        return Err(io::Error::other("no user may read or execute it"));
     }
     Ok(None)
 }

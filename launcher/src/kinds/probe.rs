@@ -29,21 +29,21 @@ const LOOK: Duration = Duration::from_millis(2);
 
 /// Why an executable cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub struct ProbeProblem {
     code: Code,
     message: String,
     remedy: &'static str,
 }
 
-impl Problem {
-    /// It, as said of the executable at `path`.
+impl ProbeProblem {
+    /// Returns the finding about the executable at `path`.
     pub fn finding(&self, path: &Path) -> Finding {
         let message = format!("{}: {}; it is not used", path.display(), self.message);
         Finding::nowhere(self.code, message).remedy(self.remedy)
     }
 }
 
-impl Problem {
+impl ProbeProblem {
     /// Asking it panicked, or was never begun.
     pub fn unasked() -> Self {
         no_manifest("it could not be asked")
@@ -65,30 +65,30 @@ impl Problem {
     }
 }
 
-fn no_manifest(message: impl Into<String>) -> Problem {
+fn no_manifest(message: impl Into<String>) -> ProbeProblem {
     let remedy = "run it with --describe; it must print its manifest (docs/manifest.md) and end";
-    Problem { code: Code::BrokenExecutable, message: message.into(), remedy }
+    ProbeProblem { code: Code::BrokenExecutable, message: message.into(), remedy }
 }
 
-/// What the executable at `path` says of itself.
+/// Asks the executable at `path` for its description.
 ///
 /// # Errors
 /// What is wrong with it, after [`WITHIN`] at the latest.
-pub fn describe(path: &Path) -> Result<Manifest, Problem> {
+pub fn ask_description(path: &Path) -> Result<Manifest, ProbeProblem> {
     let deadline = Instant::now() + WITHIN;
-    let mut child = start(path, deadline).map_err(|error| cannot_start(path, &error))?;
-    let answer = answer(&mut child, deadline);
+    let mut child = start_executable(path, deadline).map_err(|error| cannot_start(path, &error))?;
+    let answer = read_answer(&mut child, deadline);
     // It is over, or it hangs, or what it started does.
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
         let _ = kill_process_group(group, Signal::KILL);
     }
     let _ = child.kill();
     let _ = child.wait();
-    parse(&answer?)
+    parse_manifest(&answer?)
 }
 
-/// Starts it; waits while somebody still writes it.
-fn start(path: &Path, deadline: Instant) -> io::Result<Child> {
+/// Starts it; waits while another process still writes it.
+fn start_executable(path: &Path, deadline: Instant) -> io::Result<Child> {
     loop {
         let started = Command::new(path)
             .arg("--describe")
@@ -108,9 +108,9 @@ fn start(path: &Path, deadline: Instant) -> io::Result<Child> {
     }
 }
 
-fn cannot_start(path: &Path, error: &io::Error) -> Problem {
+fn cannot_start(path: &Path, error: &io::Error) -> ProbeProblem {
     if error.raw_os_error() == Some(Errno::NOEXEC.raw_os_error()) {
-        return Problem {
+        return ProbeProblem {
             code: Code::NotAProgram,
             message: "it is marked executable, but is no program of this machine".into(),
             remedy: "chmod -x if it is none; a script begins with #! and what runs it; a program \
@@ -124,32 +124,36 @@ fn cannot_start(path: &Path, error: &io::Error) -> Problem {
     no_manifest(format!("it cannot be started: {error}"))
 }
 
-fn answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, Problem> {
+fn read_answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbeProblem> {
     let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
         return Err(no_manifest("it has no output"));
     };
-    let (printed, complaint) = (reading(stdout, MAX_LEN + 1), reading(stderr, MAX_COMPLAINT_LEN));
-    let late = Problem::hangs;
+    let (printed, complaint) =
+        (read_in_background(stdout, MAX_LEN + 1), read_in_background(stderr, MAX_COMPLAINT_LEN));
+    let late = ProbeProblem::hangs;
     let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
     let bytes = printed.recv_timeout(left(deadline)).map_err(|_| late())?;
     let bytes = bytes.map_err(|error| no_manifest(format!("its output is lost: {error}")))?;
     if bytes.len() as u64 > MAX_LEN {
         return Err(no_manifest("--describe printed more than 1 MiB"));
     }
-    let status = ended(child, deadline).ok_or_else(late)?;
+    let status = check_exit(child, deadline).ok_or_else(late)?;
     if status.success() {
         return Ok(bytes);
     }
     let how = status.code().map_or("a signal".into(), |code| format!("code {code}"));
     // What it started may keep its stderr open for ever.
-    let said = complaint.recv_timeout(COMPLAINT_WITHIN).ok().and_then(Result::ok);
-    let said = said.map(|bytes| last_line(&bytes)).filter(|line| !line.is_empty());
-    let said = said.map(|line| format!(": {line}")).unwrap_or_default();
-    Err(no_manifest(format!("--describe ended with {how}{said}")))
+    let last_words = complaint.recv_timeout(COMPLAINT_WITHIN).ok().and_then(Result::ok);
+    let last_words = last_words.map(|bytes| last_line(&bytes)).filter(|line| !line.is_empty());
+    let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
+    Err(no_manifest(format!("--describe ended with {how}{last_words}")))
 }
 
 /// Reads in the background: the other end may be kept open for ever.
-fn reading(from: impl Read + Send + 'static, limit: u64) -> Receiver<io::Result<Vec<u8>>> {
+fn read_in_background(
+    from: impl Read + Send + 'static,
+    limit: u64,
+) -> Receiver<io::Result<Vec<u8>>> {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -159,14 +163,14 @@ fn reading(from: impl Read + Send + 'static, limit: u64) -> Receiver<io::Result<
     receiver
 }
 
-/// The last thing said: where Python names its exception, and a shell what it did not find.
+/// Returns the last line: there Python names its exception, and a shell the missing program.
 fn last_line(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
     line.chars().filter(|c| !c.is_control()).take(200).collect()
 }
 
-fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
+fn check_exit(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
     loop {
         if let Some(status) = child.try_wait().ok()? {
             return Some(status);
@@ -180,11 +184,11 @@ fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
 
 /// What every version has.
 #[derive(Deserialize)]
-struct Version {
+struct ManifestVersion {
     armor_manifest: u32,
 }
 
-fn parse(bytes: &[u8]) -> Result<Manifest, Problem> {
+fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| no_manifest("--describe printed something that is not UTF-8"))?;
     if text.trim().is_empty() {
@@ -192,9 +196,9 @@ fn parse(bytes: &[u8]) -> Result<Manifest, Problem> {
     }
     let wrong =
         |error: serde_json::Error| no_manifest(format!("--describe printed no manifest: {error}"));
-    let Version { armor_manifest: version } = serde_json::from_str(text).map_err(wrong)?;
+    let ManifestVersion { armor_manifest: version } = serde_json::from_str(text).map_err(wrong)?;
     if version != MANIFEST_VERSION {
-        return Err(Problem {
+        return Err(ProbeProblem {
             code: Code::ManifestVersion,
             message: format!("its manifest is of version {version}, not {MANIFEST_VERSION}"),
             remedy: if version > MANIFEST_VERSION {

@@ -13,7 +13,7 @@ pub struct Stock {
     pub kind: &'static str,
     /// Runs one, with the arguments that every component takes.
     pub run: fn(Vec<OsString>) -> ExitCode,
-    /// What it says of itself.
+    /// Its description of itself.
     pub manifest: fn() -> Result<Manifest, Fault>,
 }
 

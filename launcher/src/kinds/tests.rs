@@ -1,5 +1,5 @@
 use super::*;
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFolder;
 
 fn script(path: &Path, text: &str) {
     std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
@@ -25,18 +25,18 @@ fn describing(kind: &str) -> String {
 }
 
 /// Gathered without the user's cache.
-fn gathered(scratch: &Scratch, directories: &[PathBuf], files: &[&Path]) -> Catalogue {
+fn gathered(scratch: &ScratchFolder, directories: &[PathBuf], files: &[&Path]) -> Catalogue {
     let cache = Cache::at(scratch.path().join("cache/manifests.json"));
     Catalogue::gather_with(&cache, None, directories, files.iter().copied()).expect("gathered")
 }
 
-fn said(catalogue: &Catalogue) -> Vec<String> {
+fn list_messages(catalogue: &Catalogue) -> Vec<String> {
     catalogue.findings(None).iter().map(ToString::to_string).collect()
 }
 
 #[test]
 fn executables_describe_themselves_and_broken_ones_are_findings() {
-    let scratch = Scratch::new("kinds");
+    let scratch = ScratchFolder::new("kinds");
     let there = |name: &str| scratch.path().join("components").join(name);
     script(&there("good"), &describing("arm"));
     let newer = manifest("x").replace("1,", "2,\"colour\":3,");
@@ -69,19 +69,19 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
     let catalogue = gathered(&scratch, &[], &[&scratch.path().join("rover.xml")]);
     let arm = &catalogue.kinds["arm"];
     assert!(matches!(&arm.origin, Origin::Executable(path) if path.ends_with("good")));
-    let said = said(&catalogue);
+    let messages = list_messages(&catalogue);
     for (name, _, code, why) in &broken {
         let path = format!("{}: ", there(name).display());
-        let of = said.iter().find(|finding| finding.contains(&path));
-        let of = of.unwrap_or_else(|| panic!("{name} in {said:#?}"));
+        let of = messages.iter().find(|finding| finding.contains(&path));
+        let of = of.unwrap_or_else(|| panic!("{name} in {messages:#?}"));
         assert!(of.contains(code) && of.contains(why), "{of}");
     }
-    assert_eq!(said.len(), broken.len(), "{said:#?}");
+    assert_eq!(messages.len(), broken.len(), "{messages:#?}");
 }
 
 #[test]
 fn odd_entries_of_a_folder_are_findings_and_the_rest_works() {
-    let scratch = Scratch::new("odd");
+    let scratch = ScratchFolder::new("odd");
     let there = |name: &str| scratch.path().join(name);
     script(&there("good"), &describing("arm"));
     std::os::unix::fs::symlink("circle", there("circle")).expect("a link");
@@ -95,24 +95,24 @@ fn odd_entries_of_a_folder_are_findings_and_the_rest_works() {
     std::fs::set_permissions(there("secret"), mode).expect("a mode");
     let catalogue = gathered(&scratch, &[scratch.path().into()], &[]);
     assert!(catalogue.kinds["arm"].rivals.is_empty(), "a link to it is no second one");
-    let said = said(&catalogue);
+    let messages = list_messages(&catalogue);
     for name in ["circle", "dangling", "pipe", "secret"] {
         let name = there(name).display().to_string();
-        let found = said.iter().any(|one| one.contains(&name) && one.contains("W0129"));
-        assert!(found, "{name} in {said:#?}");
+        let found = messages.iter().any(|one| one.contains(&name) && one.contains("W0129"));
+        assert!(found, "{name} in {messages:#?}");
     }
-    assert_eq!(said.len(), 4, "{said:#?}");
+    assert_eq!(messages.len(), 4, "{messages:#?}");
 }
 
 #[test]
 fn a_kind_claimed_twice_names_both_and_is_an_error_where_it_is_used() {
-    let scratch = Scratch::new("claimed");
+    let scratch = ScratchFolder::new("claimed");
     script(&scratch.path().join("one"), &describing("arm"));
     script(&scratch.path().join("two"), &describing("arm"));
     script(&scratch.path().join("third"), &describing("leg"));
     let catalogue = gathered(&scratch, &[scratch.path().into()], &[]);
     assert!(catalogue.kinds.contains_key("leg"));
-    let unused = said(&catalogue);
+    let unused = list_messages(&catalogue);
     assert!(unused.len() == 1 && unused[0].contains("W0130"), "{unused:#?}");
     assert!(unused[0].contains("one") && unused[0].contains("two"), "{unused:#?}");
     let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
@@ -124,16 +124,16 @@ fn a_kind_claimed_twice_names_both_and_is_an_error_where_it_is_used() {
 
 #[test]
 fn a_folder_that_was_asked_for_must_be_there() {
-    let scratch = Scratch::new("asked");
+    let scratch = ScratchFolder::new("asked");
     let catalogue = gathered(&scratch, &["/no/such/folder".into()], &[]);
-    assert!(catalogue.kinds.contains_key("driver"), "the rest is there");
-    let said = said(&catalogue);
-    assert!(said.len() == 1 && said[0].contains("/no/such/folder"), "{said:#?}");
-    assert!(said[0].contains("E0125"), "{said:#?}");
+    assert!(catalogue.kinds.contains_key("driver"), "the others are found");
+    let messages = list_messages(&catalogue);
+    assert!(messages.len() == 1 && messages[0].contains("/no/such/folder"), "{messages:#?}");
+    assert!(messages[0].contains("E0125"), "{messages:#?}");
 }
 
 /// A script that counts how often it is asked.
-fn counting(scratch: &Scratch, kind: &str) -> PathBuf {
+fn counting(scratch: &ScratchFolder, kind: &str) -> PathBuf {
     let path = scratch.path().join("c/counting");
     let asked = scratch.path().join("asked");
     let text = format!("#!/bin/sh\necho >> '{}'\necho '{}'", asked.display(), manifest(kind));
@@ -141,16 +141,16 @@ fn counting(scratch: &Scratch, kind: &str) -> PathBuf {
     path
 }
 
-fn times_asked(scratch: &Scratch) -> usize {
+fn times_asked(scratch: &ScratchFolder) -> usize {
     std::fs::read(scratch.path().join("asked")).map_or(0, |bytes| bytes.len())
 }
 
 #[test]
 fn an_executable_is_asked_once_until_it_is_another_one() {
-    let scratch = Scratch::new("cached");
+    let scratch = ScratchFolder::new("cached");
     let kinds = || {
         let catalogue = gathered(&scratch, &[scratch.path().join("c")], &[]);
-        assert!(said(&catalogue).is_empty(), "{:#?}", said(&catalogue));
+        assert!(list_messages(&catalogue).is_empty(), "{:#?}", list_messages(&catalogue));
         catalogue.kinds
     };
     let path = counting(&scratch, "one");
@@ -171,7 +171,7 @@ fn an_executable_is_asked_once_until_it_is_another_one() {
 
 #[test]
 fn a_damaged_or_unwritable_cache_only_costs_time() {
-    let scratch = Scratch::new("damaged");
+    let scratch = ScratchFolder::new("damaged");
     counting(&scratch, "one");
     let file = scratch.path().join("cache/manifests.json");
     let kinds = || gathered(&scratch, &[scratch.path().join("c")], &[]).kinds;
@@ -185,9 +185,9 @@ fn a_damaged_or_unwritable_cache_only_costs_time() {
         asked += 1;
         assert_eq!(times_asked(&scratch), asked, "{damaged:?}");
         assert!(kinds().contains_key("one"));
-        assert_eq!(times_asked(&scratch), asked, "mended after {damaged:?}");
+        assert_eq!(times_asked(&scratch), asked, "repaired after {damaged:?}");
     }
-    // In the way: a folder where the file should be, then a file where its folder should be.
+    // Obstacles: a folder where the file should be, then a file where its folder should be.
     std::fs::remove_file(&file).expect("there");
     std::fs::create_dir_all(file.join("in")).expect("a folder");
     assert!(kinds().contains_key("one"));
@@ -199,14 +199,14 @@ fn a_damaged_or_unwritable_cache_only_costs_time() {
 
 #[test]
 fn one_that_hangs_costs_its_seconds_once_until_it_is_touched() {
-    let scratch = Scratch::new("hanging");
+    let scratch = ScratchFolder::new("hanging");
     let path = scratch.path().join("c/arm");
     let asked = scratch.path().join("asked");
     script(&path, &format!("#!/bin/sh\necho >> '{}'\nsleep 600", asked.display()));
     let catalogue = || gathered(&scratch, &[scratch.path().join("c")], &[]);
     for _ in 0..3 {
-        let said = said(&catalogue());
-        assert!(said.len() == 1 && said[0].contains("W0126"), "{said:#?}");
+        let messages = list_messages(&catalogue());
+        assert!(messages.len() == 1 && messages[0].contains("W0126"), "{messages:#?}");
     }
     assert_eq!(times_asked(&scratch), 1);
     let file = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
@@ -217,7 +217,7 @@ fn one_that_hangs_costs_its_seconds_once_until_it_is_touched() {
     catalogue.point_to_broken(&mut reading.findings);
     let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
     let remedy = unknown.map(|finding| finding.remedy.as_str()).unwrap_or_default();
-    assert!(remedy.ends_with("c/arm is there, but did not describe itself (W0126)"), "{remedy}");
+    assert!(remedy.ends_with("c/arm exists, but did not describe itself (W0126)"), "{remedy}");
     let file = std::fs::File::open(&path).expect("there");
     file.set_modified(std::time::SystemTime::now()).expect("touched");
     gathered(&scratch, &[scratch.path().join("c")], &[]);
@@ -226,19 +226,19 @@ fn one_that_hangs_costs_its_seconds_once_until_it_is_touched() {
 
 #[test]
 fn a_folder_that_is_named_twice_is_looked_into_once() {
-    let scratch = Scratch::new("named-twice");
+    let scratch = ScratchFolder::new("named-twice");
     let there = scratch.path().join("components");
     std::fs::create_dir_all(&there).expect("a folder");
     std::os::unix::fs::symlink("gone", there.join("arm")).expect("a link");
     let again = there.join("../components");
     let file = scratch.path().join("rover.xml");
-    let said = said(&gathered(&scratch, &[there, again], &[&file]));
-    assert!(said.len() == 1 && said[0].contains("W0129"), "{said:#?}");
+    let messages = list_messages(&gathered(&scratch, &[there, again], &[&file]));
+    assert!(messages.len() == 1 && messages[0].contains("W0129"), "{messages:#?}");
 }
 
 #[test]
-fn our_programs_with_a_window_are_found_beside_this_one_or_it_is_said_how_to_get_them() {
-    let scratch = Scratch::new("beside");
+fn our_programs_with_a_window_are_found_or_their_build_is_suggested() {
+    let scratch = ScratchFolder::new("companions");
     let cache = Cache::at(scratch.path().join("cache/manifests.json"));
     let (there, empty) = (scratch.path().join("there"), scratch.path().join("empty"));
     script(&there.join("armor-operator-view"), &describing("operator-view"));
@@ -248,8 +248,8 @@ fn our_programs_with_a_window_are_found_beside_this_one_or_it_is_said_how_to_get
     };
     // Its folder may be a component directory, too.
     let catalogue = gathered(&there, &[]);
-    assert!(catalogue.kinds.contains_key("operator-view"), "it is beside");
-    assert!(!catalogue.kinds.contains_key("something"), "what else is there is not ours");
+    assert!(catalogue.kinds.contains_key("operator-view"), "it is in the folder");
+    assert!(!catalogue.kinds.contains_key("something"), "other programs are not ours");
     let both = gathered(&there, std::slice::from_ref(&there));
     assert!(both.kinds["operator-view"].rivals.is_empty(), "the same one is no second one");
     let remedy = |catalogue: &Catalogue| {
@@ -265,6 +265,6 @@ fn our_programs_with_a_window_are_found_beside_this_one_or_it_is_said_how_to_get
     assert!(without.contains("cargo build --release -p armor-operator-view"), "{without}");
     script(&empty.join("armor-operator-view"), "#!/bin/sh\nexit 3");
     let broken = gathered(&empty, &[]);
-    assert!(said(&broken)[0].contains("code 3"), "{:#?}", said(&broken));
+    assert!(list_messages(&broken)[0].contains("code 3"), "{:#?}", list_messages(&broken));
     assert!(remedy(&broken).contains("did not describe itself"), "{}", remedy(&broken));
 }

@@ -1,85 +1,85 @@
-//! What can be asked of `armor param`, in the words of its `--help`.
+//! The arguments of `armor param`.
 
 use std::path::PathBuf;
 
 use armor_wire::name::split_data;
 use clap::{Args, Subcommand};
 
-use crate::arguments::{Kinds, Running};
+use crate::arguments::{KindFolders, RunningSystem};
 
-/// What to do with parameters.
+/// Show, set and compare the parameters of a running system, or of a file.
 #[derive(Debug, Subcommand)]
-pub enum Param {
-    /// List all parameters: value, where it is from, what it may be, whether it is live.
-    List(List),
-    /// Print the value of one parameter, as it is written in the file, or its default.
-    Get(Get),
+pub enum ParamCommand {
+    /// List all parameters: value, origin, range, and whether it is live.
+    List(ListArguments),
+    /// Print the value of one parameter as it is written in the file, or its default.
+    Get(GetArguments),
     /// Write the value of one parameter into the file, if the file stays valid with it.
-    Set(Set),
-    /// Say what changed between two versions of the file, or between two files.
-    Diff(Diff),
+    Set(SetArguments),
+    /// Print the changes between two versions of the file, or between two files.
+    Diff(DiffArguments),
 }
 
 #[derive(Args, Debug)]
-pub struct List {
-    /// Only those of this component.
+pub struct ListArguments {
+    /// Only the parameters of this component.
     pub component: Option<String>,
     #[command(flatten)]
-    pub at: Where,
+    pub source: ParameterSource,
 }
 
 #[derive(Args, Debug)]
-pub struct Get {
+pub struct GetArguments {
     /// The parameter.
-    #[arg(value_name = "COMPONENT.PARAMETER", value_parser = name)]
+    #[arg(value_name = "COMPONENT.PARAMETER", value_parser = parse_parameter_name)]
     pub name: (String, String),
     #[command(flatten)]
-    pub at: Where,
+    pub source: ParameterSource,
 }
 
 #[derive(Args, Debug)]
-pub struct Set {
+pub struct SetArguments {
     /// The parameter.
-    #[arg(value_name = "COMPONENT.PARAMETER", value_parser = name)]
+    #[arg(value_name = "COMPONENT.PARAMETER", value_parser = parse_parameter_name)]
     pub name: (String, String),
-    /// Its new value, as it is to be written: 0.5m/s.
+    /// Its new value, as it is written in the file, such as 0.5m/s.
     #[arg(allow_hyphen_values = true, required_unless_present = "default")]
     pub value: Option<String>,
-    /// Take the value out of the file, so that the default holds.
+    /// Remove the value from the file, so that the default applies.
     #[arg(long, conflicts_with = "value")]
     pub default: bool,
     #[command(flatten)]
-    pub at: Where,
+    pub source: ParameterSource,
 }
 
 #[derive(Args, Debug)]
-pub struct Diff {
+pub struct DiffArguments {
     /// The earlier version. Default: the one before TO.
     pub from: Option<u64>,
-    /// The later version. Default: the one in force.
+    /// The later version. Default: the active one.
     pub to: Option<u64>,
     /// Compare files instead of versions: give it twice, the old file, then the new one.
     #[arg(long = "file", value_name = "FILE", conflicts_with_all = ["from", "to", "system", "registry"])]
     pub files: Vec<PathBuf>,
     #[command(flatten)]
-    pub kinds: Kinds,
+    pub kinds: KindFolders,
     #[command(flatten)]
-    pub running: Running,
+    pub running: RunningSystem,
 }
 
-/// Whose parameters: those of a running system, or of a file.
+/// Selects the parameters: those of a running system, or of a file.
 #[derive(Args, Debug)]
-pub struct Where {
+pub struct ParameterSource {
     /// The parameters of this file, without a running system.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "registry"])]
     pub file: Option<PathBuf>,
     #[command(flatten)]
-    pub kinds: Kinds,
+    pub kinds: KindFolders,
     #[command(flatten)]
-    pub running: Running,
+    pub running: RunningSystem,
 }
 
-fn name(text: &str) -> Result<(String, String), String> {
+fn parse_parameter_name(text: &str) -> Result<(String, String), String> {
     match split_data(text) {
         Some((component, parameter)) => Ok((component.into(), parameter.into())),
         None => Err("write COMPONENT.PARAMETER; `armor param list` shows them".into()),

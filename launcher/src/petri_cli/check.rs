@@ -1,4 +1,4 @@
-//! `armor net check`: what is wrong with a net, each thing with a firing sequence that shows it.
+//! `armor net check`: the faults of a net, each with a firing sequence that shows it.
 
 use std::collections::BTreeMap;
 
@@ -13,18 +13,18 @@ use armor_petri::analysis::invariants::{
 use armor_petri::analysis::{AnalysisBudget, Exhausted, Space};
 use armor_petri::{FiringInterval, Net, PlaceId, TransitionId};
 
-use super::arguments::Check;
-use super::report::{self, Report};
-use super::{Facts, load, names, option_of, within};
-use crate::arguments::Format;
-use crate::exit::Ending;
+use super::arguments::NetCheckArguments;
+use super::net_facts::{NetFacts, load_net, name_all, option_of, run_within_budget};
+use super::report::{self, NetReport};
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 
 /// Prints the report; fails if the net is unbounded, cannot be decided, or breaks what was asked.
 ///
 /// # Errors
-/// If the file cannot be read, holds no net, or not the places that were named.
-pub fn run(arguments: &Check, format: Format) -> Result<Ending> {
-    let file = load(&arguments.file)?;
+/// If the file cannot be read, contains no net, or lacks a place of the arguments.
+pub fn print_check(arguments: &NetCheckArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let file = load_net(&arguments.file)?;
     let place = |name: &String| {
         let found = file.net.places().iter().position(|place| place == name);
         let found = found.with_context(|| format!("there is no place `{name}` in the net"))?;
@@ -32,28 +32,28 @@ pub fn run(arguments: &Check, format: Format) -> Result<Ending> {
     };
     let goal = arguments.goal.as_ref().map(place).transpose()?;
     let exclusive = arguments.exclusive.iter().map(place).collect::<Result<Vec<_>>>()?;
-    let report = within(&arguments.budget, |budget| {
-        let checking = Checking { net: &file.net, budget, goal, report: Report::default() };
+    let report = run_within_budget(&arguments.budget, |budget| {
+        let checking = Checking { net: &file.net, budget, goal, report: NetReport::default() };
         checking.run(&exclusive, arguments.invariants)
     });
     match format {
-        Format::Json => println!("{}", serde_json::to_string(&report)?),
+        OutputFormat::Json => println!("{}", serde_json::to_string(&report)?),
         _ => print!("{}", report.text()),
     }
-    Ok(if report.errors.is_empty() { Ending::Fine } else { Ending::Failed })
+    Ok(if report.errors.is_empty() { CommandEnding::Fine } else { CommandEnding::Failed })
 }
 
 struct Checking<'a> {
     net: &'a Net,
     budget: &'a AnalysisBudget<'a>,
     goal: Option<PlaceId>,
-    report: Report,
+    report: NetReport,
 }
 
 impl Checking<'_> {
-    fn run(mut self, exclusive: &[PlaceId], with_invariants: bool) -> Report {
-        let facts = Facts::gather(self.net, true, self.budget);
-        self.report.bounded = facts.bounded();
+    fn run(mut self, exclusive: &[PlaceId], with_invariants: bool) -> NetReport {
+        let facts = NetFacts::gather_facts(self.net, true, self.budget);
+        self.report.bounded = facts.decide_bounds();
         if let Some(pumping) = &facts.pumping {
             self.report.pumping = Some(pumping_of(self.net, pumping));
             self.error("some place can be filled without end");
@@ -87,7 +87,7 @@ impl Checking<'_> {
         self.report.states = Some(space.states());
         self.report.edges = Some(space.edges());
         let dead: Vec<_> = space.dead_transitions().collect();
-        self.report.dead_transitions = Some(names(self.net, &dead));
+        self.report.dead_transitions = Some(name_all(self.net, &dead));
         self.report.deadlocks = Some(space.deadlocks());
         self.report.deadlock = space.first_deadlock().map(|state| self.way(space, state));
     }
@@ -109,7 +109,8 @@ impl Checking<'_> {
                 self.error("the goal cannot be reached from everywhere");
             }
             let place = self.net.place(goal).to_owned();
-            self.report.goal = Some(report::Goal { place, always_reachable: lost.is_none(), lost });
+            self.report.goal =
+                Some(report::GoalReport { place, always_reachable: lost.is_none(), lost });
         }
     }
 
@@ -147,7 +148,7 @@ impl Checking<'_> {
         space: Option<&Space>,
         one: PlaceId,
         other: PlaceId,
-    ) -> report::Exclusive {
+    ) -> report::ExclusiveReport {
         let by_invariant = excluding_sum(semiflows, self.net, one, other).is_some();
         let together = space.filter(|_| !by_invariant).map(|space| space.together(one, other));
         let (holds, by) = match (by_invariant, together) {
@@ -157,7 +158,7 @@ impl Checking<'_> {
         };
         let way = together.flatten().zip(space).map(|(state, space)| self.way(space, state));
         let places = [one, other].map(|place| self.net.place(place).to_owned());
-        report::Exclusive { places, holds, by, together: way }
+        report::ExclusiveReport { places, holds, by, together: way }
     }
 
     /// The timed net.
@@ -168,15 +169,15 @@ impl Checking<'_> {
         }
         let dead = found.dead_transitions(self.net.transitions().len());
         let deadlock = found.deadlocks().next();
-        let mut report = report::Classes {
+        let mut report = report::ClassReport {
             classes: found.classes(),
             edges: found.edges(),
             markings: found.markings(),
-            dead_transitions: names(self.net, &dead),
+            dead_transitions: name_all(self.net, &dead),
             deadlocks: found.deadlocks().count() as u64,
             deadlock: deadlock
                 .map(|class| self.way_with(&found.way_to(class), found.marking(class))),
-            ..report::Classes::default()
+            ..report::ClassReport::default()
         };
         if let Some(goal) = self.goal
             && let Err(exhausted) = self.durations(&found, goal, &mut report)
@@ -190,18 +191,18 @@ impl Checking<'_> {
         &self,
         found: &classes::Classes,
         goal: PlaceId,
-        report: &mut report::Classes,
+        report: &mut report::ClassReport,
     ) -> Result<(), Exhausted> {
         let asked = |marking: &[u32]| marking[goal.index()] > 0;
-        let timed = |timed: TimedSequence| report::Timed {
+        let timed = |timed: TimedSequence| report::TimedSequence {
             seconds: timed.time.as_secs_f64(),
-            sequence: names(self.net, &timed.sequence),
+            sequence: name_all(self.net, &timed.sequence),
         };
         report.shortest = shortest_time(self.net, found, asked, self.budget)?.map(timed);
         let without = |why, sequence: &[_], circle: &[_]| report::NoLongest {
             why,
-            sequence: names(self.net, sequence),
-            circle: names(self.net, circle),
+            sequence: name_all(self.net, sequence),
+            circle: name_all(self.net, circle),
         };
         match longest_time(self.net, found, asked, self.budget)? {
             Latest::At(latest) => report.longest = Some(timed(latest)),
@@ -214,30 +215,31 @@ impl Checking<'_> {
                     Some(without("it need not come: round and round", &way, &circle));
             }
             Latest::DeadEnd(way) => {
-                report.no_longest = Some(without("it need not come: nothing goes on", &way, &[]));
+                report.no_longest =
+                    Some(without("it may never be marked: there is a deadlock", &way, &[]));
             }
         }
         Ok(())
     }
 
-    fn way(&self, space: &Space, state: u32) -> report::Way {
+    fn way(&self, space: &Space, state: u32) -> report::FiringSequence {
         let way = space.way_to(state).expect("the exploration was asked to remember ways");
         self.way_with(&way, &space.marking(state))
     }
 
-    fn way_with(&self, way: &[TransitionId], marking: &[u32]) -> report::Way {
+    fn way_with(&self, way: &[TransitionId], marking: &[u32]) -> report::FiringSequence {
         let marked = self.net.places().iter().cloned().zip(marking.iter().copied());
-        report::Way {
-            sequence: names(self.net, way),
+        report::FiringSequence {
+            sequence: name_all(self.net, way),
             marking: marked.filter(|(_, tokens)| *tokens > 0).collect(),
         }
     }
 }
 
-fn pumping_of(net: &Net, pumping: &PumpingSequence) -> report::Pumping {
-    report::Pumping {
-        prefix: names(net, &pumping.prefix),
-        cycle: names(net, &pumping.cycle),
+fn pumping_of(net: &Net, pumping: &PumpingSequence) -> report::PumpingReport {
+    report::PumpingReport {
+        prefix: name_all(net, &pumping.prefix),
+        cycle: name_all(net, &pumping.cycle),
         growing: pumping.growing.iter().map(|place| net.place(*place).to_owned()).collect(),
     }
 }
@@ -251,11 +253,11 @@ mod tests {
     use super::*;
     use armor_petri::file::tina;
 
-    fn report(text: &str, goal: Option<u32>, exclusive: &[u32]) -> Report {
+    fn report(text: &str, goal: Option<u32>, exclusive: &[u32]) -> NetReport {
         let net = tina::read(text).expect("a net").net;
         let goal = goal.map(PlaceId);
         let budget = AnalysisBudget::UNLIMITED;
-        let checking = Checking { net: &net, budget: &budget, goal, report: Report::default() };
+        let checking = Checking { net: &net, budget: &budget, goal, report: NetReport::default() };
         let exclusive: Vec<_> = exclusive.iter().copied().map(PlaceId).collect();
         checking.run(&exclusive, false)
     }

@@ -5,15 +5,15 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use armor_petri::file::{pnml, tina};
 
-use super::{is_tina, load};
-use crate::exit::Ending;
+use super::net_facts::{is_tina, load_net};
+use crate::exit::CommandEnding;
 
 /// Reads one file and writes the other; the endings of their names say how.
 ///
 /// # Errors
-/// If a file cannot be read or written, or the other format cannot tell the net.
-pub fn run(from: &Path, to: &Path) -> Result<Ending> {
-    let file = load(from)?;
+/// If a file cannot be read or written, or the other format cannot express the net.
+pub fn convert_file(from: &Path, to: &Path) -> Result<CommandEnding> {
+    let file = load_net(from)?;
     let is_pnml = to.extension().is_some_and(|extension| {
         extension.eq_ignore_ascii_case("pnml") || extension.eq_ignore_ascii_case("xml")
     });
@@ -23,5 +23,5 @@ pub fn run(from: &Path, to: &Path) -> Result<Ending> {
         _ => bail!("{}: end the name with .pnml or .net", to.display()),
     };
     std::fs::write(to, text).with_context(|| format!("cannot write {}", to.display()))?;
-    Ok(Ending::Fine)
+    Ok(CommandEnding::Fine)
 }

@@ -5,12 +5,12 @@ use std::path::Path;
 use anyhow::Result;
 use serde::Serialize;
 
-use super::arguments::Limits;
-use super::{Facts, load, option_of, shown, within};
-use crate::arguments::Format;
-use crate::exit::Ending;
+use super::arguments::ProofLimits;
+use super::net_facts::{NetFacts, format_sequence, load_net, option_of, run_within_budget};
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
 
-/// What is known is said; `null` is without end; what is missing was not decided.
+/// Known values are present; `null` is unbounded; missing values were not decided.
 #[derive(Debug, Default, Serialize)]
 struct Info {
     places: usize,
@@ -34,34 +34,39 @@ struct Info {
 /// Prints the counts.
 ///
 /// # Errors
-/// If the file cannot be read or holds no net.
-pub fn run(path: &Path, budget: &Limits, format: Format) -> Result<Ending> {
-    let file = load(path)?;
-    let facts = within(budget, |budget| Facts::gather(&file.net, false, budget));
+/// If the file cannot be read or contains no net.
+pub fn print_info(
+    path: &Path,
+    budget: &ProofLimits,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
+    let file = load_net(path)?;
+    let facts =
+        run_within_budget(budget, |budget| NetFacts::gather_facts(&file.net, false, budget));
     let info = info(&file.net, &facts);
-    if format == Format::Json {
+    if format == OutputFormat::Json {
         println!("{}", serde_json::to_string(&info)?);
-        return Ok(Ending::Fine);
+        return Ok(CommandEnding::Fine);
     }
     print!("{}", text(&info));
     if let Some(pumping) = &facts.pumping {
         let net = &file.net;
         let growing: Vec<_> = pumping.growing.iter().map(|place| net.place(*place)).collect();
         println!("growing                {}", growing.join(" "));
-        println!("after                  {}", shown(net, &pumping.prefix));
-        println!("again and again        {}", shown(net, &pumping.cycle));
+        println!("after                  {}", format_sequence(net, &pumping.prefix));
+        println!("again and again        {}", format_sequence(net, &pumping.cycle));
     }
     if let (Some(_), Some(space)) = (facts.undecided, &facts.space) {
         println!("states seen            {}", space.states());
     }
-    Ok(Ending::Fine)
+    Ok(CommandEnding::Fine)
 }
 
-fn info(net: &armor_petri::Net, facts: &Facts) -> Info {
+fn info(net: &armor_petri::Net, facts: &NetFacts) -> Info {
     let mut info = Info {
         places: net.places().len(),
         transitions: net.transitions().len(),
-        bounded: facts.bounded(),
+        bounded: facts.decide_bounds(),
         undecided: facts.undecided.map(option_of),
         ..Info::default()
     };
@@ -116,7 +121,7 @@ mod tests {
     fn check(text: &str, states: u64, expected: &str) {
         let net = tina::read(text).expect("a net").net;
         let budget = AnalysisBudget { states, ..AnalysisBudget::UNLIMITED };
-        let found = info(&net, &Facts::gather(&net, false, &budget));
+        let found = info(&net, &NetFacts::gather_facts(&net, false, &budget));
         assert_eq!(serde_json::to_string(&found).expect("plain numbers"), expected, "{text}");
     }
 

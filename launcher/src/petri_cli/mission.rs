@@ -1,5 +1,5 @@
-//! A mission file as a net: what the executive plays, and what the mission says of its places and
-//! transitions as words beside it.
+//! A mission file as a net: what the executive plays, with the attributes of places and transitions
+//! as text.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use armor_robotfile::mission::{
 };
 use armor_robotfile::{Colours, Date, Findings, Spanned};
 
-/// Whether a text is one of our files and not PNML: by its first element.
+/// Returns whether a text is one of our files and not PNML, by its first element.
 pub fn is_mission(text: &str) -> bool {
     let mut rest = text.trim_start();
     loop {
@@ -30,11 +30,11 @@ pub fn is_mission(text: &str) -> bool {
 /// The net of the mission in a file, with its sub-missions put in.
 ///
 /// # Errors
-/// What is wrong with the file, or that it holds no mission.
-pub fn read(path: &Path) -> Result<NetFile> {
+/// Returns the faults of the file, or that it contains no mission.
+pub fn read_mission_net(path: &Path) -> Result<NetFile> {
     let refused = |findings: &Findings| {
         let text = findings.render(Colours::No);
-        anyhow!("{} holds no sound mission:\n{}", path.display(), text.trim_end())
+        anyhow!("{} contains no sound mission:\n{}", path.display(), text.trim_end())
     };
     let reading = armor_robotfile::check(armor_robotfile::load(path), &[], None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
@@ -62,7 +62,7 @@ fn of_place(mission: &Mission, place: &Place) -> Vec<(String, String)> {
         end.as_ref().filter(|end| end.value == place.name.value).map(|_| "true".to_owned())
     };
     let components: Vec<_> = place.components.iter().map(|name| name.value.as_str()).collect();
-    said([
+    list_attributes([
         ("components", Some(components.join(" ")).filter(|names| !names.is_empty())),
         ("goal", is(&mission.goal)),
         ("safe", is(&mission.safe)),
@@ -102,21 +102,21 @@ fn of_transition(mission: &Mission, t: &Transition) -> Vec<(String, String)> {
         LostLink::Fire => "fire".to_owned(),
         LostLink::Wait => "wait".to_owned(),
     });
-    said([
+    list_attributes([
         ("on", on),
         ("when", text(&t.when)),
         ("sets", listed(t.sets.iter().map(|it| set(mission, it)))),
         ("autonomy", autonomy),
         ("lost-link", lost_link),
-        ("not-before", date(&t.not_before)),
-        ("not-after", date(&t.not_after)),
+        ("not-before", format_date(&t.not_before)),
+        ("not-after", format_date(&t.not_after)),
         ("on-stop-fail", text(&t.on_stop_fail)),
         ("on-start-fail", text(&t.on_start_fail)),
         ("overrun", text(&t.overrun)),
     ])
 }
 
-fn date(value: &Option<Spanned<Date>>) -> Option<String> {
+fn format_date(value: &Option<Spanned<Date>>) -> Option<String> {
     value.as_ref().map(|date| date.value.to_string())
 }
 
@@ -124,7 +124,7 @@ fn text(value: &Option<Spanned<String>>) -> Option<String> {
     value.as_ref().map(|value| value.value.clone())
 }
 
-fn said<const N: usize>(words: [(&str, Option<String>); N]) -> Vec<(String, String)> {
+fn list_attributes<const N: usize>(words: [(&str, Option<String>); N]) -> Vec<(String, String)> {
     words.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
 }
 
@@ -150,7 +150,8 @@ mod tests {
             if path.extension().is_none_or(|extension| extension != "xml") {
                 continue;
             }
-            let file = read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            let file = read_mission_net(&path)
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             let again = pnml::read(&pnml::write(&file)).expect("PNML");
             assert_eq!((&again.name, &again.places), (&file.name, &file.places));
             assert_eq!(again.transitions, file.transitions);

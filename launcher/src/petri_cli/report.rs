@@ -8,11 +8,11 @@ use serde::Serialize;
 
 /// All that was found. What is missing was not decided, or not asked.
 #[derive(Debug, Default, Serialize)]
-pub struct Report {
+pub struct NetReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounded: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pumping: Option<Pumping>,
+    pub pumping: Option<PumpingReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub states: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -22,7 +22,7 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deadlocks: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub deadlock: Option<Way>,
+    pub deadlock: Option<FiringSequence>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,21 +30,21 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub home_states: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub goal: Option<Goal>,
+    pub goal: Option<GoalReport>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub exclusive: Vec<Exclusive>,
+    pub exclusive: Vec<ExclusiveReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invariants: Option<Invariants>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undecided: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub classes: Option<Classes>,
+    pub classes: Option<ClassReport>,
     /// What makes the check fail.
     pub errors: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
-pub struct Pumping {
+pub struct PumpingReport {
     pub prefix: Vec<String>,
     pub cycle: Vec<String>,
     pub growing: Vec<String>,
@@ -52,21 +52,21 @@ pub struct Pumping {
 
 /// A state and the shortest way there.
 #[derive(Debug, Serialize)]
-pub struct Way {
+pub struct FiringSequence {
     pub sequence: Vec<String>,
     pub marking: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Serialize)]
-pub struct Goal {
+pub struct GoalReport {
     pub place: String,
     pub always_reachable: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lost: Option<Way>,
+    pub lost: Option<FiringSequence>,
 }
 
 #[derive(Debug, Serialize)]
-pub struct Exclusive {
+pub struct ExclusiveReport {
     pub places: [String; 2],
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
@@ -74,30 +74,30 @@ pub struct Exclusive {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub together: Option<Way>,
+    pub together: Option<FiringSequence>,
 }
 
 /// The timed net.
 #[derive(Debug, Default, Serialize)]
-pub struct Classes {
+pub struct ClassReport {
     pub classes: u64,
     pub edges: u64,
     pub markings: u64,
     pub dead_transitions: Vec<String>,
     pub deadlocks: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub deadlock: Option<Way>,
+    pub deadlock: Option<FiringSequence>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shortest: Option<Timed>,
+    pub shortest: Option<TimedSequence>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub longest: Option<Timed>,
+    pub longest: Option<TimedSequence>,
     /// Why there is no longest time to the goal, with a way that shows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_longest: Option<NoLongest>,
 }
 
 #[derive(Debug, Serialize)]
-pub struct Timed {
+pub struct TimedSequence {
     pub seconds: f64,
     pub sequence: Vec<String>,
 }
@@ -117,7 +117,7 @@ pub struct Invariants {
     pub transitions: Vec<BTreeMap<String, u64>>,
 }
 
-impl Report {
+impl NetReport {
     /// The report in lines.
     pub fn text(&self) -> String {
         let mut out = String::new();
@@ -175,7 +175,7 @@ impl Report {
     }
 }
 
-impl Classes {
+impl ClassReport {
     fn text(&self, out: &mut String) {
         row(out, "state classes", format!("{}, {} edges", self.classes, self.edges));
         row(out, "timed markings", self.markings);
@@ -222,7 +222,7 @@ fn row(out: &mut String, name: &str, value: impl std::fmt::Display) {
     let _ = writeln!(out, "{name:20} {value}");
 }
 
-fn way(out: &mut String, way: Option<&Way>) {
+fn way(out: &mut String, way: Option<&FiringSequence>) {
     if let Some(way) = way {
         row(out, "  after", sequence(&way.sequence));
         let places: Vec<_> = way

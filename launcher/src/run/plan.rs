@@ -1,4 +1,4 @@
-//! What a file comes to: the processes that have to run, and how each is started.
+//! The processes that a file needs, and how each is started.
 
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use armor_robotfile::Configuration;
 use armor_robotfile::model::{Component, Restart};
+use armor_sdk::messages::Progress;
+use armor_wire::Message;
 use armor_wire::name::is_name;
 
-use super::past;
-use super::process::{Start, own_program};
-use super::supervisor::{Duty, Role};
-use crate::arguments;
+use super::arguments::RunArguments;
+use super::process::{ProcessStart, own_program};
+use super::supervisor::{ChildRole, Duty};
+use super::unfinished;
 use crate::kinds::{Catalogue, Origin};
 
 /// The launcher's own name in the log.
@@ -20,13 +22,16 @@ pub const LAUNCHER: &str = "launcher";
 /// Names that components cannot have.
 const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", LAUNCHER];
 
+/// By convention, the output on which a component reports the progress of its task.
+const PROGRESS_OUTPUT: &str = "progress";
+
 /// The processes of a run; both lists in the same order.
 #[derive(Debug)]
-pub struct Plan {
-    /// What is supervised.
+pub struct ProcessPlan {
+    /// What the supervisor needs to know of each process.
     pub duties: Vec<Duty>,
-    /// How it is started.
-    pub starts: Vec<Start>,
+    /// How each process is started.
+    pub starts: Vec<ProcessStart>,
     /// Where the registry listens.
     pub registry: SocketAddr,
 }
@@ -39,7 +44,20 @@ pub fn name_of(configuration: &Configuration, file: &Path) -> String {
     named.or(stem.filter(|stem| is_name(stem))).unwrap_or_else(|| "system".into())
 }
 
-impl Plan {
+/// Returns the outputs by which components report their progress, `component.progress`.
+pub fn list_progress_outputs(configuration: &Configuration, catalogue: &Catalogue) -> Vec<String> {
+    let reports_progress = |component: &&Component| {
+        let kind = catalogue.kinds.get(&component.kind.value);
+        kind.is_some_and(|kind| {
+            let mut outputs = kind.manifest.outputs.iter();
+            outputs.any(|port| port.id == PROGRESS_OUTPUT && port.type_name == Progress::NAME)
+        })
+    };
+    let components = configuration.system.components.iter().filter(reports_progress);
+    components.map(|component| format!("{}.{PROGRESS_OUTPUT}", component.name.value)).collect()
+}
+
+impl ProcessPlan {
     /// The processes that `configuration` needs.
     ///
     /// # Errors
@@ -47,7 +65,7 @@ impl Plan {
     pub fn new(
         configuration: &Configuration,
         catalogue: &Catalogue,
-        arguments: &arguments::Run,
+        arguments: &RunArguments,
         registry: SocketAddr,
         out: &Path,
     ) -> Result<Self> {
@@ -57,17 +75,17 @@ impl Plan {
         let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
         let sets: Vec<OsString> = sets.collect();
 
-        plan.daemon("registry", Role::Registry, vec!["--listen".into(), (&at).into()]);
-        let versions = out.join(past::VERSIONS);
+        plan.daemon("registry", ChildRole::Registry, vec!["--listen".into(), (&at).into()]);
+        let versions = out.join(unfinished::VERSIONS);
         let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
         configd.extend(["--versions".into(), versions.into_os_string()]);
-        // The file was valid when this began; nothing that becomes of it ends a system that runs.
+        // The file was valid at the start; later changes to it must not end a running system.
         configd.push("--wait".into());
         configd.extend(sets.iter().cloned());
         for directory in &arguments.kinds.directories {
             configd.extend(["--components".into(), directory.into()]);
         }
-        plan.daemon("configd", Role::Configd, configd);
+        plan.daemon("configd", ChildRole::Configd, configd);
         let components = &configuration.system.components;
         for without in &arguments.without {
             if !components.iter().any(|component| component.name.value == *without) {
@@ -82,14 +100,14 @@ impl Plan {
             }
         }
         if configuration.mission.is_some() {
-            let journal = out.join(past::JOURNAL);
+            let journal = out.join(unfinished::JOURNAL);
             let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
             executive.extend(["--resume".into(), "--journal".into(), journal.into_os_string()]);
             executive.extend(sets);
             if arguments.trust_clock {
                 executive.push("--trust-clock".into());
             }
-            plan.daemon("executive", Role::Executive, executive);
+            plan.daemon("executive", ChildRole::Executive, executive);
         }
         let mut environment = vec![
             ("ARMOR_REGISTRY".to_owned(), OsString::from(&at)),
@@ -104,12 +122,12 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Everybody who will speak in the log.
+    /// Returns the names of all processes that write to the log.
     pub fn names(&self) -> Vec<&str> {
         [LAUNCHER].into_iter().chain(self.duties.iter().map(|duty| duty.name.as_str())).collect()
     }
 
-    fn daemon(&mut self, name: &str, role: Role, mut arguments: Vec<OsString>) {
+    fn daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
         arguments.insert(0, name.into());
         self.add(name, role, Restart::Always, own_program(), arguments);
     }
@@ -134,7 +152,7 @@ impl Plan {
             }
             Origin::Executable(path) => path.clone(),
         };
-        self.add(name, Role::Component, component.restart, program, arguments);
+        self.add(name, ChildRole::Component, component.restart, program, arguments);
         if let Some(duty) = self.duties.last_mut() {
             duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
         }
@@ -144,13 +162,13 @@ impl Plan {
     fn add(
         &mut self,
         name: &str,
-        role: Role,
+        role: ChildRole,
         restart: Restart,
         program: PathBuf,
         arguments: Vec<OsString>,
     ) {
         self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
         let environment = Vec::new();
-        self.starts.push(Start { name: name.into(), program, arguments, environment });
+        self.starts.push(ProcessStart { name: name.into(), program, arguments, environment });
     }
 }

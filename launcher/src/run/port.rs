@@ -1,4 +1,5 @@
-//! Where the registry listens: as told, or a free port that no other launcher of this host takes.
+//! The address of the registry: the given one, or a free port that no other launcher of this host
+//! takes.
 
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::os::linux::net::SocketAddrExt;
@@ -12,15 +13,15 @@ const LAST_PORT: u16 = DEFAULT_PORT + 100;
 
 /// A port that is ours as long as this lives.
 #[derive(Debug)]
-pub struct Lease {
+pub struct PortLease {
     /// Where the registry is to listen.
     pub address: SocketAddr,
-    /// Two launchers that start at once must not take the same port.
+    /// Two launchers that start at the same time must not take the same port.
     _claim: Option<UnixListener>,
 }
 
-impl Lease {
-    /// Whether it is the port that everybody tries first.
+impl PortLease {
+    /// Returns whether it is the default port.
     pub fn is_default(&self) -> bool {
         self.address.port() == DEFAULT_PORT
     }
@@ -44,7 +45,7 @@ impl Lease {
         }
         for port in DEFAULT_PORT..=LAST_PORT {
             let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-            if let Ok(claim) = claim(port)
+            if let Ok(claim) = claim_port(port)
                 && TcpListener::bind(address).is_ok()
             {
                 return Ok(Self { address, _claim: Some(claim) });
@@ -56,9 +57,10 @@ impl Lease {
     }
 }
 
-/// Takes a name that only one process of the host (of its network namespace, as with ports) can
-/// have, and that the kernel gives back whatever happens to it. The port itself is for the registry.
-fn claim(port: u16) -> std::io::Result<UnixListener> {
+/// Claims a port by a socket name that only one process of the host (of its network namespace, as
+/// with ports) can have, and that the kernel releases when the process ends. The port itself is
+/// left to the registry.
+fn claim_port(port: u16) -> std::io::Result<UnixListener> {
     let name = format!("armor-registry-{port}");
     UnixListener::bind_addr(&net::SocketAddr::from_abstract_name(name)?)
 }
@@ -69,7 +71,8 @@ mod tests {
 
     #[test]
     fn two_launchers_never_take_the_same_port() {
-        let leases: Vec<_> = (0..5).map(|_| Lease::take(None).expect("a port is free")).collect();
+        let leases: Vec<_> =
+            (0..5).map(|_| PortLease::take(None).expect("a port is free")).collect();
         let mut ports: Vec<_> = leases.iter().map(|lease| lease.address.port()).collect();
         ports.dedup();
         assert_eq!(ports.len(), 5, "{ports:?}");
@@ -79,9 +82,9 @@ mod tests {
     fn a_port_that_is_taken_or_open_to_the_world_is_refused() {
         let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
         let address = taken.local_addr().expect("it listens");
-        let error = Lease::take(Some(address)).expect_err("it is taken");
+        let error = PortLease::take(Some(address)).expect_err("it is taken");
         assert!(error.to_string().contains("--registry"), "{error}");
-        let error = Lease::take(Some(([0, 0, 0, 0], 7411).into())).expect_err("it is open");
+        let error = PortLease::take(Some(([0, 0, 0, 0], 7411).into())).expect_err("it is open");
         assert!(error.to_string().contains("keys"), "{error}");
     }
 }

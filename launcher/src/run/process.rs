@@ -11,14 +11,14 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use tokio::process::{Child, Command};
 use tokio::task::JoinHandle;
 
-use super::logs::{Log, Stream};
-use super::supervisor::Exit;
+use super::logs::{LogStream, RunLog};
+use super::supervisor::ChildExit;
 use crate::guard;
 
 /// How to start a process.
 #[derive(Clone, Debug)]
-pub struct Start {
-    /// Who speaks in its log lines.
+pub struct ProcessStart {
+    /// Name in its log lines.
     pub name: String,
     /// The executable.
     pub program: PathBuf,
@@ -30,31 +30,31 @@ pub struct Start {
 
 /// A process that was started.
 #[derive(Debug)]
-pub struct Process {
+pub struct ChildProcess {
     pid: Pid,
     child: Child,
     readers: [JoinHandle<()>; 2],
 }
 
-/// A process as it is signalled.
+/// A process group, which signals are sent to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Group(Pid);
+pub struct ProcessGroup(Pid);
 
-impl Process {
+impl ChildProcess {
     /// Starts a process. Must be called on the main thread: the kernel kills the process when the
     /// thread that started it ends.
     ///
     /// # Errors
     /// If the guard cannot be started; an executable that cannot be started ends with code 1.
-    pub fn start(start: &Start, log: &Log) -> Result<Self> {
+    pub fn start(start: &ProcessStart, log: &RunLog) -> Result<Self> {
         let program = start.program.clone().into_os_string();
         let mut child = Command::new(own_program())
-            .args(guard::arguments(std::process::id(), &program, &start.arguments))
+            .args(guard::list_arguments(std::process::id(), &program, &start.arguments))
             .envs(start.environment.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
-            // Before the guard has made the group, so that a kill never misses it.
+            // Before the guard makes the group itself, so that a kill never misses the process.
             .process_group(0)
             .spawn()
             .context("a process cannot be started")?;
@@ -64,23 +64,23 @@ impl Process {
         let out = child.stdout.take().context("the process has no output")?;
         let err = child.stderr.take().context("the process has no error output")?;
         let readers = [
-            tokio::spawn(log.clone().read(name.clone(), Stream::Out, out)),
-            tokio::spawn(log.clone().read(name, Stream::Err, err)),
+            tokio::spawn(log.clone().read(name.clone(), LogStream::Out, out)),
+            tokio::spawn(log.clone().read(name, LogStream::Err, err)),
         ];
         Ok(Self { pid, child, readers })
     }
 
     /// What signals go to.
-    pub fn group(&self) -> Group {
-        Group(self.pid)
+    pub fn group(&self) -> ProcessGroup {
+        ProcessGroup(self.pid)
     }
 
     /// Waits for the end of the process, and gives the readers of its output.
-    pub async fn wait(mut self) -> (Exit, [JoinHandle<()>; 2]) {
+    pub async fn wait(mut self) -> (ChildExit, [JoinHandle<()>; 2]) {
         let exit = match self.child.wait().await {
             Ok(status) => exit_of(status),
-            // It cannot be waited for, so nothing is known of it but that it is to be mended.
-            Err(_) => Exit::Code(-1),
+            // Waiting failed, so its exit code is unknown; it is restarted like one that failed.
+            Err(_) => ChildExit::Code(-1),
         };
         // What it started itself must not outlive it.
         self.group().kill();
@@ -88,13 +88,13 @@ impl Process {
     }
 }
 
-impl Group {
+impl ProcessGroup {
     /// Its process id.
     pub fn pid(self) -> u32 {
         self.0.as_raw_nonzero().get().unsigned_abs()
     }
 
-    /// Asks the process to end. One that is stopped goes on for it.
+    /// Asks the process to end. A stopped process is continued so that it can.
     pub fn terminate(self) {
         // It may have ended in this moment; then there is nothing to do.
         let _ = kill_process(self.0, Signal::TERM);
@@ -107,11 +107,11 @@ impl Group {
     }
 }
 
-fn exit_of(status: ExitStatus) -> Exit {
+fn exit_of(status: ExitStatus) -> ChildExit {
     match (status.code(), status.signal()) {
-        (Some(code), _) => Exit::Code(code),
-        (None, Some(signal)) => Exit::Signal(signal),
-        (None, None) => Exit::Code(-1),
+        (Some(code), _) => ChildExit::Code(code),
+        (None, Some(signal)) => ChildExit::Signal(signal),
+        (None, None) => ChildExit::Code(-1),
     }
 }
 

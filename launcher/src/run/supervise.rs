@@ -1,6 +1,8 @@
-//! The loop around the [`Supervisor`]: brings it what happens, does what it says.
+//! The loop around the [`Supervisor`]: gives it the events and carries out its actions.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -12,71 +14,83 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until};
 
-use super::logs::Log;
-use super::plan::{LAUNCHER, Plan};
-use super::process::{Group, Process};
-use super::pulse::Pulse;
-use super::supervisor::{Action, ChildId, Event, Exit, Level, Request, Role, Supervisor, Verdict};
-use super::undertaker::Undertaker;
+use super::component_link::ComponentLink;
+use super::group_killer::GroupKiller;
+use super::logs::RunLog;
+use super::plan::{LAUNCHER, ProcessPlan};
+use super::process::{ChildProcess, ProcessGroup};
+use super::supervisor::{
+    ChildExit, ChildId, ChildRole, LogLevel, RunVerdict, StopRequest, Supervisor, SupervisorAction,
+    SupervisorEvent,
+};
 
-/// Longest time between two looks at the clock, so that the supervisor notices when it slept.
+/// Longest time between two ticks, so that the supervisor notices a suspended host.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// How long the last lines of a process that ended are waited for. They are in its pipes, and read
-/// as soon as this one gets to it; only what has left its group can keep them open for longer.
+/// Longest wait for the last lines of a process that ended. They are in its pipes already; only a
+/// process that has left its group can keep the pipes open for longer.
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
-/// Happenings on their way to the loop: several beats of two hundred components.
-const MAX_WAITING: usize = 4096;
+/// Inputs queued for the loop: several beats of two hundred components.
+const MAX_QUEUED: usize = 4096;
 
-/// What reaches the loop from threads and tasks.
-enum Happening {
-    Exited(ChildId, Exit),
-    /// A component of this process said something: its state, if that was it.
-    Heard(ChildId, Group, Option<RunState>),
-    Stuck(ChildId, Group, Duration),
+/// What threads and tasks send to the loop.
+enum LauncherInput {
+    Exited(ChildId, ChildExit),
+    /// A component of this process sent an answer: its state, if it was one.
+    Heard(ChildId, ProcessGroup, Option<RunState>),
+    Stuck(ChildId, ProcessGroup, Duration),
     Registry(Change),
 }
 
-/// A process that runs.
-struct Running {
-    group: Group,
-    pulse: Option<Pulse>,
+/// A running process.
+struct RunningProcess {
+    group: ProcessGroup,
+    link: Option<ComponentLink>,
 }
 
 struct Launcher {
-    plan: Plan,
-    running: Vec<Option<Running>>,
-    undertaker: Undertaker,
-    happenings: mpsc::Sender<Happening>,
-    /// What could not be started, to be told after the actions in hand.
-    failed: VecDeque<Event>,
+    plan: ProcessPlan,
+    running: Vec<Option<RunningProcess>>,
+    was_started: Vec<bool>,
+    restarts: Arc<AtomicU32>,
+    group_killer: GroupKiller,
+    inputs: mpsc::Sender<LauncherInput>,
+    /// Failed starts, which the supervisor gets after the current actions.
+    failed: VecDeque<SupervisorEvent>,
     watching: bool,
-    log: Log,
+    log: RunLog,
 }
 
-/// Runs the plan to its end, or for `time`.
+/// Runs the plan to its end, or for `time`, and counts the processes that are started again.
 ///
 /// # Errors
-/// If the system refuses what the launcher itself needs.
-pub async fn supervise(plan: Plan, time: Option<Duration>, log: &Log) -> Result<Verdict> {
+/// If the host refuses what the launcher itself needs.
+pub async fn supervise(
+    plan: ProcessPlan,
+    time: Option<Duration>,
+    log: &RunLog,
+    restarts: Arc<AtomicU32>,
+) -> Result<RunVerdict> {
     let mut supervisor = Supervisor::new(plan.duties.clone());
     let mut signals = Signals::new()?;
-    let (sender, mut happenings) = mpsc::channel(MAX_WAITING);
+    let (sender, mut inputs) = mpsc::channel(MAX_QUEUED);
     let mut launcher = Launcher {
         running: plan.duties.iter().map(|_| None).collect(),
+        was_started: vec![false; plan.duties.len()],
+        restarts,
         plan,
-        undertaker: Undertaker::start()?,
-        happenings: sender,
+        group_killer: GroupKiller::start()?,
+        inputs: sender,
         failed: VecDeque::new(),
         watching: false,
         log: log.clone(),
     };
     let start = Instant::now() - log.elapsed();
     let mut time_up = time.map(|time| start + time);
-    let mut event = Some(Event::Tick);
+    let mut event = Some(SupervisorEvent::Tick);
     loop {
         let actions = event.take().map(|event| supervisor.handle(event, log.elapsed()));
-        if let Some(verdict) = launcher.perform(actions.unwrap_or_default()) {
-            launcher.undertaker.dismiss();
+        if let Some(verdict) = launcher.perform_actions(actions.unwrap_or_default()) {
+            launcher.group_killer.dismiss();
             return Ok(verdict);
         }
         if let Some(failed) = launcher.failed.pop_front() {
@@ -86,143 +100,154 @@ pub async fn supervise(plan: Plan, time: Option<Duration>, log: &Log) -> Result<
         let look = log.elapsed() + LOOK_EVERY;
         let wake = start + supervisor.next_deadline().map_or(look, |deadline| deadline.min(look));
         event = tokio::select! {
-            () = sleep_until(wake) => Some(Event::Tick),
+            () = sleep_until(wake) => Some(SupervisorEvent::Tick),
             () = sleep_until(time_up.unwrap_or(wake)), if time_up.is_some() => {
                 time_up = None;
-                Some(Event::Stop(Request::TimeUp))
+                Some(SupervisorEvent::Stop(StopRequest::TimeUp))
             }
             name = signals.next() => {
-                log.say(LAUNCHER, Level::Info, format!("{name}: stopping; once more to kill"));
-                Some(Event::Stop(Request::Interrupt))
+                log.report(LAUNCHER, LogLevel::Info, format!("{name}: stopping; once more to kill"));
+                Some(SupervisorEvent::Stop(StopRequest::Interrupt))
             }
-            Some(happening) = happenings.recv() => launcher.event(happening),
+            Some(input) = inputs.recv() => launcher.convert_input(input),
         };
     }
 }
 
 impl Launcher {
-    fn perform(&mut self, actions: Vec<Action>) -> Option<Verdict> {
+    fn perform_actions(&mut self, actions: Vec<SupervisorAction>) -> Option<RunVerdict> {
         for action in actions {
             match action {
-                Action::Spawn(id) => self.spawn(id),
-                Action::Terminate(id) => {
+                SupervisorAction::Spawn(id) => self.spawn_child(id),
+                SupervisorAction::Terminate(id) => {
                     if let Some(running) = &self.running[id]
-                        && !running.pulse.as_ref().is_some_and(Pulse::terminate)
+                        && !running.link.as_ref().is_some_and(ComponentLink::terminate)
                     {
                         running.group.terminate();
                     }
                 }
-                Action::Kill(id) => {
+                SupervisorAction::Kill(id) => {
                     if let Some(running) = &self.running[id] {
                         running.group.kill();
                     }
                 }
-                Action::Say(level, id, text) => {
-                    self.log.say(&self.plan.duties[id].name, level, text);
+                SupervisorAction::Log(level, id, text) => {
+                    self.log.report(&self.plan.duties[id].name, level, text);
                 }
-                Action::End(verdict) => return Some(verdict),
+                SupervisorAction::End(verdict) => return Some(verdict),
             }
         }
         None
     }
 
-    fn spawn(&mut self, id: ChildId) {
-        match Process::start(&self.plan.starts[id], &self.log) {
+    fn spawn_child(&mut self, id: ChildId) {
+        if std::mem::replace(&mut self.was_started[id], true) {
+            self.restarts.fetch_add(1, Ordering::Relaxed);
+        }
+        match ChildProcess::start(&self.plan.starts[id], &self.log) {
             Ok(process) => {
                 let group = process.group();
-                self.undertaker.began(group);
-                self.running[id] = Some(Running { group, pulse: None });
-                let happenings = self.happenings.clone();
+                self.group_killer.add_group(group);
+                self.running[id] = Some(RunningProcess { group, link: None });
+                let inputs = self.inputs.clone();
                 tokio::spawn(async move {
                     let (exit, readers) = process.wait().await;
-                    // What it said last comes before the news of its end.
+                    // Its last lines come before the report of its end.
                     let last = async {
                         for reader in readers {
                             let _ = reader.await;
                         }
                     };
                     let _ = tokio::time::timeout(LAST_LINES_WITHIN, last).await;
-                    let _ = happenings.send(Happening::Exited(id, exit)).await;
+                    let _ = inputs.send(LauncherInput::Exited(id, exit)).await;
                 });
-                if self.plan.duties[id].role == Role::Registry && !self.watching {
+                if self.plan.duties[id].role == ChildRole::Registry && !self.watching {
                     self.watching = true;
                     self.watch_registry();
                 }
             }
-            Err(error) => self.failed.push_back(Event::SpawnFailed(id, format!("{error:#}"))),
+            Err(error) => {
+                self.failed.push_back(SupervisorEvent::SpawnFailed(id, format!("{error:#}")))
+            }
         }
     }
 
-    /// Hears from the registry who comes and goes.
+    /// Watches the registry for processes that appear and go.
     fn watch_registry(&self) {
         let name = format!("{LAUNCHER}-{}", std::process::id());
         let changes = Directory::observer(&self.plan.registry.to_string(), &name).watch();
-        let happenings = self.happenings.clone();
+        let inputs = self.inputs.clone();
         tokio::task::spawn_blocking(move || {
             while let Ok(change) = changes.recv() {
-                if happenings.blocking_send(Happening::Registry(change)).is_err() {
+                if inputs.blocking_send(LauncherInput::Registry(change)).is_err() {
                     return;
                 }
             }
         });
     }
 
-    fn event(&mut self, happening: Happening) -> Option<Event> {
-        match happening {
-            Happening::Exited(id, exit) => {
+    fn convert_input(&mut self, input: LauncherInput) -> Option<SupervisorEvent> {
+        match input {
+            LauncherInput::Exited(id, exit) => {
                 if let Some(running) = self.running[id].take() {
-                    self.undertaker.ended(running.group);
+                    self.group_killer.remove_group(running.group);
                 }
-                Some(Event::Exited(id, exit))
+                Some(SupervisorEvent::Exited(id, exit))
             }
-            Happening::Heard(id, group, state) => {
+            LauncherInput::Heard(id, group, state) => {
                 let current = self.running[id].as_ref()?;
-                (current.group == group).then_some(Event::Heard(id, state))
+                (current.group == group).then_some(SupervisorEvent::Heard(id, state))
             }
-            Happening::Stuck(id, group, call) => {
+            LauncherInput::Stuck(id, group, call) => {
                 let current = self.running[id].as_ref()?;
-                (current.group == group).then_some(Event::Stuck(id, call))
+                (current.group == group).then_some(SupervisorEvent::Stuck(id, call))
             }
-            Happening::Registry(Change::RegistryFound) => Some(Event::Ready(self.registry()?)),
-            Happening::Registry(Change::RegistryLost) => Some(Event::Vanished(self.registry()?)),
-            Happening::Registry(Change::Appeared(entry)) => self.appeared(entry),
-            Happening::Registry(Change::Gone(entry)) => Some(Event::Vanished(self.whose(&entry)?)),
+            LauncherInput::Registry(Change::RegistryFound) => {
+                Some(SupervisorEvent::Ready(self.find_registry()?))
+            }
+            LauncherInput::Registry(Change::RegistryLost) => {
+                Some(SupervisorEvent::Vanished(self.find_registry()?))
+            }
+            LauncherInput::Registry(Change::Appeared(entry)) => self.handle_appearance(entry),
+            LauncherInput::Registry(Change::Gone(entry)) => {
+                Some(SupervisorEvent::Vanished(self.find_child(&entry)?))
+            }
         }
     }
 
-    fn registry(&self) -> Option<ChildId> {
-        self.plan.duties.iter().position(|duty| duty.role == Role::Registry)
+    fn find_registry(&self) -> Option<ChildId> {
+        self.plan.duties.iter().position(|duty| duty.role == ChildRole::Registry)
     }
 
-    fn appeared(&mut self, entry: ComponentEntry) -> Option<Event> {
-        let id = self.whose(&entry)?;
+    fn handle_appearance(&mut self, entry: ComponentEntry) -> Option<SupervisorEvent> {
+        let id = self.find_child(&entry)?;
         let running = self.running[id].as_mut()?;
-        let connected = running.pulse.as_ref().map(|pulse| pulse.instance) == Some(entry.instance);
-        if self.plan.duties[id].role == Role::Component && !connected {
-            let (happenings, group) = (self.happenings.clone(), running.group);
+        let connected = running.link.as_ref().map(|link| link.instance) == Some(entry.instance);
+        if self.plan.duties[id].role == ChildRole::Component && !connected {
+            let (inputs, group) = (self.inputs.clone(), running.group);
             let watchdog = self.plan.duties[id].watchdog;
-            running.pulse = Some(Pulse::begin(entry, move |answer| {
+            running.link = Some(ComponentLink::begin(entry, move |answer| {
                 let state = match answer {
                     Answer::State { state, .. } => Some(*state),
                     Answer::Beat { call_s } => {
                         let call = Duration::try_from_secs_f64(*call_s).unwrap_or_default();
                         if watchdog.is_some_and(|watchdog| call > watchdog) {
-                            let _ = happenings.try_send(Happening::Stuck(id, group, call));
+                            let _ = inputs.try_send(LauncherInput::Stuck(id, group, call));
                         }
                         None
                     }
                     _ => None,
                 };
-                // A full queue has beats enough.
-                let _ = happenings.try_send(Happening::Heard(id, group, state));
+                // A full queue contains enough beats.
+                let _ = inputs.try_send(LauncherInput::Heard(id, group, state));
             }));
         }
-        Some(Event::Ready(id))
+        Some(SupervisorEvent::Ready(id))
     }
 
-    /// Which of our processes that is: by name, and by its group, for it may be the child of a
-    /// script.
-    fn whose(&self, entry: &ComponentEntry) -> Option<ChildId> {
+    /// Returns our process of that name, if the entry is of its process group: it may be the child
+    /// of a script.
+    fn find_child(&self, entry: &ComponentEntry) -> Option<ChildId> {
         let id = self.plan.duties.iter().position(|duty| duty.name == entry.name)?;
         let ours = self.running[id].as_ref()?.group.pid();
         let pid = Pid::from_raw(i32::try_from(entry.pid).ok()?);

@@ -1,5 +1,5 @@
 //! Which process should run now: starts in order, restarts with backoff, kills what hangs, stops in
-//! order. Pure: it is told events and the time since the start of the run, and says what to do.
+//! order. Pure: it takes events and the time since the start of the run, and returns actions.
 //!
 //! It never starts a process while the system stops, never waits without a deadline, and never ends
 //! while a process is alive.
@@ -13,78 +13,82 @@ use std::time::Duration;
 
 use armor_robotfile::model::Restart;
 
-use child::{Child, State};
-pub use event::{Action, ChildId, Duty, Event, Exit, Level, Request, Role, Verdict};
+use child::{Child, ChildState};
+pub use event::{
+    ChildExit, ChildId, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, SupervisorAction,
+    SupervisorEvent,
+};
 
 /// How long a process has to end after it was asked to, before it is killed.
 pub const GRACE: Duration = Duration::from_secs(5);
-/// A gap between two looks at the clock after which nobody is blamed for silence: the launcher
-/// itself was stopped, or the host asleep.
+/// A gap between two ticks after which silent processes are not suspected: the launcher itself was
+/// stopped, or the host suspended.
 const NAP: Duration = Duration::from_secs(1);
 
 /// How far the run is.
 #[derive(Clone, Debug, PartialEq)]
-enum Stage {
+enum RunStage {
     Running,
     /// The processes of this role and of those before it in [`STOP_ORDER`] are ending.
     Stopping {
         step: usize,
-        verdict: Verdict,
+        verdict: RunVerdict,
     },
     Over,
 }
 
 /// The executive first, so that it does not see its components end as failures; the registry last,
 /// so that everybody can say goodbye.
-const STOP_ORDER: [Role; 4] = [Role::Executive, Role::Component, Role::Configd, Role::Registry];
+const STOP_ORDER: [ChildRole; 4] =
+    [ChildRole::Executive, ChildRole::Component, ChildRole::Configd, ChildRole::Registry];
 
 /// The state machine.
 #[derive(Debug)]
 pub struct Supervisor {
     children: Vec<Child>,
-    stage: Stage,
+    stage: RunStage,
     looked: Duration,
-    actions: Vec<Action>,
+    actions: Vec<SupervisorAction>,
 }
 
 impl Supervisor {
-    /// Nothing runs yet; the first [`Event::Tick`] starts it.
+    /// Nothing runs yet; the first [`SupervisorEvent::Tick`] starts it.
     pub fn new(duties: Vec<Duty>) -> Self {
         Self {
             children: duties.into_iter().map(Child::new).collect(),
-            stage: Stage::Running,
+            stage: RunStage::Running,
             looked: Duration::ZERO,
             actions: Vec::new(),
         }
     }
 
-    /// Takes in what happened `now` and says what to do, in order.
-    pub fn handle(&mut self, event: Event, now: Duration) -> Vec<Action> {
+    /// Handles an event at the time `now`, and returns the actions in order.
+    pub fn handle(&mut self, event: SupervisorEvent, now: Duration) -> Vec<SupervisorAction> {
         let nap = now.saturating_sub(self.looked);
         if nap > NAP {
             self.children.iter_mut().for_each(|child| child.forgive(nap));
         }
         self.looked = now;
         match event {
-            Event::Tick => {}
-            Event::SpawnFailed(id, reason) => {
+            SupervisorEvent::Tick => {}
+            SupervisorEvent::SpawnFailed(id, reason) => {
                 self.died(id, &format!("cannot be started: {reason}"), false, now);
             }
-            Event::Ready(id) => self.children[id].became_ready(now),
-            Event::Heard(id, state) => self.children[id].heard(state, now),
-            Event::Stuck(id, call) => {
+            SupervisorEvent::Ready(id) => self.children[id].became_ready(now),
+            SupervisorEvent::Heard(id, state) => self.children[id].heard(state, now),
+            SupervisorEvent::Stuck(id, call) => {
                 if self.children[id].is_stuck() {
                     let why = format!(
                         "one call has taken {:.1} s, longer than its watchdog allows: killed",
                         call.as_secs_f64()
                     );
-                    self.actions.push(Action::Say(Level::Warn, id, why));
-                    self.actions.push(Action::Kill(id));
+                    self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
+                    self.actions.push(SupervisorAction::Kill(id));
                 }
             }
-            Event::Vanished(id) => self.children[id].vanished(now),
-            Event::Exited(id, exit) => self.exited(id, exit, now),
-            Event::Stop(request) => self.asked_to_stop(request),
+            SupervisorEvent::Vanished(id) => self.children[id].vanished(now),
+            SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
+            SupervisorEvent::Stop(request) => self.asked_to_stop(request),
         }
         self.advance(now);
         std::mem::take(&mut self.actions)
@@ -96,34 +100,34 @@ impl Supervisor {
         self.children.iter().filter_map(Child::deadline).filter(|at| *at > self.looked).min()
     }
 
-    fn exited(&mut self, id: ChildId, exit: Exit, now: Duration) {
-        if matches!(self.children[id].state, State::Ending { hung: false, .. }) {
-            self.children[id].state = State::Ended;
+    fn exited(&mut self, id: ChildId, exit: ChildExit, now: Duration) {
+        if matches!(self.children[id].state, ChildState::Ending { hung: false, .. }) {
+            self.children[id].state = ChildState::Ended;
             return;
         }
         let role = self.children[id].duty.role;
         let verdict = match (role, exit) {
-            (Role::Executive, Exit::Code(0)) => Some(Verdict::Goal),
-            (Role::Executive, Exit::Code(3)) => Some(Verdict::Safe),
-            (Role::Executive, Exit::Code(4)) => Some(Verdict::Failed),
+            (ChildRole::Executive, ChildExit::Code(0)) => Some(RunVerdict::Goal),
+            (ChildRole::Executive, ChildExit::Code(3)) => Some(RunVerdict::Safe),
+            (ChildRole::Executive, ChildExit::Code(4)) => Some(RunVerdict::Failed),
             _ => None,
         };
         if let Some(verdict) = verdict {
-            self.children[id].state = State::Ended;
+            self.children[id].state = ChildState::Ended;
             self.stop(verdict);
             return;
         }
-        self.died(id, &exit.to_string(), exit == Exit::Code(0), now);
+        self.died(id, &exit.to_string(), exit == ChildExit::Code(0), now);
     }
 
     /// A process ended that was not asked to: start it again, or not.
     fn died(&mut self, id: ChildId, how: &str, in_order: bool, now: Duration) {
         let child = &mut self.children[id];
-        if !matches!(self.stage, Stage::Running) {
-            child.state = State::Ended;
+        if !matches!(self.stage, RunStage::Running) {
+            child.state = ChildState::Ended;
             return;
         }
-        let component = child.duty.role == Role::Component;
+        let component = child.duty.role == ChildRole::Component;
         let restarts = !component
             || match child.duty.restart {
                 Restart::Always => true,
@@ -131,15 +135,19 @@ impl Supervisor {
                 Restart::Never => false,
             };
         if !restarts {
-            child.state = if in_order { State::Ended } else { State::Failed };
-            let level = if in_order { Level::Info } else { Level::Error };
-            self.actions.push(Action::Say(level, id, format!("{how}; it is not started again")));
+            child.state = if in_order { ChildState::Ended } else { ChildState::Failed };
+            let level = if in_order { LogLevel::Info } else { LogLevel::Error };
+            self.actions.push(SupervisorAction::Log(
+                level,
+                id,
+                format!("{how}; it is not started again"),
+            ));
             return;
         }
         match child.after_death(now) {
             Some(delay) => {
                 let text = format!("{how}; it starts again in {:.1} s", delay.as_secs_f64());
-                self.actions.push(Action::Say(Level::Warn, id, text));
+                self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, text));
             }
             None => {
                 let text = format!(
@@ -147,27 +155,27 @@ impl Supervisor {
                     child::MAX_DEATHS,
                     child::DEATHS_WITHIN.as_secs()
                 );
-                self.actions.push(Action::Say(Level::Error, id, text));
+                self.actions.push(SupervisorAction::Log(LogLevel::Error, id, text));
                 if !component {
                     let name = self.children[id].duty.name.clone();
-                    self.stop(Verdict::Essential(name));
+                    self.stop(RunVerdict::Essential(name));
                 }
             }
         }
     }
 
-    fn asked_to_stop(&mut self, request: Request) {
+    fn asked_to_stop(&mut self, request: StopRequest) {
         match (&self.stage, request) {
-            (Stage::Running, Request::Interrupt) => self.stop(Verdict::Interrupted),
-            (Stage::Running, Request::TimeUp) => {
+            (RunStage::Running, StopRequest::Interrupt) => self.stop(RunVerdict::Interrupted),
+            (RunStage::Running, StopRequest::TimeUp) => {
                 let failed = self.failed_components();
-                self.stop(Verdict::TimeUp { failed });
+                self.stop(RunVerdict::TimeUp { failed });
             }
-            (Stage::Stopping { .. }, Request::Interrupt) => {
+            (RunStage::Stopping { .. }, StopRequest::Interrupt) => {
                 for (id, child) in self.children.iter_mut().enumerate() {
                     if child.is_alive() {
                         child.end_at_once();
-                        self.actions.push(Action::Kill(id));
+                        self.actions.push(SupervisorAction::Kill(id));
                     }
                 }
             }
@@ -175,8 +183,8 @@ impl Supervisor {
         }
     }
 
-    fn stop(&mut self, verdict: Verdict) {
-        self.stage = Stage::Stopping { step: 0, verdict };
+    fn stop(&mut self, verdict: RunVerdict) {
+        self.stage = RunStage::Stopping { step: 0, verdict };
         for child in &mut self.children {
             child.abandon_start();
         }
@@ -186,17 +194,17 @@ impl Supervisor {
     fn advance(&mut self, now: Duration) {
         self.kill_what_hangs(now);
         match self.stage {
-            Stage::Running => self.start_what_may(now),
-            Stage::Stopping { .. } => self.stop_what_must(now),
-            Stage::Over => {}
+            RunStage::Running => self.start_what_may(now),
+            RunStage::Stopping { .. } => self.stop_what_must(now),
+            RunStage::Over => {}
         }
     }
 
     fn kill_what_hangs(&mut self, now: Duration) {
         for (id, child) in self.children.iter_mut().enumerate() {
             if let Some(why) = child.overdue(now) {
-                self.actions.push(Action::Say(Level::Warn, id, why));
-                self.actions.push(Action::Kill(id));
+                self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
+                self.actions.push(SupervisorAction::Kill(id));
             }
         }
     }
@@ -207,35 +215,35 @@ impl Supervisor {
                 children.iter().filter(|child| child.duty.role == role).all(|child| child.was_ready)
             }
         };
-        let registry = was_ready(Role::Registry)(&self.children);
-        let daemons = registry && was_ready(Role::Configd)(&self.children);
+        let registry = was_ready(ChildRole::Registry)(&self.children);
+        let daemons = registry && was_ready(ChildRole::Configd)(&self.children);
         for (id, child) in self.children.iter_mut().enumerate() {
             let turn = match child.duty.role {
-                Role::Registry => true,
-                Role::Configd => registry,
-                Role::Component | Role::Executive => daemons,
+                ChildRole::Registry => true,
+                ChildRole::Configd => registry,
+                ChildRole::Component | ChildRole::Executive => daemons,
             };
             if child.start_if_due(turn, now) {
-                self.actions.push(Action::Spawn(id));
+                self.actions.push(SupervisorAction::Spawn(id));
             }
         }
         let goes_on = |child: &Child| match child.duty.role {
-            Role::Component => !matches!(child.state, State::Ended | State::Failed),
-            Role::Executive => true,
-            Role::Registry | Role::Configd => false,
+            ChildRole::Component => !matches!(child.state, ChildState::Ended | ChildState::Failed),
+            ChildRole::Executive => true,
+            ChildRole::Registry | ChildRole::Configd => false,
         };
         if !self.children.iter().any(goes_on) {
             let failed = self.failed_components();
-            self.stop(Verdict::AllEnded { failed });
+            self.stop(RunVerdict::AllEnded { failed });
             self.stop_what_must(now);
         }
     }
 
     fn stop_what_must(&mut self, now: Duration) {
-        while let Stage::Stopping { step, verdict } = &mut self.stage {
+        while let RunStage::Stopping { step, verdict } = &mut self.stage {
             let Some(role) = STOP_ORDER.get(*step) else {
-                self.actions.push(Action::End(verdict.clone()));
-                self.stage = Stage::Over;
+                self.actions.push(SupervisorAction::End(verdict.clone()));
+                self.stage = RunStage::Over;
                 return;
             };
             let mut alive = false;
@@ -243,7 +251,7 @@ impl Supervisor {
                 if child.duty.role == *role && child.is_alive() {
                     alive = true;
                     if child.ask_to_end(now) {
-                        self.actions.push(Action::Terminate(id));
+                        self.actions.push(SupervisorAction::Terminate(id));
                     }
                 }
             }
@@ -256,11 +264,11 @@ impl Supervisor {
 
     fn failed_components(&self) -> Vec<String> {
         // What a mission's components report is for the executive to judge.
-        let alone = !self.children.iter().any(|child| child.duty.role == Role::Executive);
+        let alone = !self.children.iter().any(|child| child.duty.role == ChildRole::Executive);
         let failed = self
             .children
             .iter()
-            .filter(|child| child.state == State::Failed || (alone && child.has_failed));
+            .filter(|child| child.state == ChildState::Failed || (alone && child.has_failed));
         failed.map(|child| child.duty.name.clone()).collect()
     }
 }

@@ -11,7 +11,7 @@ mod recorded;
 mod worse;
 
 use armor_evaluation::relations::{judge_relations, summarize_by_kind};
-use armor_evaluation::trajectory::Trajectory;
+use armor_evaluation::trajectory::ScanTrajectory;
 use armor_grid_slam::config::Config;
 use armor_grid_slam::slam::Slam;
 use recorded::{Recorded, recorded};
@@ -20,7 +20,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-fn write_map(mapper: &Slam, poses: &Trajectory, path: &Path) {
+fn write_map(mapper: &Slam, poses: &ScanTrajectory, path: &Path) {
     let map = mapper.snapshot();
     let shade = |&cell: &i8| if cell < 0 { 160 } else { 255 - (f64::from(cell) * 2.5) as u8 };
     let mut pixels: Vec<[u8; 3]> = map.cells.iter().map(|c| [shade(c); 3]).collect();
@@ -44,7 +44,7 @@ fn cpu_s() -> f64 {
 }
 
 /// Maps a log; gives all poses, the map, and a line for each scan: seconds it took, tiles in memory.
-fn mapped(scans: &[Recorded], config: Config) -> (Trajectory, Slam, String) {
+fn mapped(scans: &[Recorded], config: Config) -> (ScanTrajectory, Slam, String) {
     let mut slam = Slam::new(config);
     let mut curve =
         String::from("scan,seconds,cpu_seconds,tiles,tiles_unshared,effective,closures\n");

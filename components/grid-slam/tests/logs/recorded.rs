@@ -2,8 +2,8 @@
 
 use armor_carmen_player::log::CarmenLog;
 use armor_carmen_player::record::{self, LogRecord};
-use armor_evaluation::relations::{Relation, read_relations};
-use armor_evaluation::trajectory::Trajectory;
+use armor_evaluation::relations::{ScanRelation, read_relations};
+use armor_evaluation::trajectory::ScanTrajectory;
 use armor_grid_slam::pose::Pose;
 use armor_grid_slam::scan::MapperScan;
 use armor_grid_slam::slam::Slam;
@@ -20,7 +20,7 @@ pub struct Recorded {
 
 /// A log's scans, and what is known of where they were taken. Without `ARMOR_DATA` the tests are
 /// skipped, except under CI.
-pub fn recorded(name: &str) -> Option<(Vec<Recorded>, Vec<Relation>)> {
+pub fn recorded(name: &str) -> Option<(Vec<Recorded>, Vec<ScanRelation>)> {
     let data = std::env::var_os("ARMOR_DATA");
     assert!(data.is_some() || std::env::var_os("CI").is_none(), "ARMOR_DATA is not set");
     let Some(data) = data else {
@@ -51,6 +51,6 @@ fn understood(number: usize, scan: &record::RecordedScan) -> Recorded {
 }
 
 /// The poses found, by the numbers of their scans in the log.
-pub fn numbered(scans: &[Recorded], slam: &Slam) -> Trajectory {
+pub fn numbered(scans: &[Recorded], slam: &Slam) -> ScanTrajectory {
     scans.iter().map(|scan| scan.number).zip(slam.trajectory()).collect()
 }

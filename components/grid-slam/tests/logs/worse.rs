@@ -5,7 +5,7 @@
 
 use crate::config;
 use crate::recorded::{Recorded, numbered, recorded};
-use armor_evaluation::relations::{Relation, judge_relations, summarize_by_kind};
+use armor_evaluation::relations::{ScanRelation, judge_relations, summarize_by_kind};
 use armor_grid_slam::pose::Pose;
 use armor_grid_slam::slam::Slam;
 use rand_chacha::ChaCha8Rng;
@@ -90,7 +90,7 @@ fn turned(one: &Recorded) -> Recorded {
 }
 
 /// Maps the scans; gives a line of the table, and whether the errors can be borne.
-fn judged(scans: &[Recorded], relations: &[Relation]) -> (String, bool) {
+fn judged(scans: &[Recorded], relations: &[ScanRelation]) -> (String, bool) {
     let mut slam = Slam::new(config());
     for one in scans {
         slam.add(one.odometry, &one.scan);

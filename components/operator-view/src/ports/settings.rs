@@ -1,4 +1,4 @@
-//! The parameters, and what they say of the component and its console.
+//! The parameters of the component and its console.
 
 use std::path::PathBuf;
 
@@ -35,8 +35,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .range(0.5, 4.0)
         .doc("pixels of the picture for each point"),
     Parameter::text("buttons").default("").doc(
-        "words, such as `explore home`: a button each, which the mission hears as an event of \
-         that name",
+        "words, such as `explore home`: a button each, which sends an event of that name to the \
+         mission",
     ),
     Parameter::number("speed", "m/s")
         .default("0.5m/s")
@@ -69,7 +69,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 ];
 
 /// What concerns the component itself.
-pub(super) struct Settings {
+pub(super) struct ViewSettings {
     pub(super) window: bool,
     pub(super) picture: Option<PathBuf>,
     pub(super) picture_period_s: f64,
@@ -77,15 +77,15 @@ pub(super) struct Settings {
     pub(super) scale: f64,
 }
 
-impl Default for Settings {
+impl Default for ViewSettings {
     fn default() -> Self {
         Self { window: true, picture: None, picture_period_s: 2.0, size: [1280, 800], scale: 1.0 }
     }
 }
 
-impl Settings {
+impl ViewSettings {
     /// Takes a parameter, for the component or its console.
-    pub(super) fn take(
+    pub(super) fn take_parameter(
         &mut self,
         console: &mut Console,
         name: &str,
@@ -99,7 +99,7 @@ impl Settings {
             "picture_period" => self.picture_period_s = value.number()?,
             "width" => self.size[0] = value.integer()?.unsigned_abs() as usize,
             "height" => self.size[1] = value.integer()?.unsigned_abs() as usize,
-            "buttons" => console.buttons = buttons(value.text()?)?,
+            "buttons" => console.buttons = parse_buttons(value.text()?)?,
             "scale" => self.scale = value.number()?,
             "speed" => limits.speed_mps = value.number()?,
             "turn" => limits.turn_radps = value.number()?,
@@ -114,11 +114,11 @@ impl Settings {
     }
 }
 
-/// Most buttons: a hand's reach.
+/// Most buttons that fit on a screen.
 const MAX_BUTTONS: usize = 32;
 
 /// The words of a text, each a name that a mission can wait for.
-fn buttons(text: &str) -> Result<Vec<String>, Fault> {
+fn parse_buttons(text: &str) -> Result<Vec<String>, Fault> {
     let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
     let of_ours = ["stopped", "released", "goal", "arrived", "driving", "done", "failed"];
     let is_wrong =
@@ -144,10 +144,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn buttons_are_words_that_a_mission_can_wait_for() {
-        assert_eq!(buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
+    fn buttons_are_names_of_events() {
+        assert_eq!(parse_buttons(" explore  go-home\n").unwrap(), ["explore", "go-home"]);
         for (text, wrong) in [("home done", "done"), ("a/b", "a/b"), ("home stopped", "stopped")] {
-            let error = buttons(text).unwrap_err().to_string();
+            let error = parse_buttons(text).unwrap_err().to_string();
             assert!(error.starts_with(&format!("`{wrong}` cannot")), "{error}");
         }
     }

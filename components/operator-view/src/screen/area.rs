@@ -1,20 +1,20 @@
 //! The map with what lies on it. A click is a goal, a stroke one with a heading; the wheel zooms,
-//! the right or middle button moves the map, a right click takes the goal back.
+//! the right or middle button moves the map, a right click deletes the goal.
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{
     Align2, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, vec2,
 };
 
-use super::camera::Camera;
+use super::camera::CameraImage;
 use super::colours;
 use super::layers::{Layer, Layers};
-use super::look::{Look, pose_of};
+use super::map_viewport::{MapViewport, pose_of};
 use super::marks;
 use super::tiles::Tiles;
 use crate::console::Console;
-use crate::links::{Freshness, Now};
-use crate::orders::Order;
+use crate::links::{ClockTimes, Freshness};
+use crate::orders::OperatorOrder;
 
 /// Shorter strokes are clicks, in points.
 const STROKE: f32 = 12.0;
@@ -25,12 +25,12 @@ const BAR: f32 = 120.0;
 
 /// The map area, and how it is looked at.
 pub(super) struct Area {
-    look: Look,
+    look: MapViewport,
     tiles: Tiles,
-    camera: Camera,
+    camera: CameraImage,
     /// Whether the robot is kept in the middle.
     follows: bool,
-    /// The map is to be shown whole; so it is from the beginning until somebody looks elsewhere.
+    /// Whether the whole map is shown, as it is until the operator moves the view.
     fits: bool,
     /// Where a goal is being drawn from, on the screen and on the map, which may move meanwhile.
     stroke: Option<(Pos2, Point2)>,
@@ -38,7 +38,8 @@ pub(super) struct Area {
 
 impl Default for Area {
     fn default() -> Self {
-        let (look, tiles, camera) = (Look::default(), Tiles::default(), Camera::default());
+        let (look, tiles, camera) =
+            (MapViewport::default(), Tiles::default(), CameraImage::default());
         Self { look, tiles, camera, follows: false, fits: true, stroke: None }
     }
 }
@@ -51,7 +52,7 @@ impl Area {
     }
 
     /// How it is looked at.
-    pub(super) fn buttons(&mut self, ui: &mut Ui) {
+    pub(super) fn show_view_buttons(&mut self, ui: &mut Ui) {
         let hint = "keeps the robot in the middle";
         if ui.checkbox(&mut self.follows, "follow").on_hover_text(hint).changed() {
             self.fits = false;
@@ -67,44 +68,45 @@ impl Area {
     }
 
     /// Shows the map and takes what is pointed at.
-    pub(super) fn show(
+    pub(super) fn show_map(
         &mut self,
         ui: &mut Ui,
         console: &Console,
         layers: &Layers,
-        now: Now,
-        orders: &mut Vec<Order>,
+        now: ClockTimes,
+        orders: &mut Vec<OperatorOrder>,
     ) {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
         self.look.rect = rect;
-        self.turn(ui, &response, console);
-        let camera = Camera::place(rect, console).filter(|_| layers.has(Layer::Camera));
+        self.update_view(ui, &response, console);
+        let camera =
+            CameraImage::find_place(rect, console).filter(|_| layers.is_shown(Layer::Camera));
         // A click at the picture is not meant for the map under it.
         let photo = camera.map(|place| {
-            let name = Camera::trouble(console).unwrap_or_else(|| "image".into());
+            let name = CameraImage::describe_trouble(console).unwrap_or_else(|| "image".into());
             ui.interact(place, ui.scope_id().with("image"), Sense::click()).accessible_name(name)
         });
         let is_covered = photo.is_some_and(|photo| photo.contains_pointer());
-        let drawn = self.point(ui, &response, is_covered, console, orders);
+        let drawn = self.update_stroke(ui, &response, is_covered, console, orders);
         let painter = ui.painter_at(rect);
-        if layers.has(Layer::Map) && !console.scene.map.is_empty() {
+        if layers.is_shown(Layer::Map) && !console.scene.map.is_empty() {
             self.tiles.paint(&painter, &self.look, &console.scene.map);
         }
-        marks::paint(&painter, &self.look, console, layers);
+        marks::paint_marks(&painter, &self.look, console, layers);
         if let Some(place) = drawn {
-            marks::goal(&painter, &self.look, place);
+            marks::paint_goal(&painter, &self.look, place);
         }
         if let Some(place) = camera {
-            self.camera.paint(&painter, place, console);
+            self.camera.paint_image(&painter, place, console);
         }
         self.scale_bar(&painter, response.hover_pos());
-        warnings(&painter, &self.look, console, now);
+        paint_warnings(&painter, &self.look, console, now);
     }
 
     /// The look: wheel, moving, following, fitting.
-    fn turn(&mut self, ui: &Ui, response: &Response, console: &Console) {
+    fn update_view(&mut self, ui: &Ui, response: &Response, console: &Console) {
         let moved = [PointerButton::Secondary, PointerButton::Middle]
             .into_iter()
             .filter(|button| response.dragged_by(*button))
@@ -128,11 +130,11 @@ impl Area {
             self.look.centre = robot.point();
         }
         if self.fits {
-            self.fit(console);
+            self.fit_map(console);
         }
     }
 
-    fn fit(&mut self, console: &Console) {
+    fn fit_map(&mut self, console: &Console) {
         let layout = console.scene.map.layout();
         let (width, height) = (layout.width as f64, layout.height as f64);
         let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)];
@@ -148,19 +150,19 @@ impl Area {
     }
 
     /// The goal being drawn, while it is; one that is finished is ordered.
-    fn point(
+    fn update_stroke(
         &mut self,
         ui: &Ui,
         response: &Response,
         is_covered: bool,
         console: &Console,
-        orders: &mut Vec<Order>,
+        orders: &mut Vec<OperatorOrder>,
     ) -> Option<Pose2> {
         if response.clicked_by(PointerButton::Secondary) {
-            orders.push(Order::Cancel);
+            orders.push(OperatorOrder::Cancel);
         }
-        // Esc, too: it takes back what is being drawn as well.
-        if orders.contains(&Order::Cancel) {
+        // Esc, too: it also cancels the stroke being drawn.
+        if orders.contains(&OperatorOrder::Cancel) {
             self.stroke = None;
         }
         let pointer = ui.input(|input| input.pointer.clone());
@@ -171,8 +173,8 @@ impl Area {
         let place = pose_of(point, self.look.on_map(to));
         let is_drawn = from.distance(to) >= STROKE;
         if pointer.primary_released() {
-            let drawn = Order::Goal { place, has_heading: true };
-            orders.push(if is_drawn { drawn } else { clicked(point, console) });
+            let drawn = OperatorOrder::Goal { place, has_heading: true };
+            orders.push(if is_drawn { drawn } else { goal_of_click(point, console) });
         }
         if !pointer.primary_down() {
             self.stroke = None;
@@ -203,20 +205,21 @@ impl Area {
     }
 }
 
-/// A goal without a wish: the robot comes from where it is and stays so.
-fn clicked(point: Point2, console: &Console) -> Order {
+/// Returns a goal without a chosen heading: the robot keeps the heading of its approach.
+fn goal_of_click(point: Point2, console: &Console) -> OperatorOrder {
     let robot = console.scene.robot();
     let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
     let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
-    Order::Goal { place, has_heading: false }
+    OperatorOrder::Goal { place, has_heading: false }
 }
 
-/// What should come and does not, where it cannot be overlooked.
-fn warnings(painter: &Painter, look: &Look, console: &Console, now: Now) {
+/// Lists missing data at the top of the map, where they cannot be overlooked.
+fn paint_warnings(painter: &Painter, look: &MapViewport, console: &Console, now: ClockTimes) {
     let mut top = look.rect.center_top() + vec2(0.0, 10.0);
     for wanted in [Freshness::Gone, Freshness::Late] {
-        let silent: Vec<_> = console.silent(now).filter(|(_, how, _)| *how == wanted).collect();
-        // What has been silent longest says since when nothing can be relied on.
+        let silent: Vec<_> =
+            console.list_silent(now).filter(|(_, how, _)| *how == wanted).collect();
+        // The longest silence determines since when nothing is reliable.
         let age_s = silent.iter().map(|(.., age_s)| *age_s).fold(0.0, f64::max);
         let inputs: Vec<_> = silent.iter().map(|(link, ..)| link.input).collect();
         if inputs.is_empty() {

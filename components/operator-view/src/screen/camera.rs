@@ -1,4 +1,4 @@
-//! What the camera sees, in a corner of the map.
+//! The camera image, in a corner of the map.
 
 use eframe::egui::{
     Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Stroke, TextureHandle,
@@ -7,7 +7,7 @@ use eframe::egui::{
 
 use super::colours;
 use crate::console::Console;
-use crate::scene::Scene;
+use crate::scene::RobotScene;
 
 /// Widest image, in points, and as a share of the map's width.
 const WIDEST: (f32, f32) = (300.0, 0.3);
@@ -16,13 +16,13 @@ const MARGIN: f32 = 10.0;
 
 /// The image shown last.
 #[derive(Default)]
-pub(super) struct Camera {
+pub(super) struct CameraImage {
     shown: Option<(u64, TextureHandle)>,
 }
 
-impl Camera {
-    /// Where in `map` it is, if there is a camera.
-    pub(super) fn place(map: Rect, console: &Console) -> Option<Rect> {
+impl CameraImage {
+    /// Returns its place in `map`, if there is a camera.
+    pub(super) fn find_place(map: Rect, console: &Console) -> Option<Rect> {
         console.link("image")?;
         let [width, height] = match &console.scene.photo {
             (0, _) => [4.0, 3.0],
@@ -34,17 +34,17 @@ impl Camera {
         Some(Rect::from_min_size(top, size))
     }
 
-    /// Paints it there, or says why there is nothing to be seen.
-    pub(super) fn paint(&mut self, painter: &Painter, rect: Rect, console: &Console) {
+    /// Paints the image there, or the reason why there is none.
+    pub(super) fn paint_image(&mut self, painter: &Painter, rect: Rect, console: &Console) {
         painter.rect_filled(rect, 2.0, colours::CANVAS);
         if console.scene.photo.0 > 0 {
-            let texture = self.texture(painter, &console.scene);
+            let texture = self.load_texture(painter, &console.scene);
             let all = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
             painter.image(texture.id(), rect, all, Color32::WHITE);
         }
         let stroke = Stroke::new(1.0, colours::WEAK);
         painter.rect_stroke(rect, 2.0, stroke, eframe::egui::StrokeKind::Outside);
-        if let Some(text) = Self::trouble(console) {
+        if let Some(text) = Self::describe_trouble(console) {
             let font = FontId::proportional(13.0);
             let galley = painter.layout(text, font, colours::LATE, rect.width() - 12.0);
             let at = Align2::CENTER_CENTER.anchor_size(rect.center(), galley.size());
@@ -53,13 +53,13 @@ impl Camera {
         }
     }
 
-    /// Why nothing, or nothing new, is to be seen.
-    pub(super) fn trouble(console: &Console) -> Option<String> {
+    /// Returns why there is no image, or no new one.
+    pub(super) fn describe_trouble(console: &Console) -> Option<String> {
         let problem = console.link("image").and_then(|link| link.problem.clone());
         problem.or_else(|| (console.scene.photo.0 == 0).then(|| "no image yet".to_owned()))
     }
 
-    fn texture(&mut self, painter: &Painter, scene: &Scene) -> &TextureHandle {
+    fn load_texture(&mut self, painter: &Painter, scene: &RobotScene) -> &TextureHandle {
         let (number, photo) = &scene.photo;
         let old = self.shown.take().filter(|(shown, _)| shown == number);
         let (_, texture) = self.shown.insert(old.unwrap_or_else(|| {

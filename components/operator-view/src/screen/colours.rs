@@ -1,30 +1,30 @@
-//! Colours of the screen. What a colour says, a word or a shape says too.
+//! Colours of the screen. No information is in a colour alone: a word or a shape repeats it.
 
 use eframe::egui::{Color32, Context, CornerRadius, Theme, ThemePreference, vec2};
 
 use crate::links::Freshness;
 
-/// Where nothing is known.
+/// Unknown cells.
 pub(crate) const CANVAS: Color32 = Color32::from_rgb(58, 62, 70);
 /// Behind panels.
 const PANEL: Color32 = Color32::from_rgb(29, 31, 36);
-pub(super) const TEXT: Color32 = Color32::from_rgb(228, 231, 236);
-pub(super) const SCAN: Color32 = Color32::from_rgb(232, 40, 40);
-pub(super) const TRAJECTORY: Color32 = Color32::from_rgb(0, 98, 190);
-pub(super) const ODOMETRY: Color32 = Color32::from_rgb(196, 104, 0);
-pub(super) const TRUTH: Color32 = Color32::from_rgb(0, 128, 84);
-pub(super) const PARTICLES: Color32 = Color32::from_rgb(150, 70, 190);
-pub(super) const PATH: Color32 = Color32::from_rgb(40, 160, 40);
-pub(super) const ROBOT: Color32 = Color32::from_rgb(0, 92, 200);
-pub(super) const GOAL: Color32 = Color32::from_rgb(206, 0, 110);
-pub(super) const STOP: Color32 = Color32::from_rgb(205, 20, 24);
-pub(super) const LATE: Color32 = Color32::from_rgb(246, 178, 62);
-pub(super) const GONE: Color32 = Color32::from_rgb(255, 104, 92);
-pub(super) const GOOD: Color32 = Color32::from_rgb(92, 200, 130);
-pub(super) const WEAK: Color32 = Color32::from_rgb(150, 156, 168);
+pub(crate) const TEXT: Color32 = Color32::from_rgb(228, 231, 236);
+pub(crate) const SCAN: Color32 = Color32::from_rgb(232, 40, 40);
+pub(crate) const TRAJECTORY: Color32 = Color32::from_rgb(0, 98, 190);
+pub(crate) const ODOMETRY: Color32 = Color32::from_rgb(196, 104, 0);
+pub(crate) const TRUTH: Color32 = Color32::from_rgb(0, 128, 84);
+pub(crate) const PARTICLES: Color32 = Color32::from_rgb(150, 70, 190);
+pub(crate) const PATH: Color32 = Color32::from_rgb(40, 160, 40);
+pub(crate) const ROBOT: Color32 = Color32::from_rgb(0, 92, 200);
+pub(crate) const GOAL: Color32 = Color32::from_rgb(206, 0, 110);
+pub(crate) const STOP: Color32 = Color32::from_rgb(205, 20, 24);
+pub(crate) const LATE: Color32 = Color32::from_rgb(246, 178, 62);
+pub(crate) const GONE: Color32 = Color32::from_rgb(255, 104, 92);
+pub(crate) const GOOD: Color32 = Color32::from_rgb(92, 200, 130);
+pub(crate) const WEAK: Color32 = Color32::from_rgb(150, 156, 168);
 
-/// The colour of how far data can be relied on.
-pub(super) fn of(freshness: Freshness) -> Color32 {
+/// Returns the colour of a freshness.
+pub(crate) fn of(freshness: Freshness) -> Color32 {
     match freshness {
         Freshness::Nothing => WEAK,
         Freshness::Fresh => GOOD,
@@ -33,7 +33,7 @@ pub(super) fn of(freshness: Freshness) -> Color32 {
     }
 }
 
-/// Makes a window look like this: dark, as a screen beside a robot is.
+/// Makes a window look like this: dark, for use next to a robot.
 pub(crate) fn apply(context: &Context) {
     context.set_theme(ThemePreference::Dark);
     context.style_mut_of(Theme::Dark, |style| {
@@ -42,7 +42,7 @@ pub(crate) fn apply(context: &Context) {
         style.visuals.widgets.inactive.fg_stroke.color = TEXT;
         style.visuals.widgets.inactive.corner_radius = CornerRadius::same(4);
         style.spacing.item_spacing = vec2(8.0, 4.0);
-        // A picture is of one moment.
+        // A picture shows one moment: no animations.
         style.animation_time = 0.0;
     });
 }

@@ -1,4 +1,4 @@
-//! What of the map is shown: each linked layer can be switched off.
+//! The layers of the map: each linked one can be switched off.
 
 use eframe::egui::{Color32, RichText, Ui};
 
@@ -37,18 +37,18 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Whether a layer is shown.
-    pub(super) fn has(&self, layer: Layer) -> bool {
+    /// Returns whether a layer is shown.
+    pub(super) fn is_shown(&self, layer: Layer) -> bool {
         !self.hidden.contains(&layer)
     }
 
-    /// A switch for each layer that something is linked to.
-    pub(super) fn show(&mut self, ui: &mut Ui, console: &Console) {
+    /// Shows a switch for each layer with a linked input.
+    pub(super) fn show_switches(&mut self, ui: &mut Ui, console: &Console) {
         for (layer, name, colour, inputs) in LAYERS {
             if !inputs.iter().any(|input| console.is_linked(input)) {
                 continue;
             }
-            let mut is_shown = self.has(layer);
+            let mut is_shown = self.is_shown(layer);
             // Its colour on the dark panel is its colour on the bright map, but lighter.
             let light = colour.lerp_to_gamma(Color32::WHITE, 0.45);
             let text = RichText::new(name).color(light);

@@ -1,4 +1,5 @@
-//! What lies on the map: ways, scan, particles, the robot and how sure it is, the goal.
+//! Everything drawn on the map: trajectories, scan, particles, the robot with its uncertainty, the
+//! goal.
 
 use std::f64::consts::TAU;
 
@@ -7,11 +8,11 @@ use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, vec2
 
 use super::colours;
 use super::layers::{Layer, Layers};
-use super::look::Look;
+use super::map_viewport::MapViewport;
 use crate::console::Console;
-use crate::scene::Located;
+use crate::scene::LocatedPose;
 
-/// The ellipse holds the robot with 95 %: that many standard deviations in two dimensions.
+/// Standard deviations of an ellipse that contains the robot with 95 %, in two dimensions.
 const ELLIPSE: f64 = 2.448;
 /// Smallest robot on the screen, in points.
 const MIN_ROBOT: f32 = 6.0;
@@ -21,57 +22,62 @@ const MARGIN: f32 = 4000.0;
 const DASHES: (f32, f32) = (6.0, 4.0);
 
 /// Paints everything but the map itself.
-pub(super) fn paint(painter: &Painter, look: &Look, console: &Console, layers: &Layers) {
+pub(super) fn paint_marks(
+    painter: &Painter,
+    look: &MapViewport,
+    console: &Console,
+    layers: &Layers,
+) {
     let scene = &console.scene;
     let way = |points: Vec<Pos2>, width: f32, colour: Color32| {
         painter.add(Shape::line(points, Stroke::new(width, colour)));
     };
-    if layers.has(Layer::Truth) {
+    if layers.is_shown(Layer::Truth) {
         way(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
     }
-    if layers.has(Layer::Odometry) {
+    if layers.is_shown(Layer::Odometry) {
         let stroke = Stroke::new(1.5, colours::ODOMETRY);
         for points in near(&look.line(scene.odometry.line()), look.rect) {
             painter.extend(Shape::dashed_line(points, stroke, DASHES.0, DASHES.1));
         }
     }
-    if layers.has(Layer::Trajectory) {
+    if layers.is_shown(Layer::Trajectory) {
         way(look.line(scene.way()), 2.0, colours::TRAJECTORY);
     }
-    if layers.has(Layer::Particles) {
-        particles(painter, look, &scene.particles);
+    if layers.is_shown(Layer::Particles) {
+        paint_particles(painter, look, &scene.particles);
     }
-    if layers.has(Layer::Path) && console.is_linked("path") {
+    if layers.is_shown(Layer::Path) && console.is_linked("path") {
         way(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
     }
-    if layers.has(Layer::Scan)
+    if layers.is_shown(Layer::Scan)
         && let Some(robot) = scene.robot_at(scene.scan.stamp_s)
     {
         let points = scene.scan.points.iter().map(|point| robot.apply(*point));
-        dots(painter, look, points, 3.0, colours::SCAN);
+        paint_dots(painter, look, points, 3.0, colours::SCAN);
     }
     if let Some(located) = &scene.located {
-        ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
+        paint_ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
     }
     if let Some(robot) = scene.robot() {
         self::robot(painter, look, robot, console.robot_radius_m);
     }
     if let Some(goal) = console.orders.goal() {
-        self::goal(painter, look, goal.place);
+        paint_goal(painter, look, goal.place);
     }
 }
 
-/// The stretches of a line that are on the screen or near it: a line to the other end of the world
-/// would be cut into dashes without end.
+/// Returns the parts of a line on or near the screen: a very long line would give an unbounded
+/// number of dashes.
 fn near(line: &[Pos2], rect: Rect) -> impl Iterator<Item = &[Pos2]> {
     let around = rect.expand(MARGIN);
     line.split(move |at| !around.contains(*at)).filter(|points| points.len() > 1)
 }
 
 /// Squares of one size, as one mesh: there may be thousands.
-fn dots(
+fn paint_dots(
     painter: &Painter,
-    look: &Look,
+    look: &MapViewport,
     points: impl Iterator<Item = Point2>,
     size: f32,
     colour: Color32,
@@ -85,7 +91,7 @@ fn dots(
     painter.add(Shape::mesh(mesh));
 }
 
-fn particles(painter: &Painter, look: &Look, poses: &[Pose2]) {
+fn paint_particles(painter: &Painter, look: &MapViewport, poses: &[Pose2]) {
     for pose in poses {
         let at = look.on_screen(pose.point());
         if look.rect.contains(at) {
@@ -94,17 +100,17 @@ fn particles(painter: &Painter, look: &Look, poses: &[Pose2]) {
         }
     }
     let points = poses.iter().map(|pose| pose.point());
-    dots(painter, look, points, 3.0, colours::PARTICLES);
+    paint_dots(painter, look, points, 3.0, colours::PARTICLES);
 }
 
-/// A direction on the screen, whose y goes down.
+/// Returns a direction on the screen, whose y points down.
 fn direction(yaw_rad: f64) -> Vec2 {
     let (sin, cos) = yaw_rad.sin_cos();
     vec2(cos as f32, -sin as f32)
 }
 
-/// Where the robot is with 95 %, from the eigenvectors of the covariance.
-fn ellipse(painter: &Painter, look: &Look, located: &Located, robot: Pose2) {
+/// Paints the ellipse that contains the robot with 95 %, from the eigenvectors of the covariance.
+fn paint_ellipse(painter: &Painter, look: &MapViewport, located: &LocatedPose, robot: Pose2) {
     let [xx, xy, yy] = located.covariance_m2;
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let spread = half.hypot(xy);
@@ -125,7 +131,7 @@ fn ellipse(painter: &Painter, look: &Look, located: &Located, robot: Pose2) {
     painter.add(Shape::closed_line(points.collect(), stroke));
 }
 
-fn robot(painter: &Painter, look: &Look, robot: Pose2, radius_m: f64) {
+fn robot(painter: &Painter, look: &MapViewport, robot: Pose2, radius_m: f64) {
     let radius = (radius_m as f32 * look.scale).max(MIN_ROBOT);
     let (at, ahead) = (look.on_screen(robot.point()), direction(robot.yaw_rad));
     painter.circle(
@@ -144,7 +150,7 @@ fn robot(painter: &Painter, look: &Look, robot: Pose2, radius_m: f64) {
 }
 
 /// A ring with an arrow.
-pub(super) fn goal(painter: &Painter, look: &Look, place: Pose2) {
+pub(super) fn paint_goal(painter: &Painter, look: &MapViewport, place: Pose2) {
     let stroke = Stroke::new(2.5, colours::GOAL);
     let (at, ahead) = (look.on_screen(place.point()), direction(place.yaw_rad));
     painter.circle_stroke(at, 7.0, stroke);

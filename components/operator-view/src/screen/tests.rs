@@ -8,88 +8,93 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::*;
-use crate::links::Number;
-use crate::map::Layout;
-use crate::orders::Event;
-use crate::scene::{Located, SceneError};
+use crate::links::SequenceNumber;
+use crate::map::MapLayout;
+use crate::orders::OperatorEvent;
+use crate::scene::{LocatedPose, SceneError};
 
 const SIZE: Vec2 = Vec2::new(1000.0, 700.0);
-const ZERO: Say = Say::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
+const ZERO: RobotCommand = RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 };
 
-const FIRST: Number = Number { instance: 1, sequence: 0 };
+const FIRST: SequenceNumber = SequenceNumber { instance: 1, sequence: 0 };
 
-struct Desk {
+struct TestScreen {
     console: Console,
     screen: Screen,
-    now: Now,
-    says: Vec<Say>,
+    now: ClockTimes,
+    commands: Vec<RobotCommand>,
 }
 
-type Window = Harness<'static, Desk>;
+type ViewWindow = Harness<'static, TestScreen>;
 
 /// A robot at (1, 0) on a map of 10 × 10 m around the origin, all inputs linked.
-fn desk() -> Desk {
+fn test_screen() -> TestScreen {
     let mut console = Console { robot_radius_m: 0.2, ..Console::default() };
     for (input, is_steady) in [("map", false), ("pose", true), ("scan", true), ("image", true)] {
-        console.links.push(Link::new(input, format!("robot.{input}"), is_steady));
+        console.links.push(InputLink::new(input, format!("robot.{input}"), is_steady));
     }
     let corner = Pose2::new(-5.0, -5.0, 0.0);
-    let layout = Layout { corner, resolution_m: 0.1, width: 100, height: 100 };
+    let layout = MapLayout { corner, resolution_m: 0.1, width: 100, height: 100 };
     console.scene.map.replace(1.0, layout, vec![0; 10_000]).unwrap();
     let pose = Pose2::new(1.0, 0.0, 0.0);
     let covariance_m2 = [0.04, 0.0, 0.01];
-    console.scene.located(Located { stamp_s: 1.0, pose, covariance_m2 }).unwrap();
-    let now = Now { host_s: 1.0, system_s: 1.0 };
+    console.scene.set_located(LocatedPose { stamp_s: 1.0, pose, covariance_m2 }).unwrap();
+    let now = ClockTimes { host_s: 1.0, system_s: 1.0 };
     for input in ["map", "pose", "scan"] {
-        console.arrived(input, now, 1.0, FIRST, Ok(()));
+        console.record_arrival(input, now, 1.0, FIRST, Ok(()));
     }
-    Desk { console, screen: Screen::default(), now, says: Vec::new() }
+    TestScreen {
+        console,
+        screen: Screen::new(crate::ports::make_panels()),
+        now,
+        commands: Vec::new(),
+    }
 }
 
-fn window_of(desk: Desk, size: Vec2) -> Window {
+fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
     let mut harness = Harness::builder()
         .with_size(size)
         .with_max_steps(8)
         .with_step_dt(1.0 / 60.0)
         .build_ui_state(
-            |ui, desk: &mut Desk| {
-                let Desk { console, screen, now, says } = desk;
-                says.extend(screen.show(ui, console, *now));
+            |ui, test_screen: &mut TestScreen| {
+                let TestScreen { console, screen, now, commands } = test_screen;
+                commands.extend(screen.show_frame(ui, console, *now));
             },
-            desk,
+            test_screen,
         );
     harness.run_steps(3);
     harness
 }
 
-fn window() -> Window {
-    window_of(desk(), SIZE)
+fn window() -> ViewWindow {
+    window_of(test_screen(), SIZE)
 }
 
-/// What was said since it was asked last.
-fn said(window: &mut Window) -> Vec<Say> {
-    std::mem::take(&mut window.state_mut().says)
+/// Takes the commands sent since the last call.
+fn take_commands(window: &mut ViewWindow) -> Vec<RobotCommand> {
+    std::mem::take(&mut window.state_mut().commands)
 }
 
-fn events(window: &mut Window) -> Vec<Event> {
+fn events(window: &mut ViewWindow) -> Vec<OperatorEvent> {
     let orders = &mut window.state_mut().console.orders;
-    std::iter::from_fn(|| orders.next_event()).collect()
+    std::iter::from_fn(|| orders.take_event()).collect()
 }
 
 /// A moment passes.
-fn wait(window: &mut Window, seconds: f64) {
+fn wait(window: &mut ViewWindow, seconds: f64) {
     window.state_mut().now.host_s += seconds;
     window.run_steps(1);
 }
 
-fn button(window: &mut Window, at: Pos2, button: PointerButton, pressed: bool) {
+fn button(window: &mut ViewWindow, at: Pos2, button: PointerButton, pressed: bool) {
     let modifiers = Modifiers::NONE;
     window.event(Input::PointerButton { pos: at, button, pressed, modifiers });
     window.run_steps(1);
 }
 
 /// Presses in one place, moves, and lets go in another.
-fn stroke(window: &mut Window, with: PointerButton, from: Pos2, to: Pos2) {
+fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
     window.hover_at(from);
     window.run_steps(1);
     button(window, from, with, true);
@@ -105,20 +110,24 @@ fn stroke(window: &mut Window, with: PointerButton, from: Pos2, to: Pos2) {
 const MIDDLE: Pos2 = pos2(356.0, 365.0);
 
 #[test]
-fn stop_is_said_at_once_and_holds_until_release_is_clicked() {
+fn stop_is_sent_immediately_and_stays_until_release_is_clicked() {
     let mut window = window();
     assert!(window.query_by_label("Release").is_none(), "there is nothing to release");
     window.get_by_label("STOP").click();
     window.run_steps(2);
-    assert_eq!(said(&mut window), [Say::Stop(true)]);
+    assert_eq!(take_commands(&mut window), [RobotCommand::Stop(true)]);
     window.get_by_label("STOPPED");
     window.get_by_label("STOP").click();
     window.run_steps(2);
-    assert_eq!(said(&mut window), [Say::Stop(true)], "a second click does not release");
+    assert_eq!(
+        take_commands(&mut window),
+        [RobotCommand::Stop(true)],
+        "a second click does not release"
+    );
     window.get_by_label("Release").click();
     window.run_steps(2);
-    assert_eq!(said(&mut window), [Say::Stop(false)]);
-    assert_eq!(events(&mut window), [Event::Stopped, Event::Released]);
+    assert_eq!(take_commands(&mut window), [RobotCommand::Stop(false)]);
+    assert_eq!(events(&mut window), [OperatorEvent::Stopped, OperatorEvent::Released]);
 }
 
 #[test]
@@ -126,47 +135,53 @@ fn space_stops_whatever_has_the_focus_and_never_releases() {
     let mut window = window();
     window.key_press(Key::Space);
     window.run_steps(2);
-    assert_eq!(said(&mut window), [Say::Stop(true)]);
+    assert_eq!(take_commands(&mut window), [RobotCommand::Stop(true)]);
     window.get_by_label("Release").focus();
     window.run_steps(1);
     window.key_press(Key::Space);
     window.key_press_modifiers(Modifiers::SHIFT, Key::Space);
     window.run_steps(2);
     assert!(window.state().console.orders.is_stopped());
-    assert!(!said(&mut window).contains(&Say::Stop(false)));
+    assert!(!take_commands(&mut window).contains(&RobotCommand::Stop(false)));
 }
 
 #[test]
-fn held_keys_drive_and_a_key_that_goes_up_is_zero_and_then_silence() {
+fn held_keys_drive_and_a_released_key_sends_zero_once() {
     let mut window = window();
     window.key_down(Key::W);
     window.key_down(Key::ArrowLeft);
     window.run_steps(1);
-    let fast = Say::Velocity { forward_mps: 0.5, turn_radps: 1.0 };
-    assert_eq!(said(&mut window).last(), Some(&fast), "both keys together");
+    let fast = RobotCommand::Velocity { forward_mps: 0.5, turn_radps: 1.0 };
+    assert_eq!(take_commands(&mut window).last(), Some(&fast), "both keys together");
     wait(&mut window, 0.06);
-    assert_eq!(said(&mut window), [fast], "said again for as long as they are held");
+    assert_eq!(take_commands(&mut window), [fast], "sent again while they are held");
     window.key_up(Key::ArrowLeft);
     window.run_steps(1);
-    assert_eq!(said(&mut window), [Say::Velocity { forward_mps: 0.5, turn_radps: 0.0 }]);
+    assert_eq!(
+        take_commands(&mut window),
+        [RobotCommand::Velocity { forward_mps: 0.5, turn_radps: 0.0 }]
+    );
     window.key_up(Key::W);
     window.run_steps(1);
-    assert_eq!(said(&mut window), [ZERO]);
+    assert_eq!(take_commands(&mut window), [ZERO]);
     wait(&mut window, 1.0);
-    assert_eq!(said(&mut window), []);
-    assert_eq!(events(&mut window), [Event::Driving]);
+    assert_eq!(take_commands(&mut window), []);
+    assert_eq!(events(&mut window), [OperatorEvent::Driving]);
 }
 
 #[test]
-fn a_window_that_loses_the_focus_has_let_go() {
+fn a_window_that_loses_the_focus_stops_driving() {
     let mut window = window();
     window.key_down(Key::S);
     window.run_steps(1);
-    assert_eq!(said(&mut window), [Say::Velocity { forward_mps: -0.5, turn_radps: 0.0 }]);
+    assert_eq!(
+        take_commands(&mut window),
+        [RobotCommand::Velocity { forward_mps: -0.5, turn_radps: 0.0 }]
+    );
     window.event(Input::WindowFocused(false));
     window.input_mut().focused = false;
     window.run_steps(2);
-    assert_eq!(said(&mut window), [ZERO]);
+    assert_eq!(take_commands(&mut window), [ZERO]);
 }
 
 #[test]
@@ -179,38 +194,38 @@ fn the_stick_drives_while_it_is_held_and_not_during_stop() {
     button(&mut window, pad.center(), PointerButton::Primary, true);
     window.hover_at(up);
     window.run_steps(2);
-    let last = said(&mut window).last().copied();
-    assert_eq!(last, Some(Say::Velocity { forward_mps: 0.5, turn_radps: 0.0 }));
+    let last = take_commands(&mut window).last().copied();
+    assert_eq!(last, Some(RobotCommand::Velocity { forward_mps: 0.5, turn_radps: 0.0 }));
     window.key_press(Key::Space);
     wait(&mut window, 0.1);
-    assert_eq!(said(&mut window), [Say::Stop(true), ZERO]);
+    assert_eq!(take_commands(&mut window), [RobotCommand::Stop(true), ZERO]);
     wait(&mut window, 0.1);
-    assert_eq!(said(&mut window), [], "the stick is still held, in vain");
+    assert_eq!(take_commands(&mut window), [], "the stick is still held, without effect");
     button(&mut window, up, PointerButton::Primary, false);
-    assert_eq!(said(&mut window), []);
+    assert_eq!(take_commands(&mut window), []);
 }
 
 #[test]
-fn a_click_on_the_map_is_a_goal_there_and_a_right_click_takes_it_back() {
+fn a_click_on_the_map_is_a_goal_and_a_right_click_deletes_it() {
     let mut window = window();
     stroke(&mut window, PointerButton::Primary, MIDDLE, MIDDLE);
-    let says = said(&mut window);
-    let [Say::Goal(place)] = says[..] else { panic!("{says:?}") };
+    let commands = take_commands(&mut window);
+    let [RobotCommand::Goal(place)] = commands[..] else { panic!("{commands:?}") };
     assert!(place.point().distance_m(Default::default()) < 0.3, "{place:?}");
     let back = place.yaw_rad.abs() - std::f64::consts::PI;
     assert!(back.abs() < 0.5, "it comes from the right: {place:?}");
     window.get_by_label_contains("m away");
     stroke(&mut window, PointerButton::Secondary, MIDDLE, MIDDLE);
     assert_eq!(window.state().console.orders.goal(), None);
-    assert_eq!(events(&mut window), [Event::Goal]);
+    assert_eq!(events(&mut window), [OperatorEvent::Goal]);
 }
 
 #[test]
-fn a_stroke_is_a_goal_with_a_heading_unless_esc_takes_it_back() {
+fn a_stroke_is_a_goal_with_a_heading_unless_esc_cancels_it() {
     let mut window = window();
     stroke(&mut window, PointerButton::Primary, MIDDLE, MIDDLE - Vec2::new(0.0, 80.0));
-    let says = said(&mut window);
-    let [Say::Goal(place)] = says[..] else { panic!("{says:?}") };
+    let commands = take_commands(&mut window);
+    let [RobotCommand::Goal(place)] = commands[..] else { panic!("{commands:?}") };
     assert!((place.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 0.01, "upwards: {place:?}");
     window.key_press(Key::Escape);
     window.run_steps(1);
@@ -222,7 +237,7 @@ fn a_stroke_is_a_goal_with_a_heading_unless_esc_takes_it_back() {
     window.key_press(Key::Escape);
     window.run_steps(1);
     button(&mut window, MIDDLE + Vec2::new(60.0, 0.0), PointerButton::Primary, false);
-    assert_eq!(said(&mut window), [], "it was taken back while it was drawn");
+    assert_eq!(take_commands(&mut window), [], "it was cancelled while it was drawn");
 }
 
 #[test]
@@ -230,7 +245,7 @@ fn a_click_at_the_cameras_image_sends_the_robot_nowhere() {
     let mut window = window();
     let at = window.get_by_label("no image yet").rect().center();
     stroke(&mut window, PointerButton::Primary, at, at);
-    assert_eq!(said(&mut window), []);
+    assert_eq!(take_commands(&mut window), []);
 }
 
 #[test]
@@ -240,11 +255,11 @@ fn the_right_button_moves_the_map_and_sends_the_robot_nowhere() {
     stroke(&mut window, PointerButton::Secondary, MIDDLE, MIDDLE + Vec2::new(100.0, 0.0));
     let after = window.state().screen.area.centre();
     assert!(after.x_m < before.x_m - 0.5, "{before:?} {after:?}");
-    assert_eq!(said(&mut window), []);
+    assert_eq!(take_commands(&mut window), []);
 }
 
 #[test]
-fn only_what_is_linked_is_there_and_what_is_missing_says_so() {
+fn only_linked_inputs_appear_and_missing_data_are_marked() {
     let mut window = window();
     window.get_by_role_and_label(Role::CheckBox, "scan");
     assert!(window.query_by_label("particles").is_none());
@@ -255,24 +270,30 @@ fn only_what_is_linked_is_there_and_what_is_missing_says_so() {
 }
 
 #[test]
-fn a_button_of_the_mission_is_told_once_and_what_was_told_is_shown() {
-    let mut desk = desk();
-    desk.console.buttons = vec!["explore".into(), "home".into()];
-    let mut window = window_of(desk, SIZE);
+fn a_button_of_the_mission_is_sent_once_and_shown() {
+    let mut test_screen = test_screen();
+    test_screen.console.buttons = vec!["explore".into(), "home".into()];
+    let mut window = window_of(test_screen, SIZE);
     window.get_by_label("home").click();
     window.run_steps(3);
-    assert_eq!(events(&mut window), [Event::Pressed("home".into())]);
+    assert_eq!(events(&mut window), [OperatorEvent::Pressed("home".into())]);
     wait(&mut window, 4.0);
-    window.get_by_label("home: told 4 s ago");
-    assert_eq!(said(&mut window), []);
+    window.get_by_label("home: sent 4 s ago");
+    assert_eq!(take_commands(&mut window), []);
 }
 
 #[test]
-fn what_is_wrong_with_an_image_is_shown_in_its_place() {
+fn an_image_error_is_shown_in_its_place() {
     let mut window = window();
-    let broken = crate::photo::decode("jpeg", b"no").expect_err("no image");
+    let broken = crate::photo::decode_photo("jpeg", b"no").expect_err("no image");
     let now = window.state().now;
-    window.state_mut().console.arrived("image", now, 1.0, FIRST, Err(SceneError::Photo(broken)));
+    window.state_mut().console.record_arrival(
+        "image",
+        now,
+        1.0,
+        FIRST,
+        Err(SceneError::Photo(broken)),
+    );
     window.run_steps(1);
     window.get_by_label_contains("the image is no JPEG");
 }
@@ -280,7 +301,7 @@ fn what_is_wrong_with_an_image_is_shown_in_its_place() {
 #[test]
 fn a_layer_that_is_switched_off_is_not_painted() {
     let is_scan = |shape: &&ClippedShape| matches!(&shape.shape, Shape::Mesh(mesh) if mesh.vertices.len() == 4 * 30);
-    let painted = |window: &Window| window.output().shapes.iter().filter(is_scan).count();
+    let painted = |window: &ViewWindow| window.output().shapes.iter().filter(is_scan).count();
     let mut window = window();
     let points = vec![armor_grid::Point2::new(1.0, 1.0); 30];
     window.state_mut().console.scene.scan.points = points;
@@ -292,8 +313,8 @@ fn a_layer_that_is_switched_off_is_not_painted() {
 }
 
 #[test]
-fn on_a_small_screen_stop_and_release_are_in_sight() {
-    let mut window = window_of(desk(), Vec2::new(560.0, 360.0));
+fn on_a_small_screen_stop_and_release_are_visible() {
+    let mut window = window_of(test_screen(), Vec2::new(560.0, 360.0));
     window.key_press(Key::Space);
     window.run_steps(2);
     for name in ["STOP", "Release"] {
@@ -303,10 +324,10 @@ fn on_a_small_screen_stop_and_release_are_in_sight() {
 }
 
 #[test]
-fn nothing_is_painted_anew_while_nothing_happens() {
-    let mut desk = desk();
-    desk.console.links.retain(|link| !link.is_steady);
-    let mut window = window_of(desk, SIZE);
+fn nothing_is_repainted_without_a_change() {
+    let mut test_screen = test_screen();
+    test_screen.console.links.retain(|link| !link.is_steady);
+    let mut window = window_of(test_screen, SIZE);
     window.run_steps(2);
     let delay = window.output().viewport_output.values().map(|out| out.repaint_delay).min();
     assert_eq!(delay, Some(std::time::Duration::MAX));

@@ -1,5 +1,5 @@
-//! The map as textures: only what is seen, only as fine as it is seen, and painted anew only where
-//! it has changed. A map of any size costs about what the screen has of pixels.
+//! The map as textures: only the visible part, at the resolution of the screen, and repainted only
+//! where it has changed. The cost depends on the pixels of the screen, not on the size of the map.
 
 use std::collections::HashMap;
 
@@ -10,12 +10,12 @@ use eframe::egui::{
     TextureOptions, TextureWrapMode, pos2,
 };
 
-use super::look::Look;
-use crate::map::{BLOCK, Map};
+use super::map_viewport::MapViewport;
+use crate::map::{BLOCK, OccupancyMap};
 
 /// Side of a texture in texels; a whole number of blocks.
 const SIDE: usize = 2 * BLOCK;
-/// Near by, cells are squares; from afar, texels are about as large as pixels.
+/// Close up, cells are squares; zoomed out, texels are about as large as pixels.
 const FILTER: TextureOptions = TextureOptions {
     magnification: TextureFilter::Nearest,
     minification: TextureFilter::Linear,
@@ -25,7 +25,7 @@ const FILTER: TextureOptions = TextureOptions {
 /// Coarsest level: 4096 cells in a texel.
 const MAX_LEVEL: u32 = 12;
 
-struct Tile {
+struct TextureTile {
     revision: u64,
     texture: TextureHandle,
 }
@@ -33,12 +33,12 @@ struct Tile {
 /// The textures in use, by level and place.
 #[derive(Default)]
 pub(super) struct Tiles {
-    tiles: HashMap<(u32, usize, usize), Tile>,
+    tiles: HashMap<(u32, usize, usize), TextureTile>,
 }
 
 impl Tiles {
-    /// Paints what is seen of the map.
-    pub(super) fn paint(&mut self, painter: &Painter, look: &Look, map: &Map) {
+    /// Paints the visible part of the map.
+    pub(super) fn paint(&mut self, painter: &Painter, look: &MapViewport, map: &OccupancyMap) {
         let layout = *map.layout();
         let pixels = look.scale * painter.ctx().pixels_per_point() * layout.resolution_m as f32;
         let level = level_of(pixels);
@@ -63,14 +63,16 @@ impl Tiles {
     }
 }
 
-/// How often the size is halved so that a texel is at most a pixel, but more than half of one.
+/// Returns the number of halvings after which a texel is at most a pixel, but more than half of
+/// one.
 fn level_of(pixels_per_cell: f32) -> u32 {
     let level = (1.0 / pixels_per_cell).log2().floor();
     if level > 0.0 { (level as u32).min(MAX_LEVEL) } else { 0 }
 }
 
-/// The columns and rows of cells that may be seen, the last excluded; the map may lie askew.
-fn seen(look: &Look, map: &Map) -> [(usize, usize); 2] {
+/// Returns the columns and rows of cells that may be visible, the last excluded; the map may be
+/// rotated.
+fn seen(look: &MapViewport, map: &OccupancyMap) -> [(usize, usize); 2] {
     let layout = map.layout();
     let rect = look.rect;
     let corners = [rect.left_top(), rect.right_top(), rect.left_bottom(), rect.right_bottom()];
@@ -89,33 +91,33 @@ fn seen(look: &Look, map: &Map) -> [(usize, usize); 2] {
 
 fn made(
     context: &Context,
-    map: &Map,
+    map: &OccupancyMap,
     (level, column, row): (u32, usize, usize),
-    tile: Option<Tile>,
-) -> Tile {
+    tile: Option<TextureTile>,
+) -> TextureTile {
     let blocks = (SIDE << level) / BLOCK;
     let revision = map.revision([column * blocks, row * blocks], blocks);
     match tile {
         Some(tile) if tile.revision == revision => tile,
         Some(mut tile) => {
             tile.texture.set(image(map, level, column, row), FILTER);
-            Tile { revision, ..tile }
+            TextureTile { revision, ..tile }
         }
         None => {
             let name = format!("map {level} {column} {row}");
             let texture = context.load_texture(name, image(map, level, column, row), FILTER);
-            Tile { revision, texture }
+            TextureTile { revision, texture }
         }
     }
 }
 
-fn image(map: &Map, level: u32, column: usize, row: usize) -> ColorImage {
+fn image(map: &OccupancyMap, level: u32, column: usize, row: usize) -> ColorImage {
     let side = SIDE << level;
     let cells = map.shrunk([column * side, row * side], [SIDE, SIDE], 1 << level);
     ColorImage::new([SIDE, SIDE], cells.into_iter().map(colour).collect())
 }
 
-/// Free is bright, occupied is dark, and what is not known lets the canvas be seen.
+/// Returns the colour of a cell: free is bright, occupied is dark, unknown is transparent.
 fn colour(cell: i8) -> Color32 {
     match u8::try_from(cell) {
         Ok(percent) => {
@@ -140,21 +142,21 @@ fn quad(texture: &TextureHandle, corners: [Pos2; 4]) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Layout;
+    use crate::map::MapLayout;
     use armor_picture::{Pixels, Stage};
     use eframe::egui::{CentralPanel, Frame};
 
     /// A map of walls every 50 cells, shown whole on a small screen, turned by `yaw_rad`.
     fn shown(side: usize, yaw_rad: f64, tiles: &mut Tiles) -> Pixels {
-        let mut map = Map::default();
+        let mut map = OccupancyMap::default();
         let corner = armor_grid::Pose2::new(0.0, 0.0, yaw_rad);
-        let layout = Layout { corner, resolution_m: 0.05, width: side, height: side };
+        let layout = MapLayout { corner, resolution_m: 0.05, width: side, height: side };
         let cells = (0..side * side).map(|n| if n % side % 50 == 7 { 100 } else { 0 }).collect();
         map.replace(1.0, layout, cells).unwrap();
         let mut stage = Stage::new(Context::default(), 320, 320, 1.0);
         stage.settle(2, |ui| {
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-                let mut look = Look { rect: ui.max_rect(), ..Look::default() };
+                let mut look = MapViewport { rect: ui.max_rect(), ..MapViewport::default() };
                 let middle = layout.place(side as f64 / 2.0, side as f64 / 2.0);
                 look.scale = 320.0 / (side as f32 * 0.05);
                 look.centre = middle;

@@ -1,4 +1,4 @@
-//! The mission file on the disk, where it is not what is played: configd says so.
+//! The mission file on the disk, if it differs from the played version: configd reports it.
 
 use std::time::Duration;
 
@@ -11,12 +11,12 @@ use armor_inspect::ObservedSystem;
 
 /// How the configuration stands, latched.
 const STATE: &str = "configuration.state";
-/// How long it may take to come: it is there already.
+/// Longest time to wait for the latched value.
 const WITHIN: Duration = Duration::from_secs(1);
 /// Findings that are named; `armor check` shows all.
 const MAX_NAMED: usize = 3;
 
-/// That the file is not valid, in words; none if it is, or nobody knows.
+/// Returns that the file is not valid as text; none if it is valid, or that is unknown.
 pub fn problem(observed: &ObservedSystem, played: u64) -> Option<String> {
     // Not waited for: a mission can be played without configd.
     observed.list().ok()?.data.iter().find(|entry| entry.data == STATE)?;
@@ -43,7 +43,7 @@ fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
         named.push(format!("{more} more"));
     }
     Some(format!(
-        "the file on the disk is not valid ({}): version {played} goes on; see `armor check`",
+        "the file on the disk is not valid ({}): version {played} continues; see `armor check`",
         named.join(", ")
     ))
 }
@@ -86,7 +86,7 @@ mod tests {
             in_words(&state, 2).as_deref(),
             Some(
                 "the file on the disk is not valid (E0101 at office.xml:7, E0201 in office.xml): \
-                 version 2 goes on; see `armor check`"
+                 version 2 continues; see `armor check`"
             )
         );
         state.findings = vec![finding(FindingSeverity::Error, "E0101", 7); 5];

@@ -1,4 +1,5 @@
-//! `armor mission replay FILE --fire`: firings of a mission, one by one, over the net that was proven.
+//! `armor mission replay FILE --fire`: firings of a mission, one by one, over the net that was
+//! proven.
 
 use std::io;
 
@@ -10,41 +11,47 @@ use armor_plan::Plan;
 use armor_proof::Analysed;
 use serde_json::{Map, Value, json};
 
-use super::super::{printed, say};
-use crate::arguments::Format;
-use crate::exit::Ending;
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
 
 /// Prints the marking at the start and after each firing.
 ///
 /// # Errors
 /// At a transition that the mission does not have, or that is not enabled there.
-pub fn play(plan: &Plan, way: &str, is_stepped: bool, format: Format) -> Result<Ending> {
+pub fn play(
+    plan: &Plan,
+    way: &str,
+    is_stepped: bool,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let analysed = Analysed::of(plan)?;
     let net = &analysed.net;
     let ends = [plan.goal(), plan.safe()];
     let separators = |c: char| c.is_whitespace() || c == ',';
     let names: Vec<_> = way.split(separators).filter(|name| !name.is_empty()).collect();
-    let walk = Walk { analysed: &analysed, rules: FiringRules::new(net), ends, is_stepped, format };
+    let walk =
+        FiringWalk { analysed: &analysed, rules: FiringRules::new(net), ends, is_stepped, format };
     let marking = net.initial().to_vec();
-    walk.say(None, &marking)?;
+    walk.print_step(None, &marking)?;
     let done = walk.go(&names, marking)?;
     let is_timely = is_possible(net, &done) == Ok(true);
-    if !is_timely && format != Format::Json {
-        return printed(say("as far as tokens go; its times do not allow this order"));
+    if !is_timely && format != OutputFormat::Json {
+        return end_printing(print_line("as far as tokens go; its times do not allow this order"));
     }
-    Ok(Ending::Fine)
+    Ok(CommandEnding::Fine)
 }
 
-struct Walk<'a> {
+struct FiringWalk<'a> {
     analysed: &'a Analysed,
     rules: FiringRules,
     /// Goal and safe place.
     ends: [Option<PlaceId>; 2],
     is_stepped: bool,
-    format: Format,
+    format: OutputFormat,
 }
 
-impl Walk<'_> {
+impl FiringWalk<'_> {
     fn go(&self, names: &[&str], mut marking: Vec<u32>) -> Result<Vec<TransitionId>> {
         let mut done = Vec::new();
         for (index, name) in names.iter().enumerate() {
@@ -65,7 +72,7 @@ impl Walk<'_> {
             let fired = self.rules.fire(&mut marking, transition);
             fired.with_context(|| format!("{name}: a place cannot count its tokens"))?;
             done.push(transition);
-            self.say(Some(name), &marking)?;
+            self.print_step(Some(name), &marking)?;
         }
         Ok(done)
     }
@@ -102,20 +109,20 @@ impl Walk<'_> {
             }
             (Some((place, weight)), _) => {
                 let (place, there) = (net.place(*place), marking[place.index()]);
-                format!("needs {weight} in {place}, which holds {there}")
+                format!("needs {weight} in {place}, which has {there}")
             }
             (None, Some((place, weight))) => {
                 let (place, there) = (net.place(*place), marking[place.index()]);
-                format!("wants fewer than {weight} in {place}, which holds {there}")
+                format!("wants fewer than {weight} in {place}, which has {there}")
             }
             (None, None) => "is not enabled".into(),
         };
         format!("{name} {why}; marked are {}", self.words(marking))
     }
 
-    fn say(&self, fired: Option<&str>, marking: &[u32]) -> Result<()> {
+    fn print_step(&self, fired: Option<&str>, marking: &[u32]) -> Result<()> {
         match self.format {
-            Format::Json => {
+            OutputFormat::Json => {
                 let enabled: Vec<_> = self.analysed.net.transition_ids().collect();
                 let enabled = enabled.iter().filter(|id| self.rules.enabled(marking, **id));
                 let enabled: Vec<_> =
@@ -125,11 +132,15 @@ impl Walk<'_> {
                 let values =
                     self.analysed.values(marking).map(|(name, n)| (name.to_owned(), json!(n)));
                 let values: Map<String, Value> = values.collect();
-                say(json!({
+                print_line(json!({
                     "fired": fired, "marking": marked, "variables": values, "enabled": enabled
                 }))
             }
-            _ => say(format!("{:20} = {}", fired.unwrap_or("at the start"), self.words(marking))),
+            _ => print_line(format!(
+                "{:20} = {}",
+                fired.unwrap_or("at the start"),
+                self.words(marking)
+            )),
         }
     }
 

@@ -8,16 +8,20 @@ use armor_executive::order::MissionOrder;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
 use serde_json::json;
 
-use super::super::{printed, say};
-use crate::arguments::{Format, Running};
-use crate::exit::Ending;
+use crate::arguments::{OutputFormat, RunningSystem};
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
 use crate::system;
 
 /// Prints a journal; without `path` that of the running system.
 ///
 /// # Errors
 /// If there is none, or it is not one.
-pub fn print(path: Option<&Path>, running: &Running, format: Format) -> Result<Ending> {
+pub fn print(
+    path: Option<&Path>,
+    running: &RunningSystem,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let path = match path {
         Some(path) => path.to_owned(),
         None => of_the_running(running)?,
@@ -25,7 +29,7 @@ pub fn print(path: Option<&Path>, running: &Running, format: Format) -> Result<E
     let story = read(&path)?;
     let mut teller = Teller::default();
     let mut print = || story.records.iter().try_for_each(|record| teller.line(record, format));
-    printed(print())
+    end_printing(print())
 }
 
 /// A journal with at least one record, from its beginning.
@@ -42,10 +46,10 @@ pub fn read(path: &Path) -> Result<Story> {
         other => other?,
     };
     match story.records.first().map(|record| &record.entry) {
-        None => bail!("{at} holds no record: no mission has begun in it"),
+        None => bail!("{at} has no record: no mission has begun in it"),
         Some(JournalEntry::Began { .. } | JournalEntry::Snapshot(_)) => Ok(story),
         Some(first) => Err(anyhow!(
-            "the beginning of {at} is missing (it begins with \"{first}\"): what it tells cannot \
+            "the beginning of {at} is missing (it begins with \"{first}\"): its content cannot \
              be understood without"
         )),
     }
@@ -56,9 +60,9 @@ fn is_xml(path: &Path) -> bool {
 }
 
 /// The journal that `armor run` lets the executive keep.
-fn of_the_running(running: &Running) -> Result<PathBuf> {
+fn of_the_running(running: &RunningSystem) -> Result<PathBuf> {
     let record =
-        system::record(running).context("give --journal FILE, or name a running system")?;
+        system::find_record(running).context("give --journal FILE, or name a running system")?;
     let journal = record.out.join(JOURNAL);
     if !journal.exists() {
         bail!("no mission runs in {}: there is no {}", record.system, journal.display());
@@ -72,17 +76,20 @@ const JOURNAL: &str = "executive.journal";
 /// Tells records one after the other.
 #[derive(Default)]
 pub struct Teller {
-    /// The last number of a firing, and whether the way to the safe place has one beyond.
+    /// The last number of a firing, and whether the firing that leads to the safe place has a later
+    /// one.
     last_firing: u64,
     retreat: Option<u64>,
 }
 
 impl Teller {
     /// One record.
-    pub fn line(&mut self, record: &JournalRecord, format: Format) -> Result<()> {
+    pub fn line(&mut self, record: &JournalRecord, format: OutputFormat) -> Result<()> {
         match format {
-            Format::Json => say(json!({ "at_s": record.at.as_secs_f64(), "record": record })),
-            _ => say(format!("{}  {}", time(record), self.words(&record.entry))),
+            OutputFormat::Json => {
+                print_line(json!({ "at_s": record.at.as_secs_f64(), "record": record }))
+            }
+            _ => print_line(format!("{}  {}", time(record), self.words(&record.entry))),
         }
     }
 

@@ -13,14 +13,16 @@ use armor_sdk::operator::{Operator, OrderError, Verdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
-use super::super::{find, printed, say};
-use crate::arguments::{By, Format, Running};
-use crate::exit::Ending;
+use super::super::select_system;
+use super::arguments::OrderArguments;
+use crate::arguments::{OutputFormat, RunningSystem};
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
 use crate::system;
 
 /// How often to look whether the executive is still there.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
-/// How long the way back is tried at a time, while there is no executive.
+/// Longest time of one attempt to reconnect while there is no executive.
 const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
 /// How long neither executive nor registry of another host answer before they count as gone.
 const GONE_AFTER: Duration = Duration::from_secs(10);
@@ -32,42 +34,42 @@ const WORDS: &str = "fire T, pause, resume, safe, move FROM TO [N], confirm T, d
 ///
 /// # Errors
 /// If there is no answer.
-pub fn give(by: &By, order: &Order, format: Format) -> Result<Ending> {
+pub fn give(by: &OrderArguments, order: &Order, format: OutputFormat) -> Result<CommandEnding> {
     let mut operator = operator(by)?;
     let verdict = operator.order(by.take, order, by.within)?;
     report(&verdict, None, format)?;
-    Ok(if verdict.accepted { Ending::Fine } else { Ending::Failed })
+    Ok(if verdict.accepted { CommandEnding::Fine } else { CommandEnding::Failed })
 }
 
 /// Holds the command until stdin ends, the system does, or it is asked to end, and gives the orders
 /// that are read. Fails if one of them was refused.
 ///
 /// # Errors
-/// If the command is not to be had, or somebody takes it over.
-pub fn operate(by: &By, format: Format) -> Result<Ending> {
+/// If the command cannot be taken, or another operator takes it over.
+pub fn operate(by: &OrderArguments, format: OutputFormat) -> Result<CommandEnding> {
     let mut commanded = Commanded::find(&by.running)?;
     let mut operator = operator(by)?;
     let taken = operator.order(by.take, &Order::Lease, by.within)?;
     if !taken.accepted {
         report(&taken, None, format)?;
-        return Ok(Ending::Failed);
+        return Ok(CommandEnding::Failed);
     }
-    printed(report(&taken, None, format))?;
+    end_printing(report(&taken, None, format))?;
     let inputs = inputs()?;
-    let mut ending = Ending::Fine;
+    let mut ending = CommandEnding::Fine;
     loop {
         match inputs.recv_timeout(LOOK_EVERY) {
-            Ok(Input::Line(line)) if line.trim().is_empty() => {}
-            Ok(Input::Line(line)) => {
+            Ok(OperatorLine::Line(line)) if line.trim().is_empty() => {}
+            Ok(OperatorLine::Line(line)) => {
                 if !carry_out(&mut operator, line.trim(), by, format)? {
-                    ending = Ending::Failed;
+                    ending = CommandEnding::Failed;
                 }
             }
-            Ok(Input::Interrupted) => {
-                ending = Ending::Interrupted;
+            Ok(OperatorLine::Interrupted) => {
+                ending = CommandEnding::Interrupted;
                 break;
             }
-            Ok(Input::End) | Err(RecvTimeoutError::Disconnected) => break,
+            Ok(OperatorLine::End) | Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
         if operator.is_connected() {
@@ -86,7 +88,12 @@ pub fn operate(by: &By, format: Format) -> Result<Ending> {
 }
 
 /// Gives the order that stands in a line. Answers whether it is accepted.
-fn carry_out(operator: &mut Operator, line: &str, by: &By, format: Format) -> Result<bool> {
+fn carry_out(
+    operator: &mut Operator,
+    line: &str,
+    by: &OrderArguments,
+    format: OutputFormat,
+) -> Result<bool> {
     let Some(order) = read(line) else {
         eprintln!("`{line}` is no order; there are: {WORDS}");
         return Ok(false);
@@ -106,19 +113,19 @@ struct Commanded {
 }
 
 impl Commanded {
-    fn find(running: &Running) -> Result<Self> {
-        let observed = find(running, "mission")?;
-        Ok(Self { observed, record: system::record(running).ok(), away_since: None })
+    fn find(running: &RunningSystem) -> Result<Self> {
+        let observed = select_system(running, "mission")?;
+        Ok(Self { observed, record: system::find_record(running).ok(), away_since: None })
     }
 
-    /// The executive was restarted, or the link broke: the command goes on if one is back in time.
-    /// Answers whether the system is still there.
+    /// The executive was restarted, or the link broke: the command is kept if the connection is
+    /// made again in time. Answers whether the system is still there.
     fn come_back(&mut self, operator: &mut Operator) -> Result<bool> {
         if self.has_ended()? {
             return Ok(false);
         }
         match operator.order(false, &Order::Rejoin, COME_BACK_WITHIN) {
-            // Whether it is lost stands in `lost`.
+            // `lost` records whether it is lost.
             Ok(_) | Err(OrderError::Lost(_)) => self.away_since = None,
             Err(error) => {
                 if self.away_since.is_none() {
@@ -145,18 +152,20 @@ impl Commanded {
     }
 }
 
-fn operator(by: &By) -> Result<Operator> {
-    let observed = find(&by.running, "mission")?;
+fn operator(by: &OrderArguments) -> Result<Operator> {
+    let observed = select_system(&by.running, "mission")?;
     let author = by.author.clone().unwrap_or_else(this_user);
     let from = format!("armor mission, process {}", std::process::id());
     Ok(Operator::new(observed.directory().clone(), &from, &author))
 }
 
-fn report(verdict: &Verdict, order: Option<&str>, format: Format) -> Result<()> {
+fn report(verdict: &Verdict, order: Option<&str>, format: OutputFormat) -> Result<()> {
     let Verdict { accepted, text } = verdict;
     match format {
-        Format::Json => say(json!({ "order": order, "accepted": accepted, "text": text })),
-        _ if *accepted => say(text),
+        OutputFormat::Json => {
+            print_line(json!({ "order": order, "accepted": accepted, "text": text }))
+        }
+        _ if *accepted => print_line(text),
         _ => {
             let how = if text.ends_with("take it over") { " with --take" } else { "" };
             eprintln!("refused: {text}{how}");
@@ -165,7 +174,7 @@ fn report(verdict: &Verdict, order: Option<&str>, format: Format) -> Result<()> 
     }
 }
 
-enum Input {
+enum OperatorLine {
     Line(String),
     End,
     Interrupted,
@@ -173,17 +182,17 @@ enum Input {
 
 /// Lines of stdin and its end, SIGINT and SIGTERM. SIGHUP is not among them: a terminal that is cut
 /// off is a lost link.
-fn inputs() -> Result<Receiver<Input>> {
+fn inputs() -> Result<Receiver<OperatorLine>> {
     let (sender, inputs) = mpsc::channel();
     let asked = sender.clone();
     let read = move || {
         for line in io::stdin().lock().lines() {
             let Ok(line) = line else { break };
-            if sender.send(Input::Line(line)).is_err() {
+            if sender.send(OperatorLine::Line(line)).is_err() {
                 return;
             }
         }
-        let _ = sender.send(Input::End);
+        let _ = sender.send(OperatorLine::End);
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let (mut interrupt, mut terminate) = {
@@ -197,7 +206,7 @@ fn inputs() -> Result<Receiver<Input>> {
                 _ = terminate.recv() => {}
             }
         });
-        let _ = asked.send(Input::Interrupted);
+        let _ = asked.send(OperatorLine::Interrupted);
     };
     thread::Builder::new().name("stdin".into()).spawn(read).context("no thread")?;
     thread::Builder::new().name("signals".into()).spawn(wait).context("no thread")?;

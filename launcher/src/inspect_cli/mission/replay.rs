@@ -11,18 +11,19 @@ use armor_plan::Plan;
 use armor_robotfile::Colours;
 use serde_json::{Map, Value, json};
 
-use super::super::{printed, say};
+use super::arguments::ReplayArguments;
 use super::firing;
 use super::journal::{Teller, read, time};
-use crate::arguments::{Format, Replay};
+use crate::arguments::OutputFormat;
 use crate::check;
-use crate::exit::Ending;
+use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
 
 /// Prints each record and the marking after it.
 ///
 /// # Errors
 /// If the journal or the file cannot be used, or do not belong together.
-pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
+pub fn run(arguments: &ReplayArguments, format: OutputFormat) -> Result<CommandEnding> {
     if let Some(way) = &arguments.fire {
         // There is no journal: the mission file comes first.
         let plan = of_file(&arguments.journal, arguments)?;
@@ -30,21 +31,21 @@ pub fn run(arguments: &Replay, format: Format) -> Result<Ending> {
     }
     let story = read(&arguments.journal)?;
     let plan = Arc::new(plan(arguments, &story.records)?);
-    printed(play(arguments, plan, &story.records, format))
+    end_printing(play(arguments, plan, &story.records, format))
 }
 
 fn play(
-    arguments: &Replay,
+    arguments: &ReplayArguments,
     plan: Arc<Plan>,
     records: &[JournalRecord],
-    format: Format,
+    format: OutputFormat,
 ) -> Result<()> {
     let mut ledger = Ledger::new(Arc::clone(&plan));
     let mut teller = Teller::default();
     for record in records {
         ledger.apply(record).map_err(|error| mismatch(arguments, &plan, record, error))?;
         match format {
-            Format::Json => say(json!({
+            OutputFormat::Json => print_line(json!({
                 "at_s": record.at.as_secs_f64(),
                 "record": record,
                 "marking": marking(&ledger),
@@ -54,7 +55,7 @@ fn play(
             }))?,
             _ => {
                 teller.line(record, format)?;
-                say(format!("{:13}{}", "", in_words(&ledger)))?;
+                print_line(format!("{:13}{}", "", in_words(&ledger)))?;
             }
         }
         if arguments.step && io::stdin().read_line(&mut String::new())? == 0 {
@@ -64,7 +65,7 @@ fn play(
     Ok(())
 }
 
-fn plan(arguments: &Replay, records: &[JournalRecord]) -> Result<Plan> {
+fn plan(arguments: &ReplayArguments, records: &[JournalRecord]) -> Result<Plan> {
     let Some(file) = &arguments.file else {
         let journal = arguments.journal.display();
         let began = journal::began_with(records);
@@ -76,9 +77,9 @@ fn plan(arguments: &Replay, records: &[JournalRecord]) -> Result<Plan> {
     of_file(file, arguments)
 }
 
-fn of_file(file: &Path, arguments: &Replay) -> Result<Plan> {
+fn of_file(file: &Path, arguments: &ReplayArguments) -> Result<Plan> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
-    let (overrides, malformed) = check::overrides(&arguments.overrides, &folder);
+    let (overrides, malformed) = check::parse_overrides(&arguments.overrides, &folder);
     if let Some(finding) = malformed.first() {
         bail!("{finding}");
     }
@@ -92,7 +93,7 @@ fn of_file(file: &Path, arguments: &Replay) -> Result<Plan> {
 }
 
 fn mismatch(
-    arguments: &Replay,
+    arguments: &ReplayArguments,
     plan: &Plan,
     record: &JournalRecord,
     error: LedgerError,

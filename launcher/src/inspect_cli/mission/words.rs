@@ -1,4 +1,4 @@
-//! The marking in words.
+//! A marking as text.
 
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{
@@ -6,9 +6,9 @@ use armor_marking::{
     MissionChange, MissionComponent, OrderGiven, VariableValue,
 };
 
-/// Where the mission stands; the marking was told `age_s` ago. `file`: what is wrong with the file
-/// on the disk.
-pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
+/// Formats a marking that was sent `age_s` ago. `file`: the problem of the file on the disk, if
+/// there is one.
+pub fn format_marking(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
     let now_s = marking.now_at_s + age_s;
     let mut out = format!(
         "mission {}: {}, {} after its start, {} fired\n",
@@ -36,7 +36,7 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
         let for_s = format_duration(now_s - marking.version_since_at_s);
         out += &format!("version {} of the file has been played for {for_s}\n", marking.version);
     }
-    marking.change.iter().for_each(|it| out += &change(it, marking.version));
+    marking.change.iter().for_each(|it| out += &format_change(it, marking.version));
     file.iter().for_each(|problem| out += &format!("{problem}\n"));
     let mut rows = Vec::new();
     let mut section = |name: &str, lines: Vec<String>| {
@@ -46,37 +46,37 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
         }
     };
     let paused = marking.pause.is_some();
-    section("marked", marking.places.iter().map(|it| place(it, paused)).collect());
-    section("in flight", marking.in_flight.iter().map(flight).collect());
+    section("marked", marking.places.iter().map(|it| format_place(it, paused)).collect());
+    section("in flight", marking.in_flight.iter().map(format_in_flight).collect());
     // Whose clock is stopped stands where it stood when the pause began.
     let clock_s = transition_clock(marking, now_s);
     let can_fire = marking.enabled.iter().map(|it| describe_enabled(it, clock_s(it.held)));
     section("can fire", can_fire.collect());
     if !marking.confirmations.is_empty() {
         let asked = marking.confirmations.iter();
-        section("asks", asked.map(|it| confirmation(it, now_s)).collect());
+        section("asks", asked.map(|it| format_confirmation(it, now_s)).collect());
     }
     if let Some(holder) = &marking.holder {
         section("command", vec![in_command(holder, now_s)]);
     }
     if !marking.variables.is_empty() {
-        section("variables", marking.variables.iter().map(variable).collect());
+        section("variables", marking.variables.iter().map(format_variable).collect());
     }
     if !marking.guards.is_empty() {
-        section("guards", marking.guards.iter().map(guard).collect());
+        section("guards", marking.guards.iter().map(format_guard).collect());
     }
-    let dates: Vec<_> = marking.dates.iter().filter_map(|it| date(it, now_s)).collect();
+    let dates: Vec<_> = marking.dates.iter().filter_map(|it| format_date(it, now_s)).collect();
     if !dates.is_empty() {
         section("dates", dates);
     }
-    section("components", marking.components.iter().map(component).collect());
+    section("components", marking.components.iter().map(format_component).collect());
     let history = marking.history.iter();
     section(
         "fired",
         history.map(|it| format!("{} at {:.1} s", it.transition, it.fired_at_s)).collect(),
     );
     if !marking.orders.is_empty() {
-        section("orders", marking.orders.iter().map(order).collect());
+        section("orders", marking.orders.iter().map(format_order).collect());
     }
     for (name, line) in rows {
         out += &format!("{name:10}  {line}\n");
@@ -95,30 +95,30 @@ pub fn in_words(marking: &Marking, age_s: f64, file: Option<&str>) -> String {
 }
 
 /// What becomes of a newer version of the file.
-fn change(change: &MissionChange, played: u64) -> String {
+fn format_change(change: &MissionChange, played: u64) -> String {
     let MissionChange { version, state, why, changes } = change;
     let mut out = match state {
         ChangeState::Refused => {
-            format!("version {version} of the file is refused, {played} goes on: {why}\n")
+            format!("version {version} of the file is refused, {played} continues: {why}\n")
         }
         ChangeState::Waiting => {
-            format!("version {version} of the file waits, {played} goes on: {why}\n")
+            format!("version {version} of the file waits, {played} continues: {why}\n")
         }
         ChangeState::Reading => {
-            format!("version {version} of the file is being read, {played} goes on\n")
+            format!("version {version} of the file is being read, {played} continues\n")
         }
     };
     changes.iter().for_each(|change| out += &format!("            {change}\n"));
     out
 }
 
-fn place(place: &MarkedPlace, paused: bool) -> String {
+fn format_place(place: &MarkedPlace, paused: bool) -> String {
     let tokens = if place.tokens == 1 { String::new() } else { format!(" x {}", place.tokens) };
     let active = if place.active || paused { "" } else { "  (not all of its components run yet)" };
     format!("{}{tokens}{active}", place.place)
 }
 
-fn flight(flight: &InFlight) -> String {
+fn format_in_flight(flight: &InFlight) -> String {
     let waits = if flight.waits_for.is_empty() {
         String::new()
     } else {
@@ -128,7 +128,7 @@ fn flight(flight: &InFlight) -> String {
     format!("{}: {from} -> {to}, {}{waits}", flight.cause, flight.phase)
 }
 
-fn variable(variable: &VariableValue) -> String {
+fn format_variable(variable: &VariableValue) -> String {
     let outside = match variable.outside {
         0 => String::new(),
         n => format!("  ({n} values were outside of its domain)"),
@@ -136,13 +136,13 @@ fn variable(variable: &VariableValue) -> String {
     format!("{} is {}{outside}", variable.variable, variable.value)
 }
 
-fn guard(guard: &GuardTruth) -> String {
+fn format_guard(guard: &GuardTruth) -> String {
     let because = if guard.because.is_empty() { "" } else { ": " };
     format!("{}: {} is {}{because}{}", guard.transition, guard.guard, guard.truth, guard.because)
 }
 
-/// What waits for a date, or has missed it; none if there is nothing to be said any more.
-fn date(stand: &DateStand, now_s: f64) -> Option<String> {
+/// Formats what waits for a date, or has missed it; none if the date no longer matters.
+fn format_date(stand: &DateStand, now_s: f64) -> Option<String> {
     let DateStand { transition, not_before, not_after, missed, next_at_s, .. } = stand;
     let left = match next_at_s {
         Some(at_s) => format!(", in {}", format_duration((at_s - now_s).max(0.0))),
@@ -163,7 +163,7 @@ fn date(stand: &DateStand, now_s: f64) -> Option<String> {
     }
 }
 
-fn confirmation(asked: &Confirmation, now_s: f64) -> String {
+fn format_confirmation(asked: &Confirmation, now_s: f64) -> String {
     let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
     let answer = match asked.answer_by_at_s {
         None => "waits for an answer".to_owned(),
@@ -185,13 +185,13 @@ fn in_command(holder: &Holder, now_s: f64) -> String {
     }
 }
 
-fn order(order: &OrderGiven) -> String {
+fn format_order(order: &OrderGiven) -> String {
     let verdict = if order.accepted { "" } else { "refused: " };
     let OrderGiven { author, order, given_at_s, text, .. } = order;
     format!("{author}: {order} at {given_at_s:.1} s; {verdict}{text}")
 }
 
-fn component(component: &MissionComponent) -> String {
+fn format_component(component: &MissionComponent) -> String {
     let always = if component.controlled { "" } else { "  (not controlled by the mission)" };
     let given = component.values.iter().map(|given| format!("{}={}", given.parameter, given.value));
     let given: Vec<_> = given.collect();
@@ -264,7 +264,7 @@ components  explorer active
 fired       none
 reports that changed nothing: 0 too late, 2 that no transition waits for
 ";
-        assert_eq!(in_words(&marking(), 0.5, None), expected);
+        assert_eq!(format_marking(&marking(), 0.5, None), expected);
     }
 
     #[test]
@@ -279,10 +279,10 @@ reports that changed nothing: 0 too late, 2 that no transition waits for
         });
         let expected = "\
 version 2 of the file has been played for 2.0 s
-version 3 of the file waits, 2 goes on: `explore` holds a token, and the new file has no such place
+version 3 of the file waits, 2 continues: `explore` holds a token, and the new file has no such place
             place explore removed
 ";
-        let shown = in_words(&marking, 0.5, None);
+        let shown = format_marking(&marking, 0.5, None);
         assert!(shown.contains(expected), "{shown}");
         marking.change = Some(MissionChange {
             version: 3,
@@ -290,8 +290,8 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
             why: "it has no mission any more".into(),
             changes: Vec::new(),
         });
-        let shown = in_words(&marking, 0.5, None);
-        assert!(shown.contains("version 3 of the file is refused, 2 goes on: it has no mission"));
+        let shown = format_marking(&marking, 0.5, None);
+        assert!(shown.contains("version 3 of the file is refused, 2 continues: it has no mission"));
     }
 
     #[test]
@@ -309,7 +309,7 @@ version 3 of the file waits, 2 goes on: `explore` holds a token, and the new fil
             truth: "false".into(),
             because: "battery is 0.42".into(),
         }];
-        let shown = in_words(&marking, 0.5, None);
+        let shown = format_marking(&marking, 0.5, None);
         let expected = "
 variables   battery is 0.42  (2 values were outside of its domain)
 guards      weak: battery < 30% is false: battery is 0.42
@@ -340,7 +340,7 @@ components  explorer active
             stand("past", "fail", false, None),
             stand("past", "fail", true, None),
         ];
-        let shown = in_words(&marking, 0.5, None);
+        let shown = format_marking(&marking, 0.5, None);
         let expected = "
 dates       meet waits until 2026-11-21T14:30:00Z, in 3 min 20 s
             meet may fire until 2026-11-21T14:35:00Z, in 5 min 00 s
@@ -393,6 +393,6 @@ components  explorer active
 fired       none
 orders      sam: fire recall at 10.0 s; refused: ruth commands
 ";
-        assert_eq!(in_words(&marking, 0.5, None), expected);
+        assert_eq!(format_marking(&marking, 0.5, None), expected);
     }
 }

@@ -2,30 +2,30 @@
 
 use std::time::Duration;
 
-/// Lines at once.
+/// Lines in one burst.
 const BURST: f64 = 10_000.0;
-/// Lines per second in the long run: far more than anybody reads, far less than fills a disk.
+/// Lines per second on average: far more than a person reads, far less than fills a disk.
 const RATE_HZ: f64 = 2_000.0;
 /// A line counts as several if it is longer, in bytes.
 const LINE_LEN: usize = 200;
-/// How often a process that floods is told of.
+/// Interval of the warnings about a process that floods.
 const CONFESS_EVERY: Duration = Duration::from_secs(1);
 
 /// A bucket of lines that fills with time.
-pub struct Budget {
+pub struct LineBudget {
     lines: f64,
     filled: Duration,
     left_out: u64,
     confessed: Duration,
 }
 
-impl Budget {
+impl LineBudget {
     /// A full bucket.
     pub fn new(now: Duration) -> Self {
         Self { lines: BURST, filled: now, left_out: 0, confessed: now }
     }
 
-    /// Whether one more line may pass; if not, it is counted.
+    /// Returns whether one more line may pass; if not, counts it.
     pub fn take(&mut self, now: Duration, len: usize) -> bool {
         let passed = now.saturating_sub(self.filled).as_secs_f64();
         self.filled = now;
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_flood_is_cut_to_the_rate_and_every_line_counted() {
-        let mut budget = Budget::new(Duration::ZERO);
+        let mut budget = LineBudget::new(Duration::ZERO);
         let mut passed = 0;
         let mut left_out = 0;
         for millisecond in 0..10_000 {
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn long_lines_cost_more() {
-        let mut budget = Budget::new(Duration::ZERO);
+        let mut budget = LineBudget::new(Duration::ZERO);
         let passed = (0..10_000).filter(|_| budget.take(Duration::ZERO, 8_000)).count();
         assert_eq!(passed, 10_000 / 41);
     }

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 
 use super::render::Plain;
-use super::{Level, Log};
+use super::{LogLevel, RunLog};
 
 /// The files that are open.
-pub struct Files {
+pub struct LogFiles {
     directory: PathBuf,
     all: Target,
     of: HashMap<Arc<str>, Target>,
@@ -22,11 +22,11 @@ pub struct Files {
 struct Target {
     path: PathBuf,
     file: Option<BufWriter<File>>,
-    /// Its failure was told; it is told once.
-    told: bool,
+    /// Its failure was reported; it is reported once.
+    reported: bool,
 }
 
-impl Files {
+impl LogFiles {
     /// Makes the folder and `all.log`.
     ///
     /// # Errors
@@ -37,12 +37,12 @@ impl Files {
         let all = directory.join("all.log");
         let file = File::create(&all)
             .with_context(|| format!("the file {} cannot be written", all.display()))?;
-        let all = Target { path: all, file: Some(BufWriter::new(file)), told: false };
+        let all = Target { path: all, file: Some(BufWriter::new(file)), reported: false };
         Ok(Self { directory: directory.into(), all, of: HashMap::new() })
     }
 
     /// Writes what comes until the end; what waits is on disk before waiting for more.
-    pub fn write_all(mut self, log: &Log) {
+    pub fn write_all(mut self, log: &RunLog) {
         while let Some((lines, left_out)) = log.files.take() {
             for line in &lines {
                 let text = Plain(line, 0).to_string();
@@ -66,7 +66,7 @@ impl Files {
 impl Target {
     fn open(path: PathBuf) -> Self {
         let file = File::create(&path).ok().map(BufWriter::new);
-        Self { path, file, told: false }
+        Self { path, file, reported: false }
     }
 
     fn write(&mut self, line: &str) {
@@ -76,16 +76,16 @@ impl Target {
         }
     }
 
-    fn flush(&mut self, log: &Log) {
+    fn flush(&mut self, log: &RunLog) {
         let failure = match &mut self.file {
             Some(file) => file.flush().err().map(|error| error.to_string()),
             None => Some("it could not be opened".into()),
         };
         if let Some(failure) = failure
-            && !std::mem::replace(&mut self.told, true)
+            && !std::mem::replace(&mut self.reported, true)
         {
             let text = format!("lines are lost: {}: {failure}", self.path.display());
-            log.say("launcher", Level::Error, text);
+            log.report("launcher", LogLevel::Error, text);
         }
     }
 }

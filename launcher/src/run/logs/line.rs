@@ -1,51 +1,51 @@
-//! One line of output: whose, when, how grave, and its text made safe for a terminal.
+//! One line of output: process, time, level, and its text made safe for a terminal.
 
 use std::sync::Arc;
 
-use super::Level;
+use super::LogLevel;
 
 /// Where a line came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stream {
+pub enum LogStream {
     /// A process's standard output.
     Out,
     /// A process's standard error.
     Err,
-    /// The launcher's own words about a process.
+    /// The launcher's own message about a process.
     Launcher,
 }
 
 /// A line as it is shown and kept.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct LogLine {
     /// Seconds since the start of the run.
     pub time_s: f64,
-    /// Who speaks or is spoken of.
+    /// The process that wrote it, or that it is about.
     pub name: Arc<str>,
     /// Where it came from.
-    pub stream: Stream,
-    /// How grave it is; empty if the line does not say.
+    pub stream: LogStream,
+    /// Its level; empty if the line has none.
     pub level: &'static str,
-    /// What is said.
+    /// The message.
     pub text: String,
 }
 
 const LEVELS: [&str; 5] = ["ERROR", "WARN", "INFO", "DEBUG", "TRACE"];
 
-impl Line {
-    /// A line of the launcher's own.
-    pub fn said(time_s: f64, name: &str, level: Level, text: String) -> Self {
+impl LogLine {
+    /// Makes a line of the launcher.
+    pub fn of_launcher(time_s: f64, name: &str, level: LogLevel, text: String) -> Self {
         let level = match level {
-            Level::Error => "ERROR",
-            Level::Warn => "WARN",
-            Level::Info => "INFO",
+            LogLevel::Error => "ERROR",
+            LogLevel::Warn => "WARN",
+            LogLevel::Info => "INFO",
         };
-        Self { time_s, name: name.into(), stream: Stream::Launcher, level, text }
+        Self { time_s, name: name.into(), stream: LogStream::Launcher, level, text }
     }
 
     /// A line as a process wrote it: `LEVEL text`, or any text.
-    pub fn read(time_s: f64, name: Arc<str>, stream: Stream, bytes: &[u8]) -> Self {
-        let text = printable(&String::from_utf8_lossy(bytes));
+    pub fn read(time_s: f64, name: Arc<str>, stream: LogStream, bytes: &[u8]) -> Self {
+        let text = strip_control_characters(&String::from_utf8_lossy(bytes));
         let (level, text) = match text.trim_start().split_once(' ') {
             Some((first, rest)) => match LEVELS.iter().find(|level| **level == first) {
                 Some(level) => (*level, rest.trim_start().to_owned()),
@@ -62,8 +62,8 @@ impl Line {
     }
 }
 
-/// Without terminal control: a component must not be able to recolour or rewrite the screen.
-fn printable(text: &str) -> String {
+/// Removes control characters: a component must not be able to recolour or rewrite the screen.
+fn strip_control_characters(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();
     while let Some(c) = chars.next() {
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_line_is_taken_apart_and_made_safe() {
         let check = |bytes: &[u8], level: &str, text: &str| {
-            let line = Line::read(0.0, "x".into(), Stream::Err, bytes);
+            let line = LogLine::read(0.0, "x".into(), LogStream::Err, bytes);
             assert_eq!((line.level, line.text.as_str()), (level, text), "{bytes:?}");
         };
         check(b"INFO ready port=7", "INFO", "ready port=7");

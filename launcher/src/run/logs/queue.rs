@@ -1,31 +1,33 @@
-//! Lines on their way to a sink: bounded in bytes, never waited for by who fills it.
+//! Lines queued for a sink: bounded in bytes, and pushing never waits.
 
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 
-use super::Line;
+use parking_lot::{Condvar, Mutex};
+
+use super::LogLine;
 
 /// How much may wait for a slow terminal or disk, in bytes.
 const MAX_BYTES: usize = 8 << 20;
 
 /// From any thread to the one of the sink.
 #[derive(Default)]
-pub struct Queue {
-    waiting: Mutex<Waiting>,
+pub struct LineQueue {
+    waiting: Mutex<WaitingLines>,
     changed: Condvar,
 }
 
 #[derive(Default)]
-struct Waiting {
-    lines: Vec<Arc<Line>>,
+struct WaitingLines {
+    lines: Vec<Arc<LogLine>>,
     bytes: usize,
     left_out: u64,
     closed: bool,
 }
 
-impl Queue {
+impl LineQueue {
     /// Adds a line, or counts it if there is no room.
-    pub fn push(&self, line: Arc<Line>) {
-        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn push(&self, line: Arc<LogLine>) {
+        let mut waiting = self.waiting.lock();
         if waiting.closed {
             return;
         }
@@ -40,13 +42,13 @@ impl Queue {
 
     /// Everything that waits and the number of lines left out; waits for the first. Nothing after
     /// the end.
-    pub fn take(&self) -> Option<(Vec<Arc<Line>>, u64)> {
-        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn take(&self) -> Option<(Vec<Arc<LogLine>>, u64)> {
+        let mut waiting = self.waiting.lock();
         while waiting.lines.is_empty() {
             if waiting.closed {
                 return None;
             }
-            waiting = self.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+            self.changed.wait(&mut waiting);
         }
         waiting.bytes = 0;
         let left_out = std::mem::take(&mut waiting.left_out);
@@ -55,7 +57,7 @@ impl Queue {
 
     /// Nothing more comes.
     pub fn close(&self) {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
+        self.waiting.lock().closed = true;
         self.changed.notify_all();
     }
 }
@@ -63,12 +65,12 @@ impl Queue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::logs::Stream;
+    use crate::run::logs::LogStream;
 
     #[test]
     fn a_sink_that_takes_nothing_costs_bounded_memory_and_loses_nothing_silently() {
-        let queue = Queue::default();
-        let line = Arc::new(Line::read(0.0, "x".into(), Stream::Out, &[b'x'; 8000]));
+        let queue = LineQueue::default();
+        let line = Arc::new(LogLine::read(0.0, "x".into(), LogStream::Out, &[b'x'; 8000]));
         for _ in 0..10_000 {
             queue.push(line.clone());
         }

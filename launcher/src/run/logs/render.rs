@@ -4,38 +4,38 @@ use std::fmt::Write;
 
 use serde_json::json;
 
-use super::{Line, Stream};
-use crate::arguments::Format;
+use super::{LogLine, LogStream};
+use crate::arguments::OutputFormat;
 use crate::print;
 
 /// Longest name that the others are lined up with.
 const MAX_WIDTH: usize = 20;
-/// Colours that can be told apart on black and on white (xterm's 256).
+/// Colours that can be distinguished on black and on white (xterm's 256).
 const COLOURS: [u8; 12] = [33, 35, 36, 63, 67, 71, 99, 133, 137, 143, 168, 173];
 
 /// How lines look.
 pub struct Renderer {
-    format: Format,
+    format: OutputFormat,
     colours: bool,
     width: usize,
 }
 
 impl Renderer {
     /// With colours if stdout is a terminal and `NO_COLOR` is not set.
-    pub fn for_stdout(names: &[&str], format: Format) -> Self {
-        Self::new(names, format, print::coloured(&std::io::stdout()))
+    pub fn for_stdout(names: &[&str], format: OutputFormat) -> Self {
+        Self::new(names, format, print::wants_colours(&std::io::stdout()))
     }
 
-    /// As told.
-    pub fn new(names: &[&str], format: Format, colours: bool) -> Self {
+    /// Makes a renderer with or without colours.
+    pub fn new(names: &[&str], format: OutputFormat, colours: bool) -> Self {
         let width = names.iter().map(|name| name.len()).max().unwrap_or(0).min(MAX_WIDTH);
         Self { format, colours, width }
     }
 
     /// Appends the line with its end.
-    pub fn render(&self, line: &Line, out: &mut String) {
+    pub fn render(&self, line: &LogLine, out: &mut String) {
         let result = match self.format {
-            Format::Json => writeln!(out, "{}", json(line)),
+            OutputFormat::Json => writeln!(out, "{}", line_to_json(line)),
             _ if self.colours => {
                 let (name, level) = (colour_of(&line.name), level_colour(line.level));
                 writeln!(
@@ -53,16 +53,16 @@ impl Renderer {
         result.expect("a string takes any text");
     }
 
-    /// Appends that lines were left out because nobody took them.
+    /// Appends that lines were left out because the terminal was too slow.
     pub fn left_out(&self, count: u64, out: &mut String) {
         let text = format!("{count} lines were left out: the terminal is too slow (see the files)");
-        let line = Line::said(0.0, "launcher", super::Level::Warn, text);
+        let line = LogLine::of_launcher(0.0, "launcher", super::LogLevel::Warn, text);
         self.render(&line, out);
     }
 }
 
 /// `12.345 simulator   INFO message`.
-pub struct Plain<'a>(pub &'a Line, pub usize);
+pub struct Plain<'a>(pub &'a LogLine, pub usize);
 
 impl std::fmt::Display for Plain<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -71,11 +71,11 @@ impl std::fmt::Display for Plain<'_> {
     }
 }
 
-fn json(line: &Line) -> serde_json::Value {
+fn line_to_json(line: &LogLine) -> serde_json::Value {
     let stream = match line.stream {
-        Stream::Out => "stdout",
-        Stream::Err => "stderr",
-        Stream::Launcher => "launcher",
+        LogStream::Out => "stdout",
+        LogStream::Err => "stderr",
+        LogStream::Launcher => "launcher",
     };
     json!({
         "event": "log",
@@ -105,8 +105,8 @@ fn level_colour(level: &str) -> &'static str {
 mod tests {
     use super::*;
 
-    fn check(format: Format, colours: bool, expected: &str) {
-        let line = Line::read(12.3456, "laser".into(), Stream::Err, b"INFO up port=7");
+    fn check(format: OutputFormat, colours: bool, expected: &str) {
+        let line = LogLine::read(12.3456, "laser".into(), LogStream::Err, b"INFO up port=7");
         let mut out = String::new();
         Renderer::new(&["laser", "simulator"], format, colours).render(&line, &mut out);
         assert_eq!(out, expected);
@@ -114,9 +114,9 @@ mod tests {
 
     #[test]
     fn a_line_for_people_for_terminals_and_for_programs() {
-        check(Format::Text, false, "  12.346 laser      INFO up port=7\n");
+        check(OutputFormat::Text, false, "  12.346 laser      INFO up port=7\n");
         check(
-            Format::Json,
+            OutputFormat::Json,
             false,
             concat!(
                 r#"{"event":"log","level":"INFO","message":"up port=7","name":"laser","#,
@@ -128,6 +128,6 @@ mod tests {
         let text = format!(
             "\x1b[2m  12.346\x1b[0m \x1b[38;5;{colour}mlaser    \x1b[0m  INFO\x1b[0m up port=7\n"
         );
-        check(Format::Text, true, &text);
+        check(OutputFormat::Text, true, &text);
     }
 }

@@ -1,4 +1,4 @@
-//! One process under supervision: its state, its deadlines, its record of deaths.
+//! One supervised process: its state, its deadlines, its record of deaths.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -6,31 +6,31 @@ use std::time::Duration;
 use armor_wire::control::RunState;
 use armor_wire::liveness::SILENCE;
 
-use super::{Duty, GRACE, Role};
+use super::{ChildRole, Duty, GRACE};
 
 /// Wait before the first restart.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 /// Longest wait before a restart.
 const MOST_DELAY: Duration = Duration::from_secs(10);
-/// So many deaths within [`DEATHS_WITHIN`] and the process is given up.
+/// Deaths within [`DEATHS_WITHIN`] after which a process is given up.
 pub const MAX_DEATHS: usize = 5;
-/// The time that deaths are counted in; who lived longer starts with a clean record.
+/// The time in which deaths are counted; a process that lived longer starts with a clean record.
 pub const DEATHS_WITHIN: Duration = Duration::from_secs(60);
-/// How long a daemon has to get ready after its start: a busy host, a cold disk.
+/// Longest time until a daemon is ready after its start: a busy host, a cold disk.
 const READY_WITHIN: Duration = Duration::from_secs(20);
-/// How long a component has from its registration to the first beat: as long as a crowd of two
-/// hundred takes to be connected to.
+/// Longest time from a component's registration to its first beat: connecting to two hundred
+/// components takes as long.
 const FIRST_BEAT_WITHIN: Duration = Duration::from_secs(10);
-/// How long a daemon may be missing at the registry (or the registry silent) while it still runs.
+/// Longest time that a running daemon may be missing at the registry, or the registry be silent.
 const MISSING_FOR: Duration = Duration::from_secs(3);
 
 /// What the process is doing.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum State {
+pub(super) enum ChildState {
     /// It waits for its turn, or for the end of its backoff.
     Waiting { until: Duration },
     /// It runs.
-    Running { watch: Watch },
+    Running { watch: Silence },
     /// It was asked to end, or killed because it hung.
     Ending { kill_at: Option<Duration>, hung: bool },
     /// It ended and stays down.
@@ -39,16 +39,16 @@ pub(super) enum State {
     Failed,
 }
 
-/// What the process has to say, until when.
+/// What the process must send, and its deadline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Watch {
+pub(super) enum Silence {
     /// Nothing.
     Nothing,
     /// It has to register.
     Ready { until: Duration },
-    /// It has to say its first beat.
+    /// It has to send its first beat.
     FirstBeat { until: Duration },
-    /// It has to say the next beat.
+    /// It has to send the next beat.
     Beat { until: Duration },
     /// It has to be at the registry again.
     Return { until: Duration },
@@ -58,7 +58,7 @@ pub(super) enum Watch {
 #[derive(Clone, Debug)]
 pub(super) struct Child {
     pub duty: Duty,
-    pub state: State,
+    pub state: ChildState,
     /// It was ready at least once.
     pub was_ready: bool,
     /// Its component has reported a failure, and is in no other state since.
@@ -71,7 +71,7 @@ impl Child {
     pub fn new(duty: Duty) -> Self {
         Self {
             duty,
-            state: State::Waiting { until: Duration::ZERO },
+            state: ChildState::Waiting { until: Duration::ZERO },
             was_ready: false,
             has_failed: false,
             deaths: VecDeque::new(),
@@ -80,70 +80,73 @@ impl Child {
     }
 
     pub fn is_alive(&self) -> bool {
-        matches!(self.state, State::Running { .. } | State::Ending { .. })
+        matches!(self.state, ChildState::Running { .. } | ChildState::Ending { .. })
     }
 
-    /// Whether it is to be started now; if so, it counts as started.
+    /// Returns whether it must be started now; if so, it counts as started.
     pub fn start_if_due(&mut self, turn: bool, now: Duration) -> bool {
-        let due = matches!(self.state, State::Waiting { until } if turn && until <= now);
+        let due = matches!(self.state, ChildState::Waiting { until } if turn && until <= now);
         if due {
-            // A component's constructor may take as long as it likes.
+            // A component's constructor has no time limit.
             let watch = match self.duty.role {
-                Role::Registry | Role::Configd => Watch::Ready { until: now + READY_WITHIN },
-                Role::Component | Role::Executive => Watch::Nothing,
+                ChildRole::Registry | ChildRole::Configd => {
+                    Silence::Ready { until: now + READY_WITHIN }
+                }
+                ChildRole::Component | ChildRole::Executive => Silence::Nothing,
             };
-            self.state = State::Running { watch };
+            self.state = ChildState::Running { watch };
         }
         due
     }
 
     pub fn became_ready(&mut self, now: Duration) {
-        if let State::Running { watch } = &mut self.state {
+        if let ChildState::Running { watch } = &mut self.state {
             self.was_ready = true;
             *watch = match self.duty.role {
-                Role::Component => Watch::FirstBeat { until: now + FIRST_BEAT_WITHIN },
-                _ => Watch::Nothing,
+                ChildRole::Component => Silence::FirstBeat { until: now + FIRST_BEAT_WITHIN },
+                _ => Silence::Nothing,
             };
         }
     }
 
-    pub fn heard(&mut self, said: Option<RunState>, now: Duration) {
-        if let Some(said) = said {
-            self.has_failed = said == RunState::Failed;
+    pub fn heard(&mut self, reported: Option<RunState>, now: Duration) {
+        if let Some(reported) = reported {
+            self.has_failed = reported == RunState::Failed;
         }
-        if let State::Running { watch } = &mut self.state {
-            *watch = Watch::Beat { until: now + SILENCE };
+        if let ChildState::Running { watch } = &mut self.state {
+            *watch = Silence::Beat { until: now + SILENCE };
         }
     }
 
-    /// One call takes too long: whether it is to be killed for that; if so, it counts as killed.
+    /// Handles a call that takes too long, and returns whether the process must be killed; if so,
+    /// it counts as killed.
     pub fn is_stuck(&mut self) -> bool {
-        let running = matches!(self.state, State::Running { .. });
+        let running = matches!(self.state, ChildState::Running { .. });
         if running {
-            self.state = State::Ending { kill_at: None, hung: true };
+            self.state = ChildState::Ending { kill_at: None, hung: true };
         }
         running
     }
 
     pub fn vanished(&mut self, now: Duration) {
-        if let State::Running { watch: watch @ Watch::Nothing } = &mut self.state
-            && self.duty.role != Role::Component
+        if let ChildState::Running { watch: watch @ Silence::Nothing } = &mut self.state
+            && self.duty.role != ChildRole::Component
         {
-            *watch = Watch::Return { until: now + MISSING_FOR };
+            *watch = Silence::Return { until: now + MISSING_FOR };
         }
     }
 
     /// Nobody listened for the time of `nap`.
     pub fn forgive(&mut self, nap: Duration) {
         match &mut self.state {
-            State::Running { watch } => match watch {
-                Watch::Nothing => {}
-                Watch::Ready { until }
-                | Watch::FirstBeat { until }
-                | Watch::Beat { until }
-                | Watch::Return { until } => *until += nap,
+            ChildState::Running { watch } => match watch {
+                Silence::Nothing => {}
+                Silence::Ready { until }
+                | Silence::FirstBeat { until }
+                | Silence::Beat { until }
+                | Silence::Return { until } => *until += nap,
             },
-            State::Ending { kill_at: Some(kill_at), .. } => *kill_at += nap,
+            ChildState::Ending { kill_at: Some(kill_at), .. } => *kill_at += nap,
             _ => {}
         }
     }
@@ -151,13 +154,13 @@ impl Child {
     /// Why it must be killed now, in words; it then counts as killed.
     pub fn overdue(&mut self, now: Duration) -> Option<String> {
         let (why, hung) = match &self.state {
-            State::Running { watch } => (watch.overdue(now)?, true),
-            State::Ending { kill_at: Some(kill_at), hung } if *kill_at <= now => {
+            ChildState::Running { watch } => (watch.overdue(now)?, true),
+            ChildState::Ending { kill_at: Some(kill_at), hung } if *kill_at <= now => {
                 (format!("has not ended within {} s; it is killed", GRACE.as_secs()), *hung)
             }
             _ => return None,
         };
-        self.state = State::Ending { kill_at: None, hung };
+        self.state = ChildState::Ending { kill_at: None, hung };
         Some(why)
     }
 
@@ -171,48 +174,48 @@ impl Child {
         }
         self.deaths.push_back(now);
         if self.deaths.len() >= MAX_DEATHS {
-            self.state = State::Failed;
+            self.state = ChildState::Failed;
             return None;
         }
         let delay = self.delay;
         self.delay = (delay * 2).min(MOST_DELAY);
-        self.state = State::Waiting { until: now + delay };
+        self.state = ChildState::Waiting { until: now + delay };
         Some(delay)
     }
 
     /// Asks it to end; whether that is new to it.
     pub fn ask_to_end(&mut self, now: Duration) -> bool {
-        let running = matches!(self.state, State::Running { .. });
+        let running = matches!(self.state, ChildState::Running { .. });
         if running {
-            self.state = State::Ending { kill_at: Some(now + GRACE), hung: false };
+            self.state = ChildState::Ending { kill_at: Some(now + GRACE), hung: false };
         }
         running
     }
 
     pub fn end_at_once(&mut self) {
-        self.state = State::Ending { kill_at: None, hung: false };
+        self.state = ChildState::Ending { kill_at: None, hung: false };
     }
 
     /// The system stops: what waits will not start, what was killed to be restarted will not be.
     pub fn abandon_start(&mut self) {
         match &mut self.state {
-            State::Waiting { .. } => self.state = State::Ended,
-            State::Ending { hung, .. } => *hung = false,
+            ChildState::Waiting { .. } => self.state = ChildState::Ended,
+            ChildState::Ending { hung, .. } => *hung = false,
             _ => {}
         }
     }
 
     pub fn deadline(&self) -> Option<Duration> {
         match self.state {
-            State::Waiting { until } => Some(until),
-            State::Running { watch } => watch.deadline(),
-            State::Ending { kill_at, .. } => kill_at,
-            State::Ended | State::Failed => None,
+            ChildState::Waiting { until } => Some(until),
+            ChildState::Running { watch } => watch.deadline(),
+            ChildState::Ending { kill_at, .. } => kill_at,
+            ChildState::Ended | ChildState::Failed => None,
         }
     }
 }
 
-impl Watch {
+impl Silence {
     fn deadline(self) -> Option<Duration> {
         match self {
             Self::Nothing => None,

@@ -1,4 +1,4 @@
-//! What the supervisor is told, what it answers, and the words for both.
+//! Events and actions of the supervisor.
 
 use std::fmt;
 use std::time::Duration;
@@ -11,7 +11,7 @@ pub type ChildId = usize;
 
 /// What a process is for; in the order of starting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Role {
+pub enum ChildRole {
     /// Name to endpoint. Everybody needs it to find the others.
     Registry,
     /// Settings and parameters.
@@ -28,7 +28,7 @@ pub struct Duty {
     /// Name in the system.
     pub name: String,
     /// What it is for.
-    pub role: Role,
+    pub role: ChildRole,
     /// What happens when a component ends by itself; daemons are always restarted.
     pub restart: Restart,
     /// How long one call of a component's code may take.
@@ -37,72 +37,72 @@ pub struct Duty {
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
+pub enum ChildExit {
     /// By itself.
     Code(i32),
     /// By a signal.
     Signal(i32),
 }
 
-/// Why the run is to stop, asked from outside.
+/// Why the run should stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Request {
+pub enum StopRequest {
     /// Ctrl-C or a signal to end. The second one kills.
     Interrupt,
     /// `--for` is over.
     TimeUp,
 }
 
-/// What happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum SupervisorEvent {
     /// Time passed. The first one starts the system.
     Tick,
     /// A process could not be started.
     SpawnFailed(ChildId, String),
     /// The process is in the registry; the registry itself: it answers.
     Ready(ChildId),
-    /// A component's control port said something: its state, if that was it.
+    /// A component's control port sent an answer: its state, if it was one.
     Heard(ChildId, Option<RunState>),
     /// One call of the component's code has taken this long, longer than it may.
     Stuck(ChildId, Duration),
     /// The registry lost a process of which no end is known; the registry itself: it is silent.
     Vanished(ChildId),
     /// The process ended.
-    Exited(ChildId, Exit),
+    Exited(ChildId, ChildExit),
     /// The run is to stop.
-    Stop(Request),
+    Stop(StopRequest),
 }
 
-/// What to do.
+/// An action.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
+pub enum SupervisorAction {
     /// Start the process.
     Spawn(ChildId),
     /// Ask the process to end.
     Terminate(ChildId),
     /// Kill the process and its group.
     Kill(ChildId),
-    /// Tell people about the process.
-    Say(Level, ChildId, String),
+    /// Log a message about the process.
+    Log(LogLevel, ChildId, String),
     /// All processes have ended; the run is over.
-    End(Verdict),
+    End(RunVerdict),
 }
 
-/// How much a saying matters.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum LogLevel {
     /// Something failed for good.
     Error,
-    /// Something failed and is being mended.
+    /// Something failed and is being repaired.
     Warn,
     /// A life event.
     Info,
 }
 
-/// How the run went.
+/// The result of the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum RunVerdict {
     /// The mission reached its goal.
     Goal,
     /// The mission ended in its safe place.
@@ -121,11 +121,11 @@ pub enum Verdict {
         /// Components that failed for good.
         failed: Vec<String>,
     },
-    /// A process that nothing works without failed for good.
+    /// A process that the system needs failed for good.
     Essential(String),
 }
 
-impl fmt::Display for Exit {
+impl fmt::Display for ChildExit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let signal = match self {
             Self::Code(0) => return f.write_str("ended"),

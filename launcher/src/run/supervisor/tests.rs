@@ -1,7 +1,7 @@
 use super::*;
 
-use Action::{Kill, Spawn, Terminate};
-use Request::{Interrupt, TimeUp};
+use StopRequest::{Interrupt, TimeUp};
+use SupervisorAction::{Kill, Spawn, Terminate};
 
 const REGISTRY: ChildId = 0;
 const CONFIGD: ChildId = 1;
@@ -13,50 +13,53 @@ fn s(seconds: f64) -> Duration {
     Duration::from_secs_f64(seconds)
 }
 
-fn duty(name: &str, role: Role, restart: Restart) -> Duty {
+fn duty(name: &str, role: ChildRole, restart: Restart) -> Duty {
     Duty { name: name.into(), role, restart, watchdog: None }
 }
 
 fn system(restart: Restart) -> Vec<Duty> {
     vec![
-        duty("registry", Role::Registry, Restart::Always),
-        duty("configd", Role::Configd, Restart::Always),
-        duty("laser", Role::Component, restart),
-        duty("slam", Role::Component, restart),
-        duty("executive", Role::Executive, Restart::Always),
+        duty("registry", ChildRole::Registry, Restart::Always),
+        duty("configd", ChildRole::Configd, Restart::Always),
+        duty("laser", ChildRole::Component, restart),
+        duty("slam", ChildRole::Component, restart),
+        duty("executive", ChildRole::Executive, Restart::Always),
     ]
 }
 
-/// A supervisor with its clock, which forgets what was only said.
+/// A supervisor with its clock, which drops messages.
 struct Bench {
     supervisor: Supervisor,
     now: Duration,
-    said: Vec<String>,
+    logged: Vec<String>,
 }
 
 impl Bench {
     fn new(duties: Vec<Duty>) -> Self {
-        Self { supervisor: Supervisor::new(duties), now: Duration::ZERO, said: Vec::new() }
+        Self { supervisor: Supervisor::new(duties), now: Duration::ZERO, logged: Vec::new() }
     }
 
-    /// All processes run and have said their first beat.
+    /// All processes run and have sent their first beat.
     fn running(restart: Restart) -> Self {
         let mut bench = Self::new(system(restart));
-        assert_eq!(bench.on(Event::Tick), [Spawn(REGISTRY)]);
-        assert_eq!(bench.on(Event::Ready(REGISTRY)), [Spawn(CONFIGD)]);
-        assert_eq!(bench.on(Event::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM), Spawn(EXECUTIVE)]);
+        assert_eq!(bench.on(SupervisorEvent::Tick), [Spawn(REGISTRY)]);
+        assert_eq!(bench.on(SupervisorEvent::Ready(REGISTRY)), [Spawn(CONFIGD)]);
+        assert_eq!(
+            bench.on(SupervisorEvent::Ready(CONFIGD)),
+            [Spawn(LASER), Spawn(SLAM), Spawn(EXECUTIVE)]
+        );
         bench.beats();
         bench
     }
 
-    fn on(&mut self, event: Event) -> Vec<Action> {
-        let (said, done): (Vec<_>, Vec<_>) = self
+    fn on(&mut self, event: SupervisorEvent) -> Vec<SupervisorAction> {
+        let (logged, done): (Vec<_>, Vec<_>) = self
             .supervisor
             .handle(event, self.now)
             .into_iter()
-            .partition(|action| matches!(action, Action::Say(..)));
-        self.said.extend(said.into_iter().map(|action| match action {
-            Action::Say(_, _, text) => text,
+            .partition(|action| matches!(action, SupervisorAction::Log(..)));
+        self.logged.extend(logged.into_iter().map(|action| match action {
+            SupervisorAction::Log(_, _, text) => text,
             other => panic!("{other:?} is not a saying"),
         }));
         done
@@ -64,43 +67,46 @@ impl Bench {
 
     fn beats(&mut self) {
         for id in [LASER, SLAM] {
-            assert_eq!(self.on(Event::Ready(id)), []);
-            assert_eq!(self.on(Event::Heard(id, None)), []);
+            assert_eq!(self.on(SupervisorEvent::Ready(id)), []);
+            assert_eq!(self.on(SupervisorEvent::Heard(id, None)), []);
         }
     }
 
     /// Lets time pass in steps of 0.1 s, with beats of `alive`.
-    fn pass(&mut self, seconds: f64, alive: &[ChildId]) -> Vec<Action> {
+    fn pass(&mut self, seconds: f64, alive: &[ChildId]) -> Vec<SupervisorAction> {
         let mut done = Vec::new();
         for _ in 0..(seconds * 10.0).round() as u32 {
             self.now += s(0.1);
             for id in alive {
-                done.extend(self.on(Event::Heard(*id, None)));
+                done.extend(self.on(SupervisorEvent::Heard(*id, None)));
             }
-            done.extend(self.on(Event::Tick));
+            done.extend(self.on(SupervisorEvent::Tick));
         }
         done
     }
 
-    fn killed(id: ChildId) -> Event {
-        Event::Exited(id, Exit::Signal(9))
+    fn killed(id: ChildId) -> SupervisorEvent {
+        SupervisorEvent::Exited(id, ChildExit::Signal(9))
     }
 }
 
 #[test]
 fn everybody_waits_for_the_daemons() {
     let mut bench = Bench::new(system(Restart::OnFailure));
-    assert_eq!(bench.on(Event::Tick), [Spawn(REGISTRY)]);
+    assert_eq!(bench.on(SupervisorEvent::Tick), [Spawn(REGISTRY)]);
     assert_eq!(bench.pass(5.0, &[]), []);
-    assert_eq!(bench.on(Event::Ready(REGISTRY)), [Spawn(CONFIGD)]);
+    assert_eq!(bench.on(SupervisorEvent::Ready(REGISTRY)), [Spawn(CONFIGD)]);
     assert_eq!(bench.pass(5.0, &[]), []);
-    assert_eq!(bench.on(Event::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM), Spawn(EXECUTIVE)]);
+    assert_eq!(
+        bench.on(SupervisorEvent::Ready(CONFIGD)),
+        [Spawn(LASER), Spawn(SLAM), Spawn(EXECUTIVE)]
+    );
 }
 
 #[test]
 fn a_daemon_that_never_gets_ready_is_killed_and_given_up() {
     let mut bench = Bench::new(system(Restart::OnFailure));
-    bench.on(Event::Tick);
+    bench.on(SupervisorEvent::Tick);
     let mut kills = 0;
     while kills < 20 {
         let done = bench.pass(0.1, &[]);
@@ -113,13 +119,13 @@ fn a_daemon_that_never_gets_ready_is_killed_and_given_up() {
         }
     }
     assert_eq!(kills, 20, "one death in 20 s is slow enough to go on trying");
-    let failed = Event::SpawnFailed(REGISTRY, "no such file".into());
+    let failed = SupervisorEvent::SpawnFailed(REGISTRY, "no such file".into());
     let ends = (0..5).any(|_| {
         let done = bench.on(failed.clone());
         bench.now += s(0.01);
-        done.contains(&Action::End(Verdict::Essential("registry".into())))
+        done.contains(&SupervisorAction::End(RunVerdict::Essential("registry".into())))
     });
-    assert!(ends, "{:?}", bench.said);
+    assert!(ends, "{:?}", bench.logged);
 }
 
 #[test]
@@ -133,7 +139,11 @@ fn a_killed_component_comes_back_with_growing_delays_and_is_given_up() {
     }
     assert_eq!(bench.on(Bench::killed(LASER)), []);
     assert_eq!(bench.pass(120.0, &[SLAM]), [], "the others go on");
-    assert!(bench.said.last().is_some_and(|said| said.contains("given up")), "{:?}", bench.said);
+    assert!(
+        bench.logged.last().is_some_and(|logged| logged.contains("given up")),
+        "{:?}",
+        bench.logged
+    );
     assert!(start < bench.now);
 }
 
@@ -167,17 +177,17 @@ fn a_death_every_quarter_minute_is_waited_for_ten_seconds_at_most() {
 fn the_policy_decides_who_comes_back() {
     let check = |restart, exit, comes_back: bool| {
         let mut bench = Bench::running(restart);
-        bench.on(Event::Exited(LASER, exit));
+        bench.on(SupervisorEvent::Exited(LASER, exit));
         let spawned = bench.pass(1.0, &[SLAM]) == [Spawn(LASER)];
         assert_eq!(spawned, comes_back, "{restart:?} after {exit:?}");
     };
-    check(Restart::Always, Exit::Code(0), true);
-    check(Restart::Always, Exit::Code(1), true);
-    check(Restart::OnFailure, Exit::Code(0), false);
-    check(Restart::OnFailure, Exit::Code(101), true);
-    check(Restart::OnFailure, Exit::Signal(9), true);
-    check(Restart::Never, Exit::Code(0), false);
-    check(Restart::Never, Exit::Signal(11), false);
+    check(Restart::Always, ChildExit::Code(0), true);
+    check(Restart::Always, ChildExit::Code(1), true);
+    check(Restart::OnFailure, ChildExit::Code(0), false);
+    check(Restart::OnFailure, ChildExit::Code(101), true);
+    check(Restart::OnFailure, ChildExit::Signal(9), true);
+    check(Restart::Never, ChildExit::Code(0), false);
+    check(Restart::Never, ChildExit::Signal(11), false);
 }
 
 #[test]
@@ -196,7 +206,7 @@ fn who_registers_and_never_answers_is_killed() {
     bench.on(Bench::killed(LASER));
     bench.pass(0.1, &[SLAM]);
     assert_eq!(bench.pass(60.0, &[SLAM]), [], "a constructor may take its time");
-    bench.on(Event::Ready(LASER));
+    bench.on(SupervisorEvent::Ready(LASER));
     assert_eq!(bench.pass(9.8, &[SLAM]), []);
     assert_eq!(bench.pass(0.3, &[SLAM]), [Kill(LASER)]);
 }
@@ -205,7 +215,7 @@ fn who_registers_and_never_answers_is_killed() {
 fn a_launcher_that_slept_blames_nobody() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.now += s(3600.0);
-    assert_eq!(bench.on(Event::Tick), []);
+    assert_eq!(bench.on(SupervisorEvent::Tick), []);
     assert_eq!(bench.pass(1.6, &[]), []);
     let mut killed = bench.pass(0.2, &[]);
     killed.sort_by_key(|action| matches!(action, Kill(SLAM)));
@@ -215,11 +225,11 @@ fn a_launcher_that_slept_blames_nobody() {
 #[test]
 fn a_daemon_that_hangs_is_killed_and_one_that_is_back_in_time_is_not() {
     let mut bench = Bench::running(Restart::OnFailure);
-    bench.on(Event::Vanished(CONFIGD));
+    bench.on(SupervisorEvent::Vanished(CONFIGD));
     assert_eq!(bench.pass(2.5, &[LASER, SLAM]), []);
-    bench.on(Event::Ready(CONFIGD));
+    bench.on(SupervisorEvent::Ready(CONFIGD));
     assert_eq!(bench.pass(60.0, &[LASER, SLAM]), []);
-    bench.on(Event::Vanished(REGISTRY));
+    bench.on(SupervisorEvent::Vanished(REGISTRY));
     assert_eq!(bench.pass(3.1, &[LASER, SLAM]), [Kill(REGISTRY)]);
     bench.on(Bench::killed(REGISTRY));
     assert_eq!(bench.pass(0.1, &[LASER, SLAM]), [Spawn(REGISTRY)]);
@@ -230,7 +240,7 @@ fn a_killed_registry_comes_back_and_the_rest_stays() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.on(Bench::killed(REGISTRY));
     assert_eq!(bench.pass(0.1, &[LASER, SLAM]), [Spawn(REGISTRY)]);
-    assert_eq!(bench.on(Event::Ready(REGISTRY)), []);
+    assert_eq!(bench.on(SupervisorEvent::Ready(REGISTRY)), []);
     assert_eq!(bench.pass(60.0, &[LASER, SLAM]), []);
 }
 
@@ -238,32 +248,38 @@ fn a_killed_registry_comes_back_and_the_rest_stays() {
 fn a_daemon_given_up_ends_the_run() {
     let mut bench = Bench::running(Restart::OnFailure);
     for _ in 0..5 {
-        bench.on(Event::Exited(CONFIGD, Exit::Code(1)));
+        bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(1)));
         bench.pass(0.9, &[LASER, SLAM]);
     }
     assert!(bench.pass(0.1, &[LASER, SLAM]).is_empty(), "it waits for the executive to end");
     assert_eq!(
-        bench.on(Event::Exited(EXECUTIVE, Exit::Code(0))),
+        bench.on(SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(0))),
         [Terminate(LASER), Terminate(SLAM)]
     );
-    bench.on(Event::Exited(LASER, Exit::Code(0)));
-    assert_eq!(bench.on(Event::Exited(SLAM, Exit::Code(0))), [Terminate(REGISTRY)]);
-    let end = Action::End(Verdict::Essential("configd".into()));
-    assert_eq!(bench.on(Event::Exited(REGISTRY, Exit::Code(0))), [end]);
+    bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0)));
+    assert_eq!(bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0))), [Terminate(REGISTRY)]);
+    let end = SupervisorAction::End(RunVerdict::Essential("configd".into()));
+    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
 }
 
 #[test]
 fn the_executive_decides_how_the_mission_ended() {
-    for (code, verdict) in [(0, Verdict::Goal), (3, Verdict::Safe), (4, Verdict::Failed)] {
+    for (code, verdict) in [(0, RunVerdict::Goal), (3, RunVerdict::Safe), (4, RunVerdict::Failed)] {
         let mut bench = Bench::running(Restart::OnFailure);
-        let exit = Event::Exited(EXECUTIVE, Exit::Code(code));
+        let exit = SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(code));
         assert_eq!(bench.on(exit), [Terminate(LASER), Terminate(SLAM)]);
-        bench.on(Event::Exited(SLAM, Exit::Code(0)));
-        assert_eq!(bench.on(Event::Exited(LASER, Exit::Code(0))), [Terminate(CONFIGD)]);
-        assert_eq!(bench.on(Event::Exited(CONFIGD, Exit::Code(0))), [Terminate(REGISTRY)]);
+        bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0)));
         assert_eq!(
-            bench.on(Event::Exited(REGISTRY, Exit::Code(0))),
-            [Action::End(verdict)],
+            bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
+            [Terminate(CONFIGD)]
+        );
+        assert_eq!(
+            bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0))),
+            [Terminate(REGISTRY)]
+        );
+        assert_eq!(
+            bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))),
+            [SupervisorAction::End(verdict)],
             "code {code}"
         );
     }
@@ -271,9 +287,9 @@ fn the_executive_decides_how_the_mission_ended() {
 
 #[test]
 fn an_executive_that_crashed_is_started_again() {
-    for exit in [Exit::Signal(9), Exit::Code(101), Exit::Code(1)] {
+    for exit in [ChildExit::Signal(9), ChildExit::Code(101), ChildExit::Code(1)] {
         let mut bench = Bench::running(Restart::OnFailure);
-        bench.on(Event::Exited(EXECUTIVE, exit));
+        bench.on(SupervisorEvent::Exited(EXECUTIVE, exit));
         assert_eq!(bench.pass(0.1, &[LASER, SLAM]), [Spawn(EXECUTIVE)], "{exit:?}");
     }
 }
@@ -281,16 +297,23 @@ fn an_executive_that_crashed_is_started_again() {
 #[test]
 fn a_stop_goes_in_order_and_kills_who_does_not_end() {
     let mut bench = Bench::running(Restart::Always);
-    assert_eq!(bench.on(Event::Stop(Interrupt)), [Terminate(EXECUTIVE)]);
+    assert_eq!(bench.on(SupervisorEvent::Stop(Interrupt)), [Terminate(EXECUTIVE)]);
     assert_eq!(bench.pass(4.9, &[LASER, SLAM]), [], "silence is no fault while stopping");
     assert_eq!(bench.pass(0.2, &[]), [Kill(EXECUTIVE)]);
     assert_eq!(bench.on(Bench::killed(EXECUTIVE)), [Terminate(LASER), Terminate(SLAM)]);
-    assert_eq!(bench.on(Event::Exited(LASER, Exit::Code(0))), [], "nobody comes back");
+    assert_eq!(
+        bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
+        [],
+        "nobody comes back"
+    );
     assert_eq!(bench.pass(5.1, &[]), [Kill(SLAM)]);
     assert_eq!(bench.on(Bench::killed(SLAM)), [Terminate(CONFIGD)]);
-    assert_eq!(bench.on(Event::Exited(CONFIGD, Exit::Code(0))), [Terminate(REGISTRY)]);
-    let end = Action::End(Verdict::Interrupted);
-    assert_eq!(bench.on(Event::Exited(REGISTRY, Exit::Signal(15))), [end]);
+    assert_eq!(
+        bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0))),
+        [Terminate(REGISTRY)]
+    );
+    let end = SupervisorAction::End(RunVerdict::Interrupted);
+    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Signal(15))), [end]);
     assert_eq!(bench.pass(60.0, &[]), [], "nothing follows the end");
 }
 
@@ -298,22 +321,25 @@ fn a_stop_goes_in_order_and_kills_who_does_not_end() {
 fn the_second_interrupt_kills_at_once() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.on(Bench::killed(LASER));
-    bench.on(Event::Stop(Interrupt));
-    let killed = bench.on(Event::Stop(Interrupt));
+    bench.on(SupervisorEvent::Stop(Interrupt));
+    let killed = bench.on(SupervisorEvent::Stop(Interrupt));
     assert_eq!(killed, [Kill(REGISTRY), Kill(CONFIGD), Kill(SLAM), Kill(EXECUTIVE)]);
     for id in [REGISTRY, CONFIGD, SLAM] {
         assert_eq!(bench.on(Bench::killed(id)), []);
     }
-    assert_eq!(bench.on(Bench::killed(EXECUTIVE)), [Action::End(Verdict::Interrupted)]);
+    assert_eq!(
+        bench.on(Bench::killed(EXECUTIVE)),
+        [SupervisorAction::End(RunVerdict::Interrupted)]
+    );
 }
 
 #[test]
 fn a_hang_that_is_being_mended_when_the_stop_comes_is_not_started_again() {
     let mut bench = Bench::running(Restart::OnFailure);
     assert_eq!(bench.pass(1.8, &[SLAM]), [Kill(LASER)]);
-    assert_eq!(bench.on(Event::Stop(TimeUp)), [Terminate(EXECUTIVE)]);
+    assert_eq!(bench.on(SupervisorEvent::Stop(TimeUp)), [Terminate(EXECUTIVE)]);
     bench.on(Bench::killed(LASER));
-    assert_eq!(bench.on(Event::Exited(EXECUTIVE, Exit::Code(0))), [Terminate(SLAM)]);
+    assert_eq!(bench.on(SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(0))), [Terminate(SLAM)]);
 }
 
 #[test]
@@ -321,21 +347,21 @@ fn without_a_mission_the_run_ends_when_its_components_have() {
     let mut duties = system(Restart::OnFailure);
     duties.pop();
     let mut bench = Bench::new(duties);
-    bench.on(Event::Tick);
-    bench.on(Event::Ready(REGISTRY));
-    assert_eq!(bench.on(Event::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM)]);
+    bench.on(SupervisorEvent::Tick);
+    bench.on(SupervisorEvent::Ready(REGISTRY));
+    assert_eq!(bench.on(SupervisorEvent::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM)]);
     bench.beats();
-    assert_eq!(bench.on(Event::Exited(LASER, Exit::Code(0))), []);
-    assert_eq!(bench.on(Event::Exited(SLAM, Exit::Code(0))), [Terminate(CONFIGD)]);
-    bench.on(Event::Exited(CONFIGD, Exit::Code(0)));
-    let end = Action::End(Verdict::AllEnded { failed: vec![] });
-    assert_eq!(bench.on(Event::Exited(REGISTRY, Exit::Code(0))), [end]);
+    assert_eq!(bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))), []);
+    assert_eq!(bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0))), [Terminate(CONFIGD)]);
+    bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0)));
+    let end = SupervisorAction::End(RunVerdict::AllEnded { failed: vec![] });
+    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
 }
 
 #[test]
 fn an_idle_system_asks_for_no_look_before_something_can_be_due() {
     let mut bench = Bench::new(system(Restart::OnFailure));
-    bench.on(Event::Tick);
+    bench.on(SupervisorEvent::Tick);
     assert_eq!(bench.supervisor.next_deadline(), Some(s(20.0)), "the registry is not ready");
     let mut bench = Bench::running(Restart::OnFailure);
     assert_eq!(bench.supervisor.next_deadline(), Some(bench.now + s(1.75)), "the next beat");
@@ -346,9 +372,13 @@ fn an_idle_system_asks_for_no_look_before_something_can_be_due() {
 #[test]
 fn a_component_whose_call_takes_too_long_is_killed_once_and_started_again() {
     let mut bench = Bench::running(Restart::OnFailure);
-    assert_eq!(bench.on(Event::Stuck(LASER, s(2.5))), [Kill(LASER)]);
-    assert!(bench.said.last().is_some_and(|said| said.contains("2.5 s")), "{:?}", bench.said);
-    assert_eq!(bench.on(Event::Stuck(LASER, s(3.0))), [], "it is being killed");
-    bench.on(Event::Exited(LASER, Exit::Signal(9)));
+    assert_eq!(bench.on(SupervisorEvent::Stuck(LASER, s(2.5))), [Kill(LASER)]);
+    assert!(
+        bench.logged.last().is_some_and(|logged| logged.contains("2.5 s")),
+        "{:?}",
+        bench.logged
+    );
+    assert_eq!(bench.on(SupervisorEvent::Stuck(LASER, s(3.0))), [], "it is being killed");
+    bench.on(SupervisorEvent::Exited(LASER, ChildExit::Signal(9)));
     assert_eq!(bench.pass(0.2, &[SLAM]), [Spawn(LASER)]);
 }

@@ -5,22 +5,22 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-/// How many runs of one system may write beside each other.
-const MAX_BESIDE: u32 = 100;
+/// Most runs of one system that may write at the same time.
+const MAX_PARALLEL_RUNS: u32 = 100;
 
 /// Where a run writes if nothing else is asked for.
-pub fn usual(name: &str) -> PathBuf {
+pub fn default_folder(name: &str) -> PathBuf {
     Path::new("out").join(name)
 }
 
 /// A folder that is ours as long as this lives.
 #[derive(Debug)]
-pub struct Folder {
+pub struct OutputFolder {
     path: PathBuf,
     _lock: File,
 }
 
-impl Folder {
+impl OutputFolder {
     /// The folder that was asked for; otherwise `out/NAME` in the current one, with a number if
     /// another run is writing there.
     ///
@@ -33,8 +33,8 @@ impl Folder {
                 None => bail!("another run is writing into {}; give another --out", path.display()),
             };
         }
-        let first = usual(name);
-        for number in 1..=MAX_BESIDE {
+        let first = default_folder(name);
+        for number in 1..=MAX_PARALLEL_RUNS {
             let path = match number {
                 1 => first.clone(),
                 number => first.with_file_name(format!("{name}-{number}")),
@@ -43,7 +43,7 @@ impl Folder {
                 return Ok(folder);
             }
         }
-        bail!("{MAX_BESIDE} runs are writing beside {}; give --out", first.display())
+        bail!("{MAX_PARALLEL_RUNS} runs are writing next to {}; give --out", first.display())
     }
 
     /// Where it is; absolute.
@@ -63,17 +63,17 @@ impl Folder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scratch::Scratch;
+    use crate::scratch::ScratchFolder;
 
     #[test]
     fn two_runs_do_not_write_into_one_folder() {
-        let scratch = Scratch::new("out");
+        let scratch = ScratchFolder::new("out");
         let path = scratch.path().join("a/b");
-        let first = Folder::take(Some(&path), "x").expect("it is free");
+        let first = OutputFolder::take(Some(&path), "x").expect("it is free");
         assert!(first.path().is_absolute() && first.path().is_dir());
-        let error = Folder::take(Some(&path), "x").expect_err("it is taken");
+        let error = OutputFolder::take(Some(&path), "x").expect_err("it is taken");
         assert!(error.to_string().contains("--out"), "{error}");
         drop(first);
-        Folder::take(Some(&path), "x").expect("it is free again");
+        OutputFolder::take(Some(&path), "x").expect("it is free again");
     }
 }

@@ -1,18 +1,18 @@
-//! How the map is looked at: what is in the middle, how large, and where a point is on the screen.
+//! The view of the map: its centre and scale, and conversions between map and screen.
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{Pos2, Rect, vec2};
 
 /// Smallest and largest scale, in points for each metre.
 const SCALES: (f32, f32) = (0.2, 1000.0);
-/// The scale before anything is known: ten metres across a hand.
+/// The scale before there is a map.
 const FIRST_SCALE: f32 = 40.0;
 /// Share of the area that a fitted map takes.
 const FITTED: f32 = 0.94;
 
-/// What is in the middle, and how large.
+/// Centre and scale of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct MapViewport {
     /// The point in the middle, on the map.
     pub(super) centre: Point2,
     /// Points of the screen for each metre.
@@ -21,14 +21,14 @@ pub(super) struct Look {
     pub(super) rect: Rect,
 }
 
-impl Default for Look {
+impl Default for MapViewport {
     fn default() -> Self {
         Self { centre: Point2::default(), scale: FIRST_SCALE, rect: Rect::ZERO }
     }
 }
 
-impl Look {
-    /// Where a point is on the screen; y goes up on the map.
+impl MapViewport {
+    /// Returns the place of a point on the screen; y points up on the map.
     pub(super) fn on_screen(&self, point: Point2) -> Pos2 {
         let scale = f64::from(self.scale);
         let x = (point.x_m - self.centre.x_m) * scale;
@@ -36,7 +36,7 @@ impl Look {
         self.rect.center() + vec2(x as f32, y as f32)
     }
 
-    /// The point under a place of the screen.
+    /// Returns the point under a place of the screen.
     pub(super) fn on_map(&self, at: Pos2) -> Point2 {
         let away = (at - self.rect.center()) / self.scale;
         Point2::new(self.centre.x_m + f64::from(away.x), self.centre.y_m - f64::from(away.y))
@@ -70,8 +70,8 @@ impl Look {
         step.unwrap_or(1.0) * ten
     }
 
-    /// Points that look like a line on the screen: those nearer to the last than a point are left
-    /// out, what has no place too.
+    /// Converts a line to the screen, without points nearer than one screen point to the last one,
+    /// and without those that are not finite.
     pub(super) fn line(&self, points: impl Iterator<Item = Point2>) -> Vec<Pos2> {
         let mut line: Vec<Pos2> = Vec::new();
         for at in points.map(|point| self.on_screen(point)) {
@@ -84,7 +84,7 @@ impl Look {
     }
 }
 
-/// The pose that a stroke on the map means: there, looking along it.
+/// Returns the pose that a stroke on the map means: at its start, heading along it.
 pub(super) fn pose_of(from: Point2, toward: Point2) -> Pose2 {
     Pose2::new(from.x_m, from.y_m, from.bearing_rad(toward))
 }
@@ -94,8 +94,11 @@ mod tests {
     use super::*;
     use eframe::egui::pos2;
 
-    fn look() -> Look {
-        Look { rect: Rect::from_min_size(pos2(0.0, 0.0), vec2(400.0, 200.0)), ..Look::default() }
+    fn look() -> MapViewport {
+        MapViewport {
+            rect: Rect::from_min_size(pos2(0.0, 0.0), vec2(400.0, 200.0)),
+            ..MapViewport::default()
+        }
     }
 
     #[test]
@@ -131,7 +134,7 @@ mod tests {
     #[test]
     fn a_scale_bar_is_one_two_or_five() {
         for (scale, expected) in [(40.0, 2.0), (100.0, 1.0), (19.0, 5.0), (1000.0, 0.1)] {
-            let bar_m = Look { scale, ..look() }.bar_m(101.0);
+            let bar_m = MapViewport { scale, ..look() }.bar_m(101.0);
             assert!((bar_m - expected).abs() < 1e-9, "{bar_m} at {scale}");
         }
     }

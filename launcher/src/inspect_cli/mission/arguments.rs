@@ -1,105 +1,106 @@
-//! `armor mission`: what can be asked and ordered.
+//! The arguments of `armor mission`.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
 
-use super::{Running, duration};
+use crate::arguments::{RunningSystem, parse_duration};
 
+/// Show the mission of a running system, and command it.
 #[derive(Debug, Subcommand)]
-pub enum Mission {
-    /// Show which places are marked, what can fire and by whom, and who commands.
+pub enum MissionCommand {
+    /// Show the marked places, the enabled transitions, and the holder of the command.
     Show {
         /// Print again at every change.
         #[arg(long, short)]
         follow: bool,
         #[command(flatten)]
-        running: Running,
+        running: RunningSystem,
     },
     /// Fire an operator's transition that is enabled.
     Fire {
         /// The transition.
         transition: String,
         #[command(flatten)]
-        by: By,
+        by: OrderArguments,
     },
-    /// Let clocks and components stop, but for those of the safety class.
-    Pause(By),
-    /// Go on after a pause, where everything stood.
-    Resume(By),
+    /// Stop clocks and components, except those of the safety class.
+    Pause(OrderArguments),
+    /// Continue after a pause, from the same state.
+    Resume(OrderArguments),
     /// Go to the safe place.
-    Safe(By),
+    Safe(OrderArguments),
     /// Move tokens while the mission is paused.
     Move {
-        /// The place that loses them.
+        /// The place they are taken from.
         from: String,
-        /// The place that gets them.
+        /// The place they are put into.
         to: String,
-        /// How many.
+        /// Number of tokens.
         #[arg(long, value_name = "N", default_value_t = 1)]
         tokens: u32,
         #[command(flatten)]
-        by: By,
+        by: OrderArguments,
     },
-    /// Let a transition fire that asks.
+    /// Confirm a transition that asks for confirmation.
     Confirm {
         /// The transition.
         transition: String,
         #[command(flatten)]
-        by: By,
+        by: OrderArguments,
     },
-    /// Do not let a transition fire that asks.
+    /// Decline a transition that asks for confirmation.
     Decline {
         /// The transition.
         transition: String,
         #[command(flatten)]
-        by: By,
+        by: OrderArguments,
     },
-    /// Hold the command, and take orders from stdin, one a line, until its end. Killed, it is a
-    /// lost link.
-    Operate(By),
+    /// Hold the command, and read orders from stdin, one per line, until its end. If this process
+    /// is killed, the link counts as lost.
+    Operate(OrderArguments),
     /// Print the journal of a mission.
     Journal {
         /// The journal. Default: that of the running system.
         #[arg(long, value_name = "FILE")]
         journal: Option<PathBuf>,
         #[command(flatten)]
-        running: Running,
+        running: RunningSystem,
     },
-    /// Play a past mission from its journal, or a way that `armor check` shows, step by step.
-    Replay(Replay),
+    /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
+    Replay(ReplayArguments),
 }
 
-/// Who orders, and of which system.
+/// The author of an order, and the system it is for.
 #[derive(Args, Clone, Debug)]
-pub struct By {
-    /// Take the command over from whoever holds it.
+pub struct OrderArguments {
+    /// Take the command over from its holder.
     #[arg(long)]
     pub take: bool,
-    /// Who gives the order. Default: this user on this host.
+    /// Author of the order. Default: this user on this host.
     #[arg(long = "as", value_name = "NAME")]
     pub author: Option<String>,
-    /// How long to wait for the answer.
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s")]
+    /// Longest time to wait for the answer.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "5s")]
     pub within: Duration,
     #[command(flatten)]
-    pub running: Running,
+    pub running: RunningSystem,
 }
 
 #[derive(Args, Debug)]
-pub struct Replay {
+pub struct ReplayArguments {
     /// The journal: executive.journal in the folder of the run. With --fire, the mission file.
     #[arg(value_name = "JOURNAL|FILE")]
     pub journal: PathBuf,
-    /// The mission file it was played from, for a journal that does not hold it.
+    /// The mission file it was played from, for a journal that does not contain it.
     #[arg(conflicts_with = "fire")]
     pub file: Option<PathBuf>,
     /// Fire these transitions of the mission file, one after the other, and show the marking after
-    /// each: nothing runs. Names as in the `way` of a finding, with spaces or commas between.
+    /// each; no component runs. Names as in the `way` of a finding, separated by spaces or commas.
     #[arg(long, value_name = "TRANSITIONS")]
     pub fire: Option<String>,
-    /// Give a parameter another value than the file does.
+    /// Override the value of a parameter in the file.
     #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
     pub overrides: Vec<String>,
     /// Wait for Enter after each step.

@@ -1,17 +1,16 @@
-//! The operator's hand on the robot by keys: W A S D or arrows drive while they are held, Space
-//! stops, Esc takes the goal back.
+//! Driving by keys: W A S D or arrows drive while they are held, Space stops, Esc deletes the goal.
 
 use std::time::Duration;
 
 use eframe::egui::{Event, InputState, Key, Ui};
 
-use crate::orders::Order;
+use crate::orders::OperatorOrder;
 
-/// While the hand holds, frames come at least this often; without frames nothing is said, and the
-/// robot stands.
+/// Longest time between frames while a key or the stick is held. Without frames nothing is sent,
+/// and the robot stops.
 pub(super) const PERIOD: Duration = Duration::from_millis(40);
 
-/// Each with how much it drives ahead and to the left.
+/// Each key with its shares ahead and to the left.
 const DRIVING: [(Key, f64, f64); 8] = [
     (Key::W, 1.0, 0.0),
     (Key::ArrowUp, 1.0, 0.0),
@@ -23,21 +22,21 @@ const DRIVING: [(Key, f64, f64); 8] = [
     (Key::ArrowRight, 0.0, -1.0),
 ];
 
-/// What is ordered by a key alone. Space is taken before any button could have it: it never
-/// releases, whatever has the focus.
-pub(super) fn keys(ui: &Ui) -> Vec<Order> {
+/// Returns the orders of single keys. Space is removed from the input before any button can receive
+/// it, so that it never clicks Release, whatever has the focus.
+pub(super) fn read_keys(ui: &Ui) -> Vec<OperatorOrder> {
     let mut orders = Vec::new();
     let drives = ui.input_mut(|input| {
-        if taken(input, Key::Space) {
-            orders.push(Order::Stop);
+        if take_key(input, Key::Space) {
+            orders.push(OperatorOrder::Stop);
         }
-        if taken(input, Key::Escape) {
-            orders.push(Order::Cancel);
+        if take_key(input, Key::Escape) {
+            orders.push(OperatorOrder::Cancel);
         }
         DRIVING.iter().any(|(key, ..)| input.key_down(*key))
     });
     if drives || !orders.is_empty() {
-        // Arrows would walk through the buttons, and Enter then press one.
+        // Arrows would move the focus through the buttons, and Enter then click one.
         ui.memory_mut(|memory| {
             if let Some(focused) = memory.focused() {
                 memory.surrender_focus(focused);
@@ -47,7 +46,7 @@ pub(super) fn keys(ui: &Ui) -> Vec<Order> {
     orders
 }
 
-fn taken(input: &mut InputState, wanted: Key) -> bool {
+fn take_key(input: &mut InputState, wanted: Key) -> bool {
     let is_it =
         |event: &Event| matches!(event, Event::Key { key, pressed: true, .. } if *key == wanted);
     let is_pressed = input.events.iter().any(is_it);
@@ -55,9 +54,9 @@ fn taken(input: &mut InputState, wanted: Key) -> bool {
     is_pressed
 }
 
-/// Where the keys that are held drive to, as shares of the limits: ahead, to the left. Nothing
-/// without the keyboard's focus, since nobody would hear of a key that goes up.
-pub(super) fn held(ui: &Ui) -> Option<(f64, f64)> {
+/// Returns the direction of the held keys, as shares of the limits: ahead, to the left. None
+/// without the keyboard's focus, because a key release would not be reported.
+pub(super) fn read_held_direction(ui: &Ui) -> Option<(f64, f64)> {
     ui.input(|input| {
         if !input.focused || input.modifiers.command || input.modifiers.alt {
             return None;

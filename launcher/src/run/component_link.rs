@@ -1,27 +1,29 @@
-//! The control connection to a component: its beats are heard here, and it is asked to end here.
+//! The control connection to a component: it receives beats, and asks the component to end.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use armor_sdk::control::{ControlConnection, ControlEvent};
 use armor_wire::control::{Answer, Command, Role};
 use armor_wire::registry::ComponentEntry;
+use parking_lot::Mutex;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 
-/// Rest between two tries to connect.
+/// Pause between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(200);
 
-/// Connected to one process start of a component, or trying to be. Dropped when the process ends.
-pub struct Pulse {
+/// A connection to one process start of a component, made again when it breaks. Dropped when the
+/// process ends.
+pub struct ComponentLink {
     /// The process start.
     pub instance: u64,
     connection: Arc<Mutex<Option<ControlConnection>>>,
     task: JoinHandle<()>,
 }
 
-impl Pulse {
-    /// Connects, and calls `heard` with everything that the component says.
+impl ComponentLink {
+    /// Connects, and calls `heard` with every answer of the component.
     pub fn begin(entry: ComponentEntry, heard: impl Fn(&Answer) + Clone + Send + 'static) -> Self {
         let connection = Arc::new(Mutex::new(None));
         let instance = entry.instance;
@@ -29,17 +31,17 @@ impl Pulse {
         Self { instance, connection, task }
     }
 
-    /// Asks the component to come to rest and end; whether that could be said.
+    /// Asks the component to come to rest and end, and returns whether the request was sent.
     pub fn terminate(&self) -> bool {
-        let connection = self.connection.lock().unwrap_or_else(PoisonError::into_inner);
+        let connection = self.connection.lock();
         connection.as_ref().is_some_and(|connection| connection.send(&Command::Terminate).is_ok())
     }
 }
 
-impl Drop for Pulse {
+impl Drop for ComponentLink {
     fn drop(&mut self) {
         self.task.abort();
-        self.connection.lock().unwrap_or_else(PoisonError::into_inner).take();
+        self.connection.lock().take();
     }
 }
 
@@ -62,9 +64,9 @@ async fn stay_connected(
         let connecting = move || ControlConnection::connect(&entry, Role::Launcher, &from, sink);
         // Why it fails does not matter here: a component that stays silent is killed.
         if let Ok(Ok(connection)) = tokio::task::spawn_blocking(connecting).await {
-            *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(connection);
+            *slot.lock() = Some(connection);
             closed.notified().await;
-            slot.lock().unwrap_or_else(PoisonError::into_inner).take();
+            slot.lock().take();
         }
         tokio::time::sleep(RETRY).await;
     }

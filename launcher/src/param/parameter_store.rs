@@ -1,5 +1,5 @@
-//! Who answers about parameters: the configd of a running system; or, for a file alone, the same
-//! state machine in this process, so that both judge and say the same.
+//! Where parameters are read and set: in the configd of a running system, or, for a file without
+//! one, in the same state machine within this process, so that both give the same results.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,54 +16,54 @@ use armor_wire::config::{ConfigReply, ConfigRequest};
 use armor_wire::hello::{Hello, Purpose};
 use armor_wire::peer::PeerId;
 
-use super::arguments::Where;
-use crate::arguments::{Kinds, Running};
+use super::arguments::ParameterSource;
+use crate::arguments::{KindFolders, RunningSystem};
 use crate::check;
 use crate::kinds::Catalogue;
 use crate::system;
 
-/// How long the registry and configd have to answer.
+/// Longest time to wait for the registry and configd.
 const FOUND_WITHIN: Duration = Duration::from_secs(3);
 
-/// Who answers.
-pub enum Desk {
+/// Where parameters are read and set.
+pub enum ParameterStore {
     /// The configd of a running system.
     Running(ConfigdConnection),
     /// A state machine over one file.
-    File(Box<Alone>),
+    File(Box<FileParameters>),
 }
 
-impl Desk {
-    /// The one that is meant.
-    pub fn open(at: &Where) -> Result<Self> {
+impl ParameterStore {
+    /// Opens the one that the arguments select.
+    pub fn open(at: &ParameterSource) -> Result<Self> {
         match &at.file {
-            Some(file) => Ok(Self::File(Box::new(Alone::open(file, &[], &at.kinds)?))),
+            Some(file) => Ok(Self::File(Box::new(FileParameters::open(file, &[], &at.kinds)?))),
             None => Self::running(&at.running),
         }
     }
 
-    /// The configd of a running system.
-    pub fn running(running: &Running) -> Result<Self> {
-        let registry = system::registry(running)?.to_string();
+    /// Connects to the configd of a running system.
+    pub fn running(running: &RunningSystem) -> Result<Self> {
+        let registry = system::find_registry(running)?.to_string();
         let name = format!("param-{}", std::process::id());
         let directory = Directory::observer(&registry, &name);
         Ok(Self::Running(ConfigdConnection::open(&directory, &name, FOUND_WITHIN)?))
     }
 
-    /// What changed from one file to another.
-    pub fn between(old: &Path, new: &Path, kinds: &Kinds) -> Result<Differences> {
-        let mut alone = Alone::open(old, &[new], kinds)?;
+    /// Returns the changes from one file to another.
+    pub fn between(old: &Path, new: &Path, kinds: &KindFolders) -> Result<Differences> {
+        let mut alone = FileParameters::open(old, &[new], kinds)?;
         let reading = armor_robotfile::load(new);
         for action in alone.versions.handle(ConfigdEvent::Read(Box::new(reading))) {
             if let ConfigdAction::Tell(Notice::Refused { findings, .. }) = action {
-                return Err(invalid(new, &findings));
+                return Err(report_invalid(new, &findings));
             }
         }
         let (from, to) = (1, alone.versions.number());
         alone.differences(Some(from), Some(to))
     }
 
-    /// The parameters of all components, or of one.
+    /// Returns the parameters of all components, or of one.
     pub fn parameters(&mut self, component: Option<&str>) -> Result<Parameters> {
         match self {
             Self::Running(connection) => Ok(connection.parameters(component)?),
@@ -92,7 +92,7 @@ impl Desk {
         }
     }
 
-    /// What changed between two versions.
+    /// Returns the changes between two versions.
     pub fn differences(&mut self, from: Option<u64>, to: Option<u64>) -> Result<Differences> {
         match self {
             Self::Running(connection) => Ok(connection.differences(from, to)?),
@@ -102,15 +102,15 @@ impl Desk {
 }
 
 /// configd's state machine over a file, with this process as its only peer.
-pub struct Alone {
+pub struct FileParameters {
     versions: Versions,
 }
 
-const US: PeerId = PeerId(1);
+const OWN_PEER: PeerId = PeerId(1);
 
-impl Alone {
+impl FileParameters {
     /// Reads the file; `others` are files whose folders may hold kinds too.
-    fn open(file: &Path, others: &[&Path], kinds: &Kinds) -> Result<Self> {
+    fn open(file: &Path, others: &[&Path], kinds: &KindFolders) -> Result<Self> {
         let reading = armor_robotfile::load(file);
         let files: Vec<_> =
             reading.files.iter().map(AsRef::as_ref).chain(others.iter().copied()).collect();
@@ -123,22 +123,22 @@ impl Alone {
             ..VersionRules::default()
         };
         let (mut versions, _) = Versions::new(1, rules, reading, Vec::new())
-            .map_err(|findings| invalid(file, &findings))?;
+            .map_err(|findings| report_invalid(file, &findings))?;
         let hello = Hello::new("param", 1, Purpose::Config);
         let address = ([127, 0, 0, 1], 0).into();
-        let connected = armor_wire::peer::PeerEvent::Connected { peer: US, address, hello };
+        let connected = armor_wire::peer::PeerEvent::Connected { peer: OWN_PEER, address, hello };
         versions.handle(ConfigdEvent::Peer(connected));
         Ok(Self { versions })
     }
 }
 
-impl Questions for Alone {
+impl Questions for FileParameters {
     type Error = anyhow::Error;
 
-    /// Asks, and writes what is to be written.
+    /// Asks, and writes the file if the answer needs it.
     fn ask(&mut self, request: impl FnOnce(u64) -> ConfigRequest) -> Result<ConfigReply> {
         let (arrived, message) = (Duration::ZERO, request(1));
-        let asked = armor_wire::peer::PeerEvent::Message { peer: US, arrived, message };
+        let asked = armor_wire::peer::PeerEvent::Message { peer: OWN_PEER, arrived, message };
         let mut actions = self.versions.handle(ConfigdEvent::Peer(asked));
         loop {
             let mut next = Vec::new();
@@ -159,13 +159,13 @@ impl Questions for Alone {
                 }
             }
             if next.is_empty() {
-                bail!("there is no answer");
+                bail!("no answer was received");
             }
             actions = next;
         }
     }
 }
 
-fn invalid(file: &Path, findings: &Findings) -> anyhow::Error {
+fn report_invalid(file: &Path, findings: &Findings) -> anyhow::Error {
     anyhow!("{} is not valid:\n{}", file.display(), findings.render(Colours::No).trim_end())
 }

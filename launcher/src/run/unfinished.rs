@@ -1,5 +1,5 @@
-//! What an earlier run left in the folder: an unfinished mission is gone on with if that is asked
-//! for, and kept aside otherwise; what is over makes room.
+//! What an earlier run left in the folder: an unfinished mission is continued with `--resume` and
+//! kept in a folder of its own otherwise; a finished one is removed.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -12,25 +12,25 @@ use armor_executive::journal::{self, JournalError, Story};
 use armor_plan::Plan;
 use armor_robotfile::Configuration;
 
-use super::supervisor::Level;
-use crate::arguments;
+use super::arguments::RunArguments;
+use super::supervisor::LogLevel;
 
 /// The executive's journal, in the folder of a run.
 pub const JOURNAL: &str = "executive.journal";
-/// The versions of the file that configd keeps, beside it.
+/// The folder of the versions that configd keeps, next to the journal.
 pub const VERSIONS: &str = "configd";
-/// How many unfinished missions are kept beside each other.
+/// Most unfinished missions that are kept in one folder.
 const MAX_KEPT: u32 = 10_000;
 
-/// Makes the folder ready for a run. Answers what is to be said about what was in it.
+/// Prepares the folder for a run, and returns a message about what was in it.
 ///
 /// # Errors
 /// If there is nothing to resume, or the folder cannot be written.
-pub fn settle(
+pub fn prepare_folder(
     configuration: &Configuration,
-    arguments: &arguments::Run,
+    arguments: &RunArguments,
     out: &Path,
-) -> Result<Option<(Level, String)>> {
+) -> Result<Option<(LogLevel, String)>> {
     let path = out.join(JOURNAL);
     let past = match journal::read(&path) {
         Err(JournalError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => None,
@@ -38,29 +38,29 @@ pub fn settle(
     };
     if arguments.resume {
         let story = past.with_context(|| format!("nothing to resume: no {}", path.display()))?;
-        return go_on(configuration, arguments, &path, &story?).map(Some);
+        return continue_mission(configuration, arguments, &path, &story?).map(Some);
     }
-    let said = match past {
+    let message = match past {
         Some(Ok(story)) if !story.is_unfinished() => None,
         None => None,
-        // Not even one that cannot be read is lost.
-        Some(_) => Some(keep_aside(arguments, out)?),
+        // A journal that cannot be read is kept, too.
+        Some(_) => Some(keep_unfinished(arguments, out)?),
     };
     for old in [JOURNAL, VERSIONS] {
-        remove(&out.join(old))?;
+        remove_path(&out.join(old))?;
     }
     if configuration.mission.is_some() {
         journal::rest(&path)?;
     }
-    Ok(said)
+    Ok(message)
 }
 
-fn go_on(
+fn continue_mission(
     configuration: &Configuration,
-    arguments: &arguments::Run,
+    arguments: &RunArguments,
     path: &Path,
     story: &Story,
-) -> Result<(Level, String)> {
+) -> Result<(LogLevel, String)> {
     let at = path.display();
     if !story.is_unfinished() {
         let how = if story.records.is_empty() { "has not begun" } else { "is over" };
@@ -69,7 +69,7 @@ fn go_on(
     let file = arguments.file.display();
     let mission = configuration.mission.as_ref();
     mission.with_context(|| format!("{file} has no mission, and {at} is the journal of one"))?;
-    let plan = played(story).map_err(|error| anyhow!("{at} cannot be gone on with: {error}"))?;
+    let plan = replay_plan(story).map_err(|error| anyhow!("{at} cannot be resumed: {error}"))?;
     let components = &configuration.system.components;
     let stranger = plan
         .components()
@@ -83,23 +83,23 @@ fn go_on(
             stranger.name
         );
     }
-    // Nothing has run since: the time in between does not count.
+    // No component has run since: the time in between does not count.
     journal::rest(path)?;
     let last = story.records.last().map_or(0.0, |record| record.at.as_secs_f64());
     let mission = plan.mission();
-    Ok((Level::Info, format!("goes on with mission {mission}, {last:.1} s after its start")))
+    Ok((LogLevel::Info, format!("continues mission {mission}, {last:.1} s after its start")))
 }
 
 /// The plan that a journal ends with.
-fn played(story: &Story) -> Result<Arc<Plan>> {
+fn replay_plan(story: &Story) -> Result<Arc<Plan>> {
     let version = journal::began_with(&story.records);
-    let version = version.context("it does not hold the file it was played from")?;
+    let version = version.context("it does not contain the file it was played from")?;
     let plan = version.plan().map_err(|why| anyhow!(why))?;
     Ok(Arc::clone(Ledger::replay(Arc::new(plan), &story.records)?.plan()))
 }
 
-fn keep_aside(arguments: &arguments::Run, out: &Path) -> Result<(Level, String)> {
-    let kept = room(out)?;
+fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, String)> {
+    let kept = make_kept_folder(out)?;
     for old in [JOURNAL, VERSIONS] {
         match fs::rename(out.join(old), kept.join(old)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
@@ -110,16 +110,16 @@ fn keep_aside(arguments: &arguments::Run, out: &Path) -> Result<(Level, String)>
         }
     }
     let text = format!(
-        "an unfinished mission was here and is kept; to go on with it: armor run {} --out {} \
+        "an unfinished mission was here and is kept; to continue it: armor run {} --out {} \
          --resume",
         arguments.file.display(),
         kept.display()
     );
-    Ok((Level::Warn, text))
+    Ok((LogLevel::Warn, text))
 }
 
 /// A new folder for what is kept.
-fn room(out: &Path) -> Result<PathBuf> {
+fn make_kept_folder(out: &Path) -> Result<PathBuf> {
     for number in 1..=MAX_KEPT {
         let path = out.join(format!("unfinished-{number}"));
         match fs::create_dir(&path) {
@@ -133,7 +133,7 @@ fn room(out: &Path) -> Result<PathBuf> {
     bail!("{} keeps {MAX_KEPT} unfinished missions; remove some", out.display())
 }
 
-fn remove(path: &Path) -> Result<()> {
+fn remove_path(path: &Path) -> Result<()> {
     let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match removed {
         Err(error) if error.kind() != ErrorKind::NotFound => {

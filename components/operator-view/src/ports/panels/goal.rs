@@ -1,0 +1,44 @@
+//! The goal that the robot is sent to.
+
+use eframe::egui::Ui;
+
+use crate::console::Console;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::panel_kind::PanelKind;
+use crate::screen::SidePanel;
+
+pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(GoalPanel) };
+
+struct GoalPanel;
+
+impl SidePanel for GoalPanel {
+    fn name(&self) -> &'static str {
+        "goal"
+    }
+
+    fn is_visible(&self, console: &Console) -> bool {
+        console.orders.goal().is_some()
+    }
+
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
+        let mut orders = Vec::new();
+        let Some(goal) = console.orders.goal() else { return orders };
+        ui.horizontal(|ui| {
+            let place = goal.place;
+            let robot = console.scene.robot();
+            let distance_m = robot.map(|robot| robot.point().distance_m(place.point()));
+            let away = distance_m.map_or(String::new(), |far_m| format!(", {far_m:.1} m away"));
+            ui.label(format!("goal {:.2}, {:.2}{away}", place.x_m, place.y_m));
+            if ui.small_button("cancel").clicked() {
+                orders.push(OperatorOrder::Cancel);
+            }
+        });
+        orders
+    }
+}

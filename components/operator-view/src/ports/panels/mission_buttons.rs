@@ -1,0 +1,52 @@
+//! The buttons of the mission: each sends an event of its name.
+
+use eframe::egui::Ui;
+
+use crate::console::Console;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::panel_kind::PanelKind;
+use crate::screen::SidePanel;
+
+pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(MissionButtons) };
+
+struct MissionButtons;
+
+impl SidePanel for MissionButtons {
+    fn name(&self) -> &'static str {
+        "mission"
+    }
+
+    fn is_visible(&self, console: &Console) -> bool {
+        !console.buttons.is_empty()
+    }
+
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        now: ClockTimes,
+    ) -> Vec<OperatorOrder> {
+        let mut orders = Vec::new();
+        ui.horizontal_wrapped(|ui| {
+            for name in &console.buttons {
+                if ui.button(name).on_hover_text("sends this event to the mission").clicked() {
+                    orders.push(OperatorOrder::Press(name.clone()));
+                }
+            }
+        });
+        if let Some((name, at_s)) = console.orders.pressed() {
+            let ago_s = (now.host_s - at_s).max(0.0);
+            ui.weak(format!("{name}: sent {}", format_ago(ago_s)));
+        }
+        orders
+    }
+}
+
+fn format_ago(ago_s: f64) -> String {
+    if ago_s < 60.0 {
+        format!("{ago_s:.0} s ago")
+    } else {
+        format!("{:.0} min ago", (ago_s / 60.0).floor())
+    }
+}

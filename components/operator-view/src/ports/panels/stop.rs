@@ -1,0 +1,59 @@
+//! STOP, and its release.
+
+use eframe::egui::{Button, Color32, RichText, Stroke, Ui, vec2};
+
+use crate::console::Console;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::panel_kind::PanelKind;
+use crate::screen::{SidePanel, colours};
+
+pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(StopPanel) };
+
+/// Height of STOP, in points: to be hit in a hurry.
+const STOP_HEIGHT: f32 = 62.0;
+
+struct StopPanel;
+
+impl SidePanel for StopPanel {
+    fn name(&self) -> &'static str {
+        "stop"
+    }
+
+    fn is_pinned(&self) -> bool {
+        true
+    }
+
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
+        let mut orders = Vec::new();
+        let is_stopped = console.orders.is_stopped();
+        let text = RichText::new("STOP").size(30.0).strong().color(Color32::WHITE);
+        let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, colours::LATE);
+        let button = Button::new(text).fill(colours::STOP).stroke(stroke);
+        let width = ui.available_width();
+        let response = ui.add_sized(vec2(width, STOP_HEIGHT), button);
+        if response.on_hover_text("stops the robot until Release is clicked (Space)").clicked() {
+            orders.push(OperatorOrder::Stop);
+        }
+        // Release has its own place, so that a second click at STOP never releases.
+        ui.horizontal(|ui| {
+            if is_stopped {
+                ui.colored_label(colours::LATE, RichText::new("STOPPED").strong());
+                if ui.button("Release").on_hover_text("the robot may drive again").clicked() {
+                    orders.push(OperatorOrder::Release);
+                }
+            } else {
+                ui.weak("Space stops, too");
+            }
+        });
+        if let Some(warning) = console.delivery_warning() {
+            ui.colored_label(colours::GONE, warning);
+        }
+        orders
+    }
+}

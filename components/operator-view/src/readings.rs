@@ -1,0 +1,45 @@
+//! The newest reading of each type that a panel keeps.
+
+use std::any::{Any, TypeId};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Values by their type; a clone shares them.
+#[derive(Clone, Default)]
+pub struct Readings {
+    by_type: HashMap<TypeId, Arc<dyn Any + Send + Sync>>,
+}
+
+impl Readings {
+    /// Keeps a reading in place of the last one of its type.
+    pub fn store<T: Any + Send + Sync>(&mut self, reading: T) {
+        self.by_type.insert(TypeId::of::<T>(), Arc::new(reading));
+    }
+
+    /// Returns the newest reading of a type.
+    pub fn newest<T: Any>(&self) -> Option<&T> {
+        self.by_type.get(&TypeId::of::<T>())?.downcast_ref()
+    }
+}
+
+impl std::fmt::Debug for Readings {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Readings").field("types", &self.by_type.len()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_of_each_type_is_kept() {
+        let mut readings = Readings::default();
+        assert_eq!(readings.newest::<u8>(), None);
+        readings.store(1_u8);
+        readings.store("text");
+        readings.store(2_u8);
+        assert_eq!(readings.newest(), Some(&2_u8));
+        assert_eq!(readings.newest(), Some(&"text"));
+    }
+}

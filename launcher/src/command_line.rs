@@ -1,0 +1,92 @@
+//! The command line: the list of all commands, in the order of `armor --help`. A command's
+//! arguments, help and code are in the file of its type; a new command is that file and a line
+//! here.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::arguments::OutputFormat;
+use crate::check::CheckArguments;
+use crate::completions::CompletionsArguments;
+use crate::component_cli::ComponentArguments;
+use crate::daemon::configd::ConfigdArguments;
+use crate::daemon::executive::ExecutiveArguments;
+use crate::daemon::registry::RegistryArguments;
+use crate::evaluate_cli::EvalArguments;
+use crate::explain::ExplainArguments;
+use crate::fmt::FmtArguments;
+use crate::guard::GuardArguments;
+use crate::inspect_cli::describe::DescribeArguments;
+use crate::inspect_cli::echo::EchoArguments;
+use crate::inspect_cli::graph::GraphArguments;
+use crate::inspect_cli::hz::HzArguments;
+use crate::inspect_cli::mission::arguments::MissionCommand;
+use crate::inspect_cli::ps::PsArguments;
+use crate::new::NewArguments;
+use crate::param::arguments::ParamCommand;
+use crate::petri_cli::arguments::NetCommand;
+use crate::run::arguments::RunArguments;
+use crate::run::group_killer::GroupKillerArguments;
+use crate::verb::Verb;
+
+/// Robots from components: independent processes, direct links, and a mission that activates and
+/// freezes them.
+#[derive(Debug, Parser)]
+#[command(name = "armor", version, propagate_version = true)]
+pub struct CommandLine {
+    /// What is printed: text for people, or JSON Lines on stdout for programs.
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORMAT")]
+    pub format: OutputFormat,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: ArmorCommand,
+}
+
+/// Declares the commands and carries out the chosen one.
+macro_rules! commands {
+    ($($(#[$attribute:meta])* $name:ident($arguments:ty),)*) => {
+        /// A command and its arguments.
+        #[derive(Debug, Subcommand)]
+        pub enum ArmorCommand {
+            $($(#[$attribute])* $name($arguments),)*
+        }
+
+        impl ArmorCommand {
+            /// Carries out the command, and returns the exit code.
+            ///
+            /// # Errors
+            /// If the command fails.
+            pub fn run_command(self, format: OutputFormat) -> Result<ExitCode> {
+                match self {
+                    $(Self::$name(arguments) => arguments.run_verb(format),)*
+                }
+            }
+        }
+    };
+}
+
+commands! {
+    Run(RunArguments),
+    Check(CheckArguments),
+    Explain(ExplainArguments),
+    Fmt(FmtArguments),
+    Ps(PsArguments),
+    Describe(DescribeArguments),
+    Graph(GraphArguments),
+    Echo(EchoArguments),
+    Hz(HzArguments),
+    #[command(subcommand)] Mission(MissionCommand),
+    Eval(EvalArguments),
+    #[command(subcommand)] Net(NetCommand),
+    #[command(subcommand)] Param(ParamCommand),
+    New(NewArguments),
+    Completions(CompletionsArguments),
+    Registry(RegistryArguments),
+    Configd(ConfigdArguments),
+    Executive(ExecutiveArguments),
+    Component(ComponentArguments),
+    #[command(hide = true)] Guard(GuardArguments),
+    #[command(hide = true)] GroupKiller(GroupKillerArguments),
+}

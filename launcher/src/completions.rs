@@ -1,0 +1,27 @@
+//! `armor completions SHELL`: the completion script of a shell.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+use crate::arguments::OutputFormat;
+use crate::command_line::CommandLine;
+use crate::exit::CommandEnding;
+use crate::verb::Verb;
+
+/// Print a completion script for a shell.
+#[derive(Args, Debug)]
+pub struct CompletionsArguments {
+    /// The shell.
+    pub shell: Shell,
+}
+
+impl Verb for CompletionsArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        let mut program = CommandLine::command();
+        clap_complete::generate(self.shell, &mut program, "armor", &mut std::io::stdout());
+        Ok(CommandEnding::Fine.into())
+    }
+}

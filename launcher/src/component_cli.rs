@@ -1,0 +1,41 @@
+//! `armor component KIND`: a stock component as a process of its own.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use clap::{Args, Command};
+
+use crate::arguments::OutputFormat;
+use crate::exit::CommandEnding;
+use crate::kinds::stock::STOCK;
+use crate::verb::Verb;
+
+/// Run one stock component alone.
+#[derive(Args, Debug)]
+#[command(disable_help_flag = true)]
+pub struct ComponentArguments {
+    /// The kind, as `armor describe` lists it.
+    #[arg(allow_hyphen_values = true)]
+    pub kind: String,
+    /// Arguments of the component: --name NAME, --registry ADDRESS:PORT, --describe, --help.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<OsString>,
+}
+
+impl Verb for ComponentArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        let Self { kind, arguments } = self;
+        // The flags after a kind are the component's, so clap looks for none in this command.
+        if ["--help", "-h"].contains(&kind.as_str()) {
+            let command = Command::new("component").bin_name("armor component");
+            Self::augment_args(command).print_long_help()?;
+            return Ok(CommandEnding::Fine.into());
+        }
+        let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
+            let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();
+            bail!("no stock component is called {kind}; there are {}", known.join(", "));
+        };
+        Ok((stock.run)(arguments))
+    }
+}

@@ -1,0 +1,183 @@
+//! Collects the status of a run on a thread of its own. It reads what any tool may read: the
+//! marking, outputs of type `Progress`, and on a terminal the statuses that the rates come from.
+//! Its links keep the newest value only, so no publisher waits for it.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use armor_inspect::{MissionWatch, SystemWatch, WakeCallback, WatchedValues};
+use armor_marking::Marking;
+use armor_sdk::directory::Directory;
+use armor_sdk::messages::Progress;
+use armor_wire::codec;
+
+use super::display::StatusLine;
+use super::line::{RunStatus, TaskStatus};
+use super::rates::{FallenRate, RateHistory};
+
+/// The line is redrawn this often, and whenever the marking changes.
+const DRAW_EVERY: Duration = Duration::from_millis(500);
+/// Rates are measured over a second, so that asking more often shows nothing new.
+const RATES_EVERY: Duration = Duration::from_secs(1);
+/// How long the end of a run waits for a terminal that does not take the line.
+const FINISH_WITHIN: Duration = Duration::from_millis(500);
+
+/// Where the status of a run comes from.
+pub struct StatusSources {
+    /// The registry of the run.
+    pub registry: SocketAddr,
+    /// Whether there is a mission.
+    pub has_mission: bool,
+    /// The outputs of type `Progress`, `component.progress`.
+    pub progress_outputs: Vec<String>,
+    /// Processes that were started again.
+    pub restarts: Arc<AtomicU32>,
+    /// The beginning of the run.
+    pub start: Instant,
+}
+
+/// A running observer.
+pub struct StatusObserver {
+    wake: Sender<Wakeup>,
+    thread: JoinHandle<()>,
+}
+
+enum Wakeup {
+    Changed,
+    End,
+}
+
+impl StatusObserver {
+    /// Begins to show the status on `line`.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn start(sources: StatusSources, line: StatusLine) -> Result<Self> {
+        let (wake, wakeups) = mpsc::channel();
+        let changed = wake.clone();
+        let thread = thread::Builder::new()
+            .name("status".into())
+            .spawn(move || {
+                let Ok(mut collector) = Collector::connect(sources, line.is_live(), changed) else {
+                    // Without threads there is no status; the run itself does not need it.
+                    return;
+                };
+                loop {
+                    match wakeups.recv_timeout(DRAW_EVERY) {
+                        Ok(Wakeup::Changed) | Err(RecvTimeoutError::Timeout) => {
+                            line.show(&collector.collect());
+                        }
+                        Ok(Wakeup::End) | Err(RecvTimeoutError::Disconnected) => break,
+                    }
+                }
+                line.finish();
+            })
+            .context("starting a thread for the status")?;
+        Ok(Self { wake, thread })
+    }
+
+    /// Erases the line and ends.
+    pub fn finish(self) {
+        let _ = self.wake.send(Wakeup::End);
+        let deadline = Instant::now() + FINISH_WITHIN;
+        while !self.thread.is_finished() && Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+struct Collector {
+    sources: StatusSources,
+    mission: Option<MissionWatch>,
+    progress: WatchedValues,
+    watch: Option<SystemWatch>,
+    history: RateHistory,
+    fallen_rates: Vec<FallenRate>,
+    measured: Instant,
+}
+
+impl Collector {
+    fn connect(sources: StatusSources, is_live: bool, changed: Sender<Wakeup>) -> Result<Self> {
+        let registry = sources.registry.to_string();
+        let name = format!("status-{}", std::process::id());
+        let directory = Directory::observer(&registry, &name);
+        let idle: WakeCallback = Arc::new(|| {});
+        let wake: WakeCallback = Arc::new(move || {
+            let _ = changed.send(Wakeup::Changed);
+        });
+        let mission =
+            sources.has_mission.then(|| MissionWatch::begin(&directory, wake)).transpose()?;
+        // Rates need the status of every process once per second. A log file has no use for them.
+        let watch =
+            is_live.then(|| SystemWatch::begin(&registry, "status", idle.clone())).transpose()?;
+        Ok(Self {
+            sources,
+            mission,
+            progress: WatchedValues::new(directory, idle),
+            watch,
+            history: RateHistory::default(),
+            fallen_rates: Vec::new(),
+            measured: Instant::now(),
+        })
+    }
+
+    fn collect(&mut self) -> RunStatus {
+        let marking = self.mission.as_ref().and_then(|mission| mission.look().marking);
+        if self.measured.elapsed() >= RATES_EVERY {
+            self.measured = Instant::now();
+            self.fallen_rates = self.measure_rates();
+        }
+        RunStatus {
+            elapsed_s: self.sources.start.elapsed().as_secs_f64(),
+            places: marking.as_deref().map(list_places).unwrap_or_default(),
+            tasks: self.list_tasks(marking.as_deref()),
+            fallen_rates: self.fallen_rates.clone(),
+            restarts: self.sources.restarts.load(Ordering::Relaxed),
+        }
+    }
+
+    fn measure_rates(&mut self) -> Vec<FallenRate> {
+        let Some(watch) = &self.watch else { return Vec::new() };
+        let picture = watch.picture();
+        let up = picture.links.iter().filter(|edge| edge.connected && !edge.paused);
+        let rates =
+            up.filter_map(|edge| Some((format!("{} -> {}", edge.from, edge.to), edge.rate_hz?)));
+        self.history.update(rates)
+    }
+
+    fn list_tasks(&self, marking: Option<&Marking>) -> Vec<TaskStatus> {
+        let outputs = self.sources.progress_outputs.iter();
+        outputs
+            .filter_map(|output| {
+                let (component, _) = output.split_once('.')?;
+                // Asked even while it is frozen: a link that is not asked for is closed.
+                let newest = self.progress.look(output).data?;
+                let progress: Progress = codec::decode(&newest.payload).ok()?;
+                let is_shown = !progress.task.is_empty() && is_active(component, marking);
+                is_shown.then(|| TaskStatus {
+                    component: component.into(),
+                    fraction: progress.known_fraction(),
+                    task: progress.task,
+                    detail: progress.detail,
+                })
+            })
+            .collect()
+    }
+}
+
+fn list_places(marking: &Marking) -> Vec<String> {
+    let marked = marking.places.iter().filter(|place| place.tokens > 0);
+    marked.map(|place| place.place.clone()).collect()
+}
+
+/// Returns whether the mission lets the component run, so that its last progress is of now.
+fn is_active(component: &str, marking: Option<&Marking>) -> bool {
+    let of_mission =
+        marking.and_then(|marking| marking.components.iter().find(|it| it.component == component));
+    of_mission.is_none_or(|it| !it.controlled || it.state == "active")
+}
