@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use armor_sdk::directory::{Change, Directory};
+use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
 use rustix::process::{Pid, getpgid};
@@ -38,7 +38,7 @@ enum LauncherInput {
     /// A component of this process sent an answer: its state, if it was one.
     Heard(ChildId, ProcessGroup, Option<RunState>),
     Stuck(ChildId, ProcessGroup, Duration),
-    Registry(Change),
+    Registry(DirectoryChange),
 }
 
 /// A running process.
@@ -202,14 +202,14 @@ impl Launcher {
                 let current = self.running[id].as_ref()?;
                 (current.group == group).then_some(SupervisorEvent::Stuck(id, call))
             }
-            LauncherInput::Registry(Change::RegistryFound) => {
+            LauncherInput::Registry(DirectoryChange::RegistryFound) => {
                 Some(SupervisorEvent::Ready(self.find_registry()?))
             }
-            LauncherInput::Registry(Change::RegistryLost) => {
+            LauncherInput::Registry(DirectoryChange::RegistryLost) => {
                 Some(SupervisorEvent::Vanished(self.find_registry()?))
             }
-            LauncherInput::Registry(Change::Appeared(entry)) => self.handle_appearance(entry),
-            LauncherInput::Registry(Change::Gone(entry)) => {
+            LauncherInput::Registry(DirectoryChange::Appeared(entry)) => self.handle_appearance(entry),
+            LauncherInput::Registry(DirectoryChange::Gone(entry)) => {
                 Some(SupervisorEvent::Vanished(self.find_child(&entry)?))
             }
         }

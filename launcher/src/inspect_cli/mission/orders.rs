@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{ObservedSystem, this_user};
 use armor_sdk::control::{Order, TokenMove};
-use armor_sdk::operator::{Operator, OrderError, Verdict};
+use armor_sdk::operator::{Operator, OrderError, OrderVerdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -159,8 +159,8 @@ fn operator(by: &OrderArguments) -> Result<Operator> {
     Ok(Operator::new(observed.directory().clone(), &from, &author))
 }
 
-fn report(verdict: &Verdict, order: Option<&str>, format: OutputFormat) -> Result<()> {
-    let Verdict { accepted, text } = verdict;
+fn report(verdict: &OrderVerdict, order: Option<&str>, format: OutputFormat) -> Result<()> {
+    let OrderVerdict { accepted, text } = verdict;
     match format {
         OutputFormat::Json => {
             print_line(json!({ "order": order, "accepted": accepted, "text": text }))
