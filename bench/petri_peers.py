@@ -10,7 +10,7 @@ come from PyPI, into an environment below target/ that this script makes itself.
 
 pm4py and SNAKES are given the nets of up to 5,000 states (`--most` for others): more takes minutes.
 Of them only the building of the reachability graph is timed; of Armor the whole process, from its
-start through reading the file to its end. A net that somebody counts otherwise is an error.
+start through reading the file to its end. If two programs count differently, that is an error.
 """
 
 import argparse

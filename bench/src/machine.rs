@@ -1,14 +1,14 @@
-//! What else the machine does while something is measured, and which machine it is.
+//! The load of other programs during a measurement, and a description of the machine.
 
 use std::fs::read_to_string;
 use std::time::{Duration, Instant};
 
 /// Above this share of both cores, the machine is not quiet.
 const QUIET_PERCENT: f64 = 6.0;
-/// How long the load is watched to decide it.
+/// How long the load is watched to decide that.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// Ticks of the processor: all that passed, and those that somebody worked in.
+/// Ticks of the processor: all, and those in which a program ran.
 #[derive(Clone, Copy)]
 struct Ticks {
     all: f64,
@@ -18,7 +18,7 @@ struct Ticks {
 }
 
 impl Ticks {
-    fn now() -> Self {
+    fn read_now() -> Self {
         let stat = read_to_string("/proc/stat").unwrap_or_default();
         let numbers: Vec<f64> = stat
             .lines()
@@ -44,18 +44,18 @@ pub struct Load(Ticks);
 
 impl Load {
     pub fn start() -> Self {
-        Self(Ticks::now())
+        Self(Ticks::read_now())
     }
 
-    /// Share of all cores that others have used since, in percent. The children of this process
-    /// must have ended.
+    /// Share of all cores that other programs have used since the start, in percent. The children of
+    /// this process must have ended.
     pub fn foreign_percent(&self) -> f64 {
-        let (a, b) = (self.0, Ticks::now());
+        let (a, b) = (self.0, Ticks::read_now());
         100.0 * ((b.busy - a.busy) - (b.own - a.own)).max(0.0) / (b.all - a.all).max(1.0)
     }
 }
 
-/// Waits until others leave the machine alone; `false` if they have not within `limit`.
+/// Waits until other programs are idle. Returns `false` if they are not within `limit`.
 pub fn wait_until_quiet(limit: Duration) -> bool {
     let end = Instant::now() + limit;
     while !limit.is_zero() {
@@ -72,7 +72,7 @@ pub fn wait_until_quiet(limit: Duration) -> bool {
 }
 
 /// Processor, cores, kernel, in one line.
-pub fn description() -> String {
+pub fn describe_machine() -> String {
     let cpu = read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or_default();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

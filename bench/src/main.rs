@@ -1,37 +1,40 @@
-//! Measures Armor's links beside blocking TCP of the standard library, in the same run, and prints
-//! a table. The program plays all parts itself: it starts itself again for each process of a
+//! Compares Armor's links with blocking TCP of the standard library, in the same run, and prints a
+//! table. The program plays all roles itself: it starts itself again for each process of a
 //! measurement.
 
-mod check;
-mod jobs;
+mod bench;
+mod figure;
+mod job;
+mod large_file;
 mod machine;
 mod options;
-mod ours;
 mod petri;
-mod plain;
 mod process;
 mod reaction;
 mod readings;
+mod sdk_roles;
 mod table;
-mod turns;
+mod tcp_roles;
+mod turn_system;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 
-use jobs::{Bench, Side};
-use options::Options;
-use table::Table;
+use bench::Bench;
+use figure::Contender;
+use options::BenchOptions;
+use table::ResultTable;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1).peekable();
     let result = if arguments.next_if(|first| first == "role").is_some() {
-        role(arguments)
+        play_role(arguments)
     } else {
-        options::parse(arguments).and_then(|options| match options {
-            Some(options) if options.nets => petri::run(options.rounds),
-            Some(options) => run(&options),
+        options::parse_arguments(arguments).and_then(|options| match options {
+            Some(options) if options.nets => petri::measure_nets(options.rounds),
+            Some(options) => run_jobs(&options),
             None => {
                 println!("{}", options::USAGE);
                 Ok(())
@@ -48,60 +51,67 @@ fn main() -> ExitCode {
 }
 
 /// One process of a measurement: `role CORE SIDE ROLE …`.
-fn role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
+fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let mut next = || arguments.next()?.into_string().ok();
     let core = next().context("no core")?.parse()?;
     let (side, role) = (next().context("no side")?, next().context("no role")?);
-    process::settle(core)?;
+    process::pin_to_core(core)?;
     match side.as_str() {
         _ if role == "check" => {
             let (file, window) = (next().context("no file")?, next().context("no window")?);
-            check::run(file.as_ref(), std::time::Duration::try_from_secs_f64(window.parse()?)?)
+            large_file::measure_checks(
+                file.as_ref(),
+                std::time::Duration::try_from_secs_f64(window.parse()?)?,
+            )
         }
         _ if role == "configd" => {
             let (registry, file) = (next().context("no registry")?, next().context("no file")?);
-            turns::serve(registry.parse()?, file.as_ref())
+            turn_system::serve_file(registry.parse()?, file.as_ref())
         }
         _ if role == "executive" => {
             let (registry, file) = (next().context("no registry")?, next().context("no file")?);
-            turns::play(registry, file.as_ref(), next().context("no journal")?.into())
+            turn_system::play_mission(registry, file.as_ref(), next().context("no journal")?.into())
         }
-        "std" => {
-            plain::run(&role, &arguments.filter_map(|a| a.into_string().ok()).collect::<Vec<_>>())
-        }
-        _ => ours::run(&role, arguments),
+        "std" => tcp_roles::play_role(
+            &role,
+            &arguments.filter_map(|a| a.into_string().ok()).collect::<Vec<_>>(),
+        ),
+        _ => sdk_roles::play_role(&role, arguments),
     }
 }
 
-fn run(options: &Options) -> Result<()> {
+fn run_jobs(options: &BenchOptions) -> Result<()> {
     let mut bench = Bench::new(options)?;
-    let mut table = Table::default();
+    let mut table = ResultTable::default();
     for round in 0..options.rounds {
         for job in options.jobs() {
-            // Whoever comes first may find the machine in another state than who comes second.
-            let sides =
-                if round % 2 == 0 { [Side::Std, Side::Armor] } else { [Side::Armor, Side::Std] };
+            // The second side may find the machine in another state than the first one: they alternate.
+            let sides = if round % 2 == 0 {
+                [Contender::Std, Contender::Armor]
+            } else {
+                [Contender::Armor, Contender::Std]
+            };
             for side in sides {
                 let quiet = machine::wait_until_quiet(options.quiet_wait);
                 let load = machine::Load::start();
                 match bench.measure(job, side) {
-                    Ok(readings) if readings.is_empty() => {}
-                    Ok(readings) => {
+                    Ok(figures) if figures.is_empty() => {}
+                    Ok(figures) => {
                         let foreign = load.foreign_percent();
-                        let text: Vec<_> = readings.iter().map(ToString::to_string).collect();
+                        let text: Vec<_> = figures.iter().map(ToString::to_string).collect();
                         let noisy = if quiet { "" } else { ", not quiet" };
                         eprintln!(
                             "[{}] {side} {} (foreign load {foreign:.0} %{noisy})",
                             round + 1,
                             text.join(", ")
                         );
-                        table.add(round, side, foreign, readings);
+                        table.add_figures(round, side, foreign, figures);
                     }
                     Err(error) => eprintln!("[{}] {side} {job:?}: {error:#}", round + 1),
                 }
             }
         }
     }
-    print!("{}", table.markdown(options));
+    print!("{}", table.to_markdown(options));
     Ok(())
 }

@@ -6,24 +6,24 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use lexopt::prelude::{Long, ValueExt};
 
-use crate::jobs::Job;
+use crate::job::BenchJob;
 
 pub const USAGE: &str = "\
 usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-wait S]
-  --rounds N        how often everything is measured; medians are printed (default 5)
+  --rounds N        number of rounds; medians are printed (default 5)
   --secs S          how long one figure is measured (default 1)
   --only PART       lat, spin, flood, fan, paced, first, idle, check or reaction; may
                     be repeated. Or nets: states and firings of Petri nets, and nothing else
   --same-core       both processes on core 0: what the software costs, without the wake-up of a
-                    halted core; measures round trips only, unless --only says what
+                    halted core; measures round trips only, unless --only names others
   --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)";
 
-/// The part that is no job: nothing of it is beside another program's.
+/// The part that is not a job: it has no counterpart in another program.
 const NETS: &str = "nets";
 
 /// What is to be measured, and how.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct BenchOptions {
     pub rounds: usize,
     pub window: Duration,
     pub same_core: bool,
@@ -33,10 +33,10 @@ pub struct Options {
     only: Vec<String>,
 }
 
-impl Options {
+impl BenchOptions {
     /// The jobs of one round.
-    pub fn jobs(&self) -> impl Iterator<Item = Job> {
-        Job::all().filter(|job| match self.only.is_empty() {
+    pub fn jobs(&self) -> impl Iterator<Item = BenchJob> {
+        BenchJob::all().filter(|job| match self.only.is_empty() {
             true => !self.same_core || job.part() == "lat",
             false => self.only.iter().any(|part| part == job.part()),
         })
@@ -44,8 +44,8 @@ impl Options {
 }
 
 /// Reads the command line; `None` if help is asked for.
-pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Option<Options>> {
-    let mut options = Options {
+pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Option<BenchOptions>> {
+    let mut options = BenchOptions {
         rounds: 5,
         window: Duration::from_secs(1),
         same_core: false,
@@ -58,8 +58,8 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Option<Options
         match argument {
             Long("help") => return Ok(None),
             Long("rounds") => options.rounds = parser.value()?.parse()?,
-            Long("secs") => options.window = parser.value()?.parse_with(seconds)?,
-            Long("quiet-wait") => options.quiet_wait = parser.value()?.parse_with(seconds)?,
+            Long("secs") => options.window = parser.value()?.parse_with(parse_seconds)?,
+            Long("quiet-wait") => options.quiet_wait = parser.value()?.parse_with(parse_seconds)?,
             Long("same-core") => options.same_core = true,
             Long("only") => match parser.value()?.parse::<String>()? {
                 part if part == NETS => options.nets = true,
@@ -71,13 +71,13 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Option<Options
         }
     }
     if let Some(unknown) =
-        options.only.iter().find(|part| Job::all().all(|job| job.part() != **part))
+        options.only.iter().find(|part| BenchJob::all().all(|job| job.part() != **part))
     {
         bail!("there is nothing called `{unknown}` to measure\n{USAGE}");
     }
     Ok(Some(options))
 }
 
-fn seconds(text: &str) -> Result<Duration> {
+fn parse_seconds(text: &str) -> Result<Duration> {
     Ok(Duration::try_from_secs_f64(text.parse()?)?)
 }

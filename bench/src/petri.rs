@@ -1,4 +1,4 @@
-//! What a net costs: enumerating its states, and firing, for nets of growing size.
+//! The cost of a net: enumerating its states, and firing, for nets of growing size.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -9,30 +9,30 @@ use armor_petri::analysis::invariants::PlaceBounds;
 use armor_petri::analysis::{AnalysisBudget, ExplorationEnd, explore_states};
 use armor_petri::{Net, NetState, PlaceId};
 
-/// Measures and prints both tables; each figure is the best of so many.
+/// Measures and prints both tables; each figure is the best of `rounds`.
 ///
 /// # Errors
 /// If a count is not the published one.
-pub fn run(rounds: usize) -> Result<()> {
+pub fn measure_nets(rounds: usize) -> Result<()> {
     println!("| net | states | edges | s | M states/s | B/state |");
     println!("| --- | ---: | ---: | ---: | ---: | ---: |");
     for (tokens, states, edges) in
         [(2, 4_600, 28_120), (3, 58_400, 446_400), (5, 2_546_432, 24_460_016)]
     {
-        count(tokens, states, edges, rounds)?;
+        count_states(tokens, states, edges, rounds)?;
     }
     println!("\n| places | tokens | ns/firing | M firings/s |");
     println!("| ---: | ---: | ---: | ---: |");
     for places in [100, 300, 1_000, 3_000, 10_000] {
         for tokens in [1, 10] {
-            fire(places, tokens, rounds)?;
+            measure_firing(places, tokens, rounds)?;
         }
     }
     Ok(())
 }
 
-fn count(tokens: u32, states: u64, edges: u64, rounds: usize) -> Result<()> {
-    let net = kanban(tokens)?;
+fn count_states(tokens: u32, states: u64, edges: u64, rounds: usize) -> Result<()> {
+    let net = build_kanban(tokens)?;
     let mut best = Duration::MAX;
     let mut bytes = 0;
     for _ in 0..rounds {
@@ -56,8 +56,8 @@ fn count(tokens: u32, states: u64, edges: u64, rounds: usize) -> Result<()> {
     Ok(())
 }
 
-/// Tokens going round a ring, so many firings that a clock can tell.
-fn fire(places: u32, tokens: u32, rounds: usize) -> Result<()> {
+/// Tokens move round a ring; there are enough firings for the clock's resolution.
+fn measure_firing(places: u32, tokens: u32, rounds: usize) -> Result<()> {
     const FIRINGS: u32 = 2_000_000;
     let mut net = Net::builder();
     for place in 0..places {
@@ -85,7 +85,7 @@ fn fire(places: u32, tokens: u32, rounds: usize) -> Result<()> {
 }
 
 /// Ciardo's Kanban system: four cells, the second and third filled and emptied together.
-fn kanban(tokens: u32) -> Result<Net> {
+fn build_kanban(tokens: u32) -> Result<Net> {
     let mut net = Net::builder();
     let mut cell = |i: usize| {
         let place =

@@ -1,4 +1,4 @@
-//! The processes of a measurement: started, listened to, ended.
+//! The processes of a measurement: starts them, reads what they print, kills them.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
@@ -10,23 +10,23 @@ use anyhow::{Context, Result};
 use rustix::process::{Signal, set_parent_process_death_signal, setpriority_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 
-use crate::jobs::Side;
+use crate::figure::Contender;
 use crate::readings::monotonic_ns;
 
 /// A running role. Dropping it kills it.
-pub struct Process {
+pub struct RoleProcess {
     child: Child,
     lines: Receiver<String>,
     /// When it was started, on the monotonic clock.
     pub started_ns: u64,
 }
 
-/// What a role says in one line: `KEY name=1 other=2.5`.
-pub type Said = HashMap<String, f64>;
+/// The values of one line that a role prints: `KEY name=1 other=2.5`.
+pub type RoleLine = HashMap<String, f64>;
 
-impl Process {
+impl RoleProcess {
     /// Starts this program again in a role on a core.
-    pub fn start(core: usize, side: Side, role: &str, arguments: &[String]) -> Result<Self> {
+    pub fn start(core: usize, side: Contender, role: &str, arguments: &[String]) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
         command.args(["role", &core.to_string(), &side.to_string(), role]).args(arguments);
         command.env("ARMOR_LOG", "error").stdin(Stdio::null()).stdout(Stdio::piped());
@@ -44,8 +44,8 @@ impl Process {
         Ok(Self { child, lines, started_ns })
     }
 
-    /// The next line that begins with `key`.
-    pub fn said(&self, key: &str, limit: Duration) -> Result<Said> {
+    /// Waits for the next line that begins with `key`.
+    pub fn wait_for_line(&self, key: &str, limit: Duration) -> Result<RoleLine> {
         let end = Instant::now() + limit;
         loop {
             let left = end.saturating_duration_since(Instant::now());
@@ -58,8 +58,8 @@ impl Process {
         }
     }
 
-    /// A line of `/proc/PID/status` that counts something, such as `VmRSS`.
-    pub fn status(&self, key: &str) -> Result<f64> {
+    /// Reads a number of `/proc/PID/status`, such as `VmRSS`.
+    pub fn read_status(&self, key: &str) -> Result<f64> {
         let text = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()))?;
         let line = text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
         let number =
@@ -68,7 +68,7 @@ impl Process {
     }
 }
 
-impl Drop for Process {
+impl Drop for RoleProcess {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -76,12 +76,12 @@ impl Drop for Process {
 }
 
 /// Pins this process to a core, before it has threads, and makes it end with its parent.
-pub fn settle(core: usize) -> Result<()> {
+pub fn pin_to_core(core: usize) -> Result<()> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let mut cores = CpuSet::new();
     cores.set(core);
     sched_setaffinity(None, &cores).with_context(|| format!("there is no core {core}"))?;
-    // Only root may; without it, other programs disturb more.
+    // Only root may raise the priority; without it, other programs disturb more.
     let _ = setpriority_process(None, -15);
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! How long a mission takes to react: from a component's report to the activation of the next one,
-//! and to the last call of the one that stops; with the journal on the disk, and in memory.
+//! The reaction time of a mission: from a component's report to the activation of the next one, and to
+//! the last call of the one that stops; with the journal on the disk, and in memory.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,17 +9,18 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use armor_registry::BackgroundRegistry;
 
-use crate::jobs::{Bench, FIRST_CORE, Goal, Reading, Side, reading};
-use crate::process::Process;
-use crate::turns;
+use crate::bench::{Bench, FIRST_CORE};
+use crate::figure::{Contender, Figure, FigureGoal};
+use crate::process::RoleProcess;
+use crate::turn_system;
 
 /// Firings that are measured, half of them on `done`, half on an event.
 const FIRINGS: usize = 400;
-/// The first ones, which also open connections.
+/// The first firings, which also open connections: not counted.
 const WARM_UP: usize = 20;
-/// About as long as what the journal gets of a firing in one go.
+/// About the length of the journal's record of a firing.
 const RECORD_LEN: usize = 400;
-/// About as long as the journal is left alone between two firings.
+/// About the time between two records of the journal.
 const REST: Duration = Duration::from_millis(15);
 /// How long one turn may take.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -27,74 +28,79 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const MEMORY: &str = "/dev/shm";
 
 impl Bench {
-    /// Takes turns, with the journal on the disk or where nothing is ever waited for.
-    pub fn reaction(&self, side: Side, on_disk: bool) -> Result<Vec<Reading>> {
-        let folder = if on_disk { disk()? } else { PathBuf::from(MEMORY) };
-        if side == Side::Std || !folder.is_dir() {
+    /// Measures turns, with the journal on the disk or in memory.
+    pub fn measure_reaction(&self, side: Contender, on_disk: bool) -> Result<Vec<Figure>> {
+        let folder = if on_disk { disk_folder()? } else { PathBuf::from(MEMORY) };
+        if side == Contender::Std || !folder.is_dir() {
             return Ok(Vec::new());
         }
         let scratch = folder.join(format!("armor-bench-{}", std::process::id()));
         std::fs::create_dir_all(&scratch)?;
-        let firings = self.turns(&scratch);
+        let firings = self.take_turns(&scratch);
         std::fs::remove_dir_all(&scratch)?;
         let firings = firings?;
         let journal = if on_disk { "" } else { ", journal in memory" };
         let mut readings = Vec::new();
-        let mut say = |what: &str, values: Vec<f64>| {
+        let mut add = |what: &str, values: Vec<f64>| {
             for (name, share) in [("p50", 0.5), ("p99", 0.99)] {
                 let value = quantile(values.clone(), share);
-                readings.push(reading(format!("{what}, {name}"), "ms", value, Goal::None));
+                readings.push(Figure::new(
+                    format!("{what}, {name}"),
+                    "ms",
+                    value,
+                    FigureGoal::None,
+                ));
             }
         };
         for (report, by_event) in [("done", false), ("an event", true)] {
             let those = firings.iter().filter(|firing| firing.by_event == by_event);
             let times = those.map(|firing| firing.to_start_ms).collect();
-            say(&format!("{report} to activation{journal}"), times);
+            add(&format!("{report} to activation{journal}"), times);
         }
         let stops = firings.iter().map(|firing| firing.to_stop_ms).collect();
-        say(&format!("report to stop{journal}"), stops);
+        add(&format!("report to stop{journal}"), stops);
         if on_disk {
-            say("one write to the disk", syncs_ms(&folder)?);
+            add("one write to the disk", measure_syncs_ms(&folder)?);
         }
         Ok(readings)
     }
 
-    /// Two components that take turns, with an executive and a configd of their own.
-    fn turns(&self, scratch: &Path) -> Result<Vec<Firing>> {
+    /// Runs two components that take turns, with an executive and a configd of their own.
+    fn take_turns(&self, scratch: &Path) -> Result<Vec<MeasuredFiring>> {
         let registry = BackgroundRegistry::start(armor_registry::RegistryOptions {
             listen: ([127, 0, 0, 1], 0).into(),
             ..Default::default()
         })?;
         let address = registry.address().to_string();
         let file = scratch.join("turns.xml").display().to_string();
-        std::fs::write(&file, turns::file())?;
+        std::fs::write(&file, turn_system::write_turn_file())?;
         let daemon = |role: &str, rest: &[String]| {
             let mut arguments = vec![address.clone(), file.clone()];
             arguments.extend_from_slice(rest);
-            Process::start(FIRST_CORE, Side::Armor, role, &arguments)
+            RoleProcess::start(FIRST_CORE, Contender::Armor, role, &arguments)
         };
         let component = |name: &str| {
             let arguments = ["--name", name, "--registry", &address].map(String::from);
-            Process::start(self.other_core(), Side::Armor, "turn", &arguments)
+            RoleProcess::start(self.other_core(), Contender::Armor, "turn", &arguments)
         };
         let _configd = daemon("configd", &[])?;
         let (one, two) = (component("one")?, component("two")?);
         let journal = scratch.join("journal").display().to_string();
         let _executive = daemon("executive", &[journal])?;
-        firings(&one, &two)
+        measure_firings(&one, &two)
     }
 }
 
-/// A folder on a disk: where this program is.
-fn disk() -> Result<PathBuf> {
+/// A folder on a disk: the one of this program.
+fn disk_folder() -> Result<PathBuf> {
     let program = std::env::current_exe()?;
     Ok(program.parent().context("a program is in a folder")?.to_owned())
 }
 
-/// What one firing took, in milliseconds.
+/// The durations of one firing, in milliseconds.
 #[derive(Clone, Copy, Debug)]
-struct Firing {
-    /// Until the next component was told that it is active.
+struct MeasuredFiring {
+    /// Until the next component was called with `Started`.
     to_start_ms: f64,
     /// Until the one that reported had its last call.
     to_stop_ms: f64,
@@ -102,15 +108,15 @@ struct Firing {
     by_event: bool,
 }
 
-/// Listens to both components until enough firings are seen.
-fn firings(one: &Process, two: &Process) -> Result<Vec<Firing>> {
-    let turn = |who: &Process| who.said("turn", PATIENCE);
+/// Reads what both components print until enough firings are measured.
+fn measure_firings(one: &RoleProcess, two: &RoleProcess) -> Result<Vec<MeasuredFiring>> {
+    let read_turn = |component: &RoleProcess| component.wait_for_line("turn", PATIENCE);
     let mut firings = Vec::new();
-    let mut before = turn(one)?;
-    for (index, who) in [two, one].into_iter().cycle().enumerate().take(WARM_UP + FIRINGS) {
-        let after = turn(who)?;
+    let mut before = read_turn(one)?;
+    for (index, component) in [two, one].into_iter().cycle().enumerate().take(WARM_UP + FIRINGS) {
+        let after = read_turn(component)?;
         let ms = |at: f64| (at - before["reported"]) / 1e6;
-        let firing = Firing {
+        let firing = MeasuredFiring {
             to_start_ms: ms(after["started"]),
             to_stop_ms: ms(before["stopped"]),
             by_event: before["event"] == 1.0,
@@ -127,9 +133,9 @@ fn firings(one: &Process, two: &Process) -> Result<Vec<Firing>> {
     Ok(firings)
 }
 
-/// How long it takes until a record is on the disk of `folder`, in milliseconds, again and again
+/// Measures how long it takes until a record is on the disk of `folder`, in milliseconds, each time
 /// after a rest as long as the journal's.
-fn syncs_ms(folder: &Path) -> Result<Vec<f64>> {
+fn measure_syncs_ms(folder: &Path) -> Result<Vec<f64>> {
     let path = folder.join(format!("armor-bench-{}.sync", std::process::id()));
     let mut file = File::create(&path)?;
     let mut times_ms = Vec::new();
@@ -144,7 +150,7 @@ fn syncs_ms(folder: &Path) -> Result<Vec<f64>> {
     Ok(times_ms)
 }
 
-/// The one below which a share of `values` lies.
+/// The value below which a share of `values` lies.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = (values.len().saturating_sub(1) as f64 * share) as usize;

@@ -1,5 +1,5 @@
-//! What the roles of both sides measure in the same way: round trips, and rate and processor time
-//! over a window.
+//! Measurements that the roles of both sides make in the same way: round trips, and rate and
+//! processor time over a window.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// What precedes the window in which rate and processor time are counted.
+/// Time before the window in which rate and processor time are counted.
 const RUN_UP: Duration = Duration::from_millis(300);
-/// How long a publisher goes on after its window, so that the windows of its subscribers, which
-/// begin a little later, are full too.
+/// How long a publisher continues after its window: the windows of its subscribers begin a little
+/// later and must be full too.
 pub const RUN_OUT: Duration = Duration::from_millis(300);
 /// Most round trips of one measurement.
 pub const MOST_ROUND_TRIPS: usize = 400_000;
@@ -20,7 +20,7 @@ fn clock_ns(clock: ClockId) -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Now, on the clock that all processes of a machine share.
+/// The current time on the clock that all processes of a machine share.
 pub fn monotonic_ns() -> u64 {
     clock_ns(ClockId::Monotonic)
 }
@@ -30,14 +30,14 @@ pub fn publishing_time(window: Duration) -> Duration {
     RUN_UP + window + RUN_OUT
 }
 
-/// Says `round p50_us=… p99_us=…`.
-pub fn say_round_trips(times_ns: &mut [u64]) {
+/// Prints `round p50_us=… p99_us=…`.
+pub fn print_round_trips(times_ns: &mut [u64]) {
     times_ns.sort_unstable();
     let at = |share: f64| times_ns[((times_ns.len() - 1) as f64 * share) as usize] as f64 / 1e3;
     println!("round n={} p50_us={:.3} p99_us={:.3}", times_ns.len(), at(0.5), at(0.99));
 }
 
-/// Counts messages; on a thread of its own, says `window rate_hz=… cpu_ns=…` (per message) after a
+/// Counts messages. A thread of its own prints `window rate_hz=… cpu_ns=…` (per message) after a
 /// run-up and a window.
 pub fn watch_window(window: Duration) -> Arc<AtomicU64> {
     let count = Arc::new(AtomicU64::new(0));

@@ -3,31 +3,37 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::jobs::{Goal, Reading, Side};
+use crate::figure::{Contender, Figure, FigureGoal};
 use crate::machine;
-use crate::options::Options;
+use crate::options::BenchOptions;
 
 /// All readings, in the order of their first appearance.
 #[derive(Default)]
-pub struct Table {
-    rows: Vec<Row>,
+pub struct ResultTable {
+    rows: Vec<TableRow>,
 }
 
-struct Row {
-    figure: String,
+struct TableRow {
+    name: String,
     unit: &'static str,
-    goal: Goal,
-    values: BTreeMap<(Side, usize), f64>,
+    goal: FigureGoal,
+    values: BTreeMap<(Contender, usize), f64>,
     foreign_percent: Vec<f64>,
 }
 
-impl Table {
-    /// Adds what was measured in a round.
-    pub fn add(&mut self, round: usize, side: Side, foreign_percent: f64, readings: Vec<Reading>) {
-        for Reading { figure, unit, value, goal } in readings {
-            let at = self.rows.iter().position(|row| row.figure == figure).unwrap_or_else(|| {
+impl ResultTable {
+    /// Adds the figures of a round.
+    pub fn add_figures(
+        &mut self,
+        round: usize,
+        side: Contender,
+        foreign_percent: f64,
+        figures: Vec<Figure>,
+    ) {
+        for Figure { name, unit, value, goal } in figures {
+            let at = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
                 let (values, foreign_percent) = (BTreeMap::new(), Vec::new());
-                self.rows.push(Row { figure, unit, goal, values, foreign_percent });
+                self.rows.push(TableRow { name, unit, goal, values, foreign_percent });
                 self.rows.len() - 1
             });
             self.rows[at].values.insert((side, round), value);
@@ -36,13 +42,13 @@ impl Table {
     }
 
     /// The table, and under it what it was measured on.
-    pub fn markdown(&self, options: &Options) -> String {
+    pub fn to_markdown(&self, options: &BenchOptions) -> String {
         let mut text = String::from(
             "| | unit | std TCP | Armor | Armor / std | goal | met | foreign load |\n\
              | --- | --- | ---: | ---: | ---: | --- | --- | ---: |\n",
         );
         for row in &self.rows {
-            row.write(&mut text);
+            row.write_row(&mut text);
         }
         let cores = if options.same_core {
             "All processes are on core 0"
@@ -55,49 +61,53 @@ impl Table {
              the share of all cores that other programs used meanwhile (median). {cores}. {}.",
             options.rounds,
             options.window.as_secs_f64(),
-            machine::description()
+            machine::describe_machine()
         );
         text
     }
 }
 
-impl Row {
-    fn write(&self, text: &mut String) {
+impl TableRow {
+    fn write_row(&self, text: &mut String) {
         let of = |side| self.values.iter().filter(move |((s, _), _)| *s == side);
         let value = |side| median(of(side).map(|(_, value)| *value).collect());
-        let ratios = of(Side::Armor)
-            .filter_map(|((_, round), ours)| Some(ours / self.values.get(&(Side::Std, *round))?));
-        let (std, ours, ratio) = (value(Side::Std), value(Side::Armor), median(ratios.collect()));
+        let ratios = of(Contender::Armor).filter_map(|((_, round), ours)| {
+            Some(ours / self.values.get(&(Contender::Std, *round))?)
+        });
+        let (std, ours, ratio) =
+            (value(Contender::Std), value(Contender::Armor), median(ratios.collect()));
         let (goal, met) = match self.goal {
-            Goal::None => (String::new(), None),
-            Goal::TimesStdAtMost(most) => (format!("≤ {most} ×"), ratio.map(|r| r <= most)),
-            Goal::TimesStdAtLeast(least) => (format!("≥ {least} ×"), ratio.map(|r| r >= least)),
-            Goal::AtMost(most) => (format!("≤ {most}"), ours.map(|ours| ours <= most)),
-            Goal::AtLeast(least) => (format!("≥ {least}"), ours.map(|ours| ours >= least)),
+            FigureGoal::None => (String::new(), None),
+            FigureGoal::TimesStdAtMost(most) => (format!("≤ {most} ×"), ratio.map(|r| r <= most)),
+            FigureGoal::TimesStdAtLeast(least) => {
+                (format!("≥ {least} ×"), ratio.map(|r| r >= least))
+            }
+            FigureGoal::AtMost(most) => (format!("≤ {most}"), ours.map(|ours| ours <= most)),
+            FigureGoal::AtLeast(least) => (format!("≥ {least}"), ours.map(|ours| ours >= least)),
         };
         let met = met.map_or("", |met| if met { "yes" } else { "**no**" });
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {} | {goal} | {met} | {} % |",
-            self.figure,
+            self.name,
             self.unit,
-            number(std),
-            number(ours),
+            format_number(std),
+            format_number(ours),
             ratio.map_or(String::from("–"), |ratio| format!("{ratio:.2}")),
             median(self.foreign_percent.clone()).map_or(0.0, f64::round),
         );
     }
 }
 
-/// The middle one, or the mean of the two in the middle.
+/// The middle value, or the mean of the two in the middle.
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let upper = *values.get(values.len() / 2)?;
     Some((values[(values.len() - 1) / 2] + upper) / 2.0)
 }
 
-/// Three digits.
-fn number(value: Option<f64>) -> String {
+/// Formats a number with three digits.
+fn format_number(value: Option<f64>) -> String {
     match value {
         None => "–".into(),
         Some(value) if value >= 100.0 => format!("{value:.0}"),
@@ -119,19 +129,22 @@ mod tests {
 
     #[test]
     fn ratios_are_taken_within_a_round() {
-        let mut table = Table::default();
-        let reading = |value| {
-            vec![Reading {
-                figure: "x".into(), unit: "µs", value, goal: Goal::TimesStdAtMost(1.5)
+        let mut table = ResultTable::default();
+        let figures = |value| {
+            vec![Figure {
+                name: "x".into(),
+                unit: "µs",
+                value,
+                goal: FigureGoal::TimesStdAtMost(1.5),
             }]
         };
         // The second round was disturbed, on both sides.
         for (round, std, ours) in [(0, 10.0, 12.0), (1, 100.0, 130.0), (2, 10.0, 14.0)] {
-            table.add(round, Side::Std, 3.0, reading(std));
-            table.add(round, Side::Armor, 5.0, reading(ours));
+            table.add_figures(round, Contender::Std, 3.0, figures(std));
+            table.add_figures(round, Contender::Armor, 5.0, figures(ours));
         }
         let mut text = String::new();
-        table.rows[0].write(&mut text);
+        table.rows[0].write_row(&mut text);
         assert_eq!(text, "| x | µs | 10.0 | 14.0 | 1.30 | ≤ 1.5 × | yes | 4 % |\n");
     }
 }

@@ -1,5 +1,5 @@
-//! A robot of two components that take turns: its file, the component, and the roles that serve the
-//! file and play the mission, each a process of its own as in any robot.
+//! A system of two components that take turns: its file, the component, and the roles that serve the
+//! file and play the mission, each a process of its own as on any robot.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::readings::monotonic_ns;
 const TICKS: u32 = 3;
 
 /// The file: two components that take turns, each fed by the other.
-pub fn file() -> String {
+pub fn write_turn_file() -> String {
     let turn = |name: &str| format!("<component name=\"{name}\" kind=\"turn\" rate=\"200Hz\"/>");
     let place = |name: &str, rest: &str| {
         format!("<place name=\"{name}-turn\" components=\"{name}\" {rest}/>")
@@ -48,8 +48,8 @@ pub fn file() -> String {
     .join("\n")
 }
 
-/// Reports a few ticks after its activation: that it is done, and the next time with an event.
-pub struct Turn {
+/// Reports a few ticks after its activation: `done` and an event in turn.
+pub struct TurnComponent {
     armor: Armor,
     turn: u64,
     ticks: u32,
@@ -57,9 +57,9 @@ pub struct Turn {
     reported_ns: u64,
 }
 
-impl Component for Turn {
+impl Component for TurnComponent {
     const KIND: &'static str = "turn";
-    const SUMMARY: &'static str = "Takes turns and says when.";
+    const SUMMARY: &'static str = "Takes turns and prints the times.";
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Flag>("beat")?;
@@ -98,7 +98,7 @@ impl Component for Turn {
 }
 
 /// The role that plays the mission of `file` until it is killed.
-pub fn play(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
+pub fn play_mission(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
     let reading = armor_robotfile::check(armor_robotfile::load(file), &[], None);
     let configuration = reading.configuration.context("the file is not valid")?;
     let plan = Plan::of(&configuration).map_err(|_| anyhow!("the mission is not played"))?;
@@ -117,19 +117,19 @@ pub fn play(registry: String, file: &Path, journal: PathBuf) -> Result<()> {
 }
 
 /// The role that serves `file` to the components until it is killed.
-pub fn serve(registry: SocketAddr, file: &Path) -> Result<()> {
+pub fn serve_file(registry: SocketAddr, file: &Path) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let mut registrations = Vec::new();
-    let tell = |notice| {
+    let register = |notice| {
         if let armor_configd::Notice::Ready { address } = notice {
-            registrations.push(Registration::keep(registry, entry(address)));
+            registrations.push(Registration::keep(registry, make_entry(address)));
         }
     };
-    let serving = armor_configd::serve(armor_configd::ConfigdOptions::new(file), tell);
+    let serving = armor_configd::serve(armor_configd::ConfigdOptions::new(file), register);
     runtime.block_on(serving).map(|never| match never {}).map_err(Into::into)
 }
 
-fn entry(address: SocketAddr) -> ComponentEntry {
+fn make_entry(address: SocketAddr) -> ComponentEntry {
     ComponentEntry {
         name: "configd".into(),
         kind: "configd".into(),
@@ -146,7 +146,8 @@ mod tests {
 
     #[test]
     fn the_mission_is_valid_and_played() {
-        let reading = armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
+        let reading =
+            armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(write_turn_file().into_bytes()));
         let reading = armor_robotfile::check(reading, &[], None);
         let text = reading.findings.render(armor_robotfile::Colours::No);
         assert!(reading.is_valid(), "{text}");

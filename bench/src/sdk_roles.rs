@@ -1,40 +1,41 @@
-//! Our side: components of the SDK as anybody would write them, started without configd.
+//! Armor's side: components as any user would write them, started without configd.
 //!
-//! Like the peers they are compared with, they look at what they receive without copying it
-//! (`data.bytes()`), and what they publish is prepared beforehand.
+//! Like the programs they are compared with, they read received bytes without copying them
+//! (`data.bytes()`), and they publish messages that were built beforehand.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use armor_sdk::prelude::*;
+use parking_lot::Mutex;
 
 use crate::readings::{
-    MOST_ROUND_TRIPS, monotonic_ns, publishing_time, say_round_trips, watch_window,
+    MOST_ROUND_TRIPS, monotonic_ns, print_round_trips, publishing_time, watch_window,
 };
-use crate::turns::Turn;
+use crate::turn_system::TurnComponent;
 
 /// Plays a role until it is killed.
-pub fn run(role: &str, arguments: impl Iterator<Item = OsString>) -> Result<()> {
+pub fn play_role(role: &str, arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let ended = match role {
-        "echo" => armor_sdk::run_with::<Echo>(arguments),
+        "echo" => armor_sdk::run_with::<EchoComponent>(arguments),
         "ping" => armor_sdk::run_with::<Ping>(arguments),
         "flood" => armor_sdk::run_with::<Flood>(arguments),
         "sink" => armor_sdk::run_with::<Sink>(arguments),
         "tick" => armor_sdk::run_with::<Tick>(arguments),
         "first" => armor_sdk::run_with::<First>(arguments),
-        "turn" => armor_sdk::run_with::<Turn>(arguments),
+        "turn" => armor_sdk::run_with::<TurnComponent>(arguments),
         _ => bail!("there is no role `{role}`"),
     };
-    // Its end is asked for by a signal, if at all: the measurement kills it.
+    // It never ends by itself: the measurement kills it.
     if ended == ExitCode::SUCCESS { Ok(()) } else { bail!("{role} has failed") }
 }
 
-/// What all of them send: a number of bytes. Its encoding is 8 bytes longer.
+/// The message of all roles: some bytes. Its encoding is 8 bytes longer.
 #[derive(Message, Clone, Debug, PartialEq)]
 struct Blob {
     bytes: Array<u8>,
@@ -52,12 +53,12 @@ const LEN: Parameter = Parameter::integer("len").range(0.0, 6e7).doc("bytes in a
 const WINDOW: Parameter = Parameter::number("window", "s").doc("how long is measured");
 
 /// Answers each ping from within `data_received`.
-struct Echo {
+struct EchoComponent {
     armor: Armor,
     pong: Blob,
 }
 
-impl Component for Echo {
+impl Component for EchoComponent {
     const KIND: &'static str = "echo";
     const SUMMARY: &'static str = "Answers pings.";
     const PARAMETERS: &'static [Parameter] = &[LEN];
@@ -81,18 +82,18 @@ impl Component for Echo {
     }
 }
 
-/// Sends a ping when the pong before it is there, from within `data_received`.
+/// Sends the next ping when a pong arrives, from within `data_received`.
 struct Ping {
     armor: Armor,
     ping: Arc<Blob>,
     window: Duration,
-    course: Arc<Mutex<Course>>,
+    course: Arc<Mutex<PingCourse>>,
 }
 
-/// Where the measurement stands.
+/// The state of the measurement.
 #[derive(Default)]
-struct Course {
-    stage: Stage,
+struct PingCourse {
+    stage: PingStage,
     sent: Option<Instant>,
     start: Option<Instant>,
     window: Duration,
@@ -101,11 +102,11 @@ struct Course {
 }
 
 #[derive(Clone, Copy, Default, PartialEq)]
-enum Stage {
-    /// Both links are being made.
+enum PingStage {
+    /// Both links are being established.
     #[default]
     Opening,
-    /// Answers to the first pings, of which there were several, may still come.
+    /// Several pings were sent while the links were established; their answers may still arrive.
     Settling,
     Measuring,
 }
@@ -139,8 +140,8 @@ impl Component for Ping {
 
     fn data_received(&mut self, _: &Header<'_>, _: &Data<'_>) -> Result<(), Fault> {
         let now = Instant::now();
-        let mut course = self.course.lock().unwrap_or_else(PoisonError::into_inner);
-        if course.answered(now) {
+        let mut course = self.course.lock();
+        if course.note_answer(now) {
             course.sent = Some(Instant::now());
             drop(course);
             self.armor.send_data("ping", &*self.ping)?;
@@ -152,16 +153,16 @@ impl Component for Ping {
         if call == Call::Started {
             let (armor, ping) = (self.armor.clone(), Arc::clone(&self.ping));
             let (course, window) = (Arc::clone(&self.course), self.window);
-            std::thread::spawn(move || measure(&armor, &ping, &course, window));
+            std::thread::spawn(move || measure_round_trips(&armor, &ping, &course, window));
         }
         Ok(Outcome::CarryOn)
     }
 }
 
-impl Course {
-    /// Notes an answer; whether the next ping is due.
-    fn answered(&mut self, now: Instant) -> bool {
-        if self.stage == Stage::Settling {
+impl PingCourse {
+    /// Records an answer. Returns whether the next ping is due.
+    fn note_answer(&mut self, now: Instant) -> bool {
+        if self.stage == PingStage::Settling {
             return false;
         }
         if let (Some(sent), Some(start)) = (self.sent, self.start) {
@@ -170,25 +171,25 @@ impl Course {
                 return true;
             }
         }
-        self.stage = Stage::Settling;
+        self.stage = PingStage::Settling;
         if let Some(over) = &self.over {
             let _ = over.send(());
         }
         false
     }
 
-    fn begin(&mut self, window: Duration) {
+    fn begin_window(&mut self, window: Duration) {
         let now = Instant::now();
-        (self.stage, self.sent, self.start) = (Stage::Measuring, Some(now), Some(now));
+        (self.stage, self.sent, self.start) = (PingStage::Measuring, Some(now), Some(now));
         self.window = window;
         self.times_ns.clear();
         self.times_ns.reserve(MOST_ROUND_TRIPS);
     }
 }
 
-/// Opens the game, then starts a warm-up and the measurement.
-fn measure(armor: &Armor, ping: &Blob, course: &Mutex<Course>, window: Duration) {
-    let course = || course.lock().unwrap_or_else(PoisonError::into_inner);
+/// Waits for both links, then starts a warm-up and the measurement.
+fn measure_round_trips(armor: &Armor, ping: &Blob, course: &Mutex<PingCourse>, window: Duration) {
+    let course = || course.lock();
     let (sender, over): (_, Receiver<()>) = channel();
     course().over = Some(sender);
     loop {
@@ -201,22 +202,22 @@ fn measure(armor: &Armor, ping: &Blob, course: &Mutex<Course>, window: Duration)
     }
     std::thread::sleep(Duration::from_millis(300));
     for window in [window.mul_f64(0.15), window] {
-        course().begin(window);
+        course().begin_window(window);
         let _ = armor.send_data("ping", ping);
         let _ = over.recv();
     }
-    say_round_trips(&mut course().times_ns);
+    print_round_trips(&mut course().times_ns);
 }
 
-/// Publishes to its subscribers, once all are there: one message for each `exec` if the file gives
-/// it a rate, else as fast as they take it, in one long `exec`.
+/// Publishes to its subscribers, once all are connected: one message for each `exec` if the file
+/// gives it a rate, otherwise as fast as they take it, in one long `exec`.
 struct Flood {
     armor: Armor,
     message: Blob,
     window: Duration,
     subscribers: usize,
     paced: bool,
-    /// The count and the end, once all subscribers are there.
+    /// The count and the end, once all subscribers are connected.
     flow: Option<(Arc<AtomicU64>, Instant)>,
     published: u64,
 }
@@ -227,7 +228,7 @@ impl Component for Flood {
     const PARAMETERS: &'static [Parameter] = &[
         LEN,
         WINDOW,
-        Parameter::integer("subscribers").doc("how many must be there first"),
+        Parameter::integer("subscribers").doc("number of subscribers to wait for"),
         Parameter::flag("paced").doc("one message for each exec"),
     ];
 
@@ -255,7 +256,7 @@ impl Component for Flood {
         if call != Call::Tick {
             return Ok(Outcome::CarryOn);
         }
-        let sent = self.publish()?;
+        let sent = self.publish_message()?;
         let Some((count, end)) = &self.flow else {
             if sent == self.subscribers {
                 let end = Instant::now() + publishing_time(self.window);
@@ -270,20 +271,20 @@ impl Component for Flood {
                 self.paced || self.message.bytes.len() > 4096 || self.published.is_multiple_of(16);
             if look && Instant::now() >= end {
                 println!("published count={}", self.published);
-                // Tells the subscribers that it was the last.
+                // An empty message marks the end.
                 self.armor.send_data("data", &Blob::new(0))?;
                 return Ok(Outcome::Done);
             }
             if self.paced {
                 return Ok(Outcome::CarryOn);
             }
-            self.publish()?;
+            self.publish_message()?;
         }
     }
 }
 
 impl Flood {
-    fn publish(&mut self) -> Result<usize, Fault> {
+    fn publish_message(&mut self) -> Result<usize, Fault> {
         let sent = self.armor.send_data("data", &self.message)?;
         self.published += 1;
         Ok(sent.to)
@@ -355,22 +356,22 @@ impl Component for Tick {
     }
 }
 
-/// Says when the first message has come.
+/// Prints the time of the first message.
 struct First {
-    told: bool,
+    has_printed: bool,
 }
 
 impl Component for First {
     const KIND: &'static str = "first";
-    const SUMMARY: &'static str = "Says when the first message has come.";
+    const SUMMARY: &'static str = "Prints the time of the first message.";
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<Blob>("data")?;
-        Ok(Self { told: false })
+        Ok(Self { has_printed: false })
     }
 
     fn data_received(&mut self, _: &Header<'_>, _: &Data<'_>) -> Result<(), Fault> {
-        if !std::mem::replace(&mut self.told, true) {
+        if !std::mem::replace(&mut self.has_printed, true) {
             println!("first at_ns={}", monotonic_ns());
         }
         Ok(())

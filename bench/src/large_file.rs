@@ -1,4 +1,4 @@
-//! What a file costs: one of 1,000 components and 3,000 links, read from the disk and checked against
+//! The cost of a large file: one of 1,000 components and 3,000 links, read from the disk and checked against
 //! the manifests of its kinds, as `armor check` and configd do.
 
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ const INPUTS: usize = 3;
 const KINDS: usize = 20;
 
 /// The file: components with a rate and two parameters, each fed by three others.
-pub fn file() -> String {
+pub fn write_large_file() -> String {
     let mut text = String::from("<armor version=\"1\">\n  <system name=\"large\">\n");
     for n in 0..COMPONENTS {
         let kind = n % KINDS;
@@ -42,12 +42,12 @@ pub fn file() -> String {
     text + "  </system>\n</armor>\n"
 }
 
-fn manifests() -> Manifests {
+fn make_manifests() -> Manifests {
     let kinds = (0..KINDS).map(|n| format!("kind-{n}"));
-    kinds.map(|kind| (kind.clone(), manifest(kind))).collect()
+    kinds.map(|kind| (kind.clone(), make_manifest(kind))).collect()
 }
 
-fn manifest(kind: String) -> Manifest {
+fn make_manifest(kind: String) -> Manifest {
     let port = |side: &str, n: usize| {
         let schema = format!("Data{n}{{stamp:f64(s),values:[f32](m)}}");
         PortManifest {
@@ -81,13 +81,13 @@ fn manifest(kind: String) -> Manifest {
     }
 }
 
-/// The role: reads and checks the file for `window`; says `checked first_ms=… p50_ms=… peak_kib=…`,
-/// the memory as the most that the first time took beyond the manifests.
-pub fn run(file: &Path, window: Duration) -> Result<()> {
-    let manifests = manifests();
-    // The highest mark so far begins anew.
+/// The role: reads and checks the file for `window`; prints `checked first_ms=… p50_ms=… peak_kib=…`,
+/// where the memory is the most that the first check took in addition to the manifests.
+pub fn measure_checks(file: &Path, window: Duration) -> Result<()> {
+    let manifests = make_manifests();
+    // Resets the peak so far (VmHWM).
     std::fs::write("/proc/self/clear_refs", "5").context("the peak cannot be reset")?;
-    let before_kib = status_kib("VmRSS")?;
+    let before_kib = read_status_kib("VmRSS")?;
     let mut times_ms = Vec::new();
     let mut peak_kib = 0.0;
     let started = Instant::now();
@@ -97,7 +97,7 @@ pub fn run(file: &Path, window: Duration) -> Result<()> {
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
         ensure!(reading.is_valid(), "{}", reading.findings.render(Colours::No));
         if times_ms.len() == 1 {
-            peak_kib = status_kib("VmHWM")? - before_kib;
+            peak_kib = read_status_kib("VmHWM")? - before_kib;
             let system = reading.configuration.as_ref().map(|all| &all.system);
             let names: BTreeSet<_> =
                 system.iter().flat_map(|s| &s.components).map(|c| &c.name.value).collect();
@@ -111,7 +111,7 @@ pub fn run(file: &Path, window: Duration) -> Result<()> {
     Ok(())
 }
 
-fn status_kib(key: &str) -> Result<f64> {
+fn read_status_kib(key: &str) -> Result<f64> {
     let text = std::fs::read_to_string("/proc/self/status")?;
     let line = text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
     let number = line.and_then(|line| line.split_whitespace().next()).context("no such line")?;
@@ -124,8 +124,9 @@ mod tests {
 
     #[test]
     fn the_file_is_valid() {
-        let reading = armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(file().into_bytes()));
-        let reading = check(reading, &[], Some(&manifests()));
+        let reading =
+            armor_robotfile::read(Path::new("a.xml"), &mut |_| Ok(write_large_file().into_bytes()));
+        let reading = check(reading, &[], Some(&make_manifests()));
         assert!(reading.is_valid(), "{}", reading.findings.render(Colours::No));
         let system = reading.configuration.expect("a configuration").system;
         assert_eq!((system.components.len(), system.links.len()), (COMPONENTS, 3000));

@@ -1,5 +1,5 @@
-//! The other side of the comparison: `std::net` TCP, blocking, one write for each message, the
-//! length before it. What little a program without any middleware would do.
+//! The other side of the comparison: blocking TCP of `std::net`, one write for each message, its
+//! length first. The least that a program without middleware would do.
 
 use std::io::{ErrorKind, Read, Result as IoResult, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 
 use crate::readings::{
-    MOST_ROUND_TRIPS, monotonic_ns, publishing_time, say_round_trips, watch_window,
+    MOST_ROUND_TRIPS, monotonic_ns, print_round_trips, publishing_time, watch_window,
 };
 
 const LEN_LEN: usize = 4;
@@ -17,7 +17,7 @@ const LEN_LEN: usize = 4;
 const READ_LEN: usize = 64 << 10;
 
 /// Plays a role until it is killed.
-pub fn run(role: &str, arguments: &[String]) -> Result<()> {
+pub fn play_role(role: &str, arguments: &[String]) -> Result<()> {
     let number = |index: usize| -> Result<f64> {
         Ok(arguments.get(index).context("an argument is missing")?.parse()?)
     };
@@ -25,22 +25,22 @@ pub fn run(role: &str, arguments: &[String]) -> Result<()> {
     let window =
         |index: usize| Ok::<_, anyhow::Error>(Duration::try_from_secs_f64(number(index)?)?);
     match role {
-        "echo" => echo(whole(0)?, whole(1)? != 0),
-        "ping" => ping(whole(0)?, whole(1)? != 0, whole(2)?, window(3)?),
-        "flood" => flood(whole(0)?, whole(1)?, window(2)?, number(3)?),
-        "sink" => sink(whole(0)?, whole(1)?, window(2)?),
-        "tick" => tick(window(0)?),
-        "first" => first(whole(0)?),
+        "echo" => play_echo(whole(0)?, whole(1)? != 0),
+        "ping" => play_ping(whole(0)?, whole(1)? != 0, whole(2)?, window(3)?),
+        "flood" => play_flood(whole(0)?, whole(1)?, window(2)?, number(3)?),
+        "sink" => play_sink(whole(0)?, whole(1)?, window(2)?),
+        "tick" => play_tick(window(0)?),
+        "first" => play_first(whole(0)?),
         _ => bail!("there is no role `{role}`"),
     }
 }
 
-/// A stream that sleeps until it can go on, or polls.
-struct Stream {
+/// A stream that sleeps until it is ready, or polls.
+struct SpinningStream {
     socket: TcpStream,
 }
 
-impl Stream {
+impl SpinningStream {
     fn new(socket: TcpStream, spin: bool) -> IoResult<Self> {
         socket.set_nodelay(true)?;
         socket.set_nonblocking(spin)?;
@@ -53,7 +53,7 @@ impl Stream {
     }
 }
 
-fn spin<T>(mut attempt: impl FnMut() -> IoResult<T>) -> IoResult<T> {
+fn poll_until_ready<T>(mut attempt: impl FnMut() -> IoResult<T>) -> IoResult<T> {
     loop {
         match attempt() {
             Err(error) if error.kind() == ErrorKind::WouldBlock => std::hint::spin_loop(),
@@ -62,15 +62,15 @@ fn spin<T>(mut attempt: impl FnMut() -> IoResult<T>) -> IoResult<T> {
     }
 }
 
-impl Read for Stream {
+impl Read for SpinningStream {
     fn read(&mut self, bytes: &mut [u8]) -> IoResult<usize> {
-        spin(|| self.socket.read(bytes))
+        poll_until_ready(|| self.socket.read(bytes))
     }
 }
 
-impl Write for Stream {
+impl Write for SpinningStream {
     fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
-        spin(|| self.socket.write(bytes))
+        poll_until_ready(|| self.socket.write(bytes))
     }
 
     fn flush(&mut self) -> IoResult<()> {
@@ -78,30 +78,30 @@ impl Write for Stream {
     }
 }
 
-fn message(len: usize) -> Result<Vec<u8>> {
+fn encode_message(len: usize) -> Result<Vec<u8>> {
     let mut bytes = u32::try_from(len)?.to_le_bytes().to_vec();
     bytes.resize(LEN_LEN + len, 0x5a);
     Ok(bytes)
 }
 
-fn listen() -> Result<TcpListener> {
+fn listen_and_print() -> Result<TcpListener> {
     let listener = TcpListener::bind(("127.0.0.1", 0))?;
     println!("listening port={}", listener.local_addr()?.port());
     Ok(listener)
 }
 
-fn echo(len: usize, spin: bool) -> Result<()> {
-    let mut stream = Stream::new(listen()?.accept()?.0, spin)?;
-    let mut bytes = message(len)?;
+fn play_echo(len: usize, spin: bool) -> Result<()> {
+    let mut stream = SpinningStream::new(listen_and_print()?.accept()?.0, spin)?;
+    let mut bytes = encode_message(len)?;
     while stream.read_exact(&mut bytes).is_ok() {
         stream.write_all(&bytes)?;
     }
     Ok(())
 }
 
-fn ping(port: usize, spin: bool, len: usize, window: Duration) -> Result<()> {
-    let mut stream = Stream::connect(port, spin)?;
-    let (ping, mut pong) = (message(len)?, message(len)?);
+fn play_ping(port: usize, spin: bool, len: usize, window: Duration) -> Result<()> {
+    let mut stream = SpinningStream::connect(port, spin)?;
+    let (ping, mut pong) = (encode_message(len)?, encode_message(len)?);
     let mut times_ns = Vec::with_capacity(MOST_ROUND_TRIPS);
     for window in [window.mul_f64(0.15), window] {
         times_ns.clear();
@@ -117,18 +117,18 @@ fn ping(port: usize, spin: bool, len: usize, window: Duration) -> Result<()> {
             }
         }
     }
-    say_round_trips(&mut times_ns);
+    print_round_trips(&mut times_ns);
     Ok(())
 }
 
 /// Publishes to every subscriber; at a rate, or as fast as they take it (rate 0).
-fn flood(len: usize, subscribers: usize, window: Duration, rate_hz: f64) -> Result<()> {
-    let listener = listen()?;
+fn play_flood(len: usize, subscribers: usize, window: Duration, rate_hz: f64) -> Result<()> {
+    let listener = listen_and_print()?;
     let mut streams = Vec::new();
     for _ in 0..subscribers {
-        streams.push(Stream::new(listener.accept()?.0, false)?);
+        streams.push(SpinningStream::new(listener.accept()?.0, false)?);
     }
-    let bytes = message(len)?;
+    let bytes = encode_message(len)?;
     let count = watch_window(window);
     let start = Instant::now();
     let mut sent = 0_u64;
@@ -148,11 +148,11 @@ fn flood(len: usize, subscribers: usize, window: Duration, rate_hz: f64) -> Resu
     }
     println!("published count={sent}");
     drop(streams);
-    stay()
+    wait_forever()
 }
 
-fn sink(port: usize, len: usize, window: Duration) -> Result<()> {
-    let stream = Stream::connect(port, false)?;
+fn play_sink(port: usize, len: usize, window: Duration) -> Result<()> {
+    let stream = SpinningStream::connect(port, false)?;
     let (mut count, mut received) = (None, 0_u64);
     read_messages(stream, |message| {
         assert_eq!(message.len(), len, "a message of another length");
@@ -160,42 +160,43 @@ fn sink(port: usize, len: usize, window: Duration) -> Result<()> {
         count.get_or_insert_with(|| watch_window(window)).store(received, Ordering::Relaxed);
     })?;
     println!("received count={received} lost=0");
-    stay()
+    wait_forever()
 }
 
-fn tick(period: Duration) -> Result<()> {
-    let listener = listen()?;
-    let mut stream = Stream::new(listener.accept()?.0, false)?;
-    let bytes = message(100)?;
+fn play_tick(period: Duration) -> Result<()> {
+    let listener = listen_and_print()?;
+    let mut stream = SpinningStream::new(listener.accept()?.0, false)?;
+    let bytes = encode_message(100)?;
     loop {
         stream.write_all(&bytes)?;
         std::thread::sleep(period);
     }
 }
 
-/// Says when the first message has come, and keeps on receiving on a thread of its own, like
-/// anything that has something else to do.
-fn first(port: usize) -> Result<()> {
-    let stream = Stream::connect(port, false)?;
-    let mut told = false;
+/// Prints the time of the first message and continues to receive on a thread of its own, like a
+/// program that has something else to do.
+fn play_first(port: usize) -> Result<()> {
+    let stream = SpinningStream::connect(port, false)?;
+    let mut has_printed = false;
     std::thread::spawn(move || {
         read_messages(stream, |_| {
-            if !std::mem::replace(&mut told, true) {
+            if !std::mem::replace(&mut has_printed, true) {
                 println!("first at_ns={}", monotonic_ns());
             }
         })
     });
-    stay()
+    wait_forever()
 }
 
-fn stay() -> ! {
+fn wait_forever() -> ! {
     loop {
         std::thread::park();
     }
 }
 
-/// Small messages are taken out of one buffer; the rest of a large one is read into its place.
-fn read_messages(mut stream: Stream, mut on_message: impl FnMut(&[u8])) -> Result<()> {
+/// Reads small messages many at a time into one buffer; the rest of a large one goes straight to its
+/// own.
+fn read_messages(mut stream: SpinningStream, mut on_message: impl FnMut(&[u8])) -> Result<()> {
     let mut buffer = vec![0; READ_LEN];
     let mut large = Vec::new();
     let (mut start, mut end) = (0, 0);

@@ -1,0 +1,61 @@
+//! The list of what is measured, job by job, in the order of the table.
+
+pub const KIB: usize = 1 << 10;
+pub const MIB: usize = 1 << 20;
+/// A small message; the size of a pose.
+pub const SMALL_LEN: usize = 100;
+
+/// What is measured together.
+#[derive(Clone, Copy, Debug)]
+pub enum BenchJob {
+    /// Ping and answer, one at a time; both ends sleep or spin meanwhile.
+    RoundTrip { len: usize, spin: bool },
+    /// Small messages to one subscriber, as fast as it takes them, none lost.
+    Flood,
+    /// Large messages to several subscribers, as fast as they take them, none lost.
+    FanOut { subscribers: usize },
+    /// Small messages to one subscriber at 10 kHz.
+    Paced,
+    /// From the start of a process to the first message it receives.
+    First,
+    /// Memory and threads of an idle process.
+    Idle,
+    /// A large file read and checked.
+    Check,
+    /// From a component's report to the activation of the next one; with the journal on the disk, or in
+    /// memory.
+    Reaction { on_disk: bool },
+}
+
+impl BenchJob {
+    /// Everything there is to measure, in the order of the table.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let lens = [50, SMALL_LEN, 1000, 64 * KIB, MIB, 8 * MIB];
+        let round_trips = lens.map(|len| Self::RoundTrip { len, spin: false });
+        let spinning = [SMALL_LEN, 64 * KIB].map(|len| Self::RoundTrip { len, spin: true });
+        let fan_outs = [1, 4, 8].map(|subscribers| Self::FanOut { subscribers });
+        let rest = [Self::Flood, Self::Paced];
+        round_trips.into_iter().chain(spinning).chain(rest).chain(fan_outs).chain([
+            Self::First,
+            Self::Idle,
+            Self::Check,
+            Self::Reaction { on_disk: true },
+            Self::Reaction { on_disk: false },
+        ])
+    }
+
+    /// Its name for `--only`.
+    pub fn part(self) -> &'static str {
+        match self {
+            Self::RoundTrip { spin: false, .. } => "lat",
+            Self::RoundTrip { spin: true, .. } => "spin",
+            Self::Flood => "flood",
+            Self::FanOut { .. } => "fan",
+            Self::Paced => "paced",
+            Self::First => "first",
+            Self::Idle => "idle",
+            Self::Check => "check",
+            Self::Reaction { .. } => "reaction",
+        }
+    }
+}
