@@ -4,8 +4,8 @@ use crate::hub::ExecutiveInput;
 use crate::journal::{self, Anchor, Life, Story};
 use crate::time::{ClockReadings, Deadlines, FollowedTime};
 use armor_plan::Plan;
-use armor_sdk::node::Node;
-use armor_sdk::{Passage, Reading};
+use armor_sdk::node::SystemNode;
+use armor_sdk::{ClockReading, Passage};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -54,11 +54,11 @@ impl Clocks {
     }
 
     /// Hears the data from now on, if there is such; every passing of time wakes the executive.
-    pub(crate) fn follow(&self, plan: &Plan, node: &Node, inputs: Sender<ExecutiveInput>) {
+    pub(crate) fn follow(&self, plan: &Plan, node: &SystemNode, inputs: Sender<ExecutiveInput>) {
         let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else {
             return;
         };
-        let hear = move |reading: Reading, passage: Passage| {
+        let hear = move |reading: ClockReading, passage: Passage| {
             let mut shared = lock(&shared);
             if let Some(anchor) = shared.time.read(reading, passage) {
                 shared.anchor = Some(anchor);

@@ -9,7 +9,7 @@ use armor_plan::{ComponentId, Plan, WatchId};
 use armor_sdk::control::{
     Answer, Command, ControlConnection, ControlEvent, ReportKind, Role, RunState,
 };
-use armor_sdk::directory::Change;
+use armor_sdk::directory::DirectoryChange;
 use armor_sdk::orders::OrderEvent;
 use armor_sdk::wire::registry::ComponentEntry;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ const RETRY: Duration = Duration::from_millis(200);
 
 /// What comes in from other threads.
 pub(crate) enum ExecutiveInput {
-    Registry(Change),
+    Registry(DirectoryChange),
     /// There is news of what guards look at.
     News(WatchId),
     Connected {
@@ -140,9 +140,9 @@ impl Hub {
         }
     }
 
-    fn follow_registry(&mut self, change: Change) -> Vec<ControllerEvent> {
+    fn follow_registry(&mut self, change: DirectoryChange) -> Vec<ControllerEvent> {
         match change {
-            Change::Appeared(entry) => {
+            DirectoryChange::Appeared(entry) => {
                 if let Some(component) = self.plan.component_named(&entry.name) {
                     let peer = &mut self.peers[component.index()];
                     let same =
@@ -162,7 +162,7 @@ impl Hub {
                     }
                 }
             }
-            Change::Gone(entry) => {
+            DirectoryChange::Gone(entry) => {
                 if let Some(component) = self.plan.component_named(&entry.name) {
                     let peer = &mut self.peers[component.index()];
                     if peer.entry.as_ref().is_some_and(|old| old.instance == entry.instance) {
@@ -171,8 +171,8 @@ impl Hub {
                     return self.take_ended(component).into_iter().collect();
                 }
             }
-            Change::RegistryLost => self.registry = false,
-            Change::RegistryFound => self.registry = true,
+            DirectoryChange::RegistryLost => self.registry = false,
+            DirectoryChange::RegistryFound => self.registry = true,
         }
         Vec::new()
     }

@@ -18,7 +18,7 @@ use armor_plan::{DatePhase, GivenValue, Plan};
 use armor_robotfile::Date;
 use armor_sdk::Latched;
 use armor_sdk::control::{Assigned, Command, GivenParameter};
-use armor_sdk::node::{Node, NodeOptions};
+use armor_sdk::node::{NodeOptions, SystemNode};
 use armor_sdk::orders::{GivenOrder, OrderEvent};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -201,7 +201,7 @@ struct ExecutiveLoop {
     journal: Journal,
     cut_at: u64,
     trust_clock: bool,
-    node: Node,
+    node: SystemNode,
     clocks: Clocks,
     calendar: Calendar,
     shown: Option<Marking>,
@@ -386,14 +386,14 @@ impl ExecutiveLoop {
     }
 }
 
-fn register_node(options: &ExecutiveOptions) -> Result<Node, RunError> {
+fn register_node(options: &ExecutiveOptions) -> Result<SystemNode, RunError> {
     let node = NodeOptions {
         name: "executive".into(),
         kind: "executive".into(),
         registry: options.registry.clone(),
     };
     let declare = |armor: &armor_sdk::Armor| Ok(armor.provide::<Latched<Marking>>("marking")?);
-    Node::start(&node, REGISTRY_LIMIT, declare)
+    SystemNode::start(&node, REGISTRY_LIMIT, declare)
         .map_err(|error| RunError::Register(error.to_string()))
 }
 

@@ -5,7 +5,7 @@
 
 use crate::journal::Anchor;
 use crate::ledger::{Ledger, Phase};
-use armor_sdk::{Passage, Reading};
+use armor_sdk::{ClockReading, Passage};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -61,7 +61,7 @@ impl FollowedTime {
 
     /// Takes in a reading. Where the data jumps, or comes from another process start, no time passes;
     /// the new anchor is to be written down then.
-    pub(crate) fn read(&mut self, reading: Reading, passage: Passage) -> Option<Anchor> {
+    pub(crate) fn read(&mut self, reading: ClockReading, passage: Passage) -> Option<Anchor> {
         let holds = self
             .anchor
             .filter(|anchor| anchor.instance == reading.instance && passage != Passage::Jumps);
@@ -122,8 +122,8 @@ mod tests {
 
     const SECOND: Duration = Duration::from_secs(1);
 
-    fn reading(stamp_s: f64, instance: u64) -> Reading {
-        Reading { stamp_s, instance }
+    fn reading(stamp_s: f64, instance: u64) -> ClockReading {
+        ClockReading { stamp_s, instance }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use armor_sdk::control::Answer;
-use armor_sdk::directory::Change;
+use armor_sdk::directory::DirectoryChange;
 use armor_wire::registry::ComponentEntry;
 
 use crate::links::{Looks, ObservedLink, combine_links};
@@ -51,7 +51,7 @@ pub struct SystemPicture {
 #[derive(Clone, Debug, PartialEq)]
 pub enum SystemEvent {
     /// The registry reports that a process has appeared or ended.
-    Registry(Change),
+    Registry(DirectoryChange),
     /// The control connection to a process start is up.
     Connected(String, u64),
     /// A process start has sent an answer.
@@ -149,18 +149,22 @@ impl SystemPicture {
         self.processes.get_mut(name).filter(|process| process.entry.instance == instance)
     }
 
-    fn handle_registry(&mut self, change: Change, actions: &mut Vec<ObserverAction>) -> bool {
+    fn handle_registry(
+        &mut self,
+        change: DirectoryChange,
+        actions: &mut Vec<ObserverAction>,
+    ) -> bool {
         match change {
-            Change::RegistryFound => self.mark_registry_found(),
-            Change::RegistryLost => std::mem::replace(&mut self.is_found, false),
-            Change::Appeared(entry) => {
+            DirectoryChange::RegistryFound => self.mark_registry_found(),
+            DirectoryChange::RegistryLost => std::mem::replace(&mut self.is_found, false),
+            DirectoryChange::Appeared(entry) => {
                 // A restarted registry reports processes again that were already known.
                 let found = self.mark_registry_found();
                 let known = self.process_start(&entry.name, entry.instance);
                 let is_there = known.is_some_and(|process| !process.condition.is_gone());
                 found | (!is_there && self.add_process(entry, actions))
             }
-            Change::Gone(entry) => {
+            DirectoryChange::Gone(entry) => {
                 let now = self.now;
                 let Some(process) = self.process_start(&entry.name, entry.instance) else {
                     return false;

@@ -1,4 +1,4 @@
-//! The handle a component is given: nine of the twelve functions.
+//! The handle that a component gets: nine of the twelve functions.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +15,8 @@ use crate::ports::{InputType, OutputType};
 /// How long [`Armor::synchronize`] waits for configd.
 const SYNCHRONIZE_LIMIT: Duration = Duration::from_secs(10);
 
-/// What a component does its work with. Cheap to clone; threads of the component may share it.
+/// The handle through which a component publishes, asks and declares. Cheap to clone; threads of the
+/// component may share it.
 #[derive(Clone)]
 pub struct Armor {
     pub(crate) participant: Arc<Participant>,
@@ -72,7 +73,7 @@ impl Armor {
         if !name::is_name(name) {
             return Err(format!("`{name}` is not a name for a parameter").into());
         }
-        self.participant.parameters.ask(name);
+        self.participant.parameters.ask_for(name);
         Ok(())
     }
 
@@ -98,13 +99,13 @@ impl Armor {
         self.participant.ports.publish(id, data, self.timestamp())
     }
 
-    /// Now, in the one time of the whole system: seconds since the Unix epoch. In a system with a
-    /// `<clock>`, what that said last, from the first call of `exec` on.
+    /// The current time of the whole system in seconds since the Unix epoch. In a system with a
+    /// `<clock>`, the last value of that clock, from the first call of `exec` on.
     pub fn timestamp(&self) -> f64 {
         self.participant.clock.timestamp()
     }
 
-    /// The executive may not freeze this component: it serves a person, or another system.
+    /// Forbids the executive to freeze this component: it serves a person, or another system.
     pub fn set_non_controllable(&self) {
         self.participant.lifecycle.set_non_controllable();
     }

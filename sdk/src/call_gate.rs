@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn one_thread_is_inside_and_the_main_loop_is_next() {
         let gate = CallGate::new(0);
-        let inside = gate.try_enter().expect("nobody is inside");
+        let inside = gate.try_enter().expect("the component is free");
         assert!(gate.try_enter().is_none());
         std::thread::scope(|scope| {
             let main = scope.spawn(|| *gate.enter_from_main());

@@ -1,41 +1,41 @@
-//! The one time of the system, as this process knows it.
+//! The one time of the system, as this process estimates it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_wire::clock::{ClockEstimate, ClockFilter, Exchange};
+use parking_lot::Mutex;
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::timeline::{Passage, Reading, Timeline};
+use crate::timeline::{ClockReading, Passage, Timeline};
 
-/// A monotonic clock that can say how far the system's time is from it.
+/// A monotonic clock with an estimate of the system time's offset from it.
 ///
-/// Until the registry has been heard, system time is this host's wall clock as it was at the start;
-/// a later jump of the wall clock moves nothing. In a system whose time follows data, system time is
-/// what was read last; monotonic time is the host's all the same.
+/// Until the registry has answered, system time is this host's wall clock as it was at the start; a
+/// later jump of the wall clock changes nothing. In a system whose time follows data, system time is
+/// the last reading; monotonic time is the host's nevertheless.
 #[derive(Debug)]
-pub struct Clock {
+pub struct SystemClock {
     start_s: f64,
     wall_offset_s: f64,
     offset_bits: AtomicU64,
     filter: Mutex<ClockFilter>,
     /// Whether system time follows data.
     follows: AtomicBool,
-    /// The time read last; NaN before the first reading.
+    /// The last reading in seconds; NaN before the first one.
     followed_bits: AtomicU64,
-    following: Mutex<Following>,
+    following: Mutex<FollowedTime>,
 }
 
-/// What was read of the system's time, for who must see all of it at once.
+/// The readings so far, for callers that need time and jumps together.
 #[derive(Debug, Default)]
-struct Following {
+struct FollowedTime {
     timeline: Timeline,
     now: Duration,
     jumps: u64,
 }
 
-impl Default for Clock {
+impl Default for SystemClock {
     fn default() -> Self {
         let start_s = monotonic_s();
         let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
@@ -51,7 +51,7 @@ impl Default for Clock {
     }
 }
 
-impl Clock {
+impl SystemClock {
     /// Time since this clock was made.
     pub fn monotonic(&self) -> Duration {
         Duration::from_secs_f64((monotonic_s() - self.start_s).max(0.0))
@@ -62,7 +62,7 @@ impl Clock {
         monotonic_s()
     }
 
-    /// System time in seconds since the Unix epoch. If it follows data that has not been heard yet, 0.
+    /// System time in seconds since the Unix epoch; 0 if it follows data that have not arrived yet.
     pub fn timestamp(&self) -> f64 {
         if self.follows.load(Ordering::Relaxed) {
             let followed_s = f64::from_bits(self.followed_bits.load(Ordering::Relaxed));
@@ -71,20 +71,20 @@ impl Clock {
         monotonic_s() + f64::from_bits(self.offset_bits.load(Ordering::Relaxed))
     }
 
-    /// From now on system time is what is [read](Self::read).
-    pub(crate) fn follow(&self) {
+    /// Lets system time follow [readings](Self::apply_reading) from now on.
+    pub(crate) fn follow_readings(&self) {
         self.follows.store(true, Ordering::Relaxed);
     }
 
-    /// Whether system time can be told.
+    /// Whether system time is known.
     pub(crate) fn is_known(&self) -> bool {
-        let is_heard = || !f64::from_bits(self.followed_bits.load(Ordering::SeqCst)).is_nan();
-        !self.follows.load(Ordering::Relaxed) || is_heard()
+        let has_reading = || !f64::from_bits(self.followed_bits.load(Ordering::SeqCst)).is_nan();
+        !self.follows.load(Ordering::Relaxed) || has_reading()
     }
 
-    /// Takes in what the source of the system's time says; what it means, if anything.
-    pub(crate) fn read(&self, reading: Reading) -> Option<Passage> {
-        let mut following = self.following.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Applies a reading of the source of the system's time. Returns what it means; `None` if nothing.
+    pub(crate) fn apply_reading(&self, reading: ClockReading) -> Option<Passage> {
+        let mut following = self.following.lock();
         let passage = following.timeline.read(reading)?;
         following.now = Duration::try_from_secs_f64(reading.stamp_s).unwrap_or(Duration::MAX);
         following.jumps += u64::from(passage == Passage::Jumps);
@@ -92,16 +92,16 @@ impl Clock {
         Some(passage)
     }
 
-    /// The time that ticks follow, from any zero, and how often it has jumped.
-    pub(crate) fn ticking(&self) -> (Duration, u64) {
+    /// The time that ticks follow, from an arbitrary zero, and the number of its jumps.
+    pub(crate) fn tick_time(&self) -> (Duration, u64) {
         if !self.follows.load(Ordering::Relaxed) {
             return (self.monotonic(), 0);
         }
-        let following = self.following.lock().unwrap_or_else(PoisonError::into_inner);
+        let following = self.following.lock();
         (following.now, following.jumps)
     }
 
-    /// Whether ticks come by themselves, and not by what is read.
+    /// Whether ticks follow the host's clock, and not readings.
     pub(crate) fn runs_by_itself(&self) -> bool {
         !self.follows.load(Ordering::Relaxed)
     }
@@ -111,30 +111,27 @@ impl Clock {
         f64::from_bits(self.offset_bits.load(Ordering::Relaxed)) - self.wall_offset_s
     }
 
-    /// The best estimate of the registry's clock, if it has been heard.
+    /// The best estimate of the registry's clock; `None` before its first answer.
     pub fn estimate(&self) -> Option<ClockEstimate> {
-        self.filter.lock().ok()?.estimate()
+        self.filter.lock().estimate()
     }
 
-    /// Takes in what the registry answered.
-    pub(crate) fn add(&self, exchange: Exchange) {
-        if let Ok(mut filter) = self.filter.lock() {
-            filter.add(exchange);
-            if let Some(estimate) = filter.estimate() {
-                self.offset_bits.store(estimate.offset_s.to_bits(), Ordering::Relaxed);
-            }
+    /// Improves the estimate with one exchange of the registry's time.
+    pub(crate) fn add_exchange(&self, exchange: Exchange) {
+        let mut filter = self.filter.lock();
+        filter.add(exchange);
+        if let Some(estimate) = filter.estimate() {
+            self.offset_bits.store(estimate.offset_s.to_bits(), Ordering::Relaxed);
         }
     }
 
-    /// Forgets what an earlier registry said.
+    /// Discards the estimate: another registry has another clock.
     pub(crate) fn registry_changed(&self) {
-        if let Ok(mut filter) = self.filter.lock() {
-            filter.clear();
-        }
+        self.filter.lock().clear();
     }
 }
 
-/// Read for every message, so without the detour over `Instant` and `Duration`.
+/// Reads the clock directly, without `Instant` and `Duration`: it is read for every message.
 fn monotonic_s() -> f64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9

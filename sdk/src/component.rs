@@ -1,4 +1,4 @@
-//! What a component is: a type with a constructor and the three functions that the system calls.
+//! A component: a type with a constructor and the three functions that the system calls.
 
 use crate::armor::Armor;
 use crate::call::{Call, Fault, Outcome};
@@ -22,10 +22,10 @@ pub trait Component: Sized + Send + 'static {
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware.
     ///
     /// # Errors
-    /// Any; the process then ends and says why.
+    /// Any; the process then logs it and ends.
     fn new(armor: Armor) -> Result<Self, Fault>;
 
-    /// A parameter that was asked for, or a live one that has changed.
+    /// A parameter that was asked for has arrived, or a live one has changed.
     ///
     /// # Errors
     /// Any; reported as a failure of the component.
@@ -34,7 +34,7 @@ pub trait Component: Sized + Send + 'static {
         Ok(())
     }
 
-    /// Data of an input. Data of one input arrive in order, each at most once.
+    /// Data of an input has arrived. Data of one input arrive in order, each at most once.
     ///
     /// # Errors
     /// Any; reported as a failure of the component.

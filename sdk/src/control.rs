@@ -2,7 +2,7 @@
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use armor_socket::random_id;
@@ -11,6 +11,7 @@ use armor_wire::frame::FrameKind;
 use armor_wire::hello::{Hello, Purpose};
 use armor_wire::registry::ComponentEntry;
 use armor_wire::transport::Transport;
+use parking_lot::Mutex;
 use thiserror::Error;
 
 pub use armor_wire::config::Assigned;
@@ -19,19 +20,20 @@ pub use armor_wire::control::{
     Role, RunState, Status, TokenMove,
 };
 
+use crate::background_thread::spawn_background;
 use crate::dial::{self, ConnectError};
-use crate::session::{self, Writer};
+use crate::session::{self, FrameWriter};
 
 /// What happens on a control connection.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControlEvent {
-    /// The component says something.
+    /// The component has sent an answer.
     Answer(Answer),
     /// The connection has ended, and why.
     Closed(String),
 }
 
-/// Why a component has not told its status.
+/// Why a component's status is not available.
 #[derive(Debug, Error)]
 pub enum StatusError {
     /// The connection has ended.
@@ -46,16 +48,16 @@ type StatusAnswers = Arc<Mutex<Vec<(u64, mpsc::Sender<Status>)>>>;
 
 /// A control connection to one component. Closed when dropped.
 pub struct ControlConnection {
-    writer: Writer,
+    writer: FrameWriter,
     next_request: AtomicU64,
     answers: StatusAnswers,
 }
 
 impl ControlConnection {
-    /// Connects to the process `entry`; `sink` is told everything, on a thread of its own.
+    /// Connects to the process `entry`. Calls `sink` with every event, on a thread of its own.
     ///
     /// # Errors
-    /// [`ConnectError`] if it cannot be reached or is another process by now.
+    /// [`ConnectError`] if it cannot be reached or another process has taken its place.
     pub fn connect(
         entry: &ComponentEntry,
         role: Role,
@@ -65,7 +67,7 @@ impl ControlConnection {
         Self::connect_as(entry, role, from, random_id(), sink)
     }
 
-    /// The same for a process that is known by its `instance` over all its connections.
+    /// As [`Self::connect`], for a process that is identified by its `instance` over all its connections.
     pub(crate) fn connect_as(
         entry: &ComponentEntry,
         role: Role,
@@ -77,54 +79,47 @@ impl ControlConnection {
         let dialled = dial::dial_component(entry, &hello, Transport::Auto)?;
         let unreachable =
             |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
-        let writer = Writer::new(&dialled.stream).map_err(unreachable)?;
+        let writer = FrameWriter::new(&dialled.stream).map_err(unreachable)?;
         let answers = StatusAnswers::default();
         let (reading, waiting) = (writer.clone(), Arc::clone(&answers));
-        std::thread::Builder::new()
-            .name("control".into())
-            .stack_size(256 << 10)
-            .spawn(move || {
-                let reason = session::converse(
-                    dialled,
-                    &reading,
-                    |frame| {
-                        if frame.kind != FrameKind::Control {
-                            return Err(format!(
-                                "a {:?} frame on a control connection",
-                                frame.kind
-                            ));
-                        }
-                        let answer =
-                            codec::decode_control(frame.body).map_err(|e| e.to_string())?;
-                        hand_out(&waiting, &answer);
-                        sink(ControlEvent::Answer(answer));
-                        Ok(())
-                    },
-                    || Duration::MAX,
-                );
-                waiting.lock().unwrap_or_else(PoisonError::into_inner).clear();
-                sink(ControlEvent::Closed(reason));
-            })
-            .map_err(unreachable)?;
+        let serve = move || {
+            let reason = session::serve_frames(
+                dialled,
+                &reading,
+                |frame| {
+                    if frame.kind != FrameKind::Control {
+                        return Err(format!("a {:?} frame on a control connection", frame.kind));
+                    }
+                    let answer = codec::decode_control(frame.body).map_err(|e| e.to_string())?;
+                    deliver_status(&waiting, &answer);
+                    sink(ControlEvent::Answer(answer));
+                    Ok(())
+                },
+                || Duration::MAX,
+            );
+            waiting.lock().clear();
+            sink(ControlEvent::Closed(reason));
+        };
+        spawn_background("control", serve).map_err(unreachable)?;
         Ok(Self { writer, next_request: AtomicU64::new(1), answers })
     }
 
     /// Sends a command.
     ///
     /// # Errors
-    /// If the connection has ended; the sink is told too.
+    /// If the connection has ended; the sink gets a [`ControlEvent::Closed`] too.
     pub fn send(&self, command: &Command) -> io::Result<()> {
         self.writer.send(command)
     }
 
-    /// Asks for everything about the component.
+    /// Asks for the component's status and waits for it.
     ///
     /// # Errors
     /// [`StatusError`] if the connection ends or the answer does not come in time.
     pub fn status(&self, timeout: Duration) -> Result<Status, StatusError> {
         let request = self.next_request.fetch_add(1, Ordering::Relaxed);
         let (sender, receiver) = mpsc::channel();
-        self.answers.lock().unwrap_or_else(PoisonError::into_inner).push((request, sender));
+        self.answers.lock().push((request, sender));
         self.send(&Command::Status { request })?;
         receiver.recv_timeout(timeout).map_err(|error| match error {
             mpsc::RecvTimeoutError::Timeout => StatusError::Timeout(timeout),
@@ -141,9 +136,9 @@ impl Drop for ControlConnection {
     }
 }
 
-fn hand_out(waiting: &StatusAnswers, answer: &Answer) {
+fn deliver_status(waiting: &StatusAnswers, answer: &Answer) {
     if let Answer::Status { request, status } = answer {
-        waiting.lock().unwrap_or_else(PoisonError::into_inner).retain(|(asked, sender)| {
+        waiting.lock().retain(|(asked, sender)| {
             if asked == request {
                 let _ = sender.send(status.clone());
             }

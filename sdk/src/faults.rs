@@ -7,14 +7,14 @@ use armor_socket::FaultTable;
 use armor_wire::frame::FrameError;
 use armor_wire::hello::{HandshakeError, RefusalCode};
 
-/// What a peer does wrong, as logged once per address.
+/// A fault of a peer, logged once per address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Fault {
-    /// It left before it said who it is.
+pub(crate) enum PeerFault {
+    /// It left before it sent its hello.
     Left,
-    /// Its hello does not come to its end.
+    /// Its hello is not complete in time.
     Slow,
-    /// It came with so many others that some had to go.
+    /// It was one of too many; some had to be closed.
     Crowded,
     /// It sends a frame of a kind that does not exist.
     UnknownFrame,
@@ -26,13 +26,13 @@ pub(crate) enum Fault {
     Refused(u8),
     /// It sends on a link what a subscriber does not send.
     NotASubscriber,
-    /// It sends on a control connection what is no command.
+    /// It sends on a control connection something that is not a command.
     NoCommand,
-    /// It may not order what it orders.
+    /// Its role does not allow the command.
     NotAllowed,
 }
 
-impl From<&HandshakeError> for Fault {
+impl From<&HandshakeError> for PeerFault {
     fn from(error: &HandshakeError) -> Self {
         match error {
             HandshakeError::Frame(error) => error.into(),
@@ -41,7 +41,7 @@ impl From<&HandshakeError> for Fault {
     }
 }
 
-impl From<&FrameError> for Fault {
+impl From<&FrameError> for PeerFault {
     fn from(error: &FrameError) -> Self {
         match error {
             FrameError::UnknownKind(_) => Self::UnknownFrame,
@@ -51,21 +51,21 @@ impl From<&FrameError> for Fault {
     }
 }
 
-impl From<RefusalCode> for Fault {
+impl From<RefusalCode> for PeerFault {
     fn from(code: RefusalCode) -> Self {
         Self::Refused(code as u8)
     }
 }
 
-/// What was logged already.
+/// The faults that have been logged.
 #[derive(Default)]
-pub(crate) struct Faults {
-    logged: FaultTable<Fault>,
+pub(crate) struct PeerFaultLog {
+    logged: FaultTable<PeerFault>,
 }
 
-impl Faults {
+impl PeerFaultLog {
     /// Logs why a connection was closed, if it is the first time that this address does this.
-    pub fn report(&self, peer: Option<IpAddr>, fault: Fault, why: impl Display) {
+    pub fn log_once(&self, peer: Option<IpAddr>, fault: PeerFault, why: impl Display) {
         if self.logged.is_new(peer, fault) {
             let from = peer.map(|peer| format!(" from {peer}")).unwrap_or_default();
             tracing::warn!("connection{from} closed: {why}; further ones like it are not logged");
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn the_kind_of_an_unknown_frame_makes_no_difference() {
-        let fault = |kind| Fault::from(&FrameError::UnknownKind(kind));
+        let fault = |kind| PeerFault::from(&FrameError::UnknownKind(kind));
         assert_eq!(fault(71), fault(72));
     }
 }

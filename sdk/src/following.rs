@@ -1,5 +1,5 @@
-//! Follows the data that a system's time follows: one thread and one link, kept up for the life of the
-//! process. While nobody provides the data, time stands still.
+//! Follows the data that set the system's time: one thread and one link, kept up for the life of the
+//! process. While the data have no provider, time stands still.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,64 +10,62 @@ use armor_wire::codec;
 use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 
+use crate::background_thread::spawn_background;
 use crate::participant::Participant;
 use crate::tap::{Tap, TapError};
-use crate::timeline::{Passage, Reading};
+use crate::timeline::{ClockReading, Passage};
 
-/// How long a provider may be missing before that is said: they all start at once.
+/// How long a provider may be missing before a warning: all processes of a system start together.
 const PROVIDER_LIMIT: Duration = Duration::from_secs(2);
-/// How long to wait for data before looking whether it is all over.
+/// How long to wait for data before checking whether the process ends.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Time between two attempts to link to a provider that the registry knows.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Name under which the link that brings a process its time is seen at the provider.
+/// Returns the name under which the provider sees the link that brings the time to process `name`.
 pub fn time_link(name: &str) -> String {
     format!("{name}:time")
 }
 
-/// From now on the time of this process follows `data`; `hear` is told of every reading that means
-/// something, in order.
-pub(crate) fn start(
+/// Lets the time of this process follow `data` from now on. Calls `on_reading` for every reading by
+/// which time begins, passes or jumps, in order.
+pub(crate) fn start_following(
     participant: &Arc<Participant>,
     data: &str,
-    hear: impl FnMut(Reading, Passage) + Send + 'static,
+    on_reading: impl FnMut(ClockReading, Passage) + Send + 'static,
 ) -> std::io::Result<()> {
-    participant.clock.follow();
-    let follower = Follower { participant: Arc::clone(participant), data: data.into(), hear };
-    std::thread::Builder::new()
-        .name("time".into())
-        .stack_size(256 << 10)
-        .spawn(move || follower.run())?;
-    Ok(())
+    participant.clock.follow_readings();
+    let follower =
+        ClockFollower { participant: Arc::clone(participant), data: data.into(), on_reading };
+    spawn_background("time", move || follower.stay_linked())
 }
 
-struct Follower<F> {
+struct ClockFollower<F> {
     participant: Arc<Participant>,
     data: String,
-    hear: F,
+    on_reading: F,
 }
 
-impl<F: FnMut(Reading, Passage)> Follower<F> {
-    fn run(mut self) {
-        let mut said = String::new();
+impl<F: FnMut(ClockReading, Passage)> ClockFollower<F> {
+    fn stay_linked(mut self) {
+        let mut reported = String::new();
         while !self.participant.lifecycle.has_left() {
-            let problem = match self.link() {
+            let problem = match self.open_link() {
                 Ok(tap) => {
-                    said.clear();
-                    self.follow(tap)
+                    reported.clear();
+                    self.read_link(tap)
                 }
                 Err(problem) => problem,
             };
-            if !self.participant.lifecycle.has_left() && said != problem {
+            if !self.participant.lifecycle.has_left() && reported != problem {
                 tracing::warn!("time stands still, it follows {}: {problem}", self.data);
-                said = problem;
+                reported = problem;
             }
             std::thread::sleep(RETRY);
         }
     }
 
-    fn link(&self) -> Result<Tap, String> {
+    fn open_link(&self) -> Result<Tap, String> {
         let identity = &self.participant.identity;
         let from = (time_link(&identity.name), identity.instance);
         let directory = self.participant.directory();
@@ -79,10 +77,10 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
         Err(format!("it is a {}, and time follows a {}", tap.type_name(), Clock::NAME))
     }
 
-    /// Reads until the link ends; why it did.
-    fn follow(&mut self, mut tap: Tap) -> String {
+    /// Reads until the link ends. Returns why it did.
+    fn read_link(&mut self, mut tap: Tap) -> String {
         while !self.participant.lifecycle.has_left() {
-            match self.read(&mut tap) {
+            match self.read_next(&mut tap) {
                 Ok(()) => {}
                 Err(error) => return error.to_string(),
             }
@@ -90,17 +88,17 @@ impl<F: FnMut(Reading, Passage)> Follower<F> {
         "this process ends".into()
     }
 
-    fn read(&mut self, tap: &mut Tap) -> Result<(), TapError> {
+    fn read_next(&mut self, tap: &mut Tap) -> Result<(), TapError> {
         let Some(data) = tap.next(LOOK_EVERY)? else { return Ok(()) };
-        let said: Clock = codec::decode(&data.payload)
+        let message: Clock = codec::decode(&data.payload)
             .map_err(|error| TapError::Ended(format!("it cannot be read: {error}")))?;
-        let reading = Reading { stamp_s: said.clock, instance: data.header.instance };
-        if let Some(passage) = self.participant.clock.read(reading) {
+        let reading = ClockReading { stamp_s: message.clock, instance: data.header.instance };
+        if let Some(passage) = self.participant.clock.apply_reading(reading) {
             if passage == Passage::Jumps {
-                tracing::info!("time jumps to {:.3} s, as {} says", said.clock, self.data);
+                tracing::info!("time jumps to {:.3} s, set by {}", message.clock, self.data);
             }
             self.participant.wakers.wake_main();
-            (self.hear)(reading, passage);
+            (self.on_reading)(reading, passage);
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Who a process is in its system.
+//! The identity of a process in its system.
 
 /// Name, kind and start of a process.
 #[derive(Clone, Debug)]

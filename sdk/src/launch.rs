@@ -18,6 +18,7 @@ use armor_wire::transport::Transport;
 use lexopt::prelude::{Long, ValueExt};
 
 use crate::armor::Armor;
+use crate::background_thread::spawn_background;
 use crate::call::Fault;
 use crate::component::Component;
 use crate::configuration;
@@ -34,11 +35,15 @@ use crate::runtime::Runtime;
 const START_LIMIT: Duration = Duration::from_secs(20);
 /// How long the last data and reports may take to leave at the end.
 const LEAVE_LIMIT: Duration = Duration::from_millis(500);
+/// Time between two looks at whether they have.
+const LEAVE_PERIOD: Duration = Duration::from_millis(5);
+/// Without configd, time between two looks at whether the constructor asks for parameters.
+const ANSWER_PERIOD: Duration = Duration::from_millis(1);
 /// Exit code after a panic in the component's code, as Rust's own.
 const PANICKED: u8 = 101;
 
 #[derive(Default)]
-struct Options {
+struct ComponentOptions {
     describe: bool,
     name: String,
     registry: String,
@@ -55,7 +60,7 @@ usage: [--describe] [--name NAME] [--registry HOST:PORT]
   --name NAME             name in the system (default: the kind)
   --registry HOST:PORT    the registry (default: $ARMOR_REGISTRY, else 127.0.0.1:7411)
 on another host than the system, through ssh -D 1080 -R PORT:127.0.0.1:PORT:
-  ARMOR_VIA=127.0.0.1:1080  reach everybody through this SOCKS5 proxy
+  ARMOR_VIA=127.0.0.1:1080  reach the system through this SOCKS5 proxy
   ARMOR_PORT=PORT           listen on this port, so that the others reach this one
 without configd, for trying a component by hand:
   --alone                 ask no configd
@@ -71,10 +76,10 @@ pub fn run<C: Component>() -> ExitCode {
 
 /// As [`run`], with the arguments after the program's name.
 pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let options = match parse(C::KIND, arguments) {
+    let options = match parse_arguments(C::KIND, arguments) {
         Ok(Some(options)) => options,
         Ok(None) => {
-            // Whoever closed the stream has seen enough.
+            // A closed stream is no error: the reader has seen enough.
             let _ = writeln!(std::io::stdout(), "{}: {}\n{USAGE}", C::KIND, C::SUMMARY);
             return ExitCode::SUCCESS;
         }
@@ -84,10 +89,10 @@ pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> 
         }
     };
     if options.describe {
-        return describe::<C>();
+        return print_manifest::<C>();
     }
     log::init();
-    match start::<C>(&options) {
+    match run_component::<C>(&options) {
         Ok(code) => code,
         Err(fault) => {
             tracing::error!("{fault}");
@@ -96,7 +101,7 @@ pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> 
     }
 }
 
-fn describe<C: Component>() -> ExitCode {
+fn print_manifest<C: Component>() -> ExitCode {
     let manifest = manifest_of::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -107,13 +112,14 @@ fn describe<C: Component>() -> ExitCode {
     }
 }
 
-fn parse(
+fn parse_arguments(
     kind: &str,
     arguments: impl IntoIterator<Item = OsString>,
-) -> Result<Option<Options>, lexopt::Error> {
+) -> Result<Option<ComponentOptions>, lexopt::Error> {
     let registry = std::env::var("ARMOR_REGISTRY").ok().filter(|registry| !registry.is_empty());
     let registry = registry.unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"));
-    let mut options = Options { name: kind.into(), registry, ..Options::default() };
+    let mut options =
+        ComponentOptions { name: kind.into(), registry, ..ComponentOptions::default() };
     let mut parser = lexopt::Parser::from_args(arguments);
     while let Some(argument) = parser.next()? {
         match argument {
@@ -164,14 +170,14 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
     Ok(settings)
 }
 
-fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
+fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, Fault> {
     let (name, kind) = (options.name.clone(), C::KIND.into());
     let identity = ProcessIdentity { name, kind, instance: random_id() };
     let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), false)?);
     end_on_signals(&participant)?;
-    node::connect(&participant, &options.registry, START_LIMIT)?;
+    node::join_system(&participant, &options.registry, START_LIMIT)?;
     let settings =
-        if options.alone { None } else { Some(configuration::client::start(&participant)?) };
+        if options.alone { None } else { Some(configuration::client::start_client(&participant)?) };
     if options.alone {
         answer_parameters_alone(&participant, options.set.clone());
     }
@@ -180,7 +186,7 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
     let settings = match settings {
         Some(settings) => settings
             .recv_timeout(START_LIMIT)
-            .map_err(|_| format!("configd has not told how `{}` is connected", options.name))??,
+            .map_err(|_| format!("configd has not sent the links of `{}`", options.name))??,
         None => ComponentSettings {
             rate_hz: options.rate_hz,
             inputs: options.links.clone(),
@@ -190,14 +196,14 @@ fn start<C: Component>(options: &Options) -> Result<ExitCode, Fault> {
     };
     apply_settings(&participant, &settings)?;
     if let Some(data) = &settings.clock {
-        following::start(&participant, data, |_, _| {})?;
+        following::start_following(&participant, data, |_, _| {})?;
     }
     node::provide_outputs(&participant);
     let runtime =
         Arc::new(Runtime::new(Box::new(user), Arc::clone(&participant), settings.rate_hz));
     start_input_readers(&runtime)?;
-    let has_crashed = runtime.run();
-    leave(&participant);
+    let has_crashed = runtime.run_main_loop();
+    leave_system(&participant);
     Ok(if has_crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
 }
 
@@ -207,7 +213,7 @@ fn answer_parameters_alone(participant: &Arc<Participant>, set: HashMap<String, 
     std::thread::spawn(move || {
         while participant.lifecycle.is_starting() {
             participant.parameters.answer_from_command_line(&set);
-            std::thread::sleep(Duration::from_millis(1));
+            std::thread::sleep(ANSWER_PERIOD);
         }
     });
 }
@@ -216,7 +222,7 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
     for (index, input) in runtime.participant.ports.inputs().into_iter().enumerate() {
         let name = format!("in {}", input.id);
         if let Some(reader) = InputReader::new(input, index, Arc::clone(runtime)) {
-            std::thread::Builder::new().name(name).spawn(move || reader.run())?;
+            std::thread::Builder::new().name(name).spawn(move || reader.read_links())?;
         }
     }
     Ok(())
@@ -244,23 +250,22 @@ fn end_on_signals(participant: &Arc<Participant>) -> std::io::Result<()> {
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGTERM, writer.try_clone()?)?;
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGINT, writer)?;
     let participant = Arc::clone(participant);
-    std::thread::Builder::new().name("signals".into()).stack_size(64 << 10).spawn(move || {
+    spawn_background("signals", move || {
         let mut byte = [0];
         while std::io::Read::read(&mut reader, &mut byte).is_ok_and(|len| len > 0) {
             participant.lifecycle.request_end();
         }
-    })?;
-    Ok(())
+    })
 }
 
-/// Gives the last data and reports time to be sent, then leaves the registry.
-fn leave(participant: &Participant) {
+/// Waits until the last data and reports are sent, for a limited time, then leaves the registry.
+fn leave_system(participant: &Participant) {
     let deadline = Instant::now() + LEAVE_LIMIT;
     while Instant::now() < deadline {
         if participant.ports.flush_outputs() && participant.reports.is_empty() {
             break;
         }
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(LEAVE_PERIOD);
     }
-    participant.leave();
+    participant.leave_system();
 }

@@ -1,5 +1,5 @@
-//! What a component is written against: twelve functions, the standard messages, and links that
-//! take data straight from one process to another.
+//! The interface for components: twelve functions, the standard messages, and links that carry data
+//! directly from one process to another.
 //!
 //! ```no_run
 //! use armor_sdk::prelude::*;
@@ -11,7 +11,7 @@
 //!
 //! impl Component for Blinker {
 //!     const KIND: &'static str = "blinker";
-//!     const SUMMARY: &'static str = "Says on and off in turn.";
+//!     const SUMMARY: &'static str = "Switches a light on and off.";
 //!
 //!     fn new(armor: Armor) -> Result<Self, Fault> {
 //!         armor.provide::<Flag>("light")?;
@@ -37,6 +37,7 @@
 extern crate self as armor_sdk;
 
 mod armor;
+mod background_thread;
 mod call;
 mod call_gate;
 mod calls;
@@ -81,7 +82,7 @@ pub use armor_sdk_derive::Parameters;
 pub use armor_wire as wire;
 pub use armor_wire::{Array, Message};
 pub use call::{Call, Fault, Outcome};
-pub use clock::Clock;
+pub use clock::SystemClock;
 pub use component::Component;
 pub use data::{Data, Header};
 pub use describe::manifest_of;
@@ -93,7 +94,7 @@ pub use parameter::{Parameter, Value, ValueError};
 pub use parameters::{FromValue, ParameterError, Parameters};
 pub use port_table::{DeclareError, SendError};
 pub use ports::{InputType, Latched, Optional, OutputType};
-pub use timeline::{Passage, Reading, Timeline};
+pub use timeline::{ClockReading, Passage, Timeline};
 
 /// Everything a component's source file needs.
 pub mod prelude {

@@ -1,5 +1,5 @@
-//! A process that is in the registry and publishes data without being a component: the executive,
-//! and whatever tool wants to be seen.
+//! A registered process that publishes data without being a component: the executive, configd, and
+//! tools that other processes must find.
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -17,9 +17,9 @@ use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
 use crate::participant::Participant;
 use crate::service;
-use crate::timeline::{Passage, Reading};
+use crate::timeline::{ClockReading, Passage};
 
-/// Who a [`Node`] is and where it registers.
+/// The name of a [`SystemNode`] and where it registers.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
     /// Its name in the system.
@@ -38,12 +38,12 @@ impl Default for NodeOptions {
 }
 
 /// A registered process with outputs. Dropping it leaves the registry.
-pub struct Node {
+pub struct SystemNode {
     participant: Arc<Participant>,
 }
 
-impl Node {
-    /// Registers; `declare` declares the outputs.
+impl SystemNode {
+    /// Registers a process; `declare` declares its outputs.
     ///
     /// # Errors
     /// If the registry does not answer within `limit`, refuses the name, or `declare` fails.
@@ -57,13 +57,13 @@ impl Node {
         let participant = Arc::new(Participant::new(identity, Vec::new(), false)?);
         participant.lifecycle.set_non_controllable();
         declare(&Armor { participant: Arc::clone(&participant) })?;
-        connect(&participant, &options.registry, limit)?;
+        join_system(&participant, &options.registry, limit)?;
         provide_outputs(&participant);
         participant.lifecycle.enter_state(RunState::Active, 0);
         Ok(Self { participant })
     }
 
-    /// The functions of a component; those that publish and tell the time are of use here.
+    /// The functions of a component, of which those that publish and return the time are useful here.
     pub fn armor(&self) -> Armor {
         Armor { participant: Arc::clone(&self.participant) }
     }
@@ -73,44 +73,44 @@ impl Node {
         self.participant.directory()
     }
 
-    /// From now on the time of this process follows `data`; `hear` is told, on a thread of its own, of
-    /// every reading by which time begins, passes or jumps.
+    /// Lets the time of this process follow `data` from now on. Calls `on_reading`, on a thread of its
+    /// own, for every reading by which time begins, passes or jumps.
     ///
     /// # Errors
-    /// If there is no thread for it.
+    /// If no thread can be started for it.
     pub fn follow_time(
         &self,
         data: &str,
-        hear: impl FnMut(Reading, Passage) + Send + 'static,
+        on_reading: impl FnMut(ClockReading, Passage) + Send + 'static,
     ) -> std::io::Result<()> {
-        following::start(&self.participant, data, hear)
+        following::start_following(&self.participant, data, on_reading)
     }
 
-    /// From now on operators may give orders to this process, in the order they arrive; without it
-    /// they are refused. Each wants [`Self::answer`].
+    /// Accepts orders of operators from now on; without it they are refused. Returns where they arrive,
+    /// in order. Each order needs an [`Self::answer`].
     pub fn orders(&self) -> Receiver<OrderEvent> {
-        self.participant.operator_orders.take()
+        self.participant.operator_orders.accept_orders()
     }
 
-    /// Answers order number `request` on the connection it came on. Who has left does not hear it.
+    /// Answers order number `request` on the connection on which it came, if that still exists.
     pub fn answer(&self, connection: u64, request: u64, accepted: bool, text: String) {
         self.participant.answer_order(connection, Answer::Ordered { request, accepted, text });
     }
 
-    /// Whether somebody has ordered this process to end.
+    /// Whether this process has been ordered to end.
     pub fn is_ending(&self) -> bool {
         self.participant.lifecycle.is_ending()
     }
 }
 
-impl Drop for Node {
+impl Drop for SystemNode {
     fn drop(&mut self) {
-        self.participant.leave();
+        self.participant.leave_system();
     }
 }
 
 /// Listens, registers and serves.
-pub(crate) fn connect(
+pub(crate) fn join_system(
     participant: &Arc<Participant>,
     registry: &str,
     limit: Duration,
@@ -127,7 +127,7 @@ pub(crate) fn connect(
     };
     let directory = Directory::register(registry, entry, Arc::clone(&participant.clock));
     participant.set_directory(directory.clone());
-    service::start(participant, listeners)?;
+    service::start_thread(participant, listeners)?;
     directory.wait_connected(limit)?;
     Ok(())
 }
@@ -135,6 +135,6 @@ pub(crate) fn connect(
 /// Declares every output to the registry.
 pub(crate) fn provide_outputs(participant: &Participant) {
     for output in participant.ports.outputs() {
-        participant.directory().provide(output.entry.clone());
+        participant.directory().declare_output(output.entry.clone());
     }
 }

@@ -1,4 +1,4 @@
-//! The operator's end: orders to the executive, each told until it is answered, once.
+//! The operator's end: orders to the executive. Each is sent until it is answered, and carried out once.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -17,68 +17,68 @@ const EXECUTIVE: &str = "executive";
 /// Between two attempts to reach an executive that is being restarted.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// What became of an order.
+/// The executive's answer to an order.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Verdict {
+pub struct OrderVerdict {
     /// Whether it is carried out.
     pub accepted: bool,
     /// What follows from it, or why it is refused.
     pub text: String,
 }
 
-/// Why it is not known what became of an order.
+/// Why the result of an order is unknown.
 #[derive(Debug, Error)]
 pub enum OrderError {
     /// No executive is registered.
     #[error("no mission runs in this system: {0}")]
     NoExecutive(Refusal),
-    /// The registry says nothing, so that nobody knows whether one is.
+    /// The registry does not answer, so it is unknown whether an executive is registered.
     #[error(transparent)]
     NoRegistry(DirectoryError),
     /// It does not answer.
     #[error("the executive has not answered within {limit:.1?}: {why}")]
     NoAnswer {
-        /// How long was waited.
+        /// The time waited.
         limit: Duration,
         /// What happened last.
         why: String,
     },
-    /// The command was this one's and is not any more; the order was not given.
+    /// This operator had the command and has lost it; the order was not sent.
     #[error("the command is lost: {0}")]
     Lost(String),
 }
 
-/// Someone who gives orders to the executive of a system.
+/// Sends the orders of one person to the executive of a system.
 pub struct Operator {
     directory: Directory,
     author: String,
     from: String,
-    /// Who holds the lease: this process, over all its connections.
+    /// The holder of the lease: this process start, over all its connections.
     instance: u64,
-    connected: Option<Connected>,
-    /// Whether the command was given to it, and it has heard of nothing that ended that.
+    connected: Option<ExecutiveConnection>,
+    /// Whether it has been granted the command and not been informed of the end of that.
     holds: bool,
-    /// Why the command that it held is lost.
+    /// Why it has lost the command.
     lost: Option<String>,
 }
 
-struct Connected {
+struct ExecutiveConnection {
     connection: ControlConnection,
     events: Receiver<ControlEvent>,
 }
 
 impl Operator {
-    /// `author` is the person, such as `ruth@station`; `from` the program they use. Connects with
-    /// the first order.
+    /// An operator that is not connected yet; it connects with the first order. `author` is the person,
+    /// such as `ruth@station`; `from` is the program.
     pub fn new(directory: Directory, from: &str, author: &str) -> Self {
         let (author, from) = (author.to_owned(), from.to_owned());
         let instance = random_id();
         Self { directory, author, from, instance, connected: None, holds: false, lost: None }
     }
 
-    /// Gives an order and waits for what becomes of it. If the executive dies meanwhile the order
-    /// is told to the next one; it is carried out once however often it is told. Who holds the
-    /// command gives it to the mission that they hold it of, and to no other.
+    /// Sends an order and waits for the answer. If the executive dies meanwhile, the order is sent to the
+    /// next one; it is carried out once, however many times it is sent. An operator that has the
+    /// command of a mission sends the order to that mission and to no other.
     ///
     /// # Errors
     /// [`OrderError`] if there is no answer within `limit`, when the order may have been carried
@@ -88,7 +88,7 @@ impl Operator {
         take: bool,
         order: &Order,
         limit: Duration,
-    ) -> Result<Verdict, OrderError> {
+    ) -> Result<OrderVerdict, OrderError> {
         let request = random_id();
         let start = Instant::now();
         let left = || limit.saturating_sub(start.elapsed());
@@ -96,17 +96,17 @@ impl Operator {
         while !left().is_zero() {
             let author = self.author.clone();
             let command = Command::Order { request, author, take, order: order.clone() };
-            match self.tell(&command, request, left()) {
+            match self.try_order(&command, request, left()) {
                 Ok(verdict) => {
-                    self.note(order, &verdict);
+                    self.record_answer(order, &verdict);
                     return Ok(verdict);
                 }
-                Err(Failure::Directory(DirectoryError::Refused(refusal))) => {
+                Err(OrderFailure::Directory(DirectoryError::Refused(refusal))) => {
                     return Err(OrderError::NoExecutive(refusal));
                 }
-                Err(Failure::Directory(error)) => return Err(OrderError::NoRegistry(error)),
-                Err(Failure::Lost(why)) => return Err(OrderError::Lost(why)),
-                Err(Failure::Broken(reason)) => {
+                Err(OrderFailure::Directory(error)) => return Err(OrderError::NoRegistry(error)),
+                Err(OrderFailure::Lost(why)) => return Err(OrderError::Lost(why)),
+                Err(OrderFailure::Broken(reason)) => {
                     (self.connected, why) = (None, reason);
                     thread::sleep(RETRY.min(left()));
                 }
@@ -121,84 +121,89 @@ impl Operator {
         for event in connected.events.try_iter() {
             match event {
                 ControlEvent::Closed(_) => return false,
-                ControlEvent::Answer(answer) => self.hear(answer),
+                ControlEvent::Answer(answer) => self.handle_answer(answer),
             }
         }
         self.connected = Some(connected);
         true
     }
 
-    /// Why the command that it held is not its own any more, as far as it has been told;
-    /// [`Self::is_connected`] listens.
+    /// Why it has lost the command, as far as the executive has reported; [`Self::is_connected`] reads
+    /// these reports.
     pub fn lost(&self) -> Option<&str> {
         self.lost.as_deref()
     }
 
-    fn note(&mut self, order: &Order, verdict: &Verdict) {
+    fn record_answer(&mut self, order: &Order, verdict: &OrderVerdict) {
         match order {
             Order::Lease if verdict.accepted => (self.holds, self.lost) = (true, None),
             Order::Release if verdict.accepted => self.holds = false,
-            Order::Rejoin if !verdict.accepted => self.is_lost(verdict.text.clone()),
+            Order::Rejoin if !verdict.accepted => self.set_lost(verdict.text.clone()),
             _ => {}
         }
     }
 
-    /// What nobody asked for: somebody has taken the command over.
-    fn hear(&mut self, answer: Answer) {
+    /// Handles an answer that was not asked for: another operator has taken the command over.
+    fn handle_answer(&mut self, answer: Answer) {
         if let Answer::Ordered { request: 0, text, .. } = answer {
-            self.is_lost(text);
+            self.set_lost(text);
         }
     }
 
-    fn is_lost(&mut self, why: String) {
+    fn set_lost(&mut self, why: String) {
         if std::mem::take(&mut self.holds) {
             self.lost = Some(why);
         }
     }
 
-    fn tell(&mut self, order: &Command, request: u64, left: Duration) -> Result<Verdict, Failure> {
+    fn try_order(
+        &mut self,
+        order: &Command,
+        request: u64,
+        left: Duration,
+    ) -> Result<OrderVerdict, OrderFailure> {
         let connected = match self.connected.take() {
             Some(connected) => connected,
             None => {
-                let connected = self.connect(left)?;
-                self.rejoin(connected, order, left)?
+                let connected = self.connect_executive(left)?;
+                self.rejoin_mission(connected, order, left)?
             }
         };
-        let (verdict, connected) = self.exchange(connected, order, request, left)?;
+        let (verdict, connected) = self.exchange_order(connected, order, request, left)?;
         self.connected = Some(connected);
         Ok(verdict)
     }
 
-    /// Who holds the command says so on a new connection before anything else: what is played there
-    /// may be another mission.
-    fn rejoin(
+    /// An operator that has the command claims it on a new connection before anything else: another
+    /// mission may be played there by now.
+    fn rejoin_mission(
         &mut self,
-        connected: Connected,
+        connected: ExecutiveConnection,
         first: &Command,
         left: Duration,
-    ) -> Result<Connected, Failure> {
+    ) -> Result<ExecutiveConnection, OrderFailure> {
         let about_it = |order: &Order| matches!(order, Order::Lease | Order::Rejoin);
         if !self.holds || matches!(first, Command::Order { order, .. } if about_it(order)) {
             return Ok(connected);
         }
         let (request, author) = (random_id(), self.author.clone());
         let command = Command::Order { request, author, take: false, order: Order::Rejoin };
-        let (verdict, connected) = self.exchange(connected, &command, request, left)?;
+        let (verdict, connected) = self.exchange_order(connected, &command, request, left)?;
         if verdict.accepted {
             return Ok(connected);
         }
-        self.is_lost(verdict.text.clone());
-        Err(Failure::Lost(verdict.text))
+        self.set_lost(verdict.text.clone());
+        Err(OrderFailure::Lost(verdict.text))
     }
 
-    fn exchange(
+    fn exchange_order(
         &mut self,
-        connected: Connected,
+        connected: ExecutiveConnection,
         order: &Command,
         request: u64,
         left: Duration,
-    ) -> Result<(Verdict, Connected), Failure> {
-        let broken = |reason: &dyn std::fmt::Display| Failure::Broken(reason.to_string());
+    ) -> Result<(OrderVerdict, ExecutiveConnection), OrderFailure> {
+        let broken = |reason: &dyn std::fmt::Display| OrderFailure::Broken(reason.to_string());
         connected.connection.send(order).map_err(|error| broken(&error))?;
         let deadline = Instant::now() + left;
         loop {
@@ -207,19 +212,20 @@ impl Operator {
                 Ok(ControlEvent::Answer(Answer::Ordered { request: answered, accepted, text }))
                     if answered == request =>
                 {
-                    return Ok((Verdict { accepted, text }, connected));
+                    return Ok((OrderVerdict { accepted, text }, connected));
                 }
-                Ok(ControlEvent::Answer(answer)) => self.hear(answer),
-                Ok(ControlEvent::Closed(reason)) => return Err(Failure::Broken(reason)),
+                Ok(ControlEvent::Answer(answer)) => self.handle_answer(answer),
+                Ok(ControlEvent::Closed(reason)) => return Err(OrderFailure::Broken(reason)),
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                    return Err(Failure::Broken("it is connected and says nothing".into()));
+                    return Err(OrderFailure::Broken("it is connected and does not answer".into()));
                 }
             }
         }
     }
 
-    fn connect(&self, left: Duration) -> Result<Connected, Failure> {
-        let executive = self.directory.component(EXECUTIVE, left).map_err(Failure::Directory)?;
+    fn connect_executive(&self, left: Duration) -> Result<ExecutiveConnection, OrderFailure> {
+        let executive =
+            self.directory.component(EXECUTIVE, left).map_err(OrderFailure::Directory)?;
         let (sender, events) = mpsc::channel();
         let sink = move |event| {
             let news = match &event {
@@ -227,19 +233,19 @@ impl Operator {
                 ControlEvent::Closed(_) => true,
             };
             if news {
-                // Nobody listens any more: then nobody waits for it either.
+                // Fails if the operator is gone, which then needs no answer.
                 let _ = sender.send(event);
             }
         };
         let (role, from) = (Role::Operator, self.from.as_str());
         let instance = self.instance;
         let connection = ControlConnection::connect_as(&executive, role, from, instance, sink)
-            .map_err(|error| Failure::Broken(error.to_string()))?;
-        Ok(Connected { connection, events })
+            .map_err(|error| OrderFailure::Broken(error.to_string()))?;
+        Ok(ExecutiveConnection { connection, events })
     }
 }
 
-enum Failure {
+enum OrderFailure {
     Directory(DirectoryError),
     Broken(String),
     Lost(String),

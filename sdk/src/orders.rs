@@ -1,19 +1,19 @@
-//! Orders of operators, handed to the process that takes them, and its answers handed back.
+//! Passes orders of operators to the process that carries them out, and its answers back.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use armor_wire::control::{Answer, Order};
+use parking_lot::Mutex;
 
-/// Most orders that wait for their answers: people give few, and each is written to a disk.
+/// Most orders that wait for their answers: people send few, and each is written to the disk.
 const MAX_WAITING: usize = 64;
 
-/// What comes from the connections of operators.
+/// An event on a connection of an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OrderEvent {
-    /// An order; it wants an answer.
+    /// An order; it needs an answer.
     Given(GivenOrder),
     /// A connection has ended: closed, broken, or silent for too long.
     Closed {
@@ -27,45 +27,45 @@ pub enum OrderEvent {
 pub struct GivenOrder {
     /// The connection it came on, counted in this process.
     pub connection: u64,
-    /// The process that sends it, in words: its name, and where it is if not on this host.
+    /// The process that sends it, in words: its name, and its address if it is not on this host.
     pub from: String,
     /// The start of that process.
     pub instance: u64,
-    /// Names the order.
+    /// Identifies the order.
     pub request: u64,
-    /// Who gives it.
+    /// The person who gives it.
     pub author: String,
-    /// Whether to take the command over.
+    /// Whether to take the command over first.
     pub take: bool,
-    /// What is to be done.
+    /// The order.
     pub order: Order,
 }
 
-/// Between the connections and whoever takes orders.
+/// Stands between the connections and the thread that carries out orders.
 #[derive(Default)]
-pub(crate) struct OrderDesk {
+pub(crate) struct OrderInbox {
     taker: Mutex<Option<Sender<OrderEvent>>>,
     answers: Mutex<VecDeque<(u64, Answer)>>,
     waiting: AtomicUsize,
 }
 
-impl OrderDesk {
-    /// From now on orders are taken here.
-    pub fn take(&self) -> Receiver<OrderEvent> {
+impl OrderInbox {
+    /// Accepts orders from now on. Returns where they arrive.
+    pub fn accept_orders(&self) -> Receiver<OrderEvent> {
         let (sender, receiver) = mpsc::channel();
-        *lock(&self.taker) = Some(sender);
+        *self.taker.lock() = Some(sender);
         receiver
     }
 
-    /// Hands an order on; an answer comes back at once if nobody takes it.
-    pub fn give(&self, order: GivenOrder) -> Option<Answer> {
+    /// Passes an order on. Returns an answer if it is refused immediately.
+    pub fn submit_order(&self, order: GivenOrder) -> Option<Answer> {
         let request = order.request;
         let refused =
             |text: &str| Some(Answer::Ordered { request, accepted: false, text: text.into() });
         if self.waiting.load(Ordering::Relaxed) >= MAX_WAITING {
             return refused("too many orders wait for their answers; try again");
         }
-        let taker = lock(&self.taker);
+        let taker = self.taker.lock();
         let Some(taker) = &*taker else {
             return refused("this process takes no orders; the executive does");
         };
@@ -77,27 +77,23 @@ impl OrderDesk {
     }
 
     /// A connection has ended.
-    pub fn closed(&self, connection: u64) {
-        if let Some(taker) = &*lock(&self.taker) {
+    pub fn report_closed(&self, connection: u64) {
+        if let Some(taker) = &*self.taker.lock() {
             let _ = taker.send(OrderEvent::Closed { connection });
         }
     }
 
-    pub fn answer(&self, connection: u64, answer: Answer) {
+    pub fn queue_answer(&self, connection: u64, answer: Answer) {
+        // Request 0 is a message that answers no order.
         if !matches!(answer, Answer::Ordered { request: 0, .. }) {
-            // What nobody asked for is no answer that was waited for.
             self.waiting.fetch_sub(1, Ordering::Relaxed);
         }
-        lock(&self.answers).push_back((connection, answer));
+        self.answers.lock().push_back((connection, answer));
     }
 
-    pub fn next_answer(&self) -> Option<(u64, Answer)> {
-        lock(&self.answers).pop_front()
+    pub fn take_answer(&self) -> Option<(u64, Answer)> {
+        self.answers.lock().pop_front()
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -115,27 +111,27 @@ mod tests {
     }
 
     #[test]
-    fn orders_are_handed_on_up_to_a_bound_and_refused_where_nobody_takes_them() {
-        let orders = OrderDesk::default();
-        assert!(is_refused(orders.give(order(1)), "no orders"));
-        let taken = orders.take();
+    fn orders_are_passed_on_up_to_a_limit_and_refused_where_none_are_accepted() {
+        let orders = OrderInbox::default();
+        assert!(is_refused(orders.submit_order(order(1)), "no orders"));
+        let taken = orders.accept_orders();
         for request in 0..MAX_WAITING as u64 {
-            assert_eq!(orders.give(order(request)), None);
+            assert_eq!(orders.submit_order(order(request)), None);
         }
-        assert!(is_refused(orders.give(order(99)), "too many"));
+        assert!(is_refused(orders.submit_order(order(99)), "too many"));
         let unasked = Answer::Ordered { request: 0, accepted: false, text: String::new() };
-        orders.answer(1, unasked.clone());
-        assert_eq!(orders.next_answer(), Some((1, unasked)));
-        assert!(is_refused(orders.give(order(99)), "too many"), "it answers no order");
+        orders.queue_answer(1, unasked.clone());
+        assert_eq!(orders.take_answer(), Some((1, unasked)));
+        assert!(is_refused(orders.submit_order(order(99)), "too many"), "it answers no order");
         let answer = Answer::Ordered { request: 7, accepted: true, text: String::new() };
-        orders.answer(1, answer.clone());
-        assert_eq!(orders.next_answer(), Some((1, answer)));
-        assert_eq!(orders.give(order(99)), None);
-        orders.closed(1);
+        orders.queue_answer(1, answer.clone());
+        assert_eq!(orders.take_answer(), Some((1, answer)));
+        assert_eq!(orders.submit_order(order(99)), None);
+        orders.report_closed(1);
         assert_eq!(taken.try_iter().count(), MAX_WAITING + 2);
         drop(taken);
         let answer = Answer::Ordered { request: 1, accepted: true, text: String::new() };
-        orders.answer(1, answer);
-        assert!(is_refused(orders.give(order(100)), "over"));
+        orders.queue_answer(1, answer);
+        assert!(is_refused(orders.submit_order(order(100)), "over"));
     }
 }

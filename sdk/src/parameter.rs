@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use armor_wire::manifest::{ParameterManifest, ParameterType, ParameterValue};
 use thiserror::Error;
 
-/// A parameter of a component: a `const` that says its type, unit, default, range and meaning.
+/// A parameter of a component: a `const` with its type, unit, default, range and meaning.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     name: &'static str,
@@ -71,7 +71,7 @@ impl Parameter {
         Self::new(name, ParameterType::Colour)
     }
 
-    /// What it is if the file does not assign it, written as in the file.
+    /// Its value if the file does not assign one, written as in the file.
     #[must_use]
     pub const fn default(mut self, text: &'static str) -> Self {
         self.default = Some(text);
@@ -147,7 +147,7 @@ impl Value {
         Self { value, base: base.into() }
     }
 
-    fn error(&self, wanted: &'static str) -> ValueError {
+    fn type_error(&self, wanted: &'static str) -> ValueError {
         ValueError { value: self.value.clone(), wanted }
     }
 
@@ -159,7 +159,7 @@ impl Value {
         match self.value {
             ParameterValue::Number(number) => Ok(number),
             ParameterValue::Integer(number) => Ok(number as f64),
-            _ => Err(self.error("a number")),
+            _ => Err(self.type_error("a number")),
         }
     }
 
@@ -170,7 +170,7 @@ impl Value {
     pub fn integer(&self) -> Result<i64, ValueError> {
         match self.value {
             ParameterValue::Integer(number) => Ok(number),
-            _ => Err(self.error("a whole number")),
+            _ => Err(self.type_error("a whole number")),
         }
     }
 
@@ -181,7 +181,7 @@ impl Value {
     pub fn flag(&self) -> Result<bool, ValueError> {
         match self.value {
             ParameterValue::Flag(flag) => Ok(flag),
-            _ => Err(self.error("a flag")),
+            _ => Err(self.type_error("a flag")),
         }
     }
 
@@ -192,7 +192,7 @@ impl Value {
     pub fn text(&self) -> Result<&str, ValueError> {
         match &self.value {
             ParameterValue::Text(text) => Ok(text),
-            _ => Err(self.error("text")),
+            _ => Err(self.type_error("text")),
         }
     }
 

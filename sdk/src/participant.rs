@@ -6,13 +6,13 @@ use armor_wire::control::{Answer, Status};
 use armor_wire::manifest::ParameterManifest;
 
 use crate::calls::CallCounter;
-use crate::clock::Clock;
+use crate::clock::SystemClock;
 use crate::configuration::requests::ParameterRequests;
 use crate::directory::Directory;
-use crate::faults::Faults;
+use crate::faults::PeerFaultLog;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{EnteredState, Lifecycle};
-use crate::orders::OrderDesk;
+use crate::orders::OrderInbox;
 use crate::port_table::PortTable;
 use crate::reports::ReportQueue;
 use crate::wake::Wakers;
@@ -20,7 +20,7 @@ use crate::wake::Wakers;
 /// See the module.
 pub(crate) struct Participant {
     pub identity: Arc<ProcessIdentity>,
-    pub clock: Arc<Clock>,
+    pub clock: Arc<SystemClock>,
     /// The constructor runs only to find out what it declares.
     pub is_described: bool,
     pub ports: PortTable,
@@ -29,9 +29,9 @@ pub(crate) struct Participant {
     pub reports: ReportQueue,
     pub calls: CallCounter,
     /// What operators order.
-    pub operator_orders: OrderDesk,
+    pub operator_orders: OrderInbox,
     /// What peers did wrong.
-    pub faults: Arc<Faults>,
+    pub faults: Arc<PeerFaultLog>,
     pub wakers: Arc<Wakers>,
     directory: OnceLock<Directory>,
 }
@@ -60,7 +60,7 @@ impl Participant {
             lifecycle: Lifecycle::new(Arc::clone(&wakers)),
             reports: ReportQueue::new(Arc::clone(&wakers)),
             calls: CallCounter::default(),
-            operator_orders: OrderDesk::default(),
+            operator_orders: OrderInbox::default(),
             faults: Arc::default(),
             directory: OnceLock::new(),
             identity,
@@ -79,20 +79,20 @@ impl Participant {
 
     /// Answers an operator's order.
     pub fn answer_order(&self, connection: u64, answer: Answer) {
-        self.operator_orders.answer(connection, answer);
+        self.operator_orders.queue_answer(connection, answer);
         self.wakers.wake_service();
     }
 
     /// Leaves the system: the registry first, so that no new subscriber is sent here, then every
     /// connection.
-    pub fn leave(&self) {
+    pub fn leave_system(&self) {
         self.directory().close();
         self.lifecycle.set_left();
-        self.ports.close();
+        self.ports.close_links();
         self.wakers.wake_service();
     }
 
-    pub fn status(&self) -> Status {
+    pub fn compose_status(&self) -> Status {
         let EnteredState { state, activation } = self.lifecycle.state();
         Status {
             name: self.identity.name.clone(),

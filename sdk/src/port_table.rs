@@ -13,7 +13,7 @@ use crate::calls::current_call;
 use crate::identity::ProcessIdentity;
 use crate::link::input::InputPort;
 use crate::link::output::{OutputPort, Sent};
-use crate::link::publishing::Publish;
+use crate::link::publishing::PublishContext;
 use crate::wake::Wakers;
 
 /// Most outputs or inputs of one component: a robot's, not a data centre's.
@@ -137,7 +137,7 @@ impl PortTable {
                 given: T::NAME,
             });
         }
-        let origin = Publish {
+        let origin = PublishContext {
             stamp_s,
             instance: self.identity.instance,
             call: current_call(),
@@ -161,7 +161,7 @@ impl PortTable {
         // Not through `flush_outputs`: that would clone the list for every call.
         let mut all_written = true;
         for output in self.outputs.read().iter() {
-            all_written &= output.flush();
+            all_written &= output.flush_links();
         }
         if !all_written {
             self.wakers.wake_service();
@@ -173,18 +173,18 @@ impl PortTable {
         // Every output is flushed, also after one that cannot be written completely.
         let mut all_written = true;
         for output in self.outputs() {
-            all_written &= output.flush();
+            all_written &= output.flush_links();
         }
         all_written
     }
 
     /// Ends every link.
-    pub fn close(&self) {
+    pub fn close_links(&self) {
         for output in self.outputs() {
-            output.close();
+            output.close_links();
         }
         for input in self.inputs() {
-            input.close();
+            input.close_link();
         }
     }
 }

@@ -1,4 +1,4 @@
-//! How ports are declared: by message type, with two words that say more.
+//! How ports are declared: by message type, or by `Latched` or `Optional` of one.
 
 use std::marker::PhantomData;
 
@@ -6,21 +6,21 @@ use armor_wire::Message;
 
 /// An output type: a message, or [`Latched`] of one.
 pub trait OutputType: 'static {
-    /// What is published.
+    /// The type of what is published.
     type Message: Message;
-    /// Whether a late subscriber gets the last value at once.
+    /// Whether a late subscriber immediately gets the last value.
     const LATCHED: bool;
 }
 
 /// An input type: a message, or [`Optional`] of one.
 pub trait InputType: 'static {
-    /// What is received.
+    /// The type of what is received.
     type Message: Message;
     /// Whether the file must feed it.
     const REQUIRED: bool;
 }
 
-/// An output whose last value a late subscriber gets at once: maps, states, results.
+/// An output whose last value a late subscriber gets immediately: maps, states, results.
 pub struct Latched<T>(PhantomData<T>);
 
 /// An input that may stay unconnected.

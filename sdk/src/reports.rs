@@ -22,14 +22,14 @@ pub(crate) struct PendingReport {
 }
 
 #[derive(Default)]
-struct Waiting {
+struct WaitingReports {
     last_number: u64,
     reports: VecDeque<PendingReport>,
 }
 
 /// The reports that wait for an acknowledgement, and the component's last error.
 pub(crate) struct ReportQueue {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<WaitingReports>,
     last_error: Mutex<String>,
     wakers: Arc<Wakers>,
 }
@@ -40,7 +40,7 @@ impl ReportQueue {
     }
 
     /// Adds a report and wakes the service thread to send it.
-    pub fn add(&self, activation: u64, outcome: ReportKind) {
+    pub fn add_report(&self, activation: u64, outcome: ReportKind) {
         let mut waiting = self.waiting.lock();
         waiting.last_number += 1;
         let number = waiting.last_number;
@@ -58,12 +58,12 @@ impl ReportQueue {
     }
 
     /// Removes the reports up to `number`, which the executive has recorded.
-    pub fn acknowledge(&self, number: u64) {
+    pub fn remove_acknowledged(&self, number: u64) {
         self.waiting.lock().reports.retain(|report| report.number > number);
     }
 
     /// The reports after `number`, in order.
-    pub fn after(&self, number: u64) -> Vec<PendingReport> {
+    pub fn list_after(&self, number: u64) -> Vec<PendingReport> {
         let waiting = self.waiting.lock();
         waiting.reports.iter().filter(|report| report.number > number).cloned().collect()
     }
@@ -93,29 +93,29 @@ mod tests {
     }
 
     fn numbers(queue: &ReportQueue, after: u64) -> Vec<u64> {
-        queue.after(after).iter().map(|report| report.number).collect()
+        queue.list_after(after).iter().map(|report| report.number).collect()
     }
 
     #[test]
     fn reports_are_numbered_and_kept_until_acknowledged() {
         let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
         for value in [0.25, 0.5, 0.75] {
-            queue.add(7, event(value));
+            queue.add_report(7, event(value));
         }
         assert_eq!(numbers(&queue, 0), [1, 2, 3]);
         assert_eq!(numbers(&queue, 2), [3], "what was sent on this connection is not sent again");
-        queue.acknowledge(2);
+        queue.remove_acknowledged(2);
         assert_eq!(numbers(&queue, 0), [3]);
-        queue.acknowledge(3);
+        queue.remove_acknowledged(3);
         assert!(queue.is_empty());
     }
 
     #[test]
     fn without_an_executive_the_oldest_event_is_dropped_and_no_end() {
         let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
-        queue.add(1, ReportKind::Done);
+        queue.add_report(1, ReportKind::Done);
         for value in 0..MAX_WAITING {
-            queue.add(2, event(value as f64));
+            queue.add_report(2, event(value as f64));
         }
         let numbers = numbers(&queue, 0);
         assert_eq!(numbers.len(), MAX_WAITING);

@@ -83,7 +83,7 @@ impl RunningComponent {
                 Ok(Outcome::CarryOn)
             }
         });
-        self.conclude(result);
+        self.report_result(result);
     }
 
     /// Hands the parameters that have arrived to the component.
@@ -95,12 +95,12 @@ impl RunningComponent {
                     .map(|()| Outcome::CarryOn)
                     .map_err(|fault| format!("parameter `{name}`: {fault}").into())
             });
-            self.conclude(result);
+            self.report_result(result);
         }
     }
 
     /// Calls `exec`.
-    pub fn execute(&mut self, why: Call) {
+    pub fn execute_call(&mut self, why: Call) {
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, || {
             participant.calls.count_exec();
@@ -112,20 +112,20 @@ impl RunningComponent {
                 self.participant.reports.record_error(&failure);
             }
         } else {
-            self.conclude(result);
+            self.report_result(result);
         }
     }
 
     /// Becomes active, or frozen, for the first time; an activation waits until the time is known.
     /// Returns whether it has begun.
-    pub fn begin(&mut self, active: bool) -> bool {
+    pub fn begin_life(&mut self, active: bool) -> bool {
         if !active {
             self.enter_state(RunState::Frozen);
             return true;
         }
         let is_known = self.participant.clock.is_known();
         if is_known {
-            self.activate(ActivationOrder { activation: 0, parameters: Vec::new() });
+            self.carry_out_activation(ActivationOrder { activation: 0, parameters: Vec::new() });
         }
         is_known
     }
@@ -135,7 +135,7 @@ impl RunningComponent {
         if self.participant.clock.is_known()
             && let Some(order) = self.awaits_time.take()
         {
-            self.activate(order);
+            self.carry_out_activation(order);
         }
     }
 
@@ -144,12 +144,12 @@ impl RunningComponent {
         while let Some(order) = self.participant.lifecycle.take_order() {
             match order {
                 LifecycleOrder::Activate(order) if self.participant.clock.is_known() => {
-                    self.activate(order);
+                    self.carry_out_activation(order);
                 }
                 LifecycleOrder::Activate(order) => self.awaits_time = Some(order),
                 LifecycleOrder::Freeze(activation) => {
                     self.awaits_time = None;
-                    self.stop();
+                    self.call_stopping();
                     self.activation = activation.max(self.activation);
                     self.enter_state(RunState::Frozen);
                 }
@@ -158,23 +158,23 @@ impl RunningComponent {
     }
 
     /// Brings the component to rest for the end of the process.
-    pub fn end(&mut self) {
-        self.stop();
+    pub fn end_life(&mut self) {
+        self.call_stopping();
         // Links still bring data until they are closed; a frozen component does not take them.
         self.enter_state(RunState::Frozen);
     }
 
     /// The values of the activation come before its first call. A value that cannot be read fails the
     /// activation.
-    fn activate(&mut self, order: ActivationOrder) {
+    fn carry_out_activation(&mut self, order: ActivationOrder) {
         self.activation = order.activation;
         let was_active = self.is_active();
         if !was_active {
             self.state = RunState::Frozen;
         }
-        let given = self.participant.parameters.give(order.parameters, !was_active);
+        let given = self.participant.parameters.apply_given(order.parameters, !was_active);
         if let Err(problem) = given {
-            self.conclude(Err(problem));
+            self.report_result(Err(problem));
         }
         self.deliver_parameters();
         if self.state == RunState::Failed {
@@ -182,14 +182,14 @@ impl RunningComponent {
         }
         self.enter_state(RunState::Active);
         if !was_active {
-            self.execute(Call::Started);
+            self.execute_call(Call::Started);
         }
     }
 
     /// The last call before the component is frozen or ended.
-    fn stop(&mut self) {
+    fn call_stopping(&mut self) {
         if matches!(self.state, RunState::Active | RunState::Done | RunState::Failed) {
-            self.execute(Call::Stopping);
+            self.execute_call(Call::Stopping);
         }
     }
 
@@ -199,18 +199,18 @@ impl RunningComponent {
         self.participant.lifecycle.enter_state(state, self.activation);
         if was_active != self.is_active() {
             for input in &self.inputs {
-                input.port.pause(!self.is_active());
+                input.port.set_paused(!self.is_active());
             }
         }
     }
 
     /// Reports what a call returned, and leaves the active state if it was the last of its activation.
-    fn conclude(&mut self, result: Result<Outcome, String>) {
+    fn report_result(&mut self, result: Result<Outcome, String>) {
         let (state, report) = match result.and_then(check_event_name) {
             Ok(Outcome::CarryOn) => return,
             Ok(Outcome::Event { name, value }) => {
                 let event = ReportKind::Event { name, value };
-                self.participant.reports.add(self.activation, event);
+                self.participant.reports.add_report(self.activation, event);
                 return;
             }
             Ok(Outcome::Done) => {
@@ -222,7 +222,7 @@ impl RunningComponent {
                 (RunState::Failed, ReportKind::Failed { reason })
             }
         };
-        self.participant.reports.add(self.activation, report);
+        self.participant.reports.add_report(self.activation, report);
         self.enter_state(state);
     }
 }

@@ -14,7 +14,7 @@ use crate::link::inbox::next_turn;
 use crate::link::input::InputPort;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
-use crate::timeline::Beat;
+use crate::timeline::TickSchedule;
 use crate::user_code::UserCode;
 
 /// Period of a component without a rate and without a connected input.
@@ -134,21 +134,21 @@ impl Runtime {
     }
 
     /// Runs the component until it is ordered to end. Returns whether its code has panicked.
-    pub fn run(&self) -> bool {
+    pub fn run_main_loop(&self) -> bool {
         self.participant.wakers.set_main(std::thread::current());
         let lifecycle = &self.participant.lifecycle;
         let mut main_loop = MainLoop {
             runtime: self,
-            beat: self.period.map(Beat::new),
+            beat: self.period.map(TickSchedule::new),
             initially_active: Some(lifecycle.starts_active()),
             jumps_seen: 0,
         };
         loop {
             let mut component = self.gate.enter_from_main();
-            let wait = main_loop.turn(&mut component);
+            let wait = main_loop.take_turn(&mut component);
             let (has_crashed, is_ending) = (lifecycle.has_crashed(), lifecycle.is_ending());
             if is_ending && !has_crashed {
-                component.end();
+                component.end_life();
             }
             if has_crashed || is_ending {
                 return has_crashed;
@@ -168,7 +168,7 @@ impl Runtime {
 struct MainLoop<'a> {
     runtime: &'a Runtime,
     /// When the next tick is due; `None` if the component has no period.
-    beat: Option<Beat>,
+    beat: Option<TickSchedule>,
     /// The state to begin with, until the component has entered it.
     initially_active: Option<bool>,
     /// Jumps of the time so far; after a jump ticks start again.
@@ -178,28 +178,28 @@ struct MainLoop<'a> {
 impl MainLoop<'_> {
     /// One turn inside the component: parameters, orders, waiting data, then a tick if one is due.
     /// Returns how long there is nothing to do.
-    fn turn(&mut self, component: &mut RunningComponent) -> Duration {
+    fn take_turn(&mut self, component: &mut RunningComponent) -> Duration {
         component.deliver_parameters();
         let was_active = component.is_active();
-        self.initially_active.take_if(|active| component.begin(*active));
+        self.initially_active.take_if(|active| component.begin_life(*active));
         component.activate_when_time_is_known();
         component.obey_orders();
         self.restart_beat(component.is_active() && !was_active);
         let clock = &self.runtime.participant.clock;
         let beat = self.beat.as_ref().filter(|_| component.is_active());
-        let is_tick_due = || beat.is_some_and(|beat| beat.is_due(clock.ticking().0));
+        let is_tick_due = || beat.is_some_and(|beat| beat.is_due(clock.tick_time().0));
         self.runtime.deliver_backlog(component, u64::MAX, is_tick_due);
         let Some(beat) = self.beat.as_mut().filter(|_| component.is_active()) else {
             return LONGEST_WAIT;
         };
-        let now = clock.ticking().0;
+        let now = clock.tick_time().0;
         if beat.is_due(now) {
-            component.execute(Call::Tick);
-            beat.ticked(now);
+            component.execute_call(Call::Tick);
+            beat.record_tick(now);
         }
         // Simulated time wakes this thread when it passes.
         if clock.runs_by_itself() {
-            LONGEST_WAIT.min(beat.left(clock.ticking().0))
+            LONGEST_WAIT.min(beat.time_left(clock.tick_time().0))
         } else {
             LONGEST_WAIT
         }
@@ -207,12 +207,12 @@ impl MainLoop<'_> {
 
     /// Ticks count from an activation, and again from a jump of the time.
     fn restart_beat(&mut self, has_activated: bool) {
-        let (now, jumps) = self.runtime.participant.clock.ticking();
+        let (now, jumps) = self.runtime.participant.clock.tick_time();
         let has_jumped = std::mem::replace(&mut self.jumps_seen, jumps) != jumps;
         if let Some(beat) = &mut self.beat
             && (has_activated || has_jumped)
         {
-            beat.start(now);
+            beat.start_at(now);
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The thread that serves everything that is not on the way of a message: new connections, control,
-//! beats, and links whose subscriber is slow.
+//! The thread for everything that is not on a message's path: new connections, control, beats, and
+//! links with a slow subscriber.
 
 mod control;
 mod handshake;
@@ -14,6 +14,7 @@ use armor_wire::frame::{self, FrameKind};
 use armor_wire::liveness::BEAT;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use crate::background_thread::spawn_background;
 use crate::participant::Participant;
 use control::ControlServer;
 use handshake::Handshakes;
@@ -21,13 +22,16 @@ use handshake::Handshakes;
 /// While user code gathers frames in one long call, they are flushed this often.
 const GATHER_PERIOD: Duration = Duration::from_millis(1);
 
+/// After accepting has failed, as without free file descriptors, it is not tried for this long.
+const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
+
 /// Starts the thread.
-pub(crate) fn start(
+pub(crate) fn start_thread(
     participant: &Arc<Participant>,
     listeners: ComponentListeners,
 ) -> io::Result<()> {
     let participant = Arc::clone(participant);
-    let service = Service {
+    let service = ServiceThread {
         handshakes: Handshakes::new(Arc::clone(&participant)),
         control: ControlServer::new(Arc::clone(&participant)),
         listeners,
@@ -35,14 +39,10 @@ pub(crate) fn start(
         last_beat: Instant::now(),
         accept_after: None,
     };
-    std::thread::Builder::new()
-        .name("service".into())
-        .stack_size(256 << 10)
-        .spawn(move || service.run())?;
-    Ok(())
+    spawn_background("service", move || service.serve_until_left())
 }
 
-struct Service {
+struct ServiceThread {
     participant: Arc<Participant>,
     listeners: ComponentListeners,
     handshakes: Handshakes,
@@ -52,29 +52,29 @@ struct Service {
     accept_after: Option<Instant>,
 }
 
-impl Service {
-    fn run(mut self) {
+impl ServiceThread {
+    fn serve_until_left(mut self) {
         while !self.participant.lifecycle.has_left() {
-            let links = self.wait();
+            let links = self.wait_for_work();
             self.participant.wakers.clear_service();
-            self.accept();
-            for admitted in self.handshakes.serve() {
-                // What an earlier executive has still said counts before a new one takes over.
-                self.control.serve();
-                self.control.add(admitted);
+            self.accept_connections();
+            for admitted in self.handshakes.serve_pending() {
+                // Commands of an earlier executive count before a new one takes over.
+                self.control.serve_peers();
+                self.control.add_peer(admitted);
             }
             if links || self.last_beat.elapsed() >= BEAT || self.participant.ports.is_gathering() {
                 self.serve_links();
             }
-            self.control.serve();
+            self.control.serve_peers();
         }
     }
 
-    /// Waits until there is something to do; whether it concerns an output's link.
-    fn wait(&self) -> bool {
+    /// Waits until there is something to do. Returns whether it concerns an output's link.
+    fn wait_for_work(&self) -> bool {
         let mut links = Vec::new();
         for output in self.participant.ports.outputs() {
-            output.streams(&mut links);
+            output.list_streams(&mut links);
         }
         let mut fds: Vec<PollFd<'_>> = links.iter().map(|(s, waits)| watched(s, *waits)).collect();
         let count = fds.len();
@@ -85,8 +85,8 @@ impl Service {
         if self.accept_after.is_none_or(|after| Instant::now() >= after) {
             fds.extend(self.listeners.sockets().map(|socket| PollFd::new(socket, PollFlags::IN)));
         }
-        self.handshakes.watch(&mut fds);
-        self.control.watch(&mut fds);
+        self.handshakes.add_poll_fds(&mut fds);
+        self.control.add_poll_fds(&mut fds);
         let mut timeout = BEAT.saturating_sub(self.last_beat.elapsed());
         if self.participant.ports.is_gathering() {
             timeout = timeout.min(GATHER_PERIOD);
@@ -99,16 +99,16 @@ impl Service {
         fds[..count].iter().any(|fd| !fd.revents().is_empty())
     }
 
-    fn accept(&mut self) {
+    fn accept_connections(&mut self) {
         self.accept_after = None;
         loop {
             match self.listeners.accept() {
-                Ok(Some(stream)) => self.handshakes.add(stream),
+                Ok(Some(stream)) => self.handshakes.add_connection(stream),
                 Ok(None) => return,
                 Err(error) => {
-                    // No descriptors left: existing connections go on; try again in a while.
+                    // No descriptors left: existing connections continue; try again later.
                     tracing::error!("cannot accept a connection: {error}");
-                    self.accept_after = Some(Instant::now() + Duration::from_secs(1));
+                    self.accept_after = Some(Instant::now() + ACCEPT_PAUSE);
                     return;
                 }
             }
@@ -123,18 +123,18 @@ impl Service {
         let now = self.participant.clock.monotonic();
         let beat = frame::signal(FrameKind::Beat);
         for output in self.participant.ports.outputs() {
-            output.serve(now, &beat);
+            output.serve_links(now, &beat);
         }
         if self.last_beat.elapsed() >= BEAT {
             self.last_beat = Instant::now();
             for input in self.participant.ports.inputs() {
-                input.beat();
+                input.send_beat();
             }
         }
     }
 }
 
-/// How a stream with or without waiting bytes is watched.
+/// What to poll for on a stream with or without unsent bytes.
 fn watched(stream: &Stream, waits: bool) -> PollFd<'_> {
     let flags = if waits { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
     PollFd::from_borrowed_fd(stream.as_fd(), flags)

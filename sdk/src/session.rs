@@ -1,27 +1,33 @@
-//! One conversation over one connection, run by the thread that reads it: frames in, beats out, and
-//! the end when the other side falls silent.
+//! Serves one connection on the thread that reads it: receives frames, sends beats, and ends the
+//! connection when the other side falls silent.
 
 use std::io::{self, Read, Write};
 use std::net::Shutdown;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_socket::{Stream, is_temporary};
 use armor_wire::frame::{self, Frame, FrameKind};
 use armor_wire::liveness::{BEAT, Liveness};
 use armor_wire::message::WireType;
+use parking_lot::Mutex;
 
 use crate::dial::Dialled;
 
+/// How long a write may take before the peer counts as stuck.
+const WRITE_LIMIT: Duration = Duration::from_secs(2);
+/// Shortest read timeout: a timeout of zero is an error.
+pub(crate) const LEAST_WAIT: Duration = Duration::from_millis(1);
+
 /// The writing half of a connection; threads share it.
 #[derive(Clone)]
-pub(crate) struct Writer(Arc<Mutex<Stream>>);
+pub(crate) struct FrameWriter(Arc<Mutex<Stream>>);
 
-impl Writer {
-    /// The writing half of `stream`. Writing gives up after two seconds.
+impl FrameWriter {
+    /// The writing half of `stream`. Writing fails after two seconds.
     pub fn new(stream: &Stream) -> io::Result<Self> {
         let stream = stream.try_clone()?;
-        stream.set_write_timeout(Some(Duration::from_secs(2)))?;
+        stream.set_write_timeout(Some(WRITE_LIMIT))?;
         Ok(Self(Arc::new(Mutex::new(stream))))
     }
 
@@ -34,10 +40,10 @@ impl Writer {
 
     /// Sends whole frames.
     pub fn send_bytes(&self, bytes: &[u8]) -> io::Result<()> {
-        let mut stream = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut stream = self.0.lock();
         let result = stream.write_all(bytes);
         if result.is_err() {
-            // Half a frame may be out: nothing more can be said on this connection.
+            // Half a frame may be written: nothing valid can follow on this connection.
             let _ = stream.shutdown(Shutdown::Both);
         }
         result
@@ -45,7 +51,7 @@ impl Writer {
 
     /// Ends the connection; the reading thread notices.
     pub fn close(&self) {
-        let _ = self.0.lock().unwrap_or_else(PoisonError::into_inner).shutdown(Shutdown::Both);
+        let _ = self.0.lock().shutdown(Shutdown::Both);
     }
 }
 
@@ -53,9 +59,9 @@ impl Writer {
 ///
 /// `on_frame` gets every frame but beats; its error ends the conversation. `on_time` is called at
 /// least as often as it asks for: it returns how long it can wait.
-pub(crate) fn converse(
+pub(crate) fn serve_frames(
     mut dialled: Dialled,
-    writer: &Writer,
+    writer: &FrameWriter,
     mut on_frame: impl FnMut(&Frame<'_>) -> Result<(), String>,
     mut on_time: impl FnMut() -> Duration,
 ) -> String {
@@ -75,7 +81,7 @@ pub(crate) fn converse(
                 Err(error) => return error.to_string(),
             }
         }
-        let wait = on_time().min(BEAT).max(Duration::from_millis(1));
+        let wait = on_time().min(BEAT).max(LEAST_WAIT);
         let now = start.elapsed();
         if liveness.is_silent(now) {
             return "it fell silent".into();

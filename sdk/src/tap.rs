@@ -1,4 +1,4 @@
-//! A look at the data of one output without being a component: for `echo`, `hz` and recordings.
+//! Reads the data of one output without being a component: for `echo`, `hz` and recordings.
 
 use std::io::Read;
 use std::time::{Duration, Instant};
@@ -14,8 +14,9 @@ use thiserror::Error;
 
 use crate::dial::{self, ConnectError, Dialled};
 use crate::directory::{Directory, DirectoryError};
+use crate::session::LEAST_WAIT;
 
-/// Why data cannot be looked at.
+/// Why data cannot be read.
 #[derive(Debug, Error)]
 pub enum TapError {
     /// The registry does not know it.
@@ -35,14 +36,14 @@ pub enum TapError {
     Ended(String),
 }
 
-/// One data, as published.
+/// One message, as published.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TapData {
     /// Sequence, stamp and publisher.
     pub header: DataHeader,
     /// The encoded message.
     pub payload: Vec<u8>,
-    /// How many were lost right before it.
+    /// How many messages were lost immediately before it.
     pub lost: u64,
 }
 
@@ -60,7 +61,7 @@ impl Tap {
     /// Links to `data`; waits for a provider until `timeout`.
     ///
     /// # Errors
-    /// [`TapError`] if nobody provides it or its provider cannot be reached.
+    /// [`TapError`] if it has no provider or the provider cannot be reached.
     pub fn open(
         directory: &Directory,
         data: &str,
@@ -71,7 +72,7 @@ impl Tap {
         Self::open_from(directory, data, from, keep, timeout)
     }
 
-    /// The same in the name of a process: who it is, and its start.
+    /// As [`Self::open`], in the name of a process: its name and its start.
     pub(crate) fn open_from(
         directory: &Directory,
         data: &str,
@@ -107,7 +108,7 @@ impl Tap {
         &self.type_name
     }
 
-    /// The next data; `None` if none comes within `timeout`.
+    /// Returns the next message; `None` if none arrives within `timeout`.
     ///
     /// # Errors
     /// [`TapError`] if the link has ended.
@@ -137,7 +138,7 @@ impl Tap {
                     .map_err(|error| ended(error.to_string()))?;
                 self.spoke = now;
             }
-            let wait = deadline.duration_since(now).min(BEAT).max(Duration::from_millis(1));
+            let wait = deadline.duration_since(now).min(BEAT).max(LEAST_WAIT);
             self.dialled.stream.set_read_timeout(Some(wait)).map_err(|e| ended(e.to_string()))?;
             match (&self.dialled.stream).read(self.dialled.reader.space()) {
                 Ok(0) => return Err(ended("the provider closed it".into())),

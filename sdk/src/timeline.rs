@@ -1,42 +1,43 @@
-//! Time as arithmetic, without a clock: what a reading of a system's clock means after the one before
-//! it, and when the next tick is due.
+//! The arithmetic of time, without a clock: what a reading of the system's clock means after the
+//! previous one, and when the next tick is due.
 
 use std::time::Duration;
 
-/// By how much a component with a short period may be late without losing a tick.
+/// A component with a short period may be late by this without losing a tick: the kernel wakes no
+/// more reliably.
 const MADE_UP: Duration = Duration::from_millis(10);
 /// A tick is not put off for less: the readings of a clock are floating-point seconds since 1970.
 const GRAIN: Duration = Duration::from_micros(1);
 
-/// What the source of the system's time has said once.
+/// One message of the source of the system's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct ClockReading {
     /// The time, in seconds; finite and not negative.
     pub stamp_s: f64,
-    /// The process start that says it.
+    /// The process start that has sent it.
     pub instance: u64,
 }
 
 /// What a reading means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
-    /// It is the first: time is known from now on.
+    /// It is the first: time is known from here on.
     Begins,
     /// Time has passed.
     Passes,
-    /// Time goes on from elsewhere: it went back, or another process start says it.
+    /// Time continues from another value: it went back, or another process start has sent it.
     Jumps,
 }
 
-/// The readings of one clock, one after the other.
+/// The sequence of the readings of one clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timeline {
-    last: Option<Reading>,
+    last: Option<ClockReading>,
 }
 
 impl Timeline {
-    /// Takes in a reading. Nothing if time stands still, or the reading is not a time at all.
-    pub fn read(&mut self, reading: Reading) -> Option<Passage> {
+    /// Adds a reading. Returns `None` if time stands still or the reading is not a time.
+    pub fn read(&mut self, reading: ClockReading) -> Option<Passage> {
         if !reading.stamp_s.is_finite() || reading.stamp_s < 0.0 {
             return None;
         }
@@ -53,20 +54,20 @@ impl Timeline {
     }
 }
 
-/// When a component with a rate is called next, on whatever clock.
+/// When a component with a rate is called next, on any clock.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beat {
+pub(crate) struct TickSchedule {
     period: Duration,
     next: Duration,
 }
 
-impl Beat {
+impl TickSchedule {
     pub fn new(period: Duration) -> Self {
         Self { period, next: Duration::ZERO }
     }
 
-    /// The next call is now.
-    pub fn start(&mut self, now: Duration) {
+    /// Makes the next call due now.
+    pub fn start_at(&mut self, now: Duration) {
         self.next = now;
     }
 
@@ -75,13 +76,14 @@ impl Beat {
     }
 
     /// How long it is until the next call.
-    pub fn left(&self, now: Duration) -> Duration {
+    pub fn time_left(&self, now: Duration) -> Duration {
         self.next.saturating_sub(now)
     }
 
-    /// It has been called for the time `now`. A late tick is not made up for, the next one keeps the
-    /// beat; only ticks closer together than the kernel wakes reliably all get their call.
-    pub fn ticked(&mut self, now: Duration) {
+    /// Records a call at `now` and schedules the next one. A missed tick is not repeated: the next one
+    /// keeps the phase. Only ticks that are closer together than the kernel wakes reliably are all
+    /// called, late ones too.
+    pub fn record_tick(&mut self, now: Duration) {
         let behind = now.saturating_sub(self.next);
         self.next += self.period;
         if behind > self.period.max(MADE_UP) {
@@ -96,8 +98,10 @@ mod tests {
 
     fn passages(readings: &[(f64, u64)]) -> Vec<Option<Passage>> {
         let mut timeline = Timeline::default();
-        let read =
-            |(stamp_s, instance): &(f64, u64)| Reading { stamp_s: *stamp_s, instance: *instance };
+        let read = |(stamp_s, instance): &(f64, u64)| ClockReading {
+            stamp_s: *stamp_s,
+            instance: *instance,
+        };
         readings.iter().map(read).map(|reading| timeline.read(reading)).collect()
     }
 
@@ -118,14 +122,14 @@ mod tests {
 
     /// At which of the moments a component of 10 Hz is called.
     fn ticks(moments_ms: &[u64]) -> Vec<u64> {
-        let mut beat = Beat::new(Duration::from_millis(100));
-        beat.start(Duration::from_millis(moments_ms[0]));
+        let mut beat = TickSchedule::new(Duration::from_millis(100));
+        beat.start_at(Duration::from_millis(moments_ms[0]));
         let mut called = Vec::new();
         for &moment_ms in moments_ms {
             let now = Duration::from_millis(moment_ms);
             while beat.is_due(now) {
                 called.push(moment_ms);
-                beat.ticked(now);
+                beat.record_tick(now);
             }
         }
         called
@@ -140,15 +144,15 @@ mod tests {
 
     #[test]
     fn a_clock_of_floating_point_steps_loses_no_tick() {
-        let mut beat = Beat::new(Duration::from_millis(100));
+        let mut beat = TickSchedule::new(Duration::from_millis(100));
         let at =
             |step: u32| Duration::from_secs_f64(1_763_757_274.123_456 + f64::from(step) * 0.01);
-        beat.start(at(0));
+        beat.start_at(at(0));
         let mut late = 0;
         for step in 0..100_000 {
             if beat.is_due(at(step)) {
                 late += u32::from(step % 10 != 0);
-                beat.ticked(at(step));
+                beat.record_tick(at(step));
             } else {
                 late += u32::from(step % 10 == 0);
             }

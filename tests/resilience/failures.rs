@@ -87,6 +87,6 @@ fn without_configd_a_component_reports_it_and_ends() {
     let lonely = lonely.args(["--name", "lonely", "--registry", &registry.address().to_string()]);
     let (code, _, err) = run_to_end(lonely.current_dir(folder.path()));
     assert_eq!(code, 1, "{err}");
-    let says = ["configd has not answered within", "trace", "nobody is called `configd`"];
+    let says = ["configd has not answered within", "trace", "no process is called `configd`"];
     assert!(says.iter().all(|text| err.contains(text)), "{err}");
 }

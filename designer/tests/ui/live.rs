@@ -10,7 +10,7 @@ use armor_inspect::{
 use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
 use armor_sdk::configuration::Parameters;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
-use armor_sdk::directory::Change;
+use armor_sdk::directory::DirectoryChange;
 use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter};
 use armor_wire::registry::ComponentEntry;
 use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
@@ -103,18 +103,18 @@ fn picture() -> SystemPicture {
     let mut tell = |event, now| drop(picture.handle_event(event, now));
     let start = Duration::ZERO;
     for name in ["configd", "configuration"] {
-        tell(SystemEvent::Registry(Change::Appeared(entry(name))), start);
+        tell(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
     }
     for name in ["eye", "arm", "idle", "silent", "back", "lost"] {
-        tell(SystemEvent::Registry(Change::Appeared(entry(name))), start);
+        tell(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
         tell(SystemEvent::Connected(name.into(), 1), start);
         let state = if name == "idle" { RunState::Frozen } else { RunState::Active };
         let answer = Answer::State { state, activation: 1, controllable: true };
         tell(SystemEvent::Said(name.into(), 1, answer), start);
     }
-    tell(SystemEvent::Registry(Change::Gone(entry("lost"))), start);
+    tell(SystemEvent::Registry(DirectoryChange::Gone(entry("lost"))), start);
     tell(SystemEvent::Tick, DEAD_AFTER);
-    tell(SystemEvent::Registry(Change::Gone(entry("back"))), DEAD_AFTER);
+    tell(SystemEvent::Registry(DirectoryChange::Gone(entry("back"))), DEAD_AFTER);
     tell(SystemEvent::Closed("silent".into(), 1, "it fell silent".into()), DEAD_AFTER);
     for (uptime_s, sent) in [(10.0, 100), (12.0, 140)] {
         for name in ["eye", "arm"] {
@@ -185,7 +185,7 @@ fn ended() -> SystemPicture {
     for name in ["configd", "configuration", "eye", "arm", "idle", "silent"] {
         picture.handle_event(SystemEvent::Closed(name.into(), 1, "it is gone".into()), DEAD_AFTER);
     }
-    picture.handle_event(SystemEvent::Registry(Change::RegistryLost), DEAD_AFTER);
+    picture.handle_event(SystemEvent::Registry(DirectoryChange::RegistryLost), DEAD_AFTER);
     picture.rebuild_links();
     picture
 }

@@ -13,7 +13,7 @@ use armor_inspect::CONFIGURATION;
 use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Finding, Severity};
 use armor_sdk::messages::ConfigurationState;
-use armor_sdk::node::{Node, NodeOptions};
+use armor_sdk::node::{NodeOptions, SystemNode};
 use armor_sdk::prelude::Latched;
 use armor_socket::Registration;
 use armor_wire::config::ChangeRecord;
@@ -177,7 +177,7 @@ fn publish(registry: SocketAddr, states: &Receiver<ConfigurationState>) {
     };
     let mut said = String::new();
     let node = loop {
-        match Node::start(&options, REGISTER_WITHIN, |armor| {
+        match SystemNode::start(&options, REGISTER_WITHIN, |armor| {
             Ok(armor.provide::<Latched<ConfigurationState>>("state")?)
         }) {
             Ok(node) => break node,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use armor_sdk::directory::{Change, Directory};
+use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
 use rustix::process::{Pid, getpgid};
@@ -33,7 +33,7 @@ enum Happening {
     /// A component of this process said something: its state, if that was it.
     Heard(ChildId, Group, Option<RunState>),
     Stuck(ChildId, Group, Duration),
-    Registry(Change),
+    Registry(DirectoryChange),
 }
 
 /// A process that runs.
@@ -183,10 +183,16 @@ impl Launcher {
                 let current = self.running[id].as_ref()?;
                 (current.group == group).then_some(Event::Stuck(id, call))
             }
-            Happening::Registry(Change::RegistryFound) => Some(Event::Ready(self.registry()?)),
-            Happening::Registry(Change::RegistryLost) => Some(Event::Vanished(self.registry()?)),
-            Happening::Registry(Change::Appeared(entry)) => self.appeared(entry),
-            Happening::Registry(Change::Gone(entry)) => Some(Event::Vanished(self.whose(&entry)?)),
+            Happening::Registry(DirectoryChange::RegistryFound) => {
+                Some(Event::Ready(self.registry()?))
+            }
+            Happening::Registry(DirectoryChange::RegistryLost) => {
+                Some(Event::Vanished(self.registry()?))
+            }
+            Happening::Registry(DirectoryChange::Appeared(entry)) => self.appeared(entry),
+            Happening::Registry(DirectoryChange::Gone(entry)) => {
+                Some(Event::Vanished(self.whose(&entry)?))
+            }
         }
     }
 

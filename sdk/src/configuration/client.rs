@@ -11,9 +11,10 @@ use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{Hello, Purpose};
 
 use super::connection::CONFIGD;
+use crate::background_thread::spawn_background;
 use crate::dial;
 use crate::participant::Participant;
-use crate::session::{self, Writer};
+use crate::session::{self, FrameWriter};
 
 /// How long the registry may take to find configd before the attempt counts as failed.
 const FIND_LIMIT: Duration = Duration::from_secs(5);
@@ -21,16 +22,13 @@ const FIND_LIMIT: Duration = Duration::from_secs(5);
 const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
 
 /// Keeps a connection to configd on a thread of its own. Returns where the settings arrive.
-pub(crate) fn start(
+pub(crate) fn start_client(
     participant: &Arc<Participant>,
 ) -> std::io::Result<mpsc::Receiver<Result<ComponentSettings, String>>> {
     let (sender, receiver) = mpsc::channel();
-    participant.parameters.lock().settings = Some(sender);
+    participant.parameters.lock_state().settings = Some(sender);
     let participant = Arc::clone(participant);
-    std::thread::Builder::new()
-        .name("configd".into())
-        .stack_size(256 << 10)
-        .spawn(move || stay_connected(&participant))?;
+    spawn_background("configd", move || stay_connected(&participant))?;
     Ok(receiver)
 }
 
@@ -38,16 +36,16 @@ fn stay_connected(participant: &Participant) {
     // Another seed than that of the process's other reconnects, so that they do not coincide.
     let mut backoff = Backoff::new(RETRY.0, RETRY.1, participant.identity.instance ^ 1);
     while !participant.lifecycle.is_ending() {
-        match connect(participant) {
+        match serve_connection(participant) {
             Ok(()) => backoff.reset(),
-            Err(problem) => participant.parameters.lock().problem = problem,
+            Err(problem) => participant.parameters.lock_state().problem = problem,
         }
         std::thread::sleep(backoff.delay());
     }
 }
 
 /// Connects and serves the connection until it ends.
-fn connect(participant: &Participant) -> Result<(), String> {
+fn serve_connection(participant: &Participant) -> Result<(), String> {
     let found = participant
         .directory()
         .component(CONFIGD, FIND_LIMIT)
@@ -55,11 +53,15 @@ fn connect(participant: &Participant) -> Result<(), String> {
     let identity = &participant.identity;
     let hello = Hello::new(&identity.name, identity.instance, Purpose::Config);
     let dialled = dial::dial(&found.endpoint, &hello).map_err(|error| error.to_string())?;
-    let writer = Writer::new(&dialled.stream).map_err(|error| error.to_string())?;
+    let writer = FrameWriter::new(&dialled.stream).map_err(|error| error.to_string())?;
     repeat_questions(participant, writer.clone());
-    let reason =
-        session::converse(dialled, &writer, |frame| receive(participant, frame), || Duration::MAX);
-    let mut state = participant.parameters.lock();
+    let reason = session::serve_frames(
+        dialled,
+        &writer,
+        |frame| receive_reply(participant, frame),
+        || Duration::MAX,
+    );
+    let mut state = participant.parameters.lock_state();
     state.writer = None;
     state.problem = format!("the connection to configd ended: {reason}");
     if !participant.lifecycle.is_ending() {
@@ -69,9 +71,9 @@ fn connect(participant: &Participant) -> Result<(), String> {
 }
 
 /// Asks on a new connection what has no answer yet.
-fn repeat_questions(participant: &Participant, writer: Writer) {
+fn repeat_questions(participant: &Participant, writer: FrameWriter) {
     let parameters = &participant.parameters;
-    let mut state = parameters.lock();
+    let mut state = parameters.lock_state();
     state.writer = Some(writer);
     state.problem.clear();
     state.requests.clear();
@@ -87,25 +89,25 @@ fn repeat_questions(participant: &Participant, writer: Writer) {
     }
 }
 
-fn receive(participant: &Participant, frame: &Frame<'_>) -> Result<(), String> {
+fn receive_reply(participant: &Participant, frame: &Frame<'_>) -> Result<(), String> {
     if frame.kind != FrameKind::Control {
         return Err(format!("a {:?} frame from configd", frame.kind));
     }
     let parameters = &participant.parameters;
     match codec::decode_control(frame.body).map_err(|error| error.to_string())? {
         ConfigReply::Settings { request, settings } => {
-            let mut state = parameters.lock();
+            let mut state = parameters.lock_state();
             state.requests.remove(&request);
             if let Some(waiting) = state.settings.take() {
                 let _ = waiting.send(Ok(settings));
             }
         }
         ConfigReply::Parameter { request, name, assigned } => {
-            parameters.lock().requests.remove(&request);
+            parameters.lock_state().requests.remove(&request);
             parameters.accept_answer(&name, assigned.as_ref());
         }
         ConfigReply::Refused { request, refusal } => {
-            let mut state = parameters.lock();
+            let mut state = parameters.lock_state();
             match state.requests.remove(&request) {
                 Some(Some(name)) => {
                     drop(state);

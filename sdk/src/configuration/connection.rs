@@ -13,6 +13,7 @@ use armor_wire::liveness::BEAT;
 use super::questions::{ConfigdError, Questions};
 use crate::dial::{self, Dialled};
 use crate::directory::Directory;
+use crate::session::LEAST_WAIT;
 
 /// Name under which configd is registered.
 pub(crate) const CONFIGD: &str = "configd";
@@ -26,24 +27,24 @@ pub struct ConfigdConnection {
 }
 
 impl ConfigdConnection {
-    /// Finds configd and connects to it; `from` says who asks.
+    /// Finds configd and connects to it; `from` is the name of the asking process.
     ///
     /// # Errors
-    /// If it is not there within `limit`, or cannot be reached.
+    /// If it is not registered within `limit`, or cannot be reached.
     pub fn open(directory: &Directory, from: &str, limit: Duration) -> Result<Self, ConfigdError> {
         let found = directory.component(CONFIGD, limit)?;
         let hello = Hello::new(from, random_id(), Purpose::Config);
         Ok(Self { dialled: dial::dial(&found.endpoint, &hello)?, next_request: 0 })
     }
 
-    /// Reads some bytes; beats while there are none.
-    fn fill(&mut self, deadline: Instant) -> Result<(), ConfigdError> {
+    /// Reads the bytes that have arrived; sends beats while there are none.
+    fn read_more(&mut self, deadline: Instant) -> Result<(), ConfigdError> {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Err(ended(format!("none within {ANSWER_LIMIT:?}")));
             }
-            let wait = left.min(BEAT).max(Duration::from_millis(1));
+            let wait = left.min(BEAT).max(LEAST_WAIT);
             self.dialled.stream.set_read_timeout(Some(wait)).map_err(ended)?;
             match (&self.dialled.stream).read(self.dialled.reader.space()) {
                 Ok(0) => return Err(ended("it closed the connection")),
@@ -52,14 +53,14 @@ impl ConfigdConnection {
                     return Ok(());
                 }
                 Err(error) if is_temporary(&error) => {
-                    self.write(&frame::signal(FrameKind::Beat))?
+                    self.write_bytes(&frame::signal(FrameKind::Beat))?
                 }
                 Err(error) => return Err(ended(error)),
             }
         }
     }
 
-    fn write(&self, bytes: &[u8]) -> Result<(), ConfigdError> {
+    fn write_bytes(&self, bytes: &[u8]) -> Result<(), ConfigdError> {
         (&self.dialled.stream).write_all(bytes).map_err(|error: io::Error| ended(error))
     }
 }
@@ -74,7 +75,7 @@ impl Questions for ConfigdConnection {
         self.next_request += 1;
         let bytes = frame::to_bytes(FrameKind::Control, &request(self.next_request))
             .map_err(|error| ConfigdError::Ended(error.to_string()))?;
-        self.write(&bytes)?;
+        self.write_bytes(&bytes)?;
         let deadline = Instant::now() + ANSWER_LIMIT;
         loop {
             while let Some(frame) = self.dialled.reader.next_frame().map_err(ended)? {
@@ -82,7 +83,7 @@ impl Questions for ConfigdConnection {
                     continue;
                 }
                 let reply = codec::decode_control(frame.body).map_err(ended)?;
-                match number(&reply) {
+                match find_request(&reply) {
                     Some(number) if number == self.next_request => {
                         return match reply {
                             ConfigReply::Refused { refusal, .. } => {
@@ -94,7 +95,7 @@ impl Questions for ConfigdConnection {
                     _ => {}
                 }
             }
-            self.fill(deadline)?;
+            self.read_more(deadline)?;
         }
     }
 }
@@ -103,8 +104,8 @@ fn ended(reason: impl ToString) -> ConfigdError {
     ConfigdError::Ended(reason.to_string())
 }
 
-/// The request that is answered.
-fn number(reply: &ConfigReply) -> Option<u64> {
+/// The number of the request that `reply` answers.
+fn find_request(reply: &ConfigReply) -> Option<u64> {
     match reply {
         ConfigReply::Settings { request, .. }
         | ConfigReply::Parameter { request, .. }

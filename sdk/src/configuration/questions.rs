@@ -1,5 +1,5 @@
-//! What tools ask about parameters: which there are, to set one, what changed. Who answers, and how
-//! it is reached, is another matter: the configd of a running system, or one over a file alone.
+//! What tools ask about parameters: list them, set one, list what changed. The questions do not depend
+//! on the answering side, which is the configd of a running system or one over a file alone.
 
 use armor_wire::config::{
     ChangeRecord, ConfigReply, ConfigRequest, FindingRecord, ListedParameter,
@@ -38,21 +38,21 @@ pub struct Parameters {
     pub parameters: Vec<ListedParameter>,
 }
 
-/// What became of a wish to set a parameter.
+/// The result of setting a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SetOutcome {
-    /// It is in the file, and in force.
+    /// The value is in the file, and in force.
     Set {
         /// The version that has it.
         version: u64,
-        /// What changed by it, and when that takes effect; empty if it was so already.
+        /// What changed by it, and when that takes effect; empty if the file had the value already.
         changes: Vec<ChangeRecord>,
     },
     /// Nothing was written.
     Rejected {
         /// Why.
         text: String,
-        /// What is wrong with the file as it would be, or as it is.
+        /// The findings of the file as it would be, or as it is.
         findings: Vec<FindingRecord>,
         /// How many more findings there are.
         left_out: u32,
@@ -72,13 +72,13 @@ pub struct Differences {
     pub left_out: u32,
 }
 
-/// The questions, for whoever can carry one request there and its reply back.
+/// The questions, for any type that can send one request and return its reply.
 pub trait Questions {
     /// Why there is no answer.
     type Error: From<ConfigdError>;
 
-    /// Sends the request, made with a number of its own, and waits for its reply; a refusal is an
-    /// error.
+    /// Sends the request that `request` makes with the given number, and waits for its reply; a refusal
+    /// is an error.
     ///
     /// # Errors
     /// If it is refused, or there is no reply.
@@ -99,7 +99,7 @@ pub trait Questions {
             match self.ask(|request| ConfigRequest::List { request, component, from })? {
                 ConfigReply::Listed { version, refused, parameters, total, .. } => {
                     if from > 0 && version != all.version {
-                        // The pages would not fit together.
+                        // Pages of two versions do not fit together: begin again.
                         all.parameters.clear();
                         continue;
                     }
@@ -115,10 +115,10 @@ pub trait Questions {
         }
     }
 
-    /// Writes a value into the file; `None` takes it out, so that the default holds.
+    /// Writes a value into the file; `None` removes it, so that the default applies.
     ///
     /// # Errors
-    /// If there is no answer; whether it was written is then not known.
+    /// If there is no answer; the value may have been written nevertheless.
     fn set(
         &mut self,
         component: &str,
@@ -144,7 +144,7 @@ pub trait Questions {
     /// default the one in force).
     ///
     /// # Errors
-    /// If the versions are not held any more, or there is no answer.
+    /// If the versions are no longer kept, or there is no answer.
     fn differences(
         &mut self,
         from: Option<u64>,

@@ -15,7 +15,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use crate::call::Fault;
 use crate::identity::ProcessIdentity;
 use crate::parameter::Value;
-use crate::session::Writer;
+use crate::session::FrameWriter;
 use crate::wake::Wakers;
 
 /// Parameters asked for and arrived.
@@ -41,7 +41,7 @@ pub(super) struct RequestState {
     pub own: BTreeMap<String, Option<Assigned>>,
     /// Values that the mission gives for the duration of the activation. They go before configd's.
     pub given: BTreeMap<String, Assigned>,
-    pub writer: Option<Writer>,
+    pub writer: Option<FrameWriter>,
     /// Why there is no connection; part of a timeout's message.
     pub problem: String,
     next_request: u64,
@@ -66,7 +66,7 @@ impl ParameterRequests {
         }
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, RequestState> {
+    pub(super) fn lock_state(&self) -> MutexGuard<'_, RequestState> {
         self.state.lock()
     }
 
@@ -76,8 +76,8 @@ impl ParameterRequests {
     }
 
     /// Asks for a parameter.
-    pub fn ask(&self, name: &str) {
-        let mut state = self.lock();
+    pub fn ask_for(&self, name: &str) {
+        let mut state = self.lock_state();
         if !state.asked.iter().any(|asked| asked == name) {
             state.asked.push(name.into());
         }
@@ -86,7 +86,7 @@ impl ParameterRequests {
 
     /// The names asked for so far that have no answer.
     pub fn unanswered(&self) -> Vec<String> {
-        self.lock().asked.clone()
+        self.lock_state().asked.clone()
     }
 
     /// Waits until all that was asked for has arrived.
@@ -95,7 +95,7 @@ impl ParameterRequests {
     /// What is wrong with a parameter, or which have no answer within `limit`.
     pub fn wait_for_all(&self, limit: Duration) -> Result<(), Fault> {
         let deadline = Instant::now() + limit;
-        let mut state = self.lock();
+        let mut state = self.lock_state();
         loop {
             if !state.faults.is_empty() {
                 let faults: Vec<_> = state.faults.values().map(String::as_str).collect();
@@ -124,7 +124,7 @@ impl ParameterRequests {
 
     /// Takes the parameter that has arrived first.
     pub fn take_arrived(&self) -> Option<(String, Value)> {
-        let mut state = self.lock();
+        let mut state = self.lock_state();
         let next = state.arrived.pop_front();
         self.note_arrived(&state);
         next
@@ -137,16 +137,16 @@ impl ParameterRequests {
 
     /// Processes configd's answer, by the parameter's declaration.
     pub fn accept_answer(&self, name: &str, assigned: Option<&Assigned>) {
-        let mut guard = self.lock();
+        let mut guard = self.lock_state();
         let state = &mut *guard;
         let was_asked = state.remove_asked(name);
         let before = state.own.insert(name.into(), assigned.cloned());
-        let assigned = state.effective(name, assigned).cloned();
+        let assigned = state.effective_value(name, assigned).cloned();
         // The answer to a question that was repeated on a new connection, or one that the mission's
         // value hides: the component has this value already.
         if !was_asked
             && let Some(before) = before
-            && is_same(state.effective(name, before.as_ref()), assigned.as_ref())
+            && is_same(state.effective_value(name, before.as_ref()), assigned.as_ref())
         {
             return;
         }
@@ -165,7 +165,7 @@ impl ParameterRequests {
 
     /// Processes configd's refusal to answer.
     pub(super) fn accept_refusal(&self, name: &str, reason: &str) {
-        let mut state = self.lock();
+        let mut state = self.lock_state();
         if state.remove_asked(name) {
             state.record_fault(&self.identity.name, name, reason);
         } else {

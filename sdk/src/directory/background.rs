@@ -1,9 +1,9 @@
-//! The registry connection's background: connects, declares everything again after a loss, hands out
-//! answers, and asks for the time.
+//! The thread behind the connection to the registry: connects, declares everything again after a loss,
+//! delivers answers, and asks for the time.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use armor_wire::backoff::Backoff;
@@ -12,64 +12,59 @@ use armor_wire::codec;
 use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{HandshakeError, Hello, Refusal};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
-use super::{Change, Found, Listing};
-use crate::clock::Clock;
+use super::answers::{DirectoryChange, FoundProvider, Listing};
+use crate::clock::SystemClock;
 use crate::dial::{self, ConnectError, Dialled};
-use crate::session::{self, Writer};
+use crate::session::{self, FrameWriter};
 
-/// The first questions for the time come this quickly, until the filter has enough.
+/// First and longest delay between two attempts to connect.
+const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
+/// The first requests for the time have this short period, until the filter has enough exchanges.
 const FIRST_TIMES: u32 = 8;
 const FIRST_TIME_PERIOD: Duration = Duration::from_millis(25);
-/// Then this often: a clock drifts less than 100 µs in it.
+/// The period of later requests: a clock drifts less than 100 µs in it.
 const TIME_PERIOD: Duration = Duration::from_secs(2);
 
-pub(super) type LookupAnswer = mpsc::Sender<Result<Found, Refusal>>;
+pub(super) type LookupAnswer = mpsc::Sender<Result<FoundProvider, Refusal>>;
 
-pub(super) struct Lookup {
+pub(super) struct PendingLookup {
     pub(super) request: RegistryRequest,
     pub(super) answer: LookupAnswer,
 }
 
 #[derive(Default)]
-pub(super) struct State {
-    pub(super) writer: Option<Writer>,
+pub(super) struct RegistryState {
+    pub(super) writer: Option<FrameWriter>,
     pub(super) problem: String,
     pub(super) refusal: Option<Refusal>,
     pub(super) next_request: u64,
     pub(super) provided: Vec<DataEntry>,
-    pub(super) lookups: HashMap<u64, Lookup>,
+    pub(super) lookups: HashMap<u64, PendingLookup>,
     pub(super) lists: HashMap<u64, mpsc::Sender<Listing>>,
-    pub(super) watchers: Vec<mpsc::Sender<Change>>,
-    /// Who is there, as far as the registry has told; kept once somebody watches.
+    pub(super) watchers: Vec<mpsc::Sender<DirectoryChange>>,
+    /// The registered processes, as far as the registry has reported; kept from the first watcher on.
     pub(super) present: Option<Vec<ComponentEntry>>,
 }
 
-pub(super) struct Inner {
+pub(super) struct RegistryLink {
     pub(super) address: String,
     pub(super) hello: Hello,
-    pub(super) clock: Arc<Clock>,
-    pub(super) state: Mutex<State>,
+    pub(super) clock: Arc<SystemClock>,
+    pub(super) state: Mutex<RegistryState>,
     pub(super) changed: Condvar,
     pub(super) closing: AtomicBool,
 }
 
-pub(super) fn wait<'a>(
-    changed: &Condvar,
-    state: MutexGuard<'a, State>,
-    timeout: Duration,
-) -> MutexGuard<'a, State> {
-    changed.wait_timeout(state, timeout).unwrap_or_else(PoisonError::into_inner).0
-}
-
-impl State {
+impl RegistryState {
     pub(super) fn fresh_request(&mut self) -> u64 {
         self.next_request += 1;
         self.next_request
     }
 
-    /// Sends if connected; what matters is sent again after a reconnect.
-    pub(super) fn send(&self, request: &RegistryRequest) {
+    /// Sends if connected; what must not be lost is sent again after a reconnect.
+    pub(super) fn send_request(&self, request: &RegistryRequest) {
         if let Some(writer) = &self.writer {
             // A failure ends the connection, and its reader starts a new one.
             let _ = writer.send(request);
@@ -79,29 +74,29 @@ impl State {
     pub(super) fn declare_again(&mut self) {
         for entry in self.provided.clone() {
             let request = self.fresh_request();
-            self.send(&RegistryRequest::Provide { request, entry });
+            self.send_request(&RegistryRequest::Provide { request, entry });
         }
         for lookup in self.lookups.values() {
-            self.send(&lookup.request);
+            self.send_request(&lookup.request);
         }
         for request in self.lists.keys() {
-            self.send(&RegistryRequest::List { request: *request });
+            self.send_request(&RegistryRequest::List { request: *request });
         }
         if let Some(present) = &mut self.present {
             present.clear();
-            self.send(&RegistryRequest::Watch);
+            self.send_request(&RegistryRequest::Watch);
         }
     }
 
-    pub(super) fn tell(&mut self, change: &Change) {
+    pub(super) fn notify_watchers(&mut self, change: &DirectoryChange) {
         self.watchers.retain(|watcher| watcher.send(change.clone()).is_ok());
     }
 
-    pub(super) fn handle(&mut self, reply: RegistryReply) {
+    pub(super) fn handle_reply(&mut self, reply: RegistryReply) {
         match reply {
             RegistryReply::Found { request, entry, provider } => {
                 if let Some(lookup) = self.lookups.remove(&request) {
-                    let _ = lookup.answer.send(Ok(Found { entry, provider }));
+                    let _ = lookup.answer.send(Ok(FoundProvider { entry, provider }));
                 }
             }
             RegistryReply::Refused { request, refusal } => match self.lookups.remove(&request) {
@@ -119,26 +114,26 @@ impl State {
                 let present = self.present.get_or_insert_default();
                 present.retain(|other| other.name != entry.name);
                 present.push(entry.clone());
-                self.tell(&Change::Appeared(entry));
+                self.notify_watchers(&DirectoryChange::Appeared(entry));
             }
             RegistryReply::Gone { entry } => {
                 let present = self.present.get_or_insert_default();
                 present.retain(|other| other.instance != entry.instance);
-                self.tell(&Change::Gone(entry));
+                self.notify_watchers(&DirectoryChange::Gone(entry));
             }
             RegistryReply::Provided { .. } | RegistryReply::Time { .. } | RegistryReply::Beat => {}
         }
     }
 }
 
-impl Inner {
-    pub(super) fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+impl RegistryLink {
+    pub(super) fn lock_state(&self) -> MutexGuard<'_, RegistryState> {
+        self.state.lock()
     }
 
-    pub(super) fn run(&self) {
+    pub(super) fn stay_connected(&self) {
         let seed = self.hello.instance;
-        let mut backoff = Backoff::new(Duration::from_millis(20), Duration::from_secs(1), seed);
+        let mut backoff = Backoff::new(RETRY.0, RETRY.1, seed);
         let mut registry = 0;
         while !self.closing.load(Ordering::Relaxed) {
             match dial::dial(&self.address, &self.hello) {
@@ -148,19 +143,19 @@ impl Inner {
                         self.clock.registry_changed();
                     }
                     registry = dialled.welcome.instance;
-                    self.converse(dialled);
+                    self.serve_connection(dialled);
                 }
-                Err(error) => self.failed(error),
+                Err(error) => self.record_failure(error),
             }
-            let state = self.lock();
+            let mut state = self.lock_state();
             if !self.closing.load(Ordering::Relaxed) {
-                drop(wait(&self.changed, state, backoff.delay()));
+                self.changed.wait_for(&mut state, backoff.delay());
             }
         }
     }
 
-    pub(super) fn failed(&self, error: ConnectError) {
-        let mut state = self.lock();
+    pub(super) fn record_failure(&self, error: ConnectError) {
+        let mut state = self.lock_state();
         state.problem = error.to_string();
         if let ConnectError::Handshake { error: HandshakeError::Refused(refusal), .. } = error {
             if state.refusal.as_ref() != Some(&refusal) {
@@ -171,13 +166,13 @@ impl Inner {
         }
     }
 
-    pub(super) fn converse(&self, dialled: Dialled) {
-        let Ok(writer) = Writer::new(&dialled.stream) else { return };
+    pub(super) fn serve_connection(&self, dialled: Dialled) {
+        let Ok(writer) = FrameWriter::new(&dialled.stream) else { return };
         {
-            let mut state = self.lock();
+            let mut state = self.lock_state();
             state.writer = Some(writer.clone());
             state.refusal = None;
-            state.tell(&Change::RegistryFound);
+            state.notify_watchers(&DirectoryChange::RegistryFound);
             state.declare_again();
         }
         self.changed.notify_all();
@@ -192,26 +187,27 @@ impl Inner {
             }
             next.saturating_duration_since(now)
         };
-        let reason = session::converse(dialled, &writer, |frame| self.receive(frame), ask_time);
-        let mut state = self.lock();
+        let reason =
+            session::serve_frames(dialled, &writer, |frame| self.receive_reply(frame), ask_time);
+        let mut state = self.lock_state();
         state.writer = None;
         state.problem = format!("the connection ended: {reason}");
-        state.tell(&Change::RegistryLost);
+        state.notify_watchers(&DirectoryChange::RegistryLost);
         if !self.closing.load(Ordering::Relaxed) {
             tracing::warn!("lost the registry at {}: {reason}", self.address);
         }
     }
 
-    pub(super) fn receive(&self, frame: &Frame<'_>) -> Result<(), String> {
+    pub(super) fn receive_reply(&self, frame: &Frame<'_>) -> Result<(), String> {
         if frame.kind != FrameKind::Control {
             return Err(format!("a {:?} frame from the registry", frame.kind));
         }
         let answered_s = self.clock.monotonic_s();
         let reply: RegistryReply = codec::decode_control(frame.body).map_err(|e| e.to_string())?;
         if let RegistryReply::Time { asked_s, received_s, sent_s } = reply {
-            self.clock.add(Exchange { asked_s, received_s, sent_s, answered_s });
+            self.clock.add_exchange(Exchange { asked_s, received_s, sent_s, answered_s });
         } else {
-            self.lock().handle(reply);
+            self.lock_state().handle_reply(reply);
         }
         Ok(())
     }

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use armor_wire::frame::DataHeader;
 use armor_wire::keep::Keep;
 
-/// A `keep="all"` input holds this much; then its reader waits, and the publisher behind it.
+/// A `keep="all"` inbox is full at this length; then its reader waits, and the publisher with it.
 const ALL_LEN: usize = 1 << 20;
 
-/// One data, kept.
+/// One message that waits.
 pub(crate) struct InboxItem {
     /// Its place in the order in which the data of all inputs arrived.
     pub arrival: u64,
@@ -48,13 +48,13 @@ impl Inbox {
     }
 
     /// The arrival of the oldest.
-    pub fn oldest(&self) -> Option<u64> {
+    pub fn oldest_arrival(&self) -> Option<u64> {
         self.items.front().map(|item| item.arrival)
     }
 
-    /// Adds one; returns how many older ones were dropped for it. Whoever follows a dropped one
-    /// takes its place: else the newest of a fast publisher would never come before what waits
-    /// longer at another input.
+    /// Adds an item. Returns how many older ones were dropped for it. The item after a dropped one takes
+    /// its arrival: otherwise the newest data of a fast publisher would always be younger than the
+    /// data at another input, and never be delivered.
     pub fn push(&mut self, item: InboxItem) -> u64 {
         self.len += item.bytes.len().max(1);
         self.items.push_back(item);
@@ -156,14 +156,14 @@ mod tests {
     }
 
     #[test]
-    fn who_follows_a_dropped_one_takes_its_place() {
+    fn the_item_after_a_dropped_one_takes_its_place() {
         let mut inbox = Inbox::new(Keep::Last { count: 2 });
         for sequence in 0..5 {
             inbox.push(item(sequence, 10));
         }
-        assert_eq!(inbox.oldest(), Some(10));
+        assert_eq!(inbox.oldest_arrival(), Some(10));
         assert_eq!(inbox.pop().map(|item| item.header.sequence), Some(3));
-        assert_eq!(inbox.oldest(), Some(14));
+        assert_eq!(inbox.oldest_arrival(), Some(14));
     }
 
     #[test]

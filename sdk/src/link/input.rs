@@ -76,33 +76,33 @@ impl InputPort {
         }
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, InputState> {
+    pub(super) fn lock_state(&self) -> MutexGuard<'_, InputState> {
         self.state.lock()
     }
 
-    pub(super) fn inbox(&self) -> MutexGuard<'_, Inbox> {
+    pub(super) fn lock_inbox(&self) -> MutexGuard<'_, Inbox> {
         self.inbox.lock()
     }
 
     /// Sets what feeds this input, as the file specifies.
     pub fn connect(&self, settings: InputSettings) {
-        self.inbox().set_keep(settings.keep);
-        self.lock().settings = Some(settings);
+        self.lock_inbox().set_keep(settings.keep);
+        self.lock_state().settings = Some(settings);
     }
 
     /// What feeds this input; `None` if nothing does.
     pub fn settings(&self) -> Option<InputSettings> {
-        self.lock().settings.clone()
+        self.lock_state().settings.clone()
     }
 
     /// System-wide name of the data that feeds it.
     pub fn data(&self) -> Option<String> {
-        self.lock().settings.as_ref().map(|settings| settings.data.clone())
+        self.lock_state().settings.as_ref().map(|settings| settings.data.clone())
     }
 
     pub fn status(&self) -> InputStatus {
-        let waiting = self.inbox().count() as u64;
-        let state = self.lock();
+        let waiting = self.lock_inbox().count() as u64;
+        let state = self.lock_state();
         let settings = state.settings.as_ref();
         InputStatus {
             id: self.id.clone(),
@@ -118,8 +118,8 @@ impl InputPort {
     }
 
     /// Asks the publisher to pause, or to continue.
-    pub fn pause(&self, pause: bool) {
-        let state = self.lock();
+    pub fn set_paused(&self, pause: bool) {
+        let state = self.lock_state();
         if pause {
             self.was_paused.store(true, Ordering::Relaxed);
         }
@@ -128,7 +128,7 @@ impl InputPort {
         drop(state);
         if pause {
             // The data that still wait belong to the activation that has ended.
-            let mut inbox = self.inbox();
+            let mut inbox = self.lock_inbox();
             inbox.clear();
             self.waiting.store(false, Ordering::Relaxed);
             drop(inbox);
@@ -138,8 +138,8 @@ impl InputPort {
 
     /// Sends the publisher a beat, and ends the link if nothing has come from the publisher for too
     /// long; called by the service thread at every beat.
-    pub fn beat(&self) {
-        let mut state = self.lock();
+    pub fn send_beat(&self) {
+        let mut state = self.lock_state();
         send_signal(state.stream.as_deref(), FrameKind::Beat);
         let reads = self.reads.count();
         // A reader that is busy in the component's code does not listen: that is not the publisher's silence.
@@ -154,23 +154,23 @@ impl InputPort {
     }
 
     /// Ends its link.
-    pub fn close(&self) {
-        if let Some(stream) = &self.lock().stream {
+    pub fn close_link(&self) {
+        if let Some(stream) = &self.lock_state().stream {
             let _ = stream.shutdown(Shutdown::Both);
         }
     }
 
     /// The arrival of the data that have waited longest; `None` if none wait.
     pub fn oldest_arrival(&self) -> Option<u64> {
-        if self.waiting.load(Ordering::Relaxed) { self.inbox().oldest() } else { None }
+        if self.waiting.load(Ordering::Relaxed) { self.lock_inbox().oldest_arrival() } else { None }
     }
 
     /// Hands waiting data that arrived before `end` to `deliver` until there are none or it returns
     /// `true` because it must stop. Returns whether it did.
     pub fn deliver_waiting(&self, end: u64, mut deliver: impl FnMut(&InboxItem) -> bool) -> bool {
         loop {
-            let mut inbox = self.inbox();
-            if inbox.oldest().is_some_and(|arrival| arrival >= end) {
+            let mut inbox = self.lock_inbox();
+            if inbox.oldest_arrival().is_some_and(|arrival| arrival >= end) {
                 return false;
             }
             let item = inbox.pop();

@@ -61,27 +61,27 @@ impl InputReader {
     }
 
     /// Reads for the life of the process.
-    pub fn run(self) {
+    pub fn read_links(self) {
         let mut last = None;
         let seed = self.participant().identity.instance ^ self.index as u64;
         let mut backoff = Backoff::new(RETRY.0, RETRY.1, seed);
         while !self.participant().lifecycle.has_left() {
             let start = Instant::now();
-            let reason = match self.connect() {
+            let reason = match self.open_link() {
                 Ok(dialled) => {
                     let reason = self.read_link(dialled, &mut last);
-                    self.input.lock().stream = None;
+                    self.input.lock_state().stream = None;
                     tracing::info!("link from {} closed: {reason}", self.settings.data);
                     reason
                 }
                 Err(reason) => {
-                    if self.input.lock().problem != reason {
+                    if self.input.lock_state().problem != reason {
                         tracing::warn!("no link from {} yet: {reason}", self.settings.data);
                     }
                     reason
                 }
             };
-            self.input.lock().problem = reason;
+            self.input.lock_state().problem = reason;
             if start.elapsed() > GOOD_LINK {
                 backoff.reset();
             }
@@ -90,7 +90,7 @@ impl InputReader {
     }
 
     /// Finds the provider and links to it.
-    fn connect(&self) -> Result<Dialled, String> {
+    fn open_link(&self) -> Result<Dialled, String> {
         let (input, settings) = (&self.input, &self.settings);
         let participant = self.participant();
         let answer = participant.directory().request_provider(&settings.data, &input.schema);
@@ -112,7 +112,7 @@ impl InputReader {
             .map_err(|error| error.to_string())?;
         input.check_type(&dialled.welcome)?;
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
-        let mut state = input.lock();
+        let mut state = input.lock_state();
         state.stream = Some(Arc::new(stream));
         state.connections += 1;
         state.quiet_beats = 0;
@@ -120,7 +120,7 @@ impl InputReader {
         drop(state);
         // The component may have been activated or frozen since the request was written.
         if participant.lifecycle.is_active() == paused {
-            input.pause(!paused);
+            input.set_paused(!paused);
         }
         Ok(dialled)
     }
@@ -138,11 +138,11 @@ impl InputReader {
             }
             self.runtime.after_release();
             self.input.listening.store(true, Ordering::Relaxed);
-            let received = receive(stream, reader, self.settings.wake, self.participant());
+            let received = receive_bytes(stream, reader, self.settings.wake, self.participant());
             self.input.listening.store(false, Ordering::Relaxed);
             match received {
                 // The service thread takes the stream of a link that it ends.
-                Ok(0) if self.input.lock().stream.is_none() => {
+                Ok(0) if self.input.lock_state().stream.is_none() => {
                     return "the publisher fell silent".into();
                 }
                 Ok(0) => return "the publisher closed it".into(),
@@ -243,7 +243,7 @@ impl InputReader {
         }
         // Left before waiting for room: only a thread inside the component makes room.
         *entered = None;
-        let mut inbox = input.inbox();
+        let mut inbox = input.lock_inbox();
         while inbox.is_full() && runtime.participant.lifecycle.is_active() {
             runtime.wake_main();
             input.room.wait_for(&mut inbox, ROOM_LOOK);
@@ -259,7 +259,7 @@ impl InputReader {
 }
 
 /// Waits for bytes: asleep in the kernel, or polling while the component is active.
-fn receive(
+fn receive_bytes(
     stream: &Stream,
     reader: &mut FrameReader,
     wake: Wake,
@@ -326,7 +326,7 @@ mod tests {
         let reader = reader();
         let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
         let full = InboxItem { arrival: 0, header, lost: 0, bytes: vec![0; 2 << 20] };
-        reader.input.inbox().push(full);
+        reader.input.lock_inbox().push(full);
         reader.input.waiting.store(true, Ordering::Relaxed);
         let (sender, entered) = channel();
         std::thread::scope(|scope| {

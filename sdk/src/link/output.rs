@@ -15,14 +15,14 @@ use armor_wire::schema;
 use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::publishing::{OutputState, Publish, encode_frame, offer_shared};
+use super::publishing::{OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
-use super::wire_out::LinkOut;
+use super::wire_out::OutgoingLink;
 
 /// How long a `keep="all"` sender waits for a subscriber that takes nothing at all.
 const ALL_DEADLINE: Duration = Duration::from_secs(10);
 
-/// What became of published data.
+/// The result of publishing data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
     /// Links it was given to.
@@ -52,12 +52,12 @@ impl OutputPort {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, OutputState> {
+    fn lock_state(&self) -> MutexGuard<'_, OutputState> {
         self.state.lock()
     }
 
     /// Whether a subscriber's request can be served.
-    pub fn accepts(&self, link: &LinkRequest, from: &str) -> Result<(), Refusal> {
+    pub fn check_request(&self, link: &LinkRequest, from: &str) -> Result<(), Refusal> {
         if link.schema_hash == 0 || link.schema_hash == self.schema_hash {
             return Ok(());
         }
@@ -70,14 +70,14 @@ impl OutputPort {
         Err(Refusal::new(RefusalCode::TypeMismatch, text))
     }
 
-    /// Adds a link after `welcome` has greeted its subscriber, so that whoever is welcomed misses
-    /// nothing from then on. A latched value is sent at once.
-    pub fn add<E>(
+    /// Adds a link after `welcome` has been sent on it, both under the lock: a welcomed subscriber misses
+    /// nothing that is published afterwards. A latched value is sent immediately.
+    pub fn add_link<E>(
         &self,
-        mut link: LinkOut,
+        mut link: OutgoingLink,
         welcome: impl FnOnce() -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut state = self.lock();
+        let mut state = self.lock_state();
         welcome()?;
         if !link.paused {
             state.offer_last(&mut link);
@@ -87,15 +87,19 @@ impl OutputPort {
     }
 
     /// Publishes `message`.
-    pub fn publish<T: Message>(&self, message: &T, how: &Publish<'_>) -> Result<Sent, EncodeError> {
-        let mut state = self.lock();
+    pub fn publish<T: Message>(
+        &self,
+        message: &T,
+        how: &PublishContext<'_>,
+    ) -> Result<Sent, EncodeError> {
+        let mut state = self.lock_state();
         let sequence = state.published;
         let header =
             DataHeader { sequence, stamp_s: how.stamp_s, instance: how.instance, fresh: false };
         if state.links.iter().any(|link| link.broken) {
-            state.bury();
+            state.remove_broken();
         }
-        let dropped = state.dropped();
+        let dropped = state.count_dropped();
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
             state.publish_shared(sequence, &frame, how);
@@ -103,16 +107,16 @@ impl OutputPort {
         } else if !state.links.is_empty() && !state.publish_small(message, header, how)? {
             state.publish_large(message, header, how)?;
         }
-        // Only now: a message that is refused leaves no gap.
+        // Counted only now: a message that cannot be encoded leaves no gap in the sequence.
         state.published += 1;
         let to = state.links.iter().filter(|link| !link.paused && !link.broken).count();
-        if state.links.iter().any(over_full) {
+        if state.links.iter().any(is_over_full) {
             state = self.wait_for_room(state);
         }
-        Ok(Sent { to, dropped: state.dropped() - dropped })
+        Ok(Sent { to, dropped: state.count_dropped() - dropped })
     }
 
-    /// Waits, as `keep="all"` asks, until the slow links have room; helps writing meanwhile.
+    /// Waits until the slow `keep="all"` links have room, and writes to them meanwhile.
     fn wait_for_room<'a>(
         &'a self,
         mut state: MutexGuard<'a, OutputState>,
@@ -121,13 +125,13 @@ impl OutputPort {
         loop {
             let before: usize = state.links.iter().map(|link| link.queue.len()).sum();
             for link in state.links.iter_mut().filter(|link| !link.queue.is_empty()) {
-                link.drain();
+                link.drain_queue();
             }
             let after: usize = state.links.iter().map(|link| link.queue.len()).sum();
             let full: Vec<_> = state
                 .links
                 .iter()
-                .filter(|l| over_full(l))
+                .filter(|l| is_over_full(l))
                 .map(|l| Arc::clone(&l.stream))
                 .collect();
             if full.is_empty() {
@@ -136,7 +140,7 @@ impl OutputPort {
             if after < before {
                 deadline = Instant::now() + ALL_DEADLINE;
             } else if Instant::now() >= deadline {
-                for link in state.links.iter_mut().filter(|link| over_full(link)) {
+                for link in state.links.iter_mut().filter(|link| is_over_full(link)) {
                     tracing::error!(
                         "`{}` has taken nothing of `{}` for {ALL_DEADLINE:?}; link closed",
                         link.to,
@@ -146,41 +150,41 @@ impl OutputPort {
                 }
                 return state;
             }
-            // Others may publish or close links meanwhile.
+            // Without the lock, so that other threads can publish or close links meanwhile.
             drop(state);
             let mut fds: Vec<_> = full.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
             let _ = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 20_000_000 }));
-            state = self.lock();
+            state = self.lock_state();
         }
     }
 
-    /// Writes what was gathered.
-    pub fn flush(&self) -> bool {
-        let mut state = self.lock();
+    /// Writes what waits on the links. Returns whether all of it is written.
+    pub fn flush_links(&self) -> bool {
+        let mut state = self.lock_state();
         let mut all = true;
         for link in state.links.iter_mut().filter(|link| !link.queue.is_empty()) {
-            all &= link.drain();
+            all &= link.drain_queue();
         }
         all
     }
 
     /// Streams the service thread should watch: the stream, and whether something waits on it.
-    pub fn streams(&self, out: &mut Vec<(Arc<armor_socket::Stream>, bool)>) {
-        let state = self.lock();
+    pub fn list_streams(&self, out: &mut Vec<(Arc<armor_socket::Stream>, bool)>) {
+        let state = self.lock_state();
         out.extend(state.links.iter().map(|l| (Arc::clone(&l.stream), !l.queue.is_empty())));
     }
 
     /// Reads, writes and beats on every link; called by the service thread.
-    pub fn serve(&self, now: Duration, beat: &[u8]) {
-        let mut state = self.lock();
+    pub fn serve_links(&self, now: Duration, beat: &[u8]) {
+        let mut state = self.lock_state();
         let OutputState { links, last, .. } = &mut *state;
         for link in links.iter_mut() {
-            let resumed = link.listen(now);
+            let resumed = link.read_signals(now);
             if resumed && let Some((sequence, frame)) = last {
                 offer_shared(link, *sequence, frame);
             }
             if !link.queue.is_empty() {
-                link.drain();
+                link.drain_queue();
             }
             if link.liveness.owes_beat(now) && link.queue.is_empty() && !link.broken {
                 let written = link.write(beat);
@@ -198,29 +202,29 @@ impl OutputPort {
                 link.break_off();
             }
         }
-        state.bury();
+        state.remove_broken();
     }
 
     /// Ends every link.
-    pub fn close(&self) {
-        let mut state = self.lock();
-        state.links.iter_mut().for_each(LinkOut::break_off);
-        state.bury();
+    pub fn close_links(&self) {
+        let mut state = self.lock_state();
+        state.links.iter_mut().for_each(OutgoingLink::break_off);
+        state.remove_broken();
     }
 
     pub fn status(&self) -> OutputStatus {
-        let state = self.lock();
+        let state = self.lock_state();
         OutputStatus {
             id: self.id.clone(),
             data: self.entry.data.clone(),
             type_name: self.entry.type_name.clone(),
             published: state.published,
-            links: state.links.iter().map(LinkOut::status).collect(),
+            links: state.links.iter().map(OutgoingLink::status).collect(),
         }
     }
 }
 
-fn over_full(link: &LinkOut) -> bool {
+fn is_over_full(link: &OutgoingLink) -> bool {
     link.keep == Keep::All
         && link.queue.is_congested()
         && link.queue.len() > ALL_LEN

@@ -1,5 +1,5 @@
-//! How one message is given to an output's links: encoded once, small ones from one buffer, latched
-//! ones from one shared frame, large ones straight from the message.
+//! Gives one message to the links of an output: encoded once, small ones from one buffer, latched ones
+//! from one shared frame, large ones directly from the message.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,29 +10,29 @@ use armor_wire::codec::{self, EncodeError};
 use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FLAG_FRESH};
 use armor_wire::message::Message;
 
-use super::stream::Stream;
-use super::wire_out::{LinkOut, Offered};
+use super::stream::FrameFanOut;
+use super::wire_out::{FLAGS_AT, OfferResult, OutgoingLink};
 
 /// A message with a piece longer than this is written piece by piece, without a copy.
 const DIRECT_LEN: usize = 16 << 10;
 
-/// What must be known of the caller to publish.
-pub(crate) struct Publish<'a> {
+/// The circumstances in which a message is published.
+pub(crate) struct PublishContext<'a> {
     pub stamp_s: f64,
     pub instance: u64,
     /// The running call of user code; 0 outside of one.
     pub call: u64,
     /// Set when frames were gathered and must be flushed after the call.
     pub gathered: &'a AtomicBool,
-    /// Tells the service thread to look at the links.
+    /// Wakes the service thread to look at the links.
     pub wake: &'a dyn Fn(),
 }
 
-/// What an output has published, and its links.
+/// The count, the last value and the links of an output.
 #[derive(Default)]
 pub(super) struct OutputState {
     pub(super) published: u64,
-    pub(super) links: Vec<LinkOut>,
+    pub(super) links: Vec<OutgoingLink>,
     pub(super) buffer: Vec<u8>,
     /// The last value of a latched output, as a frame.
     pub(super) last: Option<(u64, Arc<Vec<u8>>)>,
@@ -40,7 +40,7 @@ pub(super) struct OutputState {
     pub(super) dropped_before: u64,
 }
 
-pub(super) fn offer_shared(link: &mut LinkOut, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
+pub(super) fn offer_shared(link: &mut OutgoingLink, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
     if link.paused || link.broken || link.last_sequence == Some(sequence) {
         return false;
     }
@@ -52,14 +52,14 @@ pub(super) fn offer_shared(link: &mut LinkOut, sequence: u64, frame: &Arc<Vec<u8
     if written == frame.len() || link.broken {
         return false;
     }
-    link.queue.congest();
+    link.queue.set_congested();
     link.dropped += link.queue.push_shared(frame, written);
     true
 }
 
 fn marked_fresh(frame: &[u8]) -> Vec<u8> {
     let mut frame = frame.to_vec();
-    frame[5] |= FLAG_FRESH;
+    frame[FLAGS_AT] |= FLAG_FRESH;
     frame
 }
 
@@ -75,11 +75,11 @@ pub(super) fn encode_frame<T: Message>(
 }
 
 impl OutputState {
-    pub(super) fn dropped(&self) -> u64 {
+    pub(super) fn count_dropped(&self) -> u64 {
         self.dropped_before + self.links.iter().map(|link| link.dropped).sum::<u64>()
     }
 
-    pub(super) fn bury(&mut self) {
+    pub(super) fn remove_broken(&mut self) {
         let before = &mut self.dropped_before;
         self.links.retain(|link| {
             if link.broken {
@@ -89,7 +89,7 @@ impl OutputState {
         });
     }
 
-    pub(super) fn offer_last(&mut self, link: &mut LinkOut) {
+    pub(super) fn offer_last(&mut self, link: &mut OutgoingLink) {
         if let Some((sequence, frame)) = &self.last {
             offer_shared(link, *sequence, frame);
         }
@@ -99,7 +99,7 @@ impl OutputState {
         &mut self,
         sequence: u64,
         frame: &Arc<Vec<u8>>,
-        how: &Publish<'_>,
+        how: &PublishContext<'_>,
     ) {
         let mut queued = false;
         for link in &mut self.links {
@@ -115,11 +115,11 @@ impl OutputState {
         &mut self,
         message: &T,
         header: DataHeader,
-        how: &Publish<'_>,
+        how: &PublishContext<'_>,
     ) -> Result<bool, EncodeError> {
         self.buffer.clear();
         self.buffer.extend_from_slice(&[0; DATA_HEADER_LEN]);
-        let mut writer = Small { buffer: &mut self.buffer, large: false };
+        let mut writer = SmallMessageWriter { buffer: &mut self.buffer, large: false };
         let result = codec::write(message, &mut writer);
         if writer.large {
             return Ok(false);
@@ -129,10 +129,10 @@ impl OutputState {
         self.buffer[..DATA_HEADER_LEN].copy_from_slice(&header.to_bytes(len));
         let (mut gathered, mut queued) = (false, false);
         for link in &mut self.links {
-            match link.offer(&mut self.buffer, how.call) {
-                Offered::Gathered => gathered = true,
-                Offered::Queued(watch) => queued |= watch,
-                Offered::Sent | Offered::Skipped => {}
+            match link.offer_frame(&mut self.buffer, how.call) {
+                OfferResult::Gathered => gathered = true,
+                OfferResult::Queued(watch) => queued |= watch,
+                OfferResult::Sent | OfferResult::Skipped => {}
             }
         }
         let first = gathered && !how.gathered.load(Ordering::Relaxed);
@@ -142,12 +142,12 @@ impl OutputState {
         Ok(true)
     }
 
-    /// Writes straight from the message to every link that is free; the others queue one shared copy.
+    /// Writes directly from the message to every free link; the others queue one shared copy.
     pub(super) fn publish_large<T: Message>(
         &mut self,
         message: &T,
         header: DataHeader,
-        how: &Publish<'_>,
+        how: &PublishContext<'_>,
     ) -> Result<(), EncodeError> {
         let len = codec::encoded_len(message)?;
         let mut whole = None;
@@ -166,7 +166,8 @@ impl OutputState {
         for link in self.links.iter_mut().filter(|link| !link.paused && !link.broken) {
             link.sent += 1;
             let gathered = !link.queue.is_empty() && !link.queue.is_congested();
-            let is_free = (link.queue.is_empty() || (gathered && link.drain())) && !link.fresh;
+            let is_free =
+                (link.queue.is_empty() || (gathered && link.drain_queue())) && !link.fresh;
             if is_free {
                 free.push(link);
                 continue;
@@ -175,15 +176,15 @@ impl OutputState {
             let frame = frame(fresh)?;
             let written = if link.queue.is_empty() { link.write(&frame) } else { 0 };
             if written < frame.len() {
-                link.queue.congest();
+                link.queue.set_congested();
                 link.dropped += link.queue.push_shared(frame, written);
                 queued = true;
             }
         }
         if !free.is_empty() {
-            let mut stream = Stream::new(free, &header.to_bytes(len));
+            let mut stream = FrameFanOut::new(free, &header.to_bytes(len));
             codec::write(message, &mut stream)?;
-            for (link, tail) in stream.finish() {
+            for (link, tail) in stream.finish_frame() {
                 link.queue.push_tail(tail);
                 queued = true;
             }
@@ -195,13 +196,13 @@ impl OutputState {
     }
 }
 
-/// Takes small pieces; gives up at a large one.
-struct Small<'a> {
+/// Collects small pieces; fails at the first that makes the message a large one.
+struct SmallMessageWriter<'a> {
     buffer: &'a mut Vec<u8>,
     large: bool,
 }
 
-impl Writer for Small<'_> {
+impl Writer for SmallMessageWriter<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
         if self.buffer.len() + bytes.len() > DIRECT_LEN {
             self.large = true;

@@ -1,5 +1,5 @@
-//! What waits to be written to one link: gathered small frames, or what a slow subscriber has not
-//! taken yet. Pure: the socket is a function that takes bytes.
+//! The frames that wait to be written to one link: gathered small frames, or frames that a slow
+//! subscriber has not taken yet. Pure: the socket is a function that takes bytes.
 
 use std::collections::VecDeque;
 use std::io;
@@ -8,10 +8,10 @@ use std::sync::Arc;
 use armor_wire::frame::PREFIX_LEN;
 use armor_wire::keep::Keep;
 
-/// Gathered frames are written when this much has come together; one socket write of it costs little
-/// more than one of a single small frame.
+/// Gathered frames are written when they reach this length: one socket write of it costs little more
+/// than one of a single small frame.
 pub(crate) const GATHER_LEN: usize = 60 << 10;
-/// A `keep="all"` sender waits while more than this waits.
+/// A `keep="all"` sender waits while a queue is longer than this.
 pub(crate) const ALL_LEN: usize = 256 << 10;
 
 /// A buffer longer than this is given back instead of being kept for the next gathering.
@@ -34,7 +34,7 @@ impl Chunk {
 }
 
 /// The frames that wait on one link.
-pub(crate) struct Queue {
+pub(crate) struct LinkQueue {
     keep: Keep,
     chunks: VecDeque<(Chunk, u32)>,
     /// How much of the first chunk is written.
@@ -42,12 +42,12 @@ pub(crate) struct Queue {
     /// The first chunk is the rest of a frame that is partly written.
     starts_with_tail: bool,
     bytes: usize,
-    /// The socket has refused bytes; until it has taken all, frames wait and the policy holds.
+    /// The socket has refused bytes; until it has taken all, frames wait and the policy applies.
     congested: bool,
     spare: Vec<u8>,
 }
 
-impl Queue {
+impl LinkQueue {
     pub fn new(keep: Keep) -> Self {
         Self {
             keep,
@@ -75,7 +75,7 @@ impl Queue {
     }
 
     /// Frames that wait.
-    pub fn frames(&self) -> usize {
+    pub fn count_frames(&self) -> usize {
         self.chunks.iter().map(|(_, frames)| *frames as usize).sum()
     }
 
@@ -96,7 +96,7 @@ impl Queue {
         own.clear();
         own.extend_from_slice(frame);
         self.chunks.push_back((Chunk::Own(own), 1));
-        self.trim()
+        self.drop_oldest()
     }
 
     /// Adds a frame that other links share, of which `written` bytes are already out (the queue must
@@ -108,7 +108,7 @@ impl Queue {
         }
         self.congested |= written > 0;
         self.chunks.push_back((Chunk::Shared(frame), 1));
-        self.trim()
+        self.drop_oldest()
     }
 
     /// Adds the rest of a frame whose beginning is written already. The queue must be empty.
@@ -120,12 +120,12 @@ impl Queue {
     }
 
     /// The socket has refused bytes of a frame that is about to be pushed.
-    pub fn congest(&mut self) {
+    pub fn set_congested(&mut self) {
         self.congested = true;
     }
 
     /// Drops the oldest frames beyond what the policy keeps; never one that is partly written.
-    fn trim(&mut self) -> u64 {
+    fn drop_oldest(&mut self) -> u64 {
         let most = match self.keep {
             Keep::All => return 0,
             Keep::Latest => 1,
@@ -166,8 +166,8 @@ impl Queue {
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                     self.congested = true;
-                    self.split();
-                    return Ok(self.trim());
+                    self.split_chunks();
+                    return Ok(self.drop_oldest());
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
@@ -178,7 +178,7 @@ impl Queue {
     }
 
     /// Makes every chunk a single frame, so that single frames can be dropped.
-    fn split(&mut self) {
+    fn split_chunks(&mut self) {
         if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames == 1) {
             return;
         }
@@ -249,9 +249,9 @@ mod tests {
     }
 
     fn check(keep: Keep, steps: &[Step]) {
-        let mut queue = Queue::new(keep);
+        let mut queue = LinkQueue::new(keep);
         let (mut out, mut next, mut dropped) = (Vec::new(), 0u64, 0u64);
-        let mut drain = |queue: &mut Queue, mut room: usize| {
+        let mut drain = |queue: &mut LinkQueue, mut room: usize| {
             let taken = |bytes: &[u8]| {
                 let len = bytes.len().min(room);
                 room -= len;
@@ -274,7 +274,7 @@ mod tests {
             }
         }
         dropped += drain(&mut queue, usize::MAX);
-        assert_eq!((queue.is_empty(), queue.len(), queue.frames()), (true, 0, 0));
+        assert_eq!((queue.is_empty(), queue.len(), queue.count_frames()), (true, 0, 0));
         let sequences = sequences(&out);
         assert!(sequences.is_sorted_by(|a, b| a < b), "in order, each once: {sequences:?}");
         assert_eq!(sequences.len() as u64 + dropped, next, "what is not out is counted");
@@ -312,16 +312,16 @@ mod tests {
 
     #[test]
     fn a_slow_subscriber_keeps_the_newest() {
-        let mut queue = Queue::new(Keep::Last { count: 2 });
-        queue.congest();
+        let mut queue = LinkQueue::new(Keep::Last { count: 2 });
+        queue.set_congested();
         let dropped: u64 = (0..10).map(|sequence| queue.push(&frame(sequence, 10))).sum();
-        assert_eq!((dropped, queue.frames()), (8, 2));
+        assert_eq!((dropped, queue.count_frames()), (8, 2));
     }
 
     #[test]
     fn gathering_drops_nothing() {
-        let mut queue = Queue::new(Keep::Latest);
+        let mut queue = LinkQueue::new(Keep::Latest);
         let dropped: u64 = (0..100).map(|sequence| queue.push(&frame(sequence, 10))).sum();
-        assert_eq!((dropped, queue.frames()), (0, 100), "nobody is slow yet");
+        assert_eq!((dropped, queue.count_frames()), (0, 100), "no subscriber is slow yet");
     }
 }

@@ -1,5 +1,5 @@
-//! How a large message is written to several links at once without being copied first: bulk arrays
-//! go from the message to the sockets, piece by piece as it is encoded.
+//! Writes a large message to several links without copying it first: bulk arrays go from the message to
+//! the sockets, piece by piece, while it is encoded.
 
 use std::io::IoSlice;
 use std::sync::Arc;
@@ -11,44 +11,45 @@ use armor_wire::bincode::enc::write::Writer;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::queue::GATHER_LEN;
-use super::wire_out::LinkOut;
+use super::wire_out::OutgoingLink;
 
 /// Pieces from this size on are not copied together.
 const BULK_LEN: usize = 4 << 10;
-/// How long a sender helps a piece along that a subscriber does not take. A subscriber that takes
-/// nothing costs this once; what it has not taken then waits in its queue.
+/// How long a sender waits for a subscriber to take a piece. A subscriber that takes nothing costs this
+/// time once per message; the rest of the frame then waits in its queue.
 const PATIENCE: Duration = Duration::from_micros(250);
 
 /// One large frame on its way to several links.
-pub(crate) struct Stream<'a> {
-    links: Vec<Streamed<'a>>,
+pub(crate) struct FrameFanOut<'a> {
+    links: Vec<FanOutLink<'a>>,
     small: Vec<u8>,
 }
 
-struct Streamed<'a> {
-    link: &'a mut LinkOut,
+struct FanOutLink<'a> {
+    link: &'a mut OutgoingLink,
     /// How much of the current piece is written.
     written: usize,
-    /// What the link has not taken of the frame so far; from then on everything goes there.
+    /// The part of the frame that the link has not taken; once it is not empty, all later pieces go
+    /// there.
     tail: Vec<u8>,
 }
 
-impl<'a> Stream<'a> {
+impl<'a> FrameFanOut<'a> {
     /// Begins a frame with `header`.
-    pub fn new(links: Vec<&'a mut LinkOut>, header: &[u8]) -> Self {
-        let begin = |link| Streamed { link, written: 0, tail: Vec::new() };
+    pub fn new(links: Vec<&'a mut OutgoingLink>, header: &[u8]) -> Self {
+        let begin = |link| FanOutLink { link, written: 0, tail: Vec::new() };
         Self { links: links.into_iter().map(begin).collect(), small: header.to_vec() }
     }
 
     /// Writes the rest. Returns the links that could not take the whole frame, with what is left.
-    pub fn finish(mut self) -> impl Iterator<Item = (&'a mut LinkOut, Vec<u8>)> {
-        self.hand_over(&[]);
-        let behind = |s: &Streamed<'_>| !s.tail.is_empty() && !s.link.broken;
+    pub fn finish_frame(mut self) -> impl Iterator<Item = (&'a mut OutgoingLink, Vec<u8>)> {
+        self.write_piece(&[]);
+        let behind = |s: &FanOutLink<'_>| !s.tail.is_empty() && !s.link.broken;
         self.links.into_iter().filter(behind).map(|streamed| (streamed.link, streamed.tail))
     }
 
     /// Gives a piece, the copied-together bytes and then `bulk`, to every link.
-    fn hand_over(&mut self, bulk: &[u8]) {
+    fn write_piece(&mut self, bulk: &[u8]) {
         let small = std::mem::take(&mut self.small);
         let mut last_progress = Instant::now();
         loop {
@@ -82,14 +83,14 @@ impl<'a> Stream<'a> {
     }
 }
 
-impl Streamed<'_> {
-    /// Writes what the link takes of the piece; whether that was anything.
+impl FanOutLink<'_> {
+    /// Writes as much of the piece as the link takes. Returns whether it took any.
     fn write(&mut self, small: &[u8], bulk: &[u8]) -> bool {
         let before = self.written;
         while self.written < small.len() + bulk.len() && !self.link.broken {
             let len = match self.written.checked_sub(small.len()) {
                 Some(from) => self.link.write(&bulk[from..]),
-                None => self.write_both(&small[self.written..], bulk),
+                None => self.write_vectored(&small[self.written..], bulk),
             };
             if len == 0 {
                 break;
@@ -99,7 +100,7 @@ impl Streamed<'_> {
         self.written > before
     }
 
-    fn write_both(&mut self, small: &[u8], bulk: &[u8]) -> usize {
+    fn write_vectored(&mut self, small: &[u8], bulk: &[u8]) -> usize {
         let pieces = [IoSlice::new(small), IoSlice::new(bulk)];
         match self.link.stream.try_send_vectored(&pieces) {
             Ok(len) => len,
@@ -111,7 +112,7 @@ impl Streamed<'_> {
         }
     }
 
-    /// Ends the piece: what the link has not taken of it goes to its tail.
+    /// Ends the piece: the part that the link has not taken goes to its tail.
     fn keep_rest(&mut self, small: &[u8], bulk: &[u8]) {
         let from = std::mem::take(&mut self.written);
         if from < small.len() + bulk.len() {
@@ -121,15 +122,15 @@ impl Streamed<'_> {
     }
 }
 
-impl Writer for Stream<'_> {
+impl Writer for FrameFanOut<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
         if bytes.len() < BULK_LEN {
             self.small.extend_from_slice(bytes);
             if self.small.len() >= GATHER_LEN {
-                self.hand_over(&[]);
+                self.write_piece(&[]);
             }
         } else {
-            self.hand_over(bytes);
+            self.write_piece(bytes);
         }
         Ok(())
     }

@@ -10,20 +10,23 @@ use armor_wire::frame::{FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 
-use super::queue::{GATHER_LEN, Queue};
-use crate::faults::{Fault, Faults};
+use super::queue::{GATHER_LEN, LinkQueue};
+use crate::faults::{PeerFault, PeerFaultLog};
+
+/// Position of the flags in a frame (docs/protocol.md, Frames).
+pub(super) const FLAGS_AT: usize = 5;
 
 /// The publisher's end of a link.
-pub(crate) struct LinkOut {
+pub(crate) struct OutgoingLink {
     pub stream: Arc<Stream>,
     pub to: String,
-    pub faults: Arc<Faults>,
+    pub faults: Arc<PeerFaultLog>,
     pub keep: Keep,
-    pub queue: Queue,
+    pub queue: LinkQueue,
     pub reader: FrameReader,
     pub liveness: Liveness,
     pub paused: bool,
-    /// The next frame does not follow the one before it, and that is meant.
+    /// The next frame does not follow the previous one, which is intended: it is marked as fresh.
     pub fresh: bool,
     /// The call of user code in which this link was last written to; later data of the same call
     /// are gathered.
@@ -35,18 +38,18 @@ pub(crate) struct LinkOut {
     pub broken: bool,
 }
 
-/// What became of one frame on one link.
+/// The result of offering one frame to one link.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Offered {
+pub(crate) enum OfferResult {
     Sent,
-    /// It waits; `true` if the service thread must be told to watch the socket.
+    /// It waits; `true` if the service thread must be woken to watch the socket.
     Queued(bool),
     Gathered,
     Skipped,
 }
 
-impl LinkOut {
-    /// Writes what is there without waiting. A failure breaks the link.
+impl OutgoingLink {
+    /// Writes without waiting. Returns how many bytes the socket has taken. A failure breaks the link.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         match self.stream.try_send(bytes) {
             Ok(len) => len,
@@ -64,48 +67,48 @@ impl LinkOut {
     }
 
     /// Sends, gathers or queues a small frame.
-    pub fn offer(&mut self, frame: &mut [u8], call: u64) -> Offered {
+    pub fn offer_frame(&mut self, frame: &mut [u8], call: u64) -> OfferResult {
         if self.paused || self.broken {
-            return Offered::Skipped;
+            return OfferResult::Skipped;
         }
         self.sent += 1;
         if std::mem::take(&mut self.fresh) {
-            frame[5] |= FLAG_FRESH;
+            frame[FLAGS_AT] |= FLAG_FRESH;
             let offered = self.offer_marked(frame, call);
-            frame[5] &= !FLAG_FRESH;
+            frame[FLAGS_AT] &= !FLAG_FRESH;
             return offered;
         }
         self.offer_marked(frame, call)
     }
 
-    fn offer_marked(&mut self, frame: &[u8], call: u64) -> Offered {
+    fn offer_marked(&mut self, frame: &[u8], call: u64) -> OfferResult {
         if !self.queue.is_empty() {
             self.dropped += self.queue.push(frame);
             if self.queue.is_congested() || self.queue.len() < GATHER_LEN {
                 return if self.queue.is_congested() {
-                    Offered::Queued(false)
+                    OfferResult::Queued(false)
                 } else {
-                    Offered::Gathered
+                    OfferResult::Gathered
                 };
             }
-            return if self.drain() { Offered::Sent } else { Offered::Queued(true) };
+            return if self.drain_queue() { OfferResult::Sent } else { OfferResult::Queued(true) };
         }
         if call != 0 && self.last_call == call {
             self.dropped += self.queue.push(frame);
-            return Offered::Gathered;
+            return OfferResult::Gathered;
         }
         self.last_call = call;
         let written = self.write(frame);
         if written == frame.len() || self.broken {
-            return Offered::Sent;
+            return OfferResult::Sent;
         }
-        self.queue.congest();
+        self.queue.set_congested();
         self.dropped += self.queue.push_shared(Arc::new(frame.to_vec()), written);
-        Offered::Queued(true)
+        OfferResult::Queued(true)
     }
 
-    /// Writes what waits; whether all of it is out.
-    pub fn drain(&mut self) -> bool {
+    /// Writes what waits. Returns whether all of it is written.
+    pub fn drain_queue(&mut self) -> bool {
         let stream = Arc::clone(&self.stream);
         match self.queue.drain(|bytes| stream.try_send(bytes)) {
             Ok(dropped) => self.dropped += dropped,
@@ -120,13 +123,13 @@ impl LinkOut {
             keep: self.keep,
             sent: self.sent - self.dropped,
             dropped: self.dropped,
-            queued: self.queue.frames() as u64,
+            queued: self.queue.count_frames() as u64,
             paused: self.paused,
         }
     }
 
-    /// Takes in what the subscriber says. Whether it has just resumed.
-    pub fn listen(&mut self, now: Duration) -> bool {
+    /// Reads the subscriber's signals. Returns whether it has just resumed.
+    pub fn read_signals(&mut self, now: Duration) -> bool {
         let mut resumed = false;
         match self.stream.try_receive(self.reader.space()) {
             Ok(0) => self.break_off(),
@@ -150,7 +153,7 @@ impl LinkOut {
                 Ok(Some(_)) | Err(_) => {
                     let why = format!("`{}` sends what a subscriber does not send", self.to);
                     let peer = self.stream.peer_address().ok().map(|peer| peer.ip());
-                    self.faults.report(peer, Fault::NotASubscriber, why);
+                    self.faults.log_once(peer, PeerFault::NotASubscriber, why);
                     self.break_off();
                     return false;
                 }

@@ -71,7 +71,7 @@ pub struct Path {
     pub poses: Vec<PoseStamped>,
 }
 
-/// How well mapping and localising go, once per scan (our own; ROS has no such message).
+/// Quality of mapping and localising, once per scan (our own; ROS has no such message).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct SlamDiagnostics {
@@ -93,7 +93,7 @@ pub struct SlamDiagnostics {
     pub dropped: u64,
 }
 
-/// Where the robot has got to and how fast it is, as its own motion tells.
+/// The robot's pose and velocity, estimated from its own motion.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Odometry {

@@ -1,4 +1,4 @@
-//! What sensors give (`sensor_msgs`).
+//! Measurements of sensors (`sensor_msgs`).
 
 use armor_wire::{Array, Message};
 
@@ -80,7 +80,7 @@ pub struct CompressedImage {
     pub data: Array<u8>,
 }
 
-/// What an inertial measurement unit gives.
+/// A measurement of an inertial measurement unit.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Imu {
@@ -93,12 +93,12 @@ pub struct Imu {
     pub orientation: Quaternion,
     /// Row-major 3x3 about x, y, z.
     pub orientation_covariance: [f64; 9],
-    /// How fast it turns.
+    /// Angular velocity.
     #[message(unit = "rad/s")]
     pub angular_velocity: Vector3,
     /// Row-major 3x3 about x, y, z.
     pub angular_velocity_covariance: [f64; 9],
-    /// How it accelerates, gravity included.
+    /// Linear acceleration, gravity included.
     #[message(unit = "m/s2")]
     pub linear_acceleration: Vector3,
     /// Row-major 3x3 along x, y, z.
@@ -171,7 +171,7 @@ pub struct NavSatFix {
     pub position_covariance_type: u8,
 }
 
-/// What the power supply is doing.
+/// State of the power supply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub enum PowerSupplyStatus {
@@ -206,18 +206,18 @@ pub struct BatteryState {
     /// Current; negative when discharging.
     #[message(unit = "A")]
     pub current: f32,
-    /// Charge it holds now.
+    /// Current charge.
     #[message(unit = "Ah")]
     pub charge: f32,
-    /// Charge it held when last full.
+    /// Charge when last full.
     #[message(unit = "Ah")]
     pub capacity: f32,
-    /// Charge it was made for.
+    /// Charge by design.
     #[message(unit = "Ah")]
     pub design_capacity: f32,
     /// 0..=1.
     pub percentage: f32,
-    /// What it is doing.
+    /// State of the power supply.
     pub power_supply_status: PowerSupplyStatus,
     /// Whether there is one.
     pub present: bool,

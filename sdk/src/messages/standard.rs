@@ -43,9 +43,9 @@ pub struct Log {
     pub stamp: f64,
     /// 10 debug, 20 info, 30 warning, 40 error, 50 fatal.
     pub level: u8,
-    /// Who says it.
+    /// The process that logs it.
     pub name: String,
-    /// What is said.
+    /// The text.
     pub msg: String,
     /// Source file.
     pub file: String,

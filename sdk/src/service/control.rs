@@ -1,4 +1,5 @@
-//! Control connections: the executive's orders, the launcher's, and observers' questions.
+//! Control connections: orders of the executive, of the launcher and of operators, and questions of
+//! observers.
 
 use std::io;
 use std::sync::Arc;
@@ -11,8 +12,8 @@ use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
 
-use super::handshake::Admitted;
-use crate::faults::Fault;
+use super::handshake::AdmittedControl;
+use crate::faults::PeerFault;
 use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::orders::GivenOrder;
 use crate::participant::Participant;
@@ -23,7 +24,7 @@ const MAX_CONNECTIONS: usize = 64;
 /// Unsent bytes after which an observer that does not read is cut off.
 const MAX_UNSENT_LEN: usize = 4 << 20;
 
-struct Connection {
+struct ControlPeer {
     stream: Stream,
     reader: FrameReader,
     /// Counted in this process, for the answers to orders.
@@ -36,19 +37,19 @@ struct Connection {
     /// Reports up to this number were sent on this connection.
     reported: u64,
     broken: bool,
-    /// It sends what is no command.
+    /// It has sent something that is not a command.
     babbles: bool,
 }
 
 pub(super) struct ControlServer {
     participant: Arc<Participant>,
-    connections: Vec<Connection>,
-    /// The connections there have been.
+    connections: Vec<ControlPeer>,
+    /// The connections so far; the next one's id.
     count: u64,
     /// The state that all connections have been sent.
     sent_state: EnteredState,
     last_beat: Instant,
-    /// The call that ran at the last beat, and since when it has been seen running.
+    /// The call that ran at the last beat, and when it was first seen.
     call: Option<(u64, Instant)>,
 }
 
@@ -59,26 +60,26 @@ impl ControlServer {
         Self { participant, connections, count: 0, sent_state, last_beat, call: None }
     }
 
-    pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
+    pub fn add_poll_fds<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
         fds.extend(
             self.connections.iter().map(|c| super::watched(&c.stream, !c.unsent.is_empty())),
         );
     }
 
-    pub fn add(&mut self, admitted: Admitted) {
+    pub fn add_peer(&mut self, admitted: AdmittedControl) {
         if self.connections.len() >= MAX_CONNECTIONS {
             let why = format!("{MAX_CONNECTIONS} control connections are open");
-            report_fault(&self.participant, &admitted.stream, Fault::Crowded, &why);
+            report_fault(&self.participant, &admitted.stream, PeerFault::Crowded, &why);
             return;
         }
-        let Admitted { stream, reader, role, from, instance } = admitted;
+        let AdmittedControl { stream, reader, role, from, instance } = admitted;
         if role == Role::Executive {
-            // Only one commands; the newest is the one that lives.
+            // Only one executive commands; an older connection belongs to one that has died.
             self.connections.retain(|connection| connection.role != Role::Executive);
         }
         let liveness = Liveness::new(self.participant.clock.monotonic());
         self.count += 1;
-        let mut connection = Connection {
+        let mut connection = ControlPeer {
             stream,
             reader,
             id: self.count,
@@ -92,7 +93,7 @@ impl ControlServer {
             babbles: false,
         };
         // States entered since then follow.
-        connection.queue(&self.state_answer(self.sent_state));
+        connection.queue_answer(&self.state_answer(self.sent_state));
         self.connections.push(connection);
     }
 
@@ -104,20 +105,20 @@ impl ControlServer {
         }
     }
 
-    pub fn serve(&mut self) {
+    pub fn serve_peers(&mut self) {
         let now = self.participant.clock.monotonic();
         for index in 0..self.connections.len() {
-            let commands = self.connections[index].listen(now);
+            let commands = self.connections[index].read_commands(now);
             if self.connections[index].babbles {
                 let connection = &self.connections[index];
                 let why = format!("`{}` does not speak the control protocol", connection.from);
-                report_fault(&self.participant, &connection.stream, Fault::NoCommand, &why);
+                report_fault(&self.participant, &connection.stream, PeerFault::NoCommand, &why);
             }
             for command in commands {
-                self.obey(index, command);
+                self.obey_command(index, command);
             }
         }
-        // Taken before the reports, so that no state overtakes the report that led to it.
+        // Taken before the reports are sent, so that no state overtakes the report that led to it.
         let unsent = self.participant.lifecycle.take_unsent();
         self.send_reports();
         for entered in unsent {
@@ -125,23 +126,23 @@ impl ControlServer {
             let answer = self.state_answer(entered);
             self.queue_for_all(&answer);
         }
-        while let Some((id, answer)) = self.participant.operator_orders.next_answer() {
+        while let Some((id, answer)) = self.participant.operator_orders.take_answer() {
             if let Some(connection) = self.connections.iter_mut().find(|c| c.id == id) {
-                connection.queue(&answer);
+                connection.queue_answer(&answer);
             }
         }
-        self.beat();
+        self.send_beats();
         for connection in &mut self.connections {
-            connection.flush();
+            connection.flush_unsent();
             connection.broken |= connection.liveness.is_silent(now);
             if connection.broken && connection.role == Role::Operator {
-                self.participant.operator_orders.closed(connection.id);
+                self.participant.operator_orders.report_closed(connection.id);
             }
         }
         self.connections.retain(|connection| !connection.broken);
     }
 
-    fn obey(&mut self, index: usize, command: Command) {
+    fn obey_command(&mut self, index: usize, command: Command) {
         let connection = &mut self.connections[index];
         match (command, connection.role) {
             (Command::Activate { activation, parameters }, Role::Executive) => {
@@ -149,46 +150,46 @@ impl ControlServer {
                     let order = ActivationOrder { activation, parameters };
                     self.participant.lifecycle.push_order(LifecycleOrder::Activate(order));
                 } else {
-                    self.confirm(index);
+                    self.confirm_state(index);
                 }
             }
             (Command::Freeze { activation }, Role::Executive) => {
                 if self.participant.lifecycle.is_controllable() {
                     self.participant.lifecycle.push_order(LifecycleOrder::Freeze(activation));
                 } else {
-                    self.confirm(index);
+                    self.confirm_state(index);
                 }
             }
             (Command::Terminate, Role::Executive | Role::Launcher) => {
                 self.participant.lifecycle.request_end();
             }
             (Command::Acknowledge { report }, Role::Executive) => {
-                self.participant.reports.acknowledge(report);
+                self.participant.reports.remove_acknowledged(report);
             }
             (Command::Status { request }, _) => {
-                let status = self.participant.status();
-                connection.queue(&Answer::Status { request, status });
+                let status = self.participant.compose_status();
+                connection.queue_answer(&Answer::Status { request, status });
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
                 let (from, instance) = (connection.from.clone(), connection.instance);
                 let connection = connection.id;
                 let given = GivenOrder { connection, from, instance, request, author, take, order };
-                if let Some(answer) = self.participant.operator_orders.give(given) {
-                    self.connections[index].queue(&answer);
+                if let Some(answer) = self.participant.operator_orders.submit_order(given) {
+                    self.connections[index].queue_answer(&answer);
                 }
             }
             (Command::Beat, _) => {}
             (command, role) => {
                 connection.broken = true;
                 let why = format!("`{}`, an {role:?}, may not order {command:?}", connection.from);
-                report_fault(&self.participant, &connection.stream, Fault::NotAllowed, &why);
+                report_fault(&self.participant, &connection.stream, PeerFault::NotAllowed, &why);
             }
         }
     }
 
-    fn confirm(&mut self, index: usize) {
+    fn confirm_state(&mut self, index: usize) {
         let answer = self.state_answer(self.participant.lifecycle.state());
-        self.connections[index].queue(&answer);
+        self.connections[index].queue_answer(&answer);
     }
 
     /// Reports go before the state they led to, so that `done` is known when `Done` is seen.
@@ -198,14 +199,14 @@ impl ControlServer {
             return;
         };
         for PendingReport { number, activation, outcome } in
-            self.participant.reports.after(executive.reported)
+            self.participant.reports.list_after(executive.reported)
         {
             executive.reported = number;
-            executive.queue(&Answer::Report { report: number, activation, outcome });
+            executive.queue_answer(&Answer::Report { report: number, activation, outcome });
         }
     }
 
-    fn beat(&mut self) {
+    fn send_beats(&mut self) {
         if self.last_beat.elapsed() < BEAT {
             return;
         }
@@ -221,25 +222,25 @@ impl ControlServer {
 
     fn queue_for_all(&mut self, answer: &Answer) {
         for connection in &mut self.connections {
-            connection.queue(answer);
+            connection.queue_answer(answer);
         }
     }
 }
 
-fn report_fault(participant: &Participant, stream: &Stream, fault: Fault, why: &str) {
+fn report_fault(participant: &Participant, stream: &Stream, fault: PeerFault, why: &str) {
     let peer = stream.peer_address().ok().map(|peer| peer.ip());
-    participant.faults.report(peer, fault, why);
+    participant.faults.log_once(peer, fault, why);
 }
 
-impl Connection {
-    fn queue(&mut self, answer: &Answer) {
+impl ControlPeer {
+    fn queue_answer(&mut self, answer: &Answer) {
         if let Err(error) = frame::append(FrameKind::Control, answer, &mut self.unsent) {
             tracing::error!("an answer to `{}` is too long: {error}", self.from);
         }
         self.broken |= self.unsent.len() > MAX_UNSENT_LEN;
     }
 
-    fn flush(&mut self) {
+    fn flush_unsent(&mut self) {
         while !self.unsent.is_empty() && !self.broken {
             match self.stream.try_send(&self.unsent) {
                 Ok(len) => {
@@ -252,7 +253,7 @@ impl Connection {
         }
     }
 
-    fn listen(&mut self, now: Duration) -> Vec<Command> {
+    fn read_commands(&mut self, now: Duration) -> Vec<Command> {
         let mut commands = Vec::new();
         match self.stream.try_receive(self.reader.space()) {
             Ok(0) => self.broken = true,

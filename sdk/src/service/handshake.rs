@@ -1,5 +1,5 @@
-//! New connections, until it is known what they are for. A stranger gets two seconds, 64 KiB, and one
-//! line in the log.
+//! New connections, until their purpose is known. A stranger gets two seconds, 64 KiB, and one line in
+//! the log.
 
 use std::io::Write;
 use std::net::SocketAddr;
@@ -17,9 +17,9 @@ use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 use rustix::event::PollFd;
 
-use crate::faults::Fault;
-use crate::link::queue::Queue;
-use crate::link::wire_out::LinkOut;
+use crate::faults::PeerFault;
+use crate::link::queue::LinkQueue;
+use crate::link::wire_out::OutgoingLink;
 use crate::participant::Participant;
 
 /// How long a handshake may take.
@@ -27,7 +27,7 @@ const LIMIT: Duration = Duration::from_secs(2);
 /// Most unfinished handshakes; one more closes the oldest.
 const MAX_PENDING: usize = 64;
 
-struct Pending {
+struct PendingHandshake {
     stream: Stream,
     peer: SocketAddr,
     reader: FrameReader,
@@ -35,7 +35,7 @@ struct Pending {
 }
 
 /// A control connection that has been welcomed.
-pub(super) struct Admitted {
+pub(super) struct AdmittedControl {
     pub stream: Stream,
     pub reader: FrameReader,
     pub role: Role,
@@ -46,12 +46,12 @@ pub(super) struct Admitted {
 
 pub(super) struct Handshakes {
     participant: Arc<Participant>,
-    pending: Vec<Pending>,
+    pending: Vec<PendingHandshake>,
 }
 
-enum Progress {
+enum HandshakeStep {
     Wait,
-    Close(Fault, String),
+    Close(PeerFault, String),
     Hello(Box<Hello>),
     Refuse(Refusal),
 }
@@ -61,61 +61,61 @@ impl Handshakes {
         Self { participant, pending: Vec::new() }
     }
 
-    pub fn watch<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
+    pub fn add_poll_fds<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
         fds.extend(self.pending.iter().map(|pending| super::watched(&pending.stream, false)));
     }
 
-    pub fn add(&mut self, stream: Stream) {
+    pub fn add_connection(&mut self, stream: Stream) {
         // A peer that has gone already needs no answer.
         let Ok(peer) = stream.peer_address() else { return };
         if self.pending.len() >= MAX_PENDING {
             // The oldest has had its chance.
             let oldest = self.pending.remove(0);
-            self.log(oldest.peer, Fault::Crowded, "too many unfinished handshakes");
+            self.log_fault(oldest.peer, PeerFault::Crowded, "too many unfinished handshakes");
         }
         if stream.set_nonblocking(true).is_ok() {
             let reader = FrameReader::with_limit(MAX_HELLO_LEN);
-            self.pending.push(Pending { stream, peer, reader, since: Instant::now() });
+            self.pending.push(PendingHandshake { stream, peer, reader, since: Instant::now() });
         }
     }
 
     /// Reads what has arrived; links are added to their outputs, control connections returned.
-    pub fn serve(&mut self) -> Vec<Admitted> {
+    pub fn serve_pending(&mut self) -> Vec<AdmittedControl> {
         let mut admitted = Vec::new();
         for mut pending in std::mem::take(&mut self.pending) {
-            match pending.progress() {
-                Progress::Wait => self.pending.push(pending),
-                Progress::Close(fault, reason) => self.log(pending.peer, fault, &reason),
-                Progress::Refuse(refusal) => self.refuse(pending, &refusal),
-                Progress::Hello(hello) => match self.admit(*hello, &pending) {
+            match pending.read_hello() {
+                HandshakeStep::Wait => self.pending.push(pending),
+                HandshakeStep::Close(fault, reason) => self.log_fault(pending.peer, fault, &reason),
+                HandshakeStep::Refuse(refusal) => self.send_refusal(pending, &refusal),
+                HandshakeStep::Hello(hello) => match self.admit_peer(*hello, &pending) {
                     Ok(Some((role, from, instance))) => {
-                        let Pending { stream, mut reader, peer, .. } = pending;
+                        let PendingHandshake { stream, mut reader, peer, .. } = pending;
                         reader.lift_limit();
                         let from = if peer.ip().is_loopback() {
                             from
                         } else {
                             format!("{from} at {}", peer.ip())
                         };
-                        admitted.push(Admitted { stream, reader, role, from, instance });
+                        admitted.push(AdmittedControl { stream, reader, role, from, instance });
                     }
                     Ok(None) => {}
-                    Err(refusal) => self.refuse(pending, &refusal),
+                    Err(refusal) => self.send_refusal(pending, &refusal),
                 },
             }
         }
         admitted
     }
 
-    fn admit(
+    fn admit_peer(
         &self,
         hello: Hello,
-        pending: &Pending,
+        pending: &PendingHandshake,
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
         match hello.purpose {
             Purpose::Link { link } => self.admit_link(&link, &hello.from, stream).map(|()| None),
             Purpose::Control { role } => {
-                self.welcome(stream, String::new(), false)?;
+                self.send_welcome(stream, String::new(), false)?;
                 Ok(Some((role, hello.from, hello.instance)))
             }
             Purpose::Registry { .. } | Purpose::Config => {
@@ -146,17 +146,17 @@ impl Handshakes {
                 );
                 Refusal::new(RefusalCode::UnknownData, text)
             })?;
-        output.accepts(link, from)?;
+        output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
         let keep = if link.keep == (Keep::Last { count: 0 }) { Keep::Latest } else { link.keep };
-        let added = LinkOut {
+        let added = OutgoingLink {
             stream: Arc::new(copy),
             to: from.into(),
             faults: Arc::clone(&self.participant.faults),
             keep,
-            queue: Queue::new(keep),
-            // A subscriber says nothing but beats, pause and resume, which have no body.
+            queue: LinkQueue::new(keep),
+            // A subscriber sends only beats, pause and resume, which have no body.
             reader: FrameReader::with_limit(0),
             liveness: Liveness::new(self.participant.clock.monotonic()),
             paused: link.paused,
@@ -167,10 +167,15 @@ impl Handshakes {
             last_sequence: None,
             broken: false,
         };
-        output.add(added, || self.welcome(stream, output.entry.schema.clone(), true))
+        output.add_link(added, || self.send_welcome(stream, output.entry.schema.clone(), true))
     }
 
-    fn welcome(&self, mut stream: &Stream, schema: String, is_link: bool) -> Result<(), Refusal> {
+    fn send_welcome(
+        &self,
+        mut stream: &Stream,
+        schema: String,
+        is_link: bool,
+    ) -> Result<(), Refusal> {
         let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
         let welcome = Welcome {
             name: self.participant.identity.name.clone(),
@@ -179,7 +184,7 @@ impl Handshakes {
         };
         let bytes =
             frame::to_bytes(FrameKind::Welcome, &welcome).map_err(|e| failed(e.to_string()))?;
-        // A blocking socket from here on; every later write says for itself that it does not wait.
+        // A blocking socket from here on; every later write has its own flag not to wait.
         stream.set_nonblocking(false).map_err(|e| failed(e.to_string()))?;
         armor_socket::tune(stream).map_err(|e| failed(e.to_string()))?;
         if is_link {
@@ -188,40 +193,46 @@ impl Handshakes {
         stream.write_all(&bytes).map_err(|e| failed(e.to_string()))
     }
 
-    fn refuse(&self, pending: Pending, refusal: &Refusal) {
-        self.log(pending.peer, refusal.code.into(), &refusal.text);
+    fn send_refusal(&self, pending: PendingHandshake, refusal: &Refusal) {
+        self.log_fault(pending.peer, refusal.code.into(), &refusal.text);
         if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, refusal) {
             let _ = (&pending.stream).write(&bytes);
         }
     }
 
-    fn log(&self, peer: SocketAddr, fault: Fault, why: &str) {
-        self.participant.faults.report(Some(peer.ip()), fault, why);
+    fn log_fault(&self, peer: SocketAddr, fault: PeerFault, why: &str) {
+        self.participant.faults.log_once(Some(peer.ip()), fault, why);
     }
 }
 
-impl Pending {
-    fn progress(&mut self) -> Progress {
+impl PendingHandshake {
+    fn read_hello(&mut self) -> HandshakeStep {
         match self.stream.try_receive(self.reader.space()) {
             Ok(0) => {
-                return Progress::Close(Fault::Left, "it left during the handshake".into());
+                return HandshakeStep::Close(
+                    PeerFault::Left,
+                    "it left during the handshake".into(),
+                );
             }
             Ok(len) => self.reader.filled(len),
             Err(error) if is_temporary(&error) => {}
-            Err(error) => return Progress::Close(Fault::Left, error.to_string()),
+            Err(error) => return HandshakeStep::Close(PeerFault::Left, error.to_string()),
         }
         let frame = match self.reader.next_frame() {
             Ok(Some(frame)) => frame,
             Ok(None) if self.since.elapsed() >= LIMIT => {
-                return Progress::Close(Fault::Slow, format!("no handshake within {LIMIT:?}"));
+                return HandshakeStep::Close(
+                    PeerFault::Slow,
+                    format!("no handshake within {LIMIT:?}"),
+                );
             }
-            Ok(None) => return Progress::Wait,
-            Err(error) => return Progress::Close(Fault::from(&error), error.to_string()),
+            Ok(None) => return HandshakeStep::Wait,
+            Err(error) => return HandshakeStep::Close(PeerFault::from(&error), error.to_string()),
         };
         match Hello::read(&frame) {
-            Ok(hello) => Progress::Hello(Box::new(hello)),
-            Err(HandshakeError::Refused(refusal)) => Progress::Refuse(refusal),
-            Err(error) => Progress::Close(Fault::from(&error), error.to_string()),
+            Ok(hello) => HandshakeStep::Hello(Box::new(hello)),
+            Err(HandshakeError::Refused(refusal)) => HandshakeStep::Refuse(refusal),
+            Err(error) => HandshakeStep::Close(PeerFault::from(&error), error.to_string()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A registry, components in threads, and a way to look at them.
+//! A registry, components in threads, and functions to observe them.
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -18,9 +18,9 @@ pub const DEADLINE: Duration = Duration::from_secs(20);
 /// What a probe subscribes to; the last of the ports that it declares.
 const INPUTS: usize = 3;
 
-/// What a probe tells the test.
+/// What happens to a probe, as the test sees it.
 #[derive(Debug, PartialEq)]
-pub enum Told {
+pub enum ProbeEvent {
     Call(Call),
     Data { id: String, value: u64, lost: u64, len: usize },
     Parameter(String, f64),
@@ -28,9 +28,9 @@ pub enum Told {
 
 type Script = Box<dyn FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send>;
 
-/// What a probe does, by its name: the component's type cannot carry it.
+/// What a probe does. Found by its name: the component's type cannot carry it.
 pub struct Plan {
-    pub told: Sender<Told>,
+    pub told: Sender<ProbeEvent>,
     pub script: Script,
     /// Makes `data_received` wait until the test sends something or hangs up.
     pub gate: Option<Receiver<()>>,
@@ -38,7 +38,7 @@ pub struct Plan {
 
 static PLANS: LazyLock<Mutex<HashMap<String, Plan>>> = LazyLock::new(Mutex::default);
 
-/// A component that does what its plan says and tells what happens to it.
+/// A component that carries out its plan and reports what happens to it.
 pub struct Probe {
     armor: Armor,
     plan: Plan,
@@ -52,7 +52,7 @@ pub struct Sample {
 
 impl Component for Probe {
     const KIND: &'static str = "probe";
-    const SUMMARY: &'static str = "Does what a test says.";
+    const SUMMARY: &'static str = "Carries out the plan of a test.";
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::number("speed", "m/s").default("2m/s").range(0.0, 10.0)];
 
@@ -71,13 +71,13 @@ impl Component for Probe {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let _ = self.plan.told.send(Told::Parameter(name.into(), value.number()?));
+        let _ = self.plan.told.send(ProbeEvent::Parameter(name.into(), value.number()?));
         Ok(())
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let sample: Sample = data.decode()?;
-        let told = Told::Data {
+        let told = ProbeEvent::Data {
             id: header.id().into(),
             value: sample.value,
             lost: header.lost,
@@ -92,7 +92,7 @@ impl Component for Probe {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call != Call::Tick && call != Call::Data {
-            let _ = self.plan.told.send(Told::Call(call));
+            let _ = self.plan.told.send(ProbeEvent::Call(call));
         }
         (self.plan.script)(&self.armor, call)
     }
@@ -114,14 +114,14 @@ impl System {
         Self { registry, directory, threads: Vec::new() }
     }
 
-    /// Runs a probe with `arguments` beside its name and registry.
+    /// Runs a probe with `arguments` in addition to its name and registry.
     pub fn run(
         &mut self,
         name: &str,
         arguments: &[&str],
         gate: Option<Receiver<()>>,
         script: impl FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send + 'static,
-    ) -> Receiver<Told> {
+    ) -> Receiver<ProbeEvent> {
         // One process, many systems: names are made unique by the registry's port.
         let full = self.name(name);
         let (told, receiver) = channel();
@@ -163,7 +163,7 @@ impl System {
         self.control(name, Role::Observer).0.status(DEADLINE).unwrap()
     }
 
-    /// Waits until the status of `name` is as wanted.
+    /// Waits until the status of `name` fulfils `wanted`.
     pub fn until(&self, name: &str, wanted: impl Fn(&Status) -> bool) -> Status {
         let (control, _events) = self.control(name, Role::Observer);
         let start = Instant::now();
@@ -173,7 +173,7 @@ impl System {
             if status.inputs.len() == INPUTS && wanted(&status) {
                 return status;
             }
-            assert!(start.elapsed() < DEADLINE, "never as wanted: {status:#?}");
+            assert!(start.elapsed() < DEADLINE, "never in the wanted state: {status:#?}");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -203,17 +203,20 @@ impl Drop for System {
                 }
                 asked
             });
-            assert!(!asked || thread.is_finished() || std::thread::panicking(), "{name} goes on");
+            assert!(
+                !asked || thread.is_finished() || std::thread::panicking(),
+                "{name} does not end"
+            );
         }
     }
 }
 
-/// The next data that a probe tells of.
-pub fn data(told: &Receiver<Told>) -> (String, u64, u64) {
+/// The next data that a probe receives.
+pub fn data(told: &Receiver<ProbeEvent>) -> (String, u64, u64) {
     loop {
         match told.recv_timeout(DEADLINE).expect("data in time") {
-            Told::Data { id, value, lost, .. } => return (id, value, lost),
-            Told::Call(_) | Told::Parameter(..) => {}
+            ProbeEvent::Data { id, value, lost, .. } => return (id, value, lost),
+            ProbeEvent::Call(_) | ProbeEvent::Parameter(..) => {}
         }
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use armor_sdk::prelude::*;
 
-use crate::bench_system::{DEADLINE, System, Told, data, sample};
+use crate::bench_system::{DEADLINE, ProbeEvent, System, data, sample};
 
 /// Sends `count` samples per tick, of `len` bytes each, up to `total`.
 fn burst(total: u64, count: u64, len: usize) -> impl FnMut(&Armor, Call) -> Result<Outcome, Fault> {
@@ -82,7 +82,7 @@ fn is_a_link_like_any_other(how: &str) {
 }
 
 #[test]
-fn every_policy_keeps_what_it_says_and_counts_the_rest() {
+fn every_policy_keeps_what_it_promises_and_counts_the_rest() {
     for (keep, least) in [("latest", 1), ("50", 50)] {
         let mut system = System::start();
         let link = system.link("in", "source", "out", keep);
@@ -119,7 +119,7 @@ fn every_policy_keeps_what_it_says_and_counts_the_rest() {
 }
 
 #[test]
-fn a_stuck_subscriber_delays_nobody_else() {
+fn a_stuck_subscriber_delays_no_other() {
     let mut system = System::start();
     let (open, gate) = channel::<()>();
     let slow = system.link("in", "source", "out", "latest");
@@ -168,7 +168,7 @@ fn an_input_that_is_never_empty_keeps_no_other_waiting() {
     };
     let start = Instant::now();
     while system.status("sink").inputs[1].waiting == 0 {
-        assert!(start.elapsed() < DEADLINE, "what reads it does something else all the time");
+        assert!(start.elapsed() < DEADLINE, "its reader does something else all the time");
         if take() {
             return;
         }
@@ -257,7 +257,7 @@ fn a_link_of_another_type_is_refused_naming_both() {
     system.entry("source");
     let link = system.link("words", "source", "out", "latest");
     system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-    // What it says first may be of the connection, not of the type.
+    // Its first problem may be of the connection, not of the type.
     system.until("sink", |status| {
         let problem = &status.inputs[2].problem;
         problem.contains("Sample") && problem.contains("Text")
@@ -268,8 +268,8 @@ fn a_link_of_another_type_is_refused_naming_both() {
 fn parameters_arrive_before_the_first_call() {
     let mut system = System::start();
     let told = system.run("probe", &["--set=speed=18km/h"], None, |_, _| Ok(Outcome::CarryOn));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Parameter("speed".into(), 5.0)));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Call(Call::Started)));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 5.0)));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
     let told = system.run("plain", &[], None, |_, _| Ok(Outcome::CarryOn));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Parameter("speed".into(), 2.0)));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 2.0)));
 }

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use armor_sdk::control::RunState;
 use armor_sdk::prelude::*;
 
-use crate::bench_system::{DEADLINE, System, Told};
+use crate::bench_system::{DEADLINE, ProbeEvent, System};
 
 /// Runs a component that gives the time: what the test sends.
 fn run_clock(system: &mut System) -> Sender<f64> {
@@ -19,8 +19,8 @@ fn run_clock(system: &mut System) -> Sender<f64> {
     give
 }
 
-/// Runs a component of 10 Hz that follows it, and tells what time it is at every call.
-fn run_follower(system: &mut System) -> (Receiver<(Call, f64)>, Receiver<Told>) {
+/// Runs a component of 10 Hz that follows it, and reports the time at every call.
+fn run_follower(system: &mut System) -> (Receiver<(Call, f64)>, Receiver<ProbeEvent>) {
     let (tell, calls) = channel();
     let clock = format!("--clock={}.clock", system.name("world"));
     let told = system.run("robot", &["--rate=10Hz", &clock], None, move |armor, call| {
@@ -75,7 +75,7 @@ fn ticks_start_afresh_where_the_time_goes_back() {
 }
 
 #[test]
-fn nobody_is_active_before_the_time_is_known() {
+fn no_component_is_active_before_the_time_is_known() {
     let mut system = System::start();
     let give = run_clock(&mut system);
     let (calls, _told) = run_follower(&mut system);

@@ -8,7 +8,7 @@ use armor_sdk::control::{
 };
 use armor_sdk::prelude::*;
 
-use crate::bench_system::{DEADLINE, System, Told, data, sample};
+use crate::bench_system::{DEADLINE, ProbeEvent, System, data, sample};
 
 fn state(events: &Receiver<ControlEvent>, wanted: RunState) -> u64 {
     let start = Instant::now();
@@ -55,13 +55,13 @@ fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
     state(&events, RunState::Frozen);
     system.until("source", |status| status.outputs[0].links[0].paused);
     let before = told.try_iter().collect::<Vec<_>>();
-    assert!(before.contains(&Told::Call(Call::Stopping)));
+    assert!(before.contains(&ProbeEvent::Call(Call::Stopping)));
     let published = system.status("source").outputs[0].published;
     system.until("source", |status| status.outputs[0].published > published + 50);
     assert_eq!(told.try_recv().ok(), None, "no call while frozen");
     control.send(&Command::Activate { activation: 3, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 3);
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(Told::Call(Call::Started)));
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
     let (_, value, lost) = data(&told);
     assert!(value > published, "nothing stale after a pause");
     assert_eq!(lost, 0, "what was published during a pause is not lost");
@@ -100,10 +100,11 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     ticks.recv_timeout(DEADLINE).expect("a tick before the second of them");
     let (control, events) = system.control("sink", Role::Executive);
     control.send(&Command::Freeze { activation: 1 }).unwrap();
-    control.status(DEADLINE).expect("it has heard that it shall freeze");
+    control.status(DEADLINE).expect("it has received the order to freeze");
     drop((end_tick, open));
     state(&events, RunState::Frozen);
-    let left: Vec<_> = told.try_iter().filter(|told| matches!(told, Told::Data { .. })).collect();
+    let left: Vec<_> =
+        told.try_iter().filter(|told| matches!(told, ProbeEvent::Data { .. })).collect();
     assert!(left.len() < 10, "it was kept from freezing: {} data", left.len());
 }
 
@@ -135,8 +136,8 @@ fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
     assert_eq!(report(&events).2, ReportKind::Done, "only what is not acknowledged");
     control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 2);
-    let calls: Vec<_> = told.try_iter().filter(|t| matches!(t, Told::Call(_))).collect();
-    assert_eq!(calls[0], Told::Call(Call::Started));
+    let calls: Vec<_> = told.try_iter().filter(|t| matches!(t, ProbeEvent::Call(_))).collect();
+    assert_eq!(calls[0], ProbeEvent::Call(Call::Started));
 }
 
 #[test]
@@ -218,8 +219,8 @@ fn values_of_an_activation_come_before_its_first_call_and_go_with_it() {
     let mut system = System::start();
     let told = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
     let next = || told.recv_timeout(DEADLINE).expect("more");
-    let speed = |value: f64| Told::Parameter("speed".into(), value);
-    assert_eq!([next(), next()], [speed(2.0), Told::Call(Call::Started)], "its default");
+    let speed = |value: f64| ProbeEvent::Parameter("speed".into(), value);
+    assert_eq!([next(), next()], [speed(2.0), ProbeEvent::Call(Call::Started)], "its default");
     let (control, events) = system.control("mover", Role::Executive);
     // Each in m/s: given, the same given again, not given any more, and never given.
     let steps =
@@ -227,15 +228,15 @@ fn values_of_an_activation_come_before_its_first_call_and_go_with_it() {
     for (activation, (given, handed)) in (1..).zip(steps) {
         control.send(&Command::Freeze { activation }).unwrap();
         state(&events, RunState::Frozen);
-        assert_eq!(next(), Told::Call(Call::Stopping));
+        assert_eq!(next(), ProbeEvent::Call(Call::Stopping));
         control.send(&activate(activation, given)).unwrap();
         assert_eq!(state(&events, RunState::Active), activation);
         if let Some(handed) = handed {
             assert_eq!(next(), speed(handed), "activation {activation}");
         }
-        assert_eq!(next(), Told::Call(Call::Started));
+        assert_eq!(next(), ProbeEvent::Call(Call::Started));
     }
-    // Told again while it runs: only what is not as it was.
+    // Activated again while it runs: only changed values are handed over.
     control.send(&activate(4, Some("4m/s"))).unwrap();
     assert_eq!(next(), speed(4.0));
     control.send(&activate(4, Some("4m/s"))).unwrap();
@@ -261,19 +262,19 @@ fn a_value_that_cannot_be_read_fails_its_activation() {
 }
 
 #[test]
-fn what_the_command_line_sets_goes_before_what_the_mission_gives() {
+fn values_of_the_command_line_go_before_values_of_the_mission() {
     let mut system = System::start();
     let arguments = ["--rate=100Hz", "--set", "speed=3m/s"];
     let told = system.run("mover", &arguments, None, |_, _| Ok(Outcome::CarryOn));
     let next = || told.recv_timeout(DEADLINE).expect("more");
-    let speed = |value: f64| Told::Parameter("speed".into(), value);
-    assert_eq!([next(), next()], [speed(3.0), Told::Call(Call::Started)]);
+    let speed = |value: f64| ProbeEvent::Parameter("speed".into(), value);
+    assert_eq!([next(), next()], [speed(3.0), ProbeEvent::Call(Call::Started)]);
     let (control, events) = system.control("mover", Role::Executive);
     control.send(&Command::Freeze { activation: 0 }).unwrap();
     state(&events, RunState::Frozen);
     control.send(&activate(1, Some("1m/s"))).unwrap();
     state(&events, RunState::Active);
     let calls = [next(), next(), next()];
-    let wanted = [Told::Call(Call::Stopping), speed(3.0), Told::Call(Call::Started)];
+    let wanted = [ProbeEvent::Call(Call::Stopping), speed(3.0), ProbeEvent::Call(Call::Started)];
     assert_eq!(calls, wanted);
 }

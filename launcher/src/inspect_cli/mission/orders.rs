@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{ObservedSystem, this_user};
 use armor_sdk::control::{Order, TokenMove};
-use armor_sdk::operator::{Operator, OrderError, Verdict};
+use armor_sdk::operator::{Operator, OrderError, OrderVerdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -152,8 +152,8 @@ fn operator(by: &By) -> Result<Operator> {
     Ok(Operator::new(observed.directory().clone(), &from, &author))
 }
 
-fn report(verdict: &Verdict, order: Option<&str>, format: Format) -> Result<()> {
-    let Verdict { accepted, text } = verdict;
+fn report(verdict: &OrderVerdict, order: Option<&str>, format: Format) -> Result<()> {
+    let OrderVerdict { accepted, text } = verdict;
     match format {
         Format::Json => say(json!({ "order": order, "accepted": accepted, "text": text })),
         _ if *accepted => say(text),
