@@ -132,7 +132,7 @@ impl Roster {
 
     pub(crate) fn appeared(&mut self, component: ComponentId, instance: u64, now: Duration) {
         let observed = self.of_mut(component);
-        *observed = Observed {
+        *observed = ObservedComponent {
             presence: ProcessPresence::Here,
             since: now,
             instance,

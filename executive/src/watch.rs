@@ -210,7 +210,7 @@ impl Watcher {
         if field.sent.as_ref() != Some(&value) {
             field.sent = Some(value.clone());
             self.send_news(field.watch, |news| {
-                *news = News { value: Some(value), unlinked: false }
+                *news = WatchNews { value: Some(value), unlinked: false }
             });
         }
         read.is_ok()

@@ -79,7 +79,7 @@ impl GuardSenses {
         let Some(sense) = self.senses.get_mut(watch.index()) else {
             return;
         };
-        *sense = Sense { value: value.clone(), lost: None, inherited: false };
+        *sense = WatchedValue { value: value.clone(), lost: None, inherited: false };
         self.unweighed.extend(cx.plan().watchers(watch));
         if let Some(Scalar::Number(number)) = value {
             self.count_outside(cx.plan(), watch, number);
@@ -123,7 +123,7 @@ impl GuardSenses {
         for (sense, watch) in self.senses.iter_mut().zip((0..).map(WatchId)) {
             let is_lost = sense.lost.is_some_and(|since| since + holds <= now);
             if is_lost || (sense.inherited && is_over) {
-                *sense = Sense { value: None, lost: None, inherited: false };
+                *sense = WatchedValue { value: None, lost: None, inherited: false };
                 self.unweighed.extend(cx.plan().watchers(watch));
             }
         }
