@@ -175,10 +175,10 @@ fn a_mission_is_run_watched_commanded_and_changed() {
 
     let desk = ParameterClient::open(watch.directory(), "designer", nobody()).expect("a thread");
     desk.set("driver", "speed", Some("40km/h"));
-    let told = wait_for("the refusal", || desk.told());
-    assert!(!told.is_set && !told.findings.is_empty(), "{told:?}");
+    let result = wait_for("the refusal", || desk.last_result());
+    assert!(!result.is_set && !result.findings.is_empty(), "{result:?}");
     desk.set("driver", "speed", Some("0.8m/s"));
-    wait_for("the value", || desk.told().filter(|told| told.is_set));
+    wait_for("the value", || desk.last_result().filter(|result| result.is_set));
     let text = std::fs::read_to_string(&plan.file).expect("the file");
     assert!(text.contains(r#"<parameter name="speed" value="0.8m/s"/>"#), "{text}");
 

@@ -2,7 +2,7 @@
 
 use std::os::unix::fs::symlink;
 
-use crate::fixture::{Folder, ended};
+use crate::fixture::{Folder, run_to_end};
 use crate::resilience::system::probe;
 
 const RELAY: &str = "<armor version='1'>
@@ -32,7 +32,7 @@ fn folder(name: &str) -> Folder {
 #[test]
 fn each_marking_is_a_plain_line() {
     let folder = folder("run-status");
-    let (code, _, err) = ended(&mut folder.armor(&["run", "relay.xml"]));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["run", "relay.xml"]));
     assert_eq!(code, 0, "{err}");
     let lines: Vec<&str> = err.lines().filter(|line| line.starts_with("status: ")).collect();
     let has = |place: &str| lines.iter().any(|line| line.contains(&format!(" s | {place}")));
@@ -44,7 +44,7 @@ fn each_marking_is_a_plain_line() {
 fn quiet_and_json_print_no_status() {
     let folder = folder("run-quiet");
     for option in ["--quiet", "--format=json"] {
-        let (code, _, err) = ended(&mut folder.armor(&["run", "relay.xml", option]));
+        let (code, _, err) = run_to_end(&mut folder.armor(&["run", "relay.xml", option]));
         assert_eq!((code, err.contains("status: ")), (0, false), "{option}: {err}");
     }
 }
@@ -64,7 +64,7 @@ fn on_a_terminal_the_line_has_the_progress_of_the_active_component() {
             None => script.env_remove(name),
         };
     }
-    let (code, out, err) = ended(&mut script);
+    let (code, out, err) = run_to_end(&mut script);
     assert_eq!(code, 0, "{out}{err}");
     let drawn: Vec<&str> = out.split("\r\x1b[2K").collect();
     let is_shown = |text: &str| drawn.iter().any(|line| line.contains(text));

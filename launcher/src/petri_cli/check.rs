@@ -189,7 +189,7 @@ impl Checking<'_> {
 
     fn durations(
         &self,
-        found: &classes::Classes,
+        found: &classes::StateClasses,
         goal: PlaceId,
         report: &mut report::ClassReport,
     ) -> Result<(), Exhausted> {
