@@ -208,7 +208,9 @@ impl Launcher {
             LauncherInput::Registry(DirectoryChange::RegistryLost) => {
                 Some(SupervisorEvent::Vanished(self.find_registry()?))
             }
-            LauncherInput::Registry(DirectoryChange::Appeared(entry)) => self.handle_appearance(entry),
+            LauncherInput::Registry(DirectoryChange::Appeared(entry)) => {
+                self.handle_appearance(entry)
+            }
             LauncherInput::Registry(DirectoryChange::Gone(entry)) => {
                 Some(SupervisorEvent::Vanished(self.find_child(&entry)?))
             }
