@@ -129,24 +129,24 @@ fn faults_are_reported_with_line_and_column() {
         };
         assert!(error.to_string().starts_with(expected), "{text}\n{error}");
     };
-    check("foo tr", "1:1: one of net, tr");
-    check("tr t1 p1 ->\n)", "2:1: one of net, tr");
+    check("foo tr", "1:1: expected one of net, tr");
+    check("tr t1 p1 ->\n)", "2:1: expected one of net, tr");
     check("pl p (x)", "1:7: `x` is not a whole number");
     check("pl p (5000M)", "1:7: `5000` is more than");
     check("tr t p*0 ->", "1:6: an arc weighs");
     check("tr t [3,2] p ->", "1:6: the interval ends before");
-    check("tr t ]3,5] p ->", "1:6: an interval open");
+    check("tr t ]3,5] p ->", "1:6: an interval that is open");
     check("tr t p!2 ->", "1:6: a stopwatch arc");
     check("tr t p -> q?1", "1:11: a test on the output");
-    check("tr {t p ->", "1:4: } is needed");
-    check("pr a > b\npr b > a", "1:1: the references from `a`");
+    check("tr {t p ->", "1:4: expected }, found");
+    check("pr a > b\npr b > a", "1:1: the references or priorities that start at `a`");
     check("tr t p*4000M p*4000M ->", "1:4: the arcs of transition `t`");
-    check("<x/>", "1:1: <pnml> is needed");
-    check("<pnml>\n</pnml>", "1:1: a <net> is needed");
+    check("<x/>", "1:1: expected <pnml>");
+    check("<pnml>\n</pnml>", "1:1: expected a <net>");
     check("<pnml><net id='n' type='x/symmetricnet'/></pnml>", "1:7: a net of type");
     let net = |inner: &str| format!("<pnml><net id='n'>\n{inner}</net></pnml>");
     check(&net("<place id='p'><hlinitialMarking/></place>"), "2:1: a place of coloured tokens");
-    check(&net("<place/>"), "2:1: an id attribute is needed");
+    check(&net("<place/>"), "2:1: expected an id attribute");
     check(&net("<place id='p'/><place id='p'/>"), "2:16: the id `p` is used twice");
     check(
         &net("<place id='p'><initialMarking><text>-1</text></initialMarking></place>"),
@@ -178,7 +178,7 @@ fn armors_own_data_is_kept_and_other_tools_read_a_more_permissive_net() {
     let written = pnml::write(&file);
     assert_eq!(pnml::read(&written).unwrap().places, file.places);
     assert_eq!(pnml::read(&written).unwrap().net.transitions(), file.net.transitions());
-    // Whoever does not know gates must not believe that it fires by 3.5 s.
+    // A tool without gates must not conclude that it fires by 3.5 s.
     let plain = written.replace("tool=\"armor\"", "tool=\"another\"");
     let plain = pnml::read(&plain).unwrap();
     let interval = plain.net.transitions()[0].interval;

@@ -191,7 +191,7 @@ impl<'a> PnmlReader<'a> {
         for (transition, id, at) in std::mem::take(&mut self.resets) {
             match self.resolve_reference(id).map_err(|fault| (at, fault))? {
                 PnmlNode::Place(p) => {
-                    self.draft.transitions[transition].arcs.push((NetArcKind::Reset, p, 1))
+                    self.draft.transitions[transition].arcs.push((NetArcKind::Reset, p, 1));
                 }
                 _ => return Err((at, NetFault::ArcEnds)),
             }

@@ -7,7 +7,7 @@ use super::tina_tokens::{TinaToken, TinaWord, split_into_tokens};
 use super::{FileError, NetFault, NetFile, Note, fault_at};
 use crate::net::FiringInterval;
 use petgraph::Incoming;
-use petgraph::algo::toposort;
+use petgraph::algo::{kosaraju_scc, toposort};
 use petgraph::graph::DiGraph;
 use std::collections::HashMap;
 
@@ -183,12 +183,7 @@ impl TinaReader {
         let pairs =
             self.precedence.iter().map(|(first, second, _)| (*first as u32, *second as u32));
         let precedence = DiGraph::<(), ()>::from_edges(pairs);
-        let order = toposort(&precedence, None).map_err(|cycle| {
-            let member = cycle.node_id().index();
-            let pair = self.precedence.iter().find(|(first, _, _)| *first == member);
-            let at = pair.map_or(0, |(_, _, at)| *at);
-            (at, NetFault::Circle(self.draft.transitions[member].name.clone()))
-        })?;
+        let order = toposort(&precedence, None).map_err(|_| self.circle_fault(&precedence))?;
         for second in order.into_iter().rev() {
             let priority = self.draft.transitions[second.index()].priority + 1;
             for first in precedence.neighbors_directed(second, Incoming) {
@@ -197,6 +192,18 @@ impl TinaReader {
             }
         }
         Ok(())
+    }
+
+    /// Returns the fault of the first declared pair that is part of a circle.
+    fn circle_fault(&self, precedence: &DiGraph<(), ()>) -> (usize, NetFault) {
+        let mut component_of = vec![0; precedence.node_count()];
+        for (number, component) in kosaraju_scc(precedence).iter().enumerate() {
+            component.iter().for_each(|member| component_of[member.index()] = number);
+        }
+        let in_circle =
+            |pair: &&(usize, usize, usize)| component_of[pair.0] == component_of[pair.1];
+        let (first, _, at) = self.precedence.iter().find(in_circle).expect("there is a circle");
+        (*at, NetFault::Circle(self.draft.transitions[*first].name.clone()))
     }
 
     /// Parses arcs, names with a kind and a weight, up to an arrow or the next declaration.
