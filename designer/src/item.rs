@@ -187,7 +187,7 @@ mod tests {
         let at = |text: &str| Item::at(&tree, file.find(text).unwrap());
         assert_eq!(at("value=\"1\""), Some(Item::component("a")));
         assert_eq!(at("a.x"), Some(Item::link("a.x", "a.y")));
-        assert_eq!(at("here"), Some(Item::Place("here".into())));
+        assert_eq!(at("here"), Some(Item::place("here")));
         assert_eq!(at("eventually"), Some(Item::Check(1)));
         assert_eq!(at("<mission>"), Some(Item::Mission));
         assert_eq!(at("armor"), None);

@@ -314,6 +314,8 @@ fn spread_layer(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) 
 mod tests {
     use eframe::egui::Rect;
 
+    use super::*;
+
     fn check(count: usize, links: &[(usize, usize)]) -> Vec<Vec2> {
         let sizes: Vec<_> = (0..count).map(|n| vec2(150.0, 60.0 + 20.0 * (n % 4) as f32)).collect();
         let wanted: Vec<_> = (0..count).collect();

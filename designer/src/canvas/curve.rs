@@ -97,6 +97,7 @@ pub(super) fn distance(points: &[Pos2], at: Pos2) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn a_curve_begins_and_ends_at_its_ends() {

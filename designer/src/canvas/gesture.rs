@@ -7,7 +7,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::selection::Selection;
 
 /// What is going on between pressing a button and letting it go.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) enum Gesture<Id> {
     /// Nothing.
     #[default]

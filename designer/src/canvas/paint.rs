@@ -7,7 +7,7 @@ mod port;
 mod wire;
 
 use eframe::egui::{
-    self, Align2, Color32, CornerRadius, Mesh, Painter, Pos2, Rect, Shape, Stroke, StrokeKind,
+    self, Align2, Color32, CornerRadius, Mesh, Pos2, Rect, Shape, Stroke, StrokeKind,
     Vec2, pos2,
 };
 

@@ -49,7 +49,7 @@ impl<Id: DiagramId> Canvas<Id> {
         if starts {
             self.gesture = Gesture::Pan;
         }
-        if self.gesture == Gesture::Pan {
+        if matches!(self.gesture, Gesture::Pan) {
             ui.set_cursor_icon(CursorIcon::Grabbing);
             self.viewport.pan(response.drag_delta());
             if response.drag_stopped() || !ui.input(|i| i.pointer.any_down()) {
@@ -75,7 +75,7 @@ impl<Id: DiagramId> Canvas<Id> {
             response.request_focus();
         }
         self.clicks(ui, diagram, rules, response, hovered, events);
-        if response.drag_started_by(PointerButton::Primary) && self.gesture == Gesture::Idle {
+        if response.drag_started_by(PointerButton::Primary) && matches!(self.gesture, Gesture::Idle) {
             self.begin(ui, diagram, rules, response);
         }
         self.go_on(ui, response);
@@ -340,7 +340,7 @@ pub(super) fn item_of<Id: DiagramId>(diagram: &Diagram<Id>, hit: Hit) -> Option<
 pub(super) fn wheel_steps(event: &egui::Event) -> f32 {
     match event {
         egui::Event::MouseWheel {
-            unit: egui::MouseWheelUnit::NodeLine, delta, modifiers, ..
+            unit: egui::MouseWheelUnit::Line, delta, modifiers, ..
         } if delta.x == 0.0
             && delta.y.fract() == 0.0
             && !modifiers.shift

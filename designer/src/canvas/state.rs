@@ -53,7 +53,7 @@ pub struct Canvas<Id> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum FitTarget {
+pub(super) enum FitTarget {
     Everything,
     Area(Rect),
 }

@@ -75,6 +75,7 @@ impl Viewport {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     const WINDOW: Rect = Rect { min: Pos2::new(100.0, 50.0), max: Pos2::new(1100.0, 650.0) };
 

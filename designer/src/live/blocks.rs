@@ -18,7 +18,7 @@ pub fn show(
 ) {
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         let Item::Component(name) = &plain.item else { continue };
-        let process = picture.processes.get(name);
+        let process = picture.processes.get(name.as_str());
         let (tone, word) = Tone::seen(process, picture, colours);
         (node.look.tint, node.look.outline) = (tone.tint, tone.outline);
         (node.look.is_dim, node.mark) = (tone.is_dim, tone.mark);
@@ -41,7 +41,7 @@ pub fn show(
     }
     for (wire, plain) in diagram.wires.iter_mut().zip(&base.wires) {
         let Item::Link { from, to } = &plain.item else { continue };
-        let edge = picture.links.iter().find(|edge| edge.from == *from && edge.to == *to);
+        let edge = picture.links.iter().find(|edge| *from == edge.from && *to == edge.to);
         carry(wire, plain, edge, colours);
     }
 }

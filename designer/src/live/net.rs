@@ -28,7 +28,7 @@ pub fn show(
                 place(node, marked.get(name.as_str()).copied(), name, marking, colours)
             }
             Item::Transition(name) => {
-                let enabled = marking.enabled.iter().find(|one| one.transition == *name);
+                let enabled = marking.enabled.iter().find(|one| *name == one.transition);
                 let now_s = enabled.map_or(now_s, |one| clock_s(one.held));
                 transition(node, enabled, name, marking, now_s, colours)
             }

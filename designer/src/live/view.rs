@@ -233,7 +233,7 @@ impl Pane for LiveView {
         let selected = self.selected();
         let selected = selected.as_ref().and_then(component_of);
         if let Some(name) = self.systems.show(ui, desk, selected) {
-            let item = Item::component(name);
+            let item = Item::component(&name);
             self.select_none();
             if self.system.base.holds(item) {
                 self.system.canvas.selection.insert(item);

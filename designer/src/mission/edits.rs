@@ -6,7 +6,6 @@ mod elements;
 mod removal;
 mod sets;
 
-use armor_robotfile::mission::ArcKind;
 use armor_robotfile::{Document, EditError, Item, NewElement, Position};
 
 pub use arcs::{add_arc, arc_element, lead_arc, remove_arc, set_arc_kind, set_weight};
@@ -78,7 +77,7 @@ pub fn set_component(
             document.set_place_parameter(place, component, &parameter, None)?;
         }
     }
-    set_list(document, Item::Place(place), "components", &wanted)
+    elements::set_list(document, Item::Place(place), "components", &wanted)
 }
 
 /// When a transition may fire, as the three attributes that exclude each other say it.

@@ -33,7 +33,7 @@ pub fn show(
         }
         [item @ Item::Transition(name)] => {
             let transitions = &shown.mission.transitions;
-            if let Some(transition) = transitions.iter().find(|t| t.name.value == *name) {
+            if let Some(transition) = transitions.iter().find(|t| *name == t.name.value) {
                 transition::show(ui, shown, transition, form.of(item), &mut wishes);
             }
         }

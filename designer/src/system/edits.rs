@@ -52,7 +52,7 @@ pub fn add_component(documents: &mut Documents, kind: &str, at: Pos2) -> Result<
     let document = documents.system()?;
     let name = free_name(document, kind);
     document.add(Named::Component(&name), &[("kind", kind)])?;
-    layout::place(document, View::System, &[(Item::component(name), at)])?;
+    layout::place(document, View::System, &[(Item::component(&name), at)])?;
     Ok(name)
 }
 

@@ -65,7 +65,7 @@ pub fn paste(
     for (element, old) in fragment.named("component") {
         let new = free(&mut taken, old);
         elements.push(renamed(element, &new));
-        added.push((Item::component(new), Item::component(old)));
+        added.push((Item::component(&new), Item::component(old)));
         names.insert(old.to_owned(), new);
     }
     let links = fragment.element.elements().filter(|element| element.name == "link");

@@ -3,6 +3,7 @@
 use eframe::egui::{self, Align2, Id, Modal, Vec2};
 
 use crate::app::Designer;
+use crate::app::lists::FindList;
 use crate::item::Item;
 use crate::panels::pick::{Entry, Picked};
 

@@ -145,7 +145,7 @@ fn is_arc(element: &Element, place: &str, kind: ArcKind) -> bool {
 
 /// The place of an element that is an arc of this kind.
 pub(super) fn place_of(element: &Element, kind: ArcKind) -> Option<&str> {
-    let (name, attribute) = super::arc_names(kind);
+    let (name, attribute) = elements::arc_names(kind);
     let given = element.attribute(attribute).filter(|_| element.name == name)?;
     Some(&given.value)
 }

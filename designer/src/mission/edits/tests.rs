@@ -1,3 +1,5 @@
+use armor_robotfile::mission::ArcKind;
+
 use super::*;
 
 const FILE: &str = r#"<armor version="1">

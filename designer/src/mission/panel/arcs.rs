@@ -62,9 +62,9 @@ pub(super) fn show(
 pub(super) fn show_one(ui: &mut egui::Ui, shown: &PanelSource<'_>, item: &Item, form: &mut Form) {
     let Item::Arc { transition, place, kind } = item else { return };
     let transitions = &shown.mission.transitions;
-    let owner = transitions.iter().find(|known| known.name.value == *transition);
+    let owner = transitions.iter().find(|known| *transition == known.name.value);
     let arcs = owner.into_iter().flat_map(|owner| &owner.arcs);
-    let arc = arcs.into_iter().find(|arc| arc.kind == *kind && arc.place.value == *place);
+    let arc = arcs.into_iter().find(|arc| arc.kind == *kind && *place == arc.place.value);
     let Some(arc) = arc else { return };
     ui.heading("Arc");
     ui.label(format!("{transition} {} {place}", arc_word(*kind)));

@@ -86,7 +86,7 @@ fn sets(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, for
 
 fn decides(ui: &mut egui::Ui, shown: &PanelSource<'_>, transition: &Transition, form: &mut Form) {
     let name = transition.name.value.clone();
-    let item = Item::transition(name);
+    let item = Item::transition(&name);
     let now = match transition.autonomy {
         Autonomy::Auto => Decides::Auto,
         Autonomy::Confirm { .. } => Decides::Confirm,
