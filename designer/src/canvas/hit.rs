@@ -123,7 +123,9 @@ impl<Id: DiagramId> Canvas<Id> {
     /// The ends of the wire that is selected, if it is one and can be led elsewhere: its number, the
     /// port at the other end, and where.
     pub(super) fn grips(&self, diagram: &Diagram<Id>) -> Vec<(usize, PortAt, Pos2)> {
-        let Some(item) = self.selection.only().filter(|_| self.is_editable) else { return Vec::new() };
+        let Some(item) = self.selection.only().filter(|_| self.is_editable) else {
+            return Vec::new();
+        };
         if diagram.node(item).is_some() {
             return Vec::new();
         }

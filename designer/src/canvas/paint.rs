@@ -7,8 +7,7 @@ mod port;
 mod wire;
 
 use eframe::egui::{
-    self, Align2, Color32, CornerRadius, Mesh, Pos2, Rect, Shape, Stroke, StrokeKind,
-    Vec2, pos2,
+    self, Align2, Color32, CornerRadius, Mesh, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, pos2,
 };
 
 use crate::canvas::colours::{CanvasColours, mix};

@@ -75,7 +75,8 @@ impl<Id: DiagramId> Canvas<Id> {
             response.request_focus();
         }
         self.clicks(ui, diagram, rules, response, hovered, events);
-        if response.drag_started_by(PointerButton::Primary) && matches!(self.gesture, Gesture::Idle) {
+        if response.drag_started_by(PointerButton::Primary) && matches!(self.gesture, Gesture::Idle)
+        {
             self.begin(ui, diagram, rules, response);
         }
         self.go_on(ui, response);
@@ -339,13 +340,12 @@ pub(super) fn item_of<Id: DiagramId>(diagram: &Diagram<Id>, hit: Hit) -> Option<
 /// Whole steps of a mouse wheel; a trackpad scrolls by points or parts of a line.
 pub(super) fn wheel_steps(event: &egui::Event) -> f32 {
     match event {
-        egui::Event::MouseWheel {
-            unit: egui::MouseWheelUnit::Line, delta, modifiers, ..
-        } if delta.x == 0.0
-            && delta.y.fract() == 0.0
-            && !modifiers.shift
-            && !modifiers.command
-            && !modifiers.alt =>
+        egui::Event::MouseWheel { unit: egui::MouseWheelUnit::Line, delta, modifiers, .. }
+            if delta.x == 0.0
+                && delta.y.fract() == 0.0
+                && !modifiers.shift
+                && !modifiers.command
+                && !modifiers.alt =>
         {
             delta.y
         }
