@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/images anew, each by running what it shows:
+# Regenerates the pictures of docs/images, each by running what it shows:
 #   docs/pictures.sh            those in simulation (about six minutes)
 #   ARMOR_DATA=DIR docs/pictures.sh   also those of recorded logs; DIR holds laser/
 set -euo pipefail

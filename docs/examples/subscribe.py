@@ -126,7 +126,7 @@ class Connection:
             try:
                 self.send(BEAT)
             except OSError:
-                return  # whoever reads will notice
+                return  # the next receive() fails too
 
     def send(self, kind, body=b""):
         with self.writing:

@@ -116,7 +116,7 @@ fn a_reader_finds_one_version_or_the_other() {
             }
             seen
         });
-        // Two writers at once, each with its own temporary file.
+        // Two concurrent writers, each with its own temporary file.
         let writers: Vec<_> = versions
             .iter()
             .map(|version| {

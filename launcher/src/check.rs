@@ -192,7 +192,7 @@ impl CheckedFile {
 /// Prints findings: for people on stderr, for programs as JSON Lines on stdout.
 fn print_findings(findings: &Findings, format: OutputFormat) {
     let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
-    // Whoever closed the stream does not want to know.
+    // A write error is ignored: the reader has closed the stream.
     let _ = if format == OutputFormat::Json {
         findings.iter().try_for_each(|finding| writeln!(out, "{}", findings_to_json(finding)))
     } else {
@@ -201,7 +201,7 @@ fn print_findings(findings: &Findings, format: OutputFormat) {
     };
 }
 
-/// Says once where there is more to read.
+/// Prints which command explains the code.
 fn print_hint(code: Option<Code>, format: OutputFormat) {
     if let Some(code) = code.filter(|_| format != OutputFormat::Json) {
         let _ = writeln!(std::io::stderr(), "see `armor explain {}`", code.as_str());

@@ -1,5 +1,5 @@
-//! What of the format a file uses beyond plain ArMoR. The format is read whole; who plays it says
-//! which features it knows, and the others are refused by name rather than passed over.
+//! Which features a file uses beyond plain ArMoR. The whole format is read; the program that plays
+//! a file specifies which features it supports. All others are refused by name, not ignored.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 use crate::model::{Configuration, LinkMode, Transport};
 use crate::source::{Location, Spanned};
 
-/// Something of the format that not everybody plays.
+/// A feature of the format that not every program supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Feature {
     /// `mode="pull"`.

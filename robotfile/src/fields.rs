@@ -212,7 +212,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         Some(Port { component, port, at: value.at })
     }
 
-    /// A value read by `read`, whose error says what is expected.
+    /// A value read by `read`, whose error states what is expected.
     pub(crate) fn converted<T>(
         &mut self,
         name: &'static str,

@@ -82,8 +82,8 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// The whole numbers from and to which it counts, and the first of them, if transitions set it
-    /// and the file says that properly.
+    /// The domain and first value of a variable that transitions set; `None` if it follows data, or
+    /// if the file's numbers are not whole or do not fit each other.
     pub fn counts(&self) -> Option<Counts> {
         let whole = |end: &Option<Spanned<f64>>| {
             let value = end.as_ref()?.value;

@@ -127,7 +127,7 @@ fn nodes(nodes: &[Node], text: &str, has_words: bool, out: &mut Vec<String>) {
         match node {
             Node::Element(inner) => element(inner, text, out),
             Node::Text(..) if !has_words => {}
-            // The reader trims what a check says.
+            // The reader trims the text of a `<check>`, so its outer spaces do not count.
             Node::Text(words, _) => match out.get_mut(first_text..).and_then(|o| o.last_mut()) {
                 Some(last) if last.starts_with('\'') => {
                     *last += &lines(words);

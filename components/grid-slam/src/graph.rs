@@ -67,7 +67,8 @@ impl PoseGraph {
         }
     }
 
-    /// Says that a keyframe but the first was reached by another motion; all after it move along.
+    /// Replaces the motion that leads to a keyframe from the one before. The keyframe and all later
+    /// ones move along rigidly. The first keyframe has no such motion.
     pub fn reached(&mut self, keyframe: usize, motion: Pose, covariance: Matrix3<f64>) {
         let edge = &mut self.edges[self.chain[keyframe]];
         if edge.motion == motion {

@@ -54,7 +54,8 @@ pub(crate) struct ScanNews<'a> {
 }
 
 impl Particle {
-    /// Goes on by a scan: a place is proposed, weighed and drawn, and the scan is drawn there.
+    /// Advances by one scan: updates the weight, draws a pose from the proposal, and inserts the
+    /// scan into the map at that pose.
     pub(crate) fn go_on(&mut self, config: &Config, news: &ScanNews<'_>, index: usize) {
         let (step, pose) = self.propose_pose(config, news, index);
         self.pose = pose;

@@ -27,7 +27,7 @@ impl Sweep {
         Self { first: low, size, ended: vec![0; words], passed: vec![0; words] }
     }
 
-    /// Says that a beam ended in a cell; whether it is the first.
+    /// Marks a cell in which a beam ended. Returns whether it was not marked before.
     pub(crate) fn mark_end(&mut self, cell: [i32; 2]) -> bool {
         let (word, bit) = self.bit_of_cell(cell);
         let is_first = self.ended[word] & bit == 0;
@@ -35,7 +35,7 @@ impl Sweep {
         is_first
     }
 
-    /// Says that a beam went through the cells of a line, without its last one (Bresenham).
+    /// Marks the cells that a beam went through: a line without its last cell (Bresenham).
     pub(crate) fn mark_passed(&mut self, from: [i32; 2], to: [i32; 2]) {
         let (dx, dy) = ((to[0] - from[0]).abs(), -(to[1] - from[1]).abs());
         let step = [(to[0] - from[0]).signum(), (to[1] - from[1]).signum()];

@@ -148,7 +148,8 @@ impl MapRecord {
         Ok(progress)
     }
 
-    /// Says that the last write took so long: slow disks and large maps are written less often.
+    /// Postpones the next write after one that took `duration_s`, so that writing takes a bounded
+    /// share of the time on slow disks and with large maps.
     pub fn step_took(&mut self, duration_s: f64) {
         self.due_s += (duration_s * SHARE - self.interval_s).max(0.0);
     }

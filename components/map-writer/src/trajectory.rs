@@ -22,7 +22,7 @@ pub(crate) struct WrittenTrajectory {
     since: VecDeque<(f64, Pose2)>,
     corrected_s: Option<f64>,
     corrected: u64,
-    /// What was written before does not hold any more.
+    /// The next write replaces the file, because the lines in it are outdated.
     begins_anew: bool,
     newest_s: Option<f64>,
     newest: Option<Point2>,
@@ -31,13 +31,13 @@ pub(crate) struct WrittenTrajectory {
 }
 
 impl WrittenTrajectory {
-    /// Takes where all poses up to a stamp are by now; the newer ones stay as they came.
+    /// Replaces all poses up to a stamp by corrected ones; newer poses are kept as they arrived.
     pub(crate) fn correct_poses(
         &mut self,
         stamp_s: f64,
         poses: impl Iterator<Item = (f64, Pose2)>,
     ) {
-        // By the order they came in: stamps of recorders also go back.
+        // Compare by order of arrival: the stamps of a recording can jump backwards.
         let last = self.since.iter().rposition(|(own_s, _)| *own_s == stamp_s);
         let covered = last.map_or(0, |last| last + 1);
         let is_newer = |(own_s, _): &(f64, Pose2)| last.is_some() || *own_s > stamp_s;
@@ -83,7 +83,7 @@ impl WrittenTrajectory {
         self.corrected
     }
 
-    /// Returns whether the lines that were not written take the place of all before them.
+    /// Returns whether the unwritten lines replace the file instead of being appended to it.
     pub(crate) fn begins_anew(&self) -> bool {
         self.begins_anew
     }
@@ -108,12 +108,12 @@ impl WrittenTrajectory {
         &self.unwritten
     }
 
-    /// Says that what is in the file, if there is one, is of another run.
+    /// Makes the next write replace the file, which may hold the poses of another run.
     pub(crate) fn begin_anew(&mut self) {
         self.begins_anew = true;
     }
 
-    /// Says that they are written now.
+    /// Forgets the lines: the file now holds them.
     pub(crate) fn mark_written(&mut self) {
         self.unwritten.clear();
         self.begins_anew = false;

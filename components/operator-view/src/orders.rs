@@ -141,7 +141,7 @@ impl OperatorOrders {
         self.goal
     }
 
-    /// Whether STOP holds.
+    /// Whether STOP is active.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped
     }
@@ -177,7 +177,7 @@ impl OperatorOrders {
             }
             OperatorOrder::Release => Vec::new(),
             OperatorOrder::Press(name) => {
-                // Who gives the robot back to its mission wants it nowhere else.
+                // A button returns the robot to its mission, which chooses its goals itself.
                 self.goal = None;
                 self.report(OperatorEvent::Pressed(name.clone()));
                 self.pressed = Some((name, now_s));
@@ -186,7 +186,7 @@ impl OperatorOrders {
         }
     }
 
-    /// What is to be said again, now and then.
+    /// Returns the active goal if it is due to be sent again.
     pub fn repeat_order(&mut self, now_s: f64) -> Option<RobotCommand> {
         let goal = self.goal.filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
         self.goal_sent_s = now_s;
@@ -211,7 +211,7 @@ impl OperatorOrders {
 
     fn set_goal(&mut self, goal: OperatorGoal) -> Vec<RobotCommand> {
         let Pose2 { x_m, y_m, yaw_rad } = goal.place;
-        // While it stands it takes no goals, so that a release does not set it off.
+        // During STOP goals are refused: otherwise the release of STOP would start the robot.
         if self.is_stopped || !(x_m.is_finite() && y_m.is_finite() && yaw_rad.is_finite()) {
             return Vec::new();
         }
@@ -250,7 +250,7 @@ impl OperatorOrders {
         }
         self.is_stopped = true;
         self.goal = None;
-        // STOP first: nothing may come between the hand and it.
+        // STOP is sent first: no other command may delay it.
         let mut says = vec![RobotCommand::Stop(true)];
         says.extend(self.let_go());
         says

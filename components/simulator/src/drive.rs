@@ -109,7 +109,7 @@ impl Drive {
         self.turn_radps
     }
 
-    /// How often the base has run into something.
+    /// Number of collisions of the base.
     pub fn collisions(&self) -> u64 {
         self.base.collisions
     }

@@ -1,5 +1,5 @@
-//! How fast simulated time passes compared with the host's. It knows no clock: the caller passes the time
-//! it is there.
+//! How fast simulated time passes compared with the host's. It reads no clock: the caller passes
+//! the host's time.
 
 /// Relates the host's time to simulated time.
 #[derive(Clone, Copy, Debug)]
@@ -25,13 +25,13 @@ impl SimulationPace {
         self.speed
     }
 
-    /// Another speed from now on; 0 stands still.
+    /// Changes the speed from now on; at 0 simulated time stands still.
     pub fn set_speed(&mut self, speed: f64, host_s: f64) {
         self.origin = (host_s, self.time_s(host_s));
         self.speed = speed;
     }
 
-    /// Goes on from `time_s`.
+    /// Sets simulated time to `time_s`; the speed is unchanged.
     pub fn set_time(&mut self, time_s: f64, host_s: f64) {
         self.origin = (host_s, time_s);
     }

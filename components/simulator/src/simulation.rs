@@ -51,7 +51,7 @@ pub struct Models {
     pub battery: BatteryModel,
     /// What people do.
     pub people: Manners,
-    /// How often the sensors report.
+    /// Rates of the sensors.
     pub rates: Rates,
     /// Seed of all noise.
     pub seed: u64,
@@ -174,8 +174,8 @@ impl Simulation {
         self.drive.halt();
     }
 
-    /// Says where another robot is, by its pose on the sheet and its radius in metres; it stays
-    /// there until it is reported again. One beyond [`OTHERS`] is not there.
+    /// Places another robot, by its pose on the sheet and its radius in metres. It stays there
+    /// until the next call for it. An index of [`OTHERS`] or more is ignored.
     pub fn other_seen(&mut self, index: usize, sheet_from_other: Pose2, radius_m: f64) {
         let map_from_sheet = self.world.sheet_from_map().inverted();
         let (x_m, y_m) = map_from_sheet.point_from(sheet_from_other.x_m, sheet_from_other.y_m);
@@ -229,7 +229,7 @@ impl Simulation {
         std::iter::once(own).chain(self.others.into_iter().flatten()).collect()
     }
 
-    /// Says what the base has run into, if it is news.
+    /// Reports collisions and the bumper's contact if they have changed.
     fn report_contacts(&mut self, readings: &mut Vec<Stamped>) {
         let time_s = self.clock.time_s();
         let collisions = self.drive.collisions();

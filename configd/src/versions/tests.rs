@@ -328,7 +328,7 @@ fn a_restart_continues_with_the_kept_versions() {
     let (versions, actions) = start(&FILE.replace("10Hz", "30Hz"), two.clone()).unwrap();
     assert_eq!((versions.number(), state(&actions).changes.len()), (6, 1));
     assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 6, .. }))));
-    // An invalid one: the last good one goes on.
+    // An invalid file: the last valid version stays active.
     let (mut versions, actions) = start("<armor", two).unwrap();
     assert!(matches!(
         actions.first(),
@@ -336,7 +336,8 @@ fn a_restart_continues_with_the_kept_versions() {
     ));
     assert!(state(&actions).refused && state(&actions).changes.len() == 1);
     assert_eq!(settings(&mut versions, "mapper").rate_hz, Some(20.0));
-    // The newest were damaged: the newest that is whole goes on, and the next takes its number.
+    // The newest kept versions are damaged: the newest intact one stays active, and the next
+    // version gets the number after it.
     let damaged = || {
         let five = FILE.replace("10Hz", "20Hz");
         vec![kept(4, FILE), kept(5, &five), kept(6, &FILE[..200]), kept(7, "")]

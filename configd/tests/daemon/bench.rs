@@ -1,5 +1,5 @@
-//! What every test of the daemon needs: a folder with a file in it, configd over it, and somebody
-//! who asks.
+//! What every test of the daemon needs: a folder with a system file, a configd that watches it, and
+//! a client.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -49,7 +49,7 @@ impl Folder {
         configd
     }
 
-    /// Written beside it, synced, and renamed over it, as careful editors do.
+    /// Saves as careful editors do: writes a second file, syncs it, and renames it over the first.
     pub fn save(&self, text: &str) {
         let beside = self.0.join(".robot.xml.new");
         let mut new = fs::File::create(&beside).unwrap();

@@ -112,9 +112,10 @@ const SAVES: [(&str, Save); 8] = [
 
 #[test]
 fn no_step_of_a_save_is_taken_for_the_whole() {
-    /// Well within the time that a save has; a machine that pauses longer shows nothing.
+    /// Well within the time that configd allows a save to take. If the machine took longer, the
+    /// attempt proves nothing.
     const QUICK: Duration = Duration::from_millis(40);
-    /// How often a machine may be too slow for a style.
+    /// Most attempts for a style of saving on a machine that is too slow.
     const TRIES: usize = 20;
     let folder = Folder::new("saves");
     let configd = folder.configd();

@@ -41,7 +41,7 @@ pub fn executables<'a>(
             continue;
         }
         match look_into(&next_to, &mut found, problems) {
-            // Nobody asked for it, so it need not be there.
+            // The user did not name this folder, so it is not an error if it does not exist.
             Err(error) if next_to.is_dir() => problems.push(no_directory(&next_to, &error)),
             _ => {}
         }

@@ -21,10 +21,10 @@ const WITHIN: Duration = Duration::from_secs(5);
 const MAX_LEN: u64 = 1 << 20;
 /// What is kept of the complaints of one that fails, in bytes.
 const MAX_COMPLAINT_LEN: u64 = 4 << 10;
-/// How long its last words may take after its end: they are there, and are read as soon as this
-/// process gets to it.
+/// Longest wait for the rest of stderr after its end. The text is already in the pipe; only the
+/// thread that reads it may be late.
 const COMPLAINT_WITHIN: Duration = Duration::from_secs(2);
-/// How often a running one, or one that is still being written, is looked at.
+/// Period of the check on an executable that runs, or that is still being written.
 const LOOK: Duration = Duration::from_millis(2);
 
 /// Why an executable cannot be used.

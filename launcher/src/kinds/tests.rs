@@ -132,7 +132,7 @@ fn a_folder_that_was_asked_for_must_be_there() {
     assert!(messages[0].contains("E0125"), "{messages:#?}");
 }
 
-/// A script that counts how often it is asked.
+/// A script that counts how many times it is run.
 fn counting(scratch: &ScratchFolder, kind: &str) -> PathBuf {
     let path = scratch.path().join("c/counting");
     let asked = scratch.path().join("asked");

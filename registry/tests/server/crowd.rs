@@ -1,4 +1,4 @@
-//! Many at once.
+//! Many clients that register concurrently.
 
 use armor_wire::frame::FrameKind;
 use armor_wire::hello::Hello;

@@ -27,7 +27,7 @@ fn configuration(text: &str) -> Configuration {
     reading.configuration.unwrap_or_else(|| panic!("{:?}", reading.findings))
 }
 
-/// Each edit, an old and a new text, and what is said of it.
+/// Applies edits (an old and a new text each) and compares the listed differences with `expected`.
 fn check(edits: &[(&str, &str)], expected: &[&str]) {
     let mut changed = FILE.to_owned();
     for (old, new) in edits {

@@ -25,7 +25,7 @@ fn check(text: &str, expected: Option<bool>) {
 
 #[test]
 fn tighter_operators_are_evaluated_first() {
-    // Each pair is one tree; the second says it with parentheses.
+    // Each pair is the same tree; the second text has explicit parentheses.
     for (text, same) in [
         ("a < 1 or b < 2 and yes", "(a < 1) or ((b < 2) and yes)"),
         ("not a < 1 and yes", "(not (a < 1)) and yes"),
@@ -82,12 +82,12 @@ fn three_values() {
         ("none < 1 or a > b", None),
         ("known(none)", Some(false)),
         ("known(a) and not known(none)", Some(true)),
-        // What is not measured is not known, and neither is what nobody can compute.
+        // NaN is an unknown value, and so is a result that cannot be computed.
         ("nan < 1 or known(nan)", None),
         ("a / 0 > 1", None),
         ("huge - huge < 1", None),
         ("huge > 1", Some(true)),
-        // Types that do not fit; the check says so before anything runs.
+        // Types that do not fit: unknown here; the check reports them before anything runs.
         ("mode < 1", None),
         ("a", None),
         ("yes == 1", None),

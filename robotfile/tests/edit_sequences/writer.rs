@@ -16,7 +16,7 @@ struct Form<'a> {
     random: &'a mut Random,
     unit: &'static str,
     line_break: &'static str,
-    /// How often there are comments, blank lines and odd spaces.
+    /// Probability of a comment, a blank line or odd spaces, in percent.
     oddity: usize,
     comments: usize,
     out: String,

@@ -1,5 +1,6 @@
 //! One mission in simulated time: the algorithms of the simulator, the mapper, the explorer, the
-//! planner, the driver and homing, joined as the mission file joins their components, without processes.
+//! planner, the driver and homing, joined as the mission file joins their components, without
+//! processes.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ pub(crate) const ATTRIBUTES: usize = 64;
 pub(crate) const SEGMENTS: usize = 200_000;
 /// People in a world; each costs a little for every beam.
 pub(crate) const PEOPLE: usize = 100;
-/// Nobody walks faster, in metres per second.
+/// Highest speed of a person, in metres per second.
 pub(crate) const SPEED_MPS: f64 = 10.0;
 /// Distance of any point from the origin, in metres: keeps single-precision boxes within 0.1 mm.
 pub(crate) const COORDINATE_M: f64 = 1000.0;

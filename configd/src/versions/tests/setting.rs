@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// What a wish to set a value comes to at once.
+/// Sends a request to set a value, and returns the immediate actions.
 fn set(
     versions: &mut Versions,
     request: u64,
@@ -52,7 +52,7 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     assert_eq!(write.file, Path::new("m/a.xml"));
     assert_eq!(write.expected, [("m/a.xml".into(), FILE.to_owned())]);
     assert_eq!(write.text, FILE.replace("\"2\"", "\"5\""));
-    // A second one waits for the first, and is worked out on what that left.
+    // A second request waits for the first, and is applied to the text that the first wrote.
     assert!(set(&mut versions, 9, "player.file", None).is_empty());
     assert_eq!(versions.number(), 1);
     let actions = versions.handle(ConfigdEvent::Written(Ok(())));
@@ -68,7 +68,8 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     assert_eq!(second.expected[0].1, write.text);
     let gone = "      <parameter name=\"file\" value=\"logs/a.log\"/>\n";
     assert_eq!(second.text, write.text.replace(gone, ""));
-    // Somebody else was faster: nothing is taken, and the watching tells what they did.
+    // Another program has changed the file first: no version is taken. The file watcher will
+    // report that change.
     let actions = versions.handle(ConfigdEvent::Written(Err("changed by another program".into())));
     match replies(&actions).as_slice() {
         [ConfigReply::Rejected { request: 9, text, .. }] => {
@@ -77,7 +78,7 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
         other => panic!("{other:?}"),
     }
     assert_eq!(versions.number(), 2);
-    // The watching sees what was written: nothing new.
+    // The file watcher reports the text that was written: no new version.
     assert!(versions.handle(saved(&write.text)).is_empty());
     let actions = set(&mut versions, 10, "player.speed", Some("5"));
     assert!(

@@ -77,8 +77,8 @@ impl FiringWalk<'_> {
         Ok(done)
     }
 
-    /// The transitions of the net that are called so: one for each of the values of variables that
-    /// it tells apart.
+    /// The transitions of the net with this name: one for each combination of the values of
+    /// variables that the mission's transition distinguishes.
     fn named(&self, name: &str) -> Result<Vec<TransitionId>> {
         let shown = (0..).map(TransitionId).zip(&self.analysed.shown);
         let found: Vec<_> = shown.filter(|it| it.1 == name).map(|it| it.0).collect();

@@ -73,7 +73,7 @@ fn of_the_running(running: &RunningSystem) -> Result<PathBuf> {
 /// Its name in the folder of a run.
 const JOURNAL: &str = "executive.journal";
 
-/// Tells records one after the other.
+/// Prints records one after the other.
 #[derive(Default)]
 pub struct Teller {
     /// The last number of a firing, and whether the firing that leads to the safe place has a later
@@ -93,7 +93,8 @@ impl Teller {
         }
     }
 
-    /// The way to the safe place is a firing like others, which no record of its own begins.
+    /// The text of a record. The retreat to the safe place is a firing that no record of its own
+    /// begins; it has the number after the last firing.
     fn words(&mut self, entry: &JournalEntry) -> String {
         let retreats = match entry {
             JournalEntry::Retreated { .. } => true,

@@ -20,11 +20,12 @@ use crate::exit::CommandEnding;
 use crate::print::{end_printing, print_line};
 use crate::system;
 
-/// How often to look whether the executive is still there.
+/// Period of the check that the executive is still connected.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 /// Longest time of one attempt to reconnect while there is no executive.
 const COME_BACK_WITHIN: Duration = Duration::from_secs(2);
-/// How long neither executive nor registry of another host answer before they count as gone.
+/// A system on another host counts as ended after its executive and its registry have not answered
+/// for this long.
 const GONE_AFTER: Duration = Duration::from_secs(10);
 
 /// What `operate` reads.

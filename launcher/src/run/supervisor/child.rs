@@ -136,7 +136,8 @@ impl Child {
         }
     }
 
-    /// Nobody listened for the time of `nap`.
+    /// Extends each deadline by `nap`, during which the launcher itself did not run: it could not
+    /// receive a beat, so silence proves nothing.
     pub fn forgive(&mut self, nap: Duration) {
         match &mut self.state {
             ChildState::Running { watch } => match watch {

@@ -199,8 +199,8 @@ fn type_of(path: &FieldPath<'_>) -> Type {
     }
 }
 
-/// What a variable is, given an end of its domain: a number, and if its source says no more, in
-/// the unit of that end.
+/// The type of a variable with an end of its domain: a number. If its source does not determine a
+/// unit, it has the unit of that end.
 fn of_domain(variable: &Variable, is: Type, end: &Spanned<f64>, findings: &mut Findings) -> Type {
     let written = quantity::parse(end.at.text()).ok().and_then(|quantity| quantity.unit);
     let measure =

@@ -61,7 +61,7 @@ impl StickPanel {
         let response = response.accessible_name("stick");
         let radius = PAD / 2.0 - 8.0;
         let pointer = response.interact_pointer_pos().filter(|_| response.dragged());
-        // Without the focus nobody would report that the button goes up.
+        // A window without the focus may miss the release of the button, so the stick is released.
         let has_focus = ui.input(|input| input.focused);
         self.held = pointer.filter(|_| has_focus).and_then(|at| direction_of(rect, at, radius));
         let painter = ui.painter();
