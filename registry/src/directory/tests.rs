@@ -142,7 +142,7 @@ fn a_lookup_of_nothing_names_what_is_near() {
     let refusal = refusal(&actions);
     assert_eq!(refusal.code, RefusalCode::UnknownData);
     assert!(refusal.text.contains("`lidar.scan`"), "{refusal}");
-    assert!(refusal.text.contains("without that output"), "{refusal}");
+    assert!(refusal.text.contains("has no such output"), "{refusal}");
 }
 
 #[test]

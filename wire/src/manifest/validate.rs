@@ -166,7 +166,7 @@ mod tests {
                 (parameter.kind, parameter.unit) = (ParameterType::Choice, String::new());
                 (parameter.minimum, parameter.maximum) = (None, None);
             }),
-            ("there twice", |m| m.parameters.push(m.parameters[0].clone())),
+            ("occurs twice", |m| m.parameters.push(m.parameters[0].clone())),
         ];
         for (expected, fault) in faults {
             let mut manifest = manifest();

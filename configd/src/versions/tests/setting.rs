@@ -107,7 +107,7 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     let over = rejected(&mut versions, "mapper.speed", "1");
     assert!(over.starts_with("mapper.speed is given by --set"), "{over}");
     let control = rejected(&mut versions, "player.file", "a\u{1}b");
-    assert_eq!(control, "the value holds U+0001, a character that XML does not allow []");
+    assert_eq!(control, "the value contains U+0001, a character that XML does not allow []");
     let unknown = set(&mut versions, 8, "player.nosuch", None);
     match replies(&unknown).as_slice() {
         [ConfigReply::Rejected { findings, .. }] => {
