@@ -52,7 +52,7 @@ impl Scene {
     }
 
     fn register(&mut self, name: &str, instance: u64) -> Vec<ObserverAction> {
-        self.handle(SystemEvent::Registry(Change::Appeared(entry(name, instance))))
+        self.handle(SystemEvent::Registry(DirectoryChange::Appeared(entry(name, instance))))
     }
 
     fn condition(&self, name: &str) -> Condition {
@@ -96,7 +96,7 @@ fn a_silent_process_is_suspected_and_retried_until_it_answers() {
 #[test]
 fn an_ended_process_counts_as_restarting_for_a_while_and_then_as_dead() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    let gone = scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    let gone = scene.handle(SystemEvent::Registry(DirectoryChange::Gone(entry("laser", 1))));
     assert_eq!(gone, [ObserverAction::Drop("laser".into(), 1)]);
     scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     assert_eq!(scene.condition("laser"), Condition::Restarting);
@@ -119,7 +119,7 @@ fn events_of_an_earlier_start_change_nothing() {
         actions,
         [ObserverAction::Drop("laser".into(), 1), ObserverAction::Connect(entry("laser", 2))]
     );
-    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.handle(SystemEvent::Registry(DirectoryChange::Gone(entry("laser", 1))));
     scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     let state = Answer::State { state: RunState::Failed, activation: 1, controllable: true };
     assert!(!scene.answer("laser", 1, state));
@@ -168,9 +168,9 @@ fn a_connection_that_ended_before_it_was_reported_is_retried() {
 #[test]
 fn processes_that_a_restarted_registry_reports_again_are_not_new() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    scene.handle(SystemEvent::Registry(Change::RegistryLost));
+    scene.handle(SystemEvent::Registry(DirectoryChange::RegistryLost));
     assert!(!scene.picture.is_found && !scene.picture.has_ended(), "links live on");
-    scene.handle(SystemEvent::Registry(Change::RegistryFound));
+    scene.handle(SystemEvent::Registry(DirectoryChange::RegistryFound));
     assert_eq!(scene.register("laser", 1), []);
     assert_eq!((scene.condition("laser"), scene.picture.is_found), (Condition::Active, true));
 }
@@ -179,7 +179,7 @@ fn processes_that_a_restarted_registry_reports_again_are_not_new() {
 fn a_system_has_ended_when_no_process_answers_and_the_registry_is_gone() {
     let mut scene = Scene::with_process("laser", RunState::Active);
     scene.register(CONFIGD, 3);
-    scene.handle(SystemEvent::Registry(Change::RegistryLost));
+    scene.handle(SystemEvent::Registry(DirectoryChange::RegistryLost));
     assert!(!scene.picture.has_ended());
     scene.handle(SystemEvent::Closed("laser".into(), 1, "it closed the connection".into()));
     assert!(scene.picture.has_ended());
@@ -215,7 +215,7 @@ fn links_of_an_ended_process_are_not_shown() {
     scene.answer("laser", 1, Answer::Status { request: 1, status: reported });
     scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.handle(SystemEvent::Registry(DirectoryChange::Gone(entry("laser", 1))));
     scene.picture.rebuild_links();
     assert_eq!(scene.picture.links, []);
 }
@@ -244,10 +244,10 @@ fn an_ended_system_keeps_the_links_that_it_had() {
     scene.answer("laser", 1, Answer::Status { request: 1, status });
     scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 1);
-    scene.handle(SystemEvent::Registry(Change::Gone(entry("laser", 1))));
+    scene.handle(SystemEvent::Registry(DirectoryChange::Gone(entry("laser", 1))));
     scene.picture.rebuild_links();
     assert_eq!(scene.picture.links.len(), 0, "it may come back and link again");
-    scene.handle(SystemEvent::Registry(Change::RegistryLost));
+    scene.handle(SystemEvent::Registry(DirectoryChange::RegistryLost));
     scene.picture.rebuild_links();
     assert!(scene.picture.has_ended());
     assert_eq!(scene.picture.links[0].sent, 7);
