@@ -16,12 +16,12 @@ pub(crate) struct Clocks {
     followed: Option<Arc<Mutex<SharedTime>>>,
 }
 
-/// What the thread that hears the data shares with the executive.
+/// The state shared by the executive and the thread that receives the data.
 struct SharedTime {
     time: FollowedTime,
-    /// What is not in the journal yet.
+    /// The anchor that is not in the journal yet.
     anchor: Option<Anchor>,
-    /// The executive has been woken and has not looked yet.
+    /// The executive has been woken and has not read the time yet: no need to wake it again.
     is_woken: bool,
 }
 
@@ -30,7 +30,7 @@ fn lock(shared: &Mutex<SharedTime>) -> MutexGuard<'_, SharedTime> {
 }
 
 impl Clocks {
-    /// Goes on where a story ends. Answers what time it is.
+    /// Continues the clocks from the end of a journal. Returns the time now.
     pub(crate) fn begin(plan: &Plan, story: &Story) -> (Self, ClockReadings) {
         if plan.clock().is_none() {
             let (life, now) = journal::clock(story, &boot_name(), monotonic_now());
@@ -48,12 +48,12 @@ impl Clocks {
         self.followed.is_some()
     }
 
-    /// Where the clocks stand, for the journal.
+    /// Returns the state of the clocks, for the journal.
     pub(crate) fn life(&self) -> &Life {
         &self.life
     }
 
-    /// Hears the data from now on, if there is such; every passing of time wakes the executive.
+    /// Starts to receive the data, if mission time follows any; each reading wakes the executive.
     pub(crate) fn follow(&self, plan: &Plan, node: &SystemNode, inputs: Sender<ExecutiveInput>) {
         let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else {
             return;
@@ -64,7 +64,7 @@ impl Clocks {
                 shared.anchor = Some(anchor);
             }
             if !std::mem::replace(&mut shared.is_woken, true) {
-                // The receiver is gone only when all of this is about to end.
+                // The receiver is gone only when the executive is about to end.
                 let _ = inputs.send(ExecutiveInput::Time);
             }
         };
@@ -83,7 +83,8 @@ impl Clocks {
         }
     }
 
-    /// How long to wait for what is due; data that passes the time wakes by itself.
+    /// Returns how long to wait until the next deadline. Deadlines in mission time that follows
+    /// data need no wait: the data wakes the executive.
     pub(crate) fn left(&self, due: Deadlines) -> Option<Duration> {
         let now = self.now();
         let mission = due.mission.filter(|_| self.followed.is_none());
@@ -91,8 +92,8 @@ impl Clocks {
         mission.into_iter().chain(due.host).map(left).min()
     }
 
-    /// Reads the time that follows data. Returns the life to be written down if the data has jumped or
-    /// has another source.
+    /// Reads the time that follows data. Returns the life to be written down if the data has jumped
+    /// or has another source.
     pub(crate) fn look(&mut self) -> Option<&Life> {
         let mut shared = lock(self.followed.as_ref()?);
         shared.is_woken = false;

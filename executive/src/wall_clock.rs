@@ -141,7 +141,7 @@ fn run_program(program: &str, arguments: &[&str]) -> Result<String, String> {
         std::io::ErrorKind::NotFound => format!("there is no {program}"),
         _ => format!("{program}: {error}"),
     })?;
-    let (sender, said) = mpsc::channel();
+    let (sender, output) = mpsc::channel();
     if let Some(mut stdout) = child.stdout.take() {
         let read = move || {
             let mut text = String::new();
@@ -151,7 +151,7 @@ fn run_program(program: &str, arguments: &[&str]) -> Result<String, String> {
         let reading = std::thread::Builder::new().name(program.into()).spawn(read);
         reading.map_err(|error| format!("{program}: {error}"))?;
     }
-    let text = said.recv_timeout(ANSWER_WITHIN);
+    let text = output.recv_timeout(ANSWER_WITHIN);
     if text.is_err() {
         // It may have ended by itself meanwhile.
         let _ = child.kill();

@@ -5,28 +5,29 @@ use std::time::Duration;
 /// The waiting times and bounds of the controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanLimits {
-    /// For every component to appear after the start of the executive.
+    /// How long every component may take to appear after the executive has started.
     pub muster: Duration,
-    /// For a component that died or was cut off to be back and ready.
+    /// How long a component that died or lost its connection may take to be ready again.
     pub return_within: Duration,
-    /// For the confirmation of an activation; the first call may open hardware.
+    /// How long the confirmation of an activation may take: the first call may open hardware.
     pub start_within: Duration,
-    /// For the confirmation of a freeze; asked twice, then the component is killed.
+    /// How long the confirmation of a freeze may take; the executive asks twice, then it kills the
+    /// component.
     pub stop_within: Duration,
-    /// For a component that excludes one to be started and that nothing will stop any more, in
-    /// mission time: long enough for an operator to see to it.
+    /// How long a start stays blocked by an excluded component that nothing will stop any more, in
+    /// mission time, before it fails: long enough for an operator to intervene.
     pub wait_within: Duration,
-    /// For a killed component to be gone.
+    /// How long the end of a killed component may take.
     pub kill_within: Duration,
-    /// For the holder of the lease to come back after its connection broke.
+    /// How long the holder of the lease may take to reconnect.
     pub lease: Duration,
-    /// For a value that guards look at, after its provider could be reached last.
+    /// How long a value that guards read stays in force after its provider was lost.
     pub value_holds: Duration,
-    /// How late a transition may fire before that is an overrun.
+    /// How late a transition may fire before it counts as an overrun.
     pub overrun: Duration,
-    /// Firings in flight at once; a net that needs more grows without end.
+    /// Most firings in flight at the same time; a net that needs more grows without bound.
     pub firings: usize,
-    /// Firings at one moment before they count as an endless loop.
+    /// Most firings at one moment; more count as an endless loop.
     pub step_bound: usize,
 }
 

@@ -34,8 +34,8 @@ fn is_of_the_start(statement: &Statement) -> bool {
 fn finding(text: &Spanned<String>, verdict: ClaimVerdict) -> Option<Finding> {
     match verdict {
         ClaimVerdict::Holds => None,
-        ClaimVerdict::Fails(says, remedy, way) => {
-            let message = format!("this check does not hold: {says}");
+        ClaimVerdict::Fails(reason, remedy, way) => {
+            let message = format!("this check does not hold: {reason}");
             let mut finding = Finding::new(Code::CheckFails, &text.at, message).remedy(remedy);
             finding.way = way;
             Some(finding)

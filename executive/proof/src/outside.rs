@@ -1,5 +1,5 @@
-//! Variables that transitions set, in what is proven: values outside of their domains, variables that
-//! are not followed, and clocks that are followed only loosely because of them.
+//! Variables that transitions set, in what is proven: values outside of their domains, variables
+//! that are not followed, and clocks that are followed only loosely because of them.
 
 use armor_petri::TransitionId;
 use armor_petri::analysis::rules::FiringRules;
@@ -42,7 +42,7 @@ impl Proof<'_> {
         set.map_or_else(|| self.at_transition(name), |set| &set.value.at)
     }
 
-    /// Says which variables are not followed.
+    /// Reports which variables the proof does not follow.
     pub(super) fn not_followed(&self, findings: &mut Findings) {
         let Some(why) = &self.analysed.open else { return };
         let names: Vec<_> =
@@ -61,8 +61,9 @@ impl Proof<'_> {
         ));
     }
 
-    /// What comes of a check. Where variables are not followed, or clocks only loosely, what the net
-    /// can do is more than what the mission can: so only that it cannot is known.
+    /// The verdict on a check. Where variables are not followed, or clocks only loosely, the net
+    /// can do more than the mission can. Then only "this never happens" carries over to the
+    /// mission.
     pub(super) fn decide_claim(&self, claim: &Claim) -> Option<ClaimVerdict> {
         let is_counter =
             |name: &str| self.plan.counters().iter().any(|counter| counter.name == name);

@@ -19,9 +19,9 @@ pub const MAX_STATES: u64 = 500_000;
 pub const MAX_CLASSES: u64 = 100_000;
 /// Most memory that either may take, in bytes.
 pub const MAX_BYTES: u64 = 256 << 20;
-/// So many states of tokens alone are few enough to look at their times without being asked to.
+/// With at most this many untimed states, times are examined even if no check needs them.
 const FEW_STATES: u64 = 20_000;
-/// So often a circle that fills a place is gone round before times count as allowing it.
+/// How many times a cycle that fills a place is repeated before times count as allowing it.
 const ROUNDS: usize = 4;
 
 /// How much is looked at.
@@ -103,8 +103,9 @@ impl<'a> Proof<'a> {
         }
     }
 
-    /// Goes on with the net in which starts wait for what excludes them, if any of them may have to;
-    /// then this one, in which they do not, is handed on too.
+    /// Calls `go_on` with the proof of the net in which starts wait for the components that exclude
+    /// them, and with this proof, in which no start waits. If no start can be blocked, calls it
+    /// with this proof alone.
     pub(crate) fn with_waits(self, go_on: &mut dyn FnMut(&Proof<'_>, Option<&Proof<'_>>)) {
         let pairs = self.meeting_places();
         let waiting = Analysed::keeping_apart(self.plan, &pairs);
@@ -115,7 +116,7 @@ impl<'a> Proof<'a> {
         go_on(&Proof { apart: &pairs, ..proof }, Some(&self));
     }
 
-    /// What is looked at in every mission.
+    /// Examines what is examined in every mission.
     pub(crate) fn examine_in_general(&self, findings: &mut Findings) {
         match &self.exploration.ending {
             ExplorationEnd::Complete => self.complete(findings),

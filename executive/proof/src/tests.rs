@@ -1,4 +1,4 @@
-//! Missions proven, and what is found.
+//! Proves missions and checks the findings.
 
 use crate::analysed::Analysed;
 use crate::proof::ProofEffort;
@@ -14,7 +14,7 @@ mod outcomes;
 mod random;
 mod variables;
 
-/// What is found beside how long the mission takes.
+/// The findings, without the one that states how long the mission takes.
 fn proven(file: &str) -> Findings {
     let mut findings = Findings::default();
     let found = all_proven(file, ProofEffort::default()).into_iter();
@@ -99,7 +99,7 @@ fn a_transition_whose_places_are_never_marked_together_is_dead() {
 
 #[test]
 fn the_end_ends_it_whatever_could_still_fire() {
-    // Once `over` is marked nothing grows any more.
+    // The mission ends when `over` is marked, so no place can grow afterwards.
     let net = "<place name='x' initial='true'/>
         <transition name='t' from='x' to='over' timeout='1s'/>
         <transition name='more' from='over' to='over x' timeout='1s'/>";
@@ -108,7 +108,7 @@ fn the_end_ends_it_whatever_could_still_fire() {
 
 #[test]
 fn what_the_file_says_of_failures_is_part_of_it() {
-    // Only a component that does not stop leads to `y`, where nothing leads on.
+    // `y` is reached only if the component does not stop; no transition leaves `y`.
     let net = "<place name='x' initial='true' components='a'/><place name='y'/>
         <transition name='t' from='x' to='over' on='a.done' on-stop-fail='y'/>";
     let findings = proven(&mission(net));

@@ -49,8 +49,8 @@ impl Proof<'_> {
         })
     }
 
-    fn fails(&self, says: String, way: &[TransitionId], circle: &[TransitionId]) -> ClaimVerdict {
-        ClaimVerdict::Fails(says, CHANGE_EITHER.into(), Some(self.trace_of(way, circle)))
+    fn fails(&self, reason: String, way: &[TransitionId], circle: &[TransitionId]) -> ClaimVerdict {
+        ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(self.trace_of(way, circle)))
     }
 
     fn undecided(&self, why: Exhausted) -> ClaimVerdict {
@@ -80,9 +80,9 @@ impl Proof<'_> {
         match self.decide_possibly(wanted) {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
-                let says = "no way leads there, whatever is reported and when";
+                let reason = "no way leads there, whatever is reported and when";
                 ClaimVerdict::Fails(
-                    says.into(),
+                    reason.into(),
                     "add a way there, or remove the check".into(),
                     None,
                 )
@@ -100,9 +100,9 @@ impl Proof<'_> {
         match found {
             Ok(None) => ClaimVerdict::Holds,
             Ok(Some(seen)) => {
-                let says = format!("{}, and no way leads on to it", self.comes_to(&seen));
+                let reason = format!("{}, and no way leads on to it", self.comes_to(&seen));
                 ClaimVerdict::Fails(
-                    says,
+                    reason,
                     self.or_the_end(&seen.marking),
                     Some(self.trace_of(&seen.way, &[])),
                 )
@@ -134,8 +134,9 @@ impl Proof<'_> {
         })
     }
 
-    /// Every run through one of `starts` comes to what is wanted: there is no circle and no dead end
-    /// that avoids it. All runs are among those without times, so none there is enough.
+    /// Decides whether every run through one of `starts` reaches a wanted marking: no cycle and no
+    /// dead end avoids it. Every run of the mission is a run of the untimed net, so it suffices that
+    /// no run of that net avoids it.
     fn every_run_comes(
         &self,
         wanted: &PlaceFormula,
@@ -159,18 +160,22 @@ impl Proof<'_> {
             Escape::Circle(way, circle) => {
                 let lead =
                     if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
-                let says =
+                let reason =
                     format!("{lead}this can go on for ever without it: {}", self.names(circle));
-                self.fails(says, way, circle)
+                self.fails(reason, way, circle)
             }
             Escape::DeadEnd(way) => {
                 let marking = self.marking_after(way);
-                let says = format!(
+                let reason = format!(
                     "{} there {}, and nothing fires any more",
                     self.after_firings(way),
                     self.marked_in_words(&marking)
                 );
-                ClaimVerdict::Fails(says, self.or_the_end(&marking), Some(self.trace_of(way, &[])))
+                ClaimVerdict::Fails(
+                    reason,
+                    self.or_the_end(&marking),
+                    Some(self.trace_of(way, &[])),
+                )
             }
         }
     }
@@ -202,9 +207,9 @@ impl Proof<'_> {
         match found {
             Err(why) => self.undecided(why),
             Ok(None) => {
-                let says = "it never comes to that: no way leads there";
+                let reason = "it never comes to that: no way leads there";
                 ClaimVerdict::Fails(
-                    says.into(),
+                    reason.into(),
                     "add a way there, or remove the check".into(),
                     None,
                 )
@@ -213,8 +218,8 @@ impl Proof<'_> {
                 ClaimVerdict::Holds
             }
             Ok(Some(least)) => {
-                let says = format!("{} {}", time(least.time), self.are_enough(&least.sequence));
-                self.fails(says, &least.sequence, &[])
+                let reason = format!("{} {}", time(least.time), self.are_enough(&least.sequence));
+                self.fails(reason, &least.sequence, &[])
             }
         }
     }
@@ -236,9 +241,9 @@ impl Proof<'_> {
                 ClaimVerdict::Holds
             }
             Ok(Latest::At(most)) => {
-                let says = format!("{} can take {}", self.names(&most.sequence), time(most.time));
+                let reason = format!("{} can take {}", self.names(&most.sequence), time(most.time));
                 let way = FiringTrace { is_late: true, ..self.trace_of(&most.sequence, &[]) };
-                ClaimVerdict::Fails(says, CHANGE_EITHER.into(), Some(way))
+                ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(way))
             }
             Ok(Latest::WithoutEnd(way)) => self.without_end(&way),
             Ok(Latest::Circle(way, circle)) => self.escaped(&Escape::Circle(way, circle)),
@@ -247,9 +252,9 @@ impl Proof<'_> {
     }
 
     fn without_end(&self, way: &[TransitionId]) -> ClaimVerdict {
-        let says = format!("there is no longest: {}", self.waits(way));
+        let reason = format!("there is no longest: {}", self.waits(way));
         let remedy = "give what waits another way out with a timeout, or leave the check out";
-        ClaimVerdict::Fails(says, remedy.into(), Some(self.trace_of(way, &[])))
+        ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(way, &[])))
     }
 
     /// The last firing of a way may be waited for without end.
@@ -269,9 +274,9 @@ impl Proof<'_> {
         match self.firing_of(transition) {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
-                let says = "no way leads to its firing, whatever is reported and when";
+                let reason = "no way leads to its firing, whatever is reported and when";
                 ClaimVerdict::Fails(
-                    says.into(),
+                    reason.into(),
                     "add a way to its places, or remove it".into(),
                     None,
                 )
@@ -284,8 +289,8 @@ impl Proof<'_> {
         match self.firing_of(transition) {
             Possible::No => ClaimVerdict::Holds,
             Possible::Yes(seen) => {
-                let says = format!("it fires: {}", self.names(&seen.way));
-                self.fails(says, &seen.way, &[])
+                let reason = format!("it fires: {}", self.names(&seen.way));
+                self.fails(reason, &seen.way, &[])
             }
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
@@ -364,11 +369,11 @@ impl Proof<'_> {
                 let (way, circle) = (&pumping.prefix, &pumping.cycle);
                 let begin =
                     if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
-                let says = format!(
+                let reason = format!(
                     "{begin}each {} leaves more in it, again and again",
                     self.names(circle)
                 );
-                self.fails(says, way, circle)
+                self.fails(reason, way, circle)
             }
             ExplorationEnd::Unbounded(_) => ClaimVerdict::Undecided(
                 "another place fills without end, so not all was seen".into(),

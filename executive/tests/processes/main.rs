@@ -1,5 +1,6 @@
-//! An executive and its components as real processes, killed again and again: the mission goes on
-//! with the same marking, reaches its goal, and never are two exclusive components active.
+//! An executive and its components as real processes that are killed repeatedly: the mission
+//! continues with the same marking, reaches its goal, and two exclusive components are never active
+//! together.
 
 mod worker;
 
@@ -15,8 +16,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// Forty rounds between two places whose workers exclude each other, then the goal: three times as
-/// many as the kills take, for a busy machine looks less often.
+/// Forty rounds between two places whose workers exclude each other, then the goal. That is three
+/// times the rounds that the kills take on an idle machine, as a busy machine polls less
+/// frequently.
 const MISSION: &str = r#"<armor version="1">
   <system>
     <component name="left" kind="worker" rate="100Hz"><parameter name="diary" value="diary"/></component>
@@ -37,7 +39,8 @@ const MISSION: &str = r#"<armor version="1">
   </mission>
 </armor>"#;
 
-/// So short that the journal is cut again and again, and the executive killed while it is.
+/// So short that the journal is cut many times, and the executive is killed during some of the
+/// cuts.
 const CUT_AT: u64 = 4096;
 
 /// Generous: the mission takes six seconds on an idle machine.

@@ -51,14 +51,14 @@ impl Component for Worker {
     }
 }
 
-/// Writes a line; lines of several processes stay whole and in order.
+/// Appends a line. Appending keeps the lines of several processes whole and in order.
 pub fn note(diary: &FilePath, name: &str, what: &str) {
     let file = OpenOptions::new().append(true).create(true).open(diary);
     let line = format!("{name} {what}\n");
     file.and_then(|mut file| file.write_all(line.as_bytes())).expect("a line in the diary");
 }
 
-/// Checks that the two never run at once; answers how often they started.
+/// Checks that the two workers never run at the same time; returns how many times they started.
 pub fn check(diary: &FilePath) -> usize {
     let text = std::fs::read_to_string(diary).expect("a diary");
     let mut running = BTreeSet::new();

@@ -1,9 +1,9 @@
-//! Each statement, where it holds, where it does not (with the firings that show it), and where the
-//! budget leaves it open.
+//! Each kind of statement: where it is valid, where it fails (with its counterexample), and where
+//! the budget leaves it undecided.
 
 use super::*;
 
-/// A patrol: explored or late, then walked, stuck or too slow; a lamp that blinks beside it.
+/// A patrol: explored or late, then walked or stuck. A lamp blinks independently of it.
 const PATROL: &str = "<place name='explore' initial='true' components='a'/><place name='rounds'/>
     <place name='on'/><place name='off' initial='true'/>
     <transition name='explored' from='explore' to='rounds' on='a.done'/>
@@ -28,12 +28,13 @@ fn holds(net: &str, check: &str) {
     assert!(found.is_none(), "{check}: {found:?}");
 }
 
-/// It does not hold; a piece of what is said, and the way as names with spaces between.
-fn fails(net: &str, check: &str, said: &str, way: &str) {
+/// Checks that `check` fails: `message` is part of its finding's message, `way` its trace (the
+/// names of the transitions, separated by spaces).
+fn fails(net: &str, check: &str, message: &str, way: &str) {
     let found =
         found(net, check, ProofEffort::default()).unwrap_or_else(|| panic!("{check} holds"));
     assert_eq!(found.code, Code::CheckFails, "{check}: {found:?}");
-    assert!(found.message.contains(said), "{check}: {}", found.message);
+    assert!(found.message.contains(message), "{check}: {}", found.message);
     let at = found.at.as_ref().expect("it has a place");
     assert_eq!(at.text().replace("&lt;", "<"), check);
     let shown = found.way.unwrap_or_default();
@@ -79,7 +80,6 @@ fn reachability_is_of_some_run_and_from_everywhere() {
 
 #[test]
 fn every_run_comes_to_it_unless_a_circle_or_a_dead_end_avoids_it() {
-    // The lamp may blink for ever before `walked`, but not beyond its latest moment.
     holds(
         "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y' on='a.done'/>
@@ -117,7 +117,7 @@ fn durations_are_of_the_shortest_and_the_longest_run() {
     holds(timed, "duration(x) <= 0s");
     fails(timed, "duration(hold) >= 1s", "never comes to that", "");
     fails(timed, "duration(hold) <= 1h", "nothing fires any more", "done walk");
-    // The lamp blinks beside it, but takes its time: no run goes on for ever before the end.
+    // The lamp blinks without end, but each blink takes time, so the patrol still ends.
     holds(PATROL, "duration(over or hold) <= 150s");
 }
 
@@ -126,8 +126,8 @@ fn a_report_without_a_timeout_has_no_longest_and_is_named() {
     let open = "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y' timeout='5s'/>
         <transition name='docked' from='y' to='over' on='a.done'/>";
-    let said = "there is no longest: after t docked may be waited for without end";
-    fails(open, "duration(over) <= 20min", said, "t docked");
+    let message = "there is no longest: after t docked may be waited for without end";
+    fails(open, "duration(over) <= 20min", message, "t docked");
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn bounds_hold_by_sums_or_states_or_are_refuted() {
     fails(PATROL, "bounded(on) <= 0", "on", "light");
 }
 
-/// Forty lamps that go on and off: 2 to the 40 states.
+/// Forty independent lamps: 2^40 states.
 fn lamps() -> String {
     let lamp = |n| {
         format!(
@@ -182,7 +182,8 @@ fn what_the_budget_leaves_open_is_said_and_never_passed() {
     ] {
         assert_eq!(verdict(open), Some("W0253"), "{open}");
     }
-    // What sums of tokens exclude needs no states, and what is seen is seen.
+    // Sums of tokens exclude markings without the state space, and a state that was explored is
+    // proof enough that it can be reached.
     for sure in [
         "never on1 and off1",
         "always on1 + off1 == 1",
@@ -218,12 +219,12 @@ fn a_check_may_speak_of_places_of_sub_missions_and_theirs_are_proven_of_themselv
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
     let findings = prove(&configuration, &plan, &|| false);
     let failed = findings.iter().filter(|finding| finding.code == Code::CheckFails);
-    let told = |finding: &Finding| {
+    let place_and_trace = |finding: &Finding| {
         let way = finding.way.clone().unwrap_or_default().firings.join(" ");
         format!("{} {way}", finding.at.as_ref().expect("a place"))
     };
-    let told: Vec<_> = failed.map(told).collect();
-    assert_eq!(told, ["m.xml:5:16 dock.enter dock.t", "dock.xml:4:50 t"]);
+    let found: Vec<_> = failed.map(place_and_trace).collect();
+    assert_eq!(found, ["m.xml:5:16 dock.enter dock.t", "dock.xml:4:50 t"]);
 }
 
 #[test]
@@ -239,23 +240,23 @@ fn of_a_mission_that_has_begun_what_is_claimed_of_its_start_is_left_out() {
 
 #[test]
 fn the_mission_s_durations_are_told_where_they_can_be_found_out() {
-    let told = |net: &str| {
+    let takes_finding = |net: &str| {
         let findings = all_proven(&mission(net), ProofEffort::default());
         findings.into_iter().find(|finding| finding.code == Code::Takes).expect("it is told")
     };
     let both = "<place name='x' initial='true'/><transition name='t' from='x' to='over'";
-    let sure = told(&format!("{both} interval='[10s,20min]'/>"));
+    let sure = takes_finding(&format!("{both} interval='[10s,20min]'/>"));
     assert_eq!(sure.message, "over comes after 10 s to 20 min");
     let takes = sure.takes.expect("as data");
     assert_eq!((takes.shortest_s, takes.longest_s), (10.0, Some(1200.0)));
     assert!(takes.always_goal && takes.longest_way == ["t"]);
     let fail = "<transition name='u' from='x' to='hold' timeout='30s'/>";
-    let either = told(&format!("{both} interval='[10s,20min]'/>{fail}"));
+    let either = takes_finding(&format!("{both} interval='[10s,20min]'/>{fail}"));
     assert_eq!(
         either.message,
         "over comes after 10 s at the earliest, and the mission is over after 30 s at the latest"
     );
-    let open = told(&format!("{both} on='a.done'/>"));
+    let open = takes_finding(&format!("{both} on='a.done'/>"));
     assert_eq!(
         open.message,
         "over comes after 0 s at the earliest; there is no latest end: at the start t may be \

@@ -1,8 +1,8 @@
-//! Missions with more states than are looked at, and warnings that times make void.
+//! Missions with more states than the budget allows, and warnings that times make void.
 
 use super::*;
 
-/// Twenty lamps that go on and off: a million states, of which a thousand are looked at.
+/// Twenty independent lamps: a million states, of which a thousand are explored.
 fn lamps(more: &str) -> Finding {
     let lamps: String = (0..20)
         .map(|n| {

@@ -1,15 +1,15 @@
-//! What a mission may come to beside its firings: starts that wait for each other, silence where it
-//! asks, and times that bound or exclude what tokens alone allow.
+//! Outcomes that follow from more than the transitions of the file: starts that wait for each
+//! other, operators who do not answer, and times that exclude or bound what tokens alone allow.
 
 use super::*;
 
-/// Codes and messages of the findings, but for how long it takes.
-fn told(net: &str) -> Vec<(&'static str, String)> {
+/// Codes and messages of the findings, without the one that states how long the mission takes.
+fn codes_and_messages(net: &str) -> Vec<(&'static str, String)> {
     let findings = proven(&mission(net)).into_iter();
     findings.map(|finding| (finding.code.as_str(), finding.message)).collect()
 }
 
-/// Which of these checks do not hold, or are not decided.
+/// Returns the checks that fail or are undecided.
 fn refuted(net: &str, checks: &[&str]) -> Vec<String> {
     let escaped =
         checks.iter().map(|check| format!("<check>{}</check>", check.replace('<', "&lt;")));
@@ -27,13 +27,16 @@ const MEETING: &str =
 #[test]
 fn a_start_that_waits_for_what_waits_for_it_is_a_standstill() {
     let net = format!("{MEETING}<transition name='v' from='x y' to='over' timeout='2s'/>");
-    let told = told(&net);
+    let findings = codes_and_messages(&net);
     assert_eq!(
-        told.iter().map(|it| it.0).collect::<Vec<_>>(),
+        findings.iter().map(|it| it.0).collect::<Vec<_>>(),
         ["W0245", "W0217", "E0241"],
-        "{told:?}"
+        "{findings:?}"
     );
-    assert!(told[2].1.contains("on its way into y, which waits until x is left"), "{told:?}");
+    assert!(
+        findings[2].1.contains("on its way into y, which waits until x is left"),
+        "{findings:?}"
+    );
     let checks =
         ["eventually over", "always reachable(over)", "duration(over) <= 4s", "reachable(over)"];
     assert_eq!(refuted(&net, &checks), checks);
@@ -46,8 +49,8 @@ fn where_the_goal_is_out_of_reach_only_on_that_way_the_standstill_is_shown() {
         "{MEETING}<transition name='v' from='x y' to='over' timeout='2s'/>
          <transition name='other' from='x w' to='over' on='a.done'/>"
     );
-    let told = told(&net);
-    let still = told.iter().find(|it| it.0 == "W0242").expect("it is told");
+    let findings = codes_and_messages(&net);
+    let still = findings.iter().find(|it| it.0 == "W0242").expect("it is told");
     assert!(
         still.1.starts_with("after u the mission stands still, with a token in x"),
         "{still:?}"
@@ -62,10 +65,11 @@ fn a_start_that_may_wait_goes_on_when_the_other_is_left() {
          <transition name='leave' from='x' to='z' interval='[1s,5s]'/>
          <transition name='v' from='y z' to='over' timeout='2s'/>"
     );
-    assert_eq!(told(&net).iter().map(|it| it.0).collect::<Vec<_>>(), ["W0245"]);
+    assert_eq!(codes_and_messages(&net).iter().map(|it| it.0).collect::<Vec<_>>(), ["W0245"]);
     let hold = ["eventually over", "duration(over) <= 7s", "duration(over) >= 4s", "never x and y"];
     assert_eq!(refuted(&net, &hold), [""; 0]);
-    // Where nothing is in its way the second half takes no time and is not seen.
+    // A start that nothing blocks takes no time, so no check sees the state between the two phases
+    // of its firing.
     assert_eq!(
         refuted(&net, &["always w or y or x or over", "duration(over) < 7s"]),
         ["duration(over) < 7s"]
@@ -82,8 +86,8 @@ fn asking(unanswered: &str, more: &str) -> String {
 #[test]
 fn silence_that_declines_is_an_outcome() {
     let net = asking("unanswered='decline'", "");
-    let told = told(&net);
-    let [(code, message)] = &told[..] else { panic!("{told:?}") };
+    let findings = codes_and_messages(&net);
+    let [(code, message)] = &findings[..] else { panic!("{findings:?}") };
     assert_eq!(
         (*code, message.as_str()),
         ("W0242", "after t/declined the mission stands still, with a token in x")
@@ -91,7 +95,7 @@ fn silence_that_declines_is_an_outcome() {
     let checks = ["eventually over or hold", "x leads to over", "always reachable(over)"];
     assert_eq!(refuted(&net, &checks), checks);
     assert_eq!(refuted(&net, &["reachable(over)", "fires(t)"]), [""; 0]);
-    // Whoever is declined has another way here.
+    // Here another transition leads on after `t` was declined.
     let net = asking(
         "unanswered='decline'",
         "<transition name='late' from='x' to='hold' timeout='60s'/>",
@@ -119,7 +123,7 @@ fn silence_that_fires_has_a_latest_moment() {
     let findings = all_proven(&mission(&net), ProofEffort::default());
     let takes = findings.iter().find(|f| f.code == Code::Takes).expect("it is told");
     assert_eq!(takes.message, "over comes after 0 s to 5 s");
-    // Nobody knows how long the link stays lost.
+    // The link may stay lost for any duration, so there is no latest moment.
     let net = asking("unanswered='fire' lost-link='wait'", "");
     assert_eq!(refuted(&net, &["duration(over) <= 5s"]), ["duration(over) <= 5s"]);
 }
@@ -133,7 +137,7 @@ fn a_place_that_times_bound_does_not_fill() {
         "{MAKE}<transition name='use' from='n' to='' timeout='1s'/>
          <transition name='stop' from='x' to='over' operator='true'/>"
     );
-    assert_eq!(told(&net), []);
+    assert_eq!(codes_and_messages(&net), []);
     assert_eq!(refuted(&net, &["bounded(n)", "bounded(n) <= 1"]), [""; 0]);
 }
 
@@ -145,8 +149,12 @@ fn a_place_that_fills_does_not_hide_what_else_is_found() {
          <transition name='fall' from='edge' to='trap' operator='true'/>
          <transition name='stop' from='x' to='over' operator='true'/>"
     );
-    let told = told(&net);
-    assert_eq!(told.iter().map(|it| it.0).collect::<Vec<_>>(), ["W0240", "W0242"], "{told:?}");
+    let findings = codes_and_messages(&net);
+    assert_eq!(
+        findings.iter().map(|it| it.0).collect::<Vec<_>>(),
+        ["W0240", "W0242"],
+        "{findings:?}"
+    );
 }
 
 #[test]
@@ -154,7 +162,7 @@ fn a_goal_that_never_comes_in_time_is_told() {
     let net = "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y'/><transition name='u' from='y' to='x'/>
         <transition name='v' from='x' to='over' timeout='1s'/>";
-    let told = told(net);
-    let goal = told.iter().find(|it| it.0 == "E0241").unwrap_or_else(|| panic!("{told:?}"));
+    let findings = codes_and_messages(net);
+    let goal = findings.iter().find(|it| it.0 == "E0241").unwrap_or_else(|| panic!("{findings:?}"));
     assert!(goal.1.contains("never comes in time"), "{goal:?}");
 }

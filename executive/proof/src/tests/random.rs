@@ -9,7 +9,7 @@ use enumeration::Enumeration;
 
 const PLACES: usize = 4;
 
-/// A mission of a few places, with or without times, and the checks asked of it.
+/// Draws a mission of a few places, with or without times, and its checks.
 fn draw(dice: &mut Dice) -> (String, Vec<String>) {
     let mut net = String::new();
     for place in 0..PLACES {
@@ -92,8 +92,11 @@ fn claim(dice: &mut Dice) -> String {
     }
 }
 
-/// What is said of each check, by its text: nothing, or the finding.
-fn said(file: &str, effort: ProofEffort) -> (Analysed, Plan, Vec<(String, Option<Finding>)>) {
+/// Proves the file; returns the text of each check with its finding, if it has one.
+fn check_findings(
+    file: &str,
+    effort: ProofEffort,
+) -> (Analysed, Plan, Vec<(String, Option<Finding>)>) {
     let reading = read("m.xml".as_ref(), &mut |_| Ok(file.as_bytes().to_vec()));
     let configuration = reading.configuration.expect("it can be read");
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
@@ -106,9 +109,9 @@ fn said(file: &str, effort: ProofEffort) -> (Analysed, Plan, Vec<(String, Option
         };
         (text.value.clone(), findings.iter().find(is_its).cloned())
     };
-    let said = checks.iter().map(of).collect();
+    let found = checks.iter().map(of).collect();
     let analysed = Analysed::of(&plan).expect("a net");
-    (analysed, plan, said)
+    (analysed, plan, found)
 }
 
 #[test]
@@ -125,9 +128,9 @@ fn claims_of_random_missions_are_judged_as_plain_enumeration_does() {
             "<armor version='1'><system><component name='a' kind='k'/></system>
              <mission>{net}{checks}</mission></armor>"
         );
-        let (analysed, plan, whole) = said(&file, few(5000, 5000));
-        let (.., scarce) = said(&file, few(1, 1));
-        // Nets that grow or are too large for plain enumeration are left out.
+        let (analysed, plan, whole) = check_findings(&file, few(5000, 5000));
+        let (.., scarce) = check_findings(&file, few(1, 1));
+        // Skip nets that are unbounded or too large for plain enumeration.
         let Some(truth) = Enumeration::of(&analysed.net) else { continue };
         for ((text, finding), (_, little)) in whole.into_iter().zip(scarce) {
             let claim = armor_robotfile::claim::Claim::parse(&text).expect("a claim");
@@ -135,7 +138,7 @@ fn claims_of_random_missions_are_judged_as_plain_enumeration_does() {
             let code = finding.as_ref().map_or("", |finding| finding.code.as_str());
             let wanted = if expected { "" } else { "E0252" };
             assert_eq!(code, wanted, "seed {seed}, {text}\n{net}\n{finding:?}");
-            // With nearly no states it may be open, but never something else.
+            // With hardly any budget a verdict may be undecided, but it must not be wrong.
             let code = little.as_ref().map_or("", |finding| finding.code.as_str());
             assert!([wanted, "W0253"].contains(&code), "seed {seed}, {text}\n{net}\n{little:?}");
             open += u64::from(code == "W0253");

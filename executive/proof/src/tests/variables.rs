@@ -1,4 +1,4 @@
-//! Variables that transitions set, in what is proven.
+//! Proofs of missions whose transitions set variables.
 
 use super::dice::Dice;
 use super::*;
@@ -28,13 +28,13 @@ fn guards_over_variables_are_decided() {
     check(&whole, "<check>round == 2 leads to round == 3</check>", &[]);
     check(&whole, "<check>always round &lt;= 2</check>", &["E0252"]);
     check(&whole, "<check>reachable(over and round != 3)</check>", &["E0252"]);
-    // Without the guard it never ends: it can only be that the fourth time is outside.
+    // Without the guard the fourth firing sets the variable to a value outside its domain.
     let careless = again.replace(" when='round &lt; 3'", "");
     check(&format!("{careless}{enough}"), "", &["E0254"]);
-    // A guard that no value makes true: the transition never fires, and the goal never comes.
+    // No value satisfies this guard: the transition never fires, and the goal is never reached.
     let never = enough.replace("round == 3", "round * 2 == 3");
     check(&format!("{again}{never}"), "", &["W0217", "E0241"]);
-    // Without the second there is no way on after three rounds.
+    // Without `enough` no transition is enabled after three rounds.
     check(again, "", &["E0241"]);
     let data = "<transition name='seen' from='x' to='over' when='a.o.x &lt; 1 and round == 5'/>";
     check(&format!("{again}{data}"), "", &["W0217", "E0241"]);
@@ -49,8 +49,8 @@ fn a_value_outside_is_told_with_the_firings_that_lead_there() {
     );
     let findings = proven(&mission(&net));
     let [finding] = &findings.iter().collect::<Vec<_>>()[..] else { panic!("{findings:?}") };
-    let said = "after again, again again would set round to 7, and it is 0 to 3";
-    assert_eq!((finding.code, finding.message.as_str()), (Code::ValueOutside, said));
+    let message = "after again, again again would set round to 7, and it is 0 to 3";
+    assert_eq!((finding.code, finding.message.as_str()), (Code::ValueOutside, message));
     assert_eq!(finding.at.as_ref().map(|at| at.text()), Some("2 * round + 1"));
     let way = finding.way.as_ref().expect("a way");
     assert_eq!(way.firings, ["again", "again", "again/outside"]);
@@ -72,7 +72,8 @@ fn a_count_of_rounds_bounds_the_time() {
 
 #[test]
 fn where_a_clock_goes_on_while_variables_change_times_are_open() {
-    // `slow` is enabled at two values apart from each other, which the clock of a copy does not see.
+    // The net has two copies of `slow`, for n = 0 and n = 2, each with a clock of its own. So the
+    // proof does not decide what depends on the time since `slow` was enabled.
     let net = "<variable name='n' min='0' max='2'/><place name='x' initial='true'/>
         <place name='y' initial='true'/>
         <transition name='slow' from='x' to='over' timeout='3s' when='n != 1'/>
@@ -90,18 +91,18 @@ fn too_many_values_are_left_open_and_named() {
         <transition name='u' from='x' to='over' timeout='1s' when='n * m == 1000'/>
         <check>never n > 3</check><check>never hold</check><check>reachable(over)</check>";
     let findings = proven(&mission(net));
-    let said: Vec<_> = findings.iter().map(|it| (it.code.as_str(), it.message.as_str())).collect();
+    let found: Vec<_> = findings.iter().map(|it| (it.code.as_str(), it.message.as_str())).collect();
     let open =
         "n and m are not followed in the proof: t tells 251001 combinations of their values apart";
-    assert!(said.contains(&("W0249", open)), "{said:?}");
-    let undecided = said.iter().filter(|it| it.0 == "W0253").count();
-    assert_eq!((undecided, said.len()), (2, 3), "{said:?}");
+    assert!(found.contains(&("W0249", open)), "{found:?}");
+    let undecided = found.iter().filter(|it| it.0 == "W0253").count();
+    assert_eq!((undecided, found.len()), (2, 3), "{found:?}");
 }
 
 /// A state by the definition: tokens, and values of variables.
 type State = (Vec<u32>, Vec<i64>);
 
-/// All states as the definition has them: one transition after the other, guards over data open.
+/// All states, enumerated by the definition of firing; guards over data may be true or false.
 fn defined(plan: &Plan, limit: usize) -> Option<BTreeSet<State>> {
     let counters: Vec<_> = plan.counters().iter().map(|it| it.counts.initial).collect();
     let first = (plan.net().initial().to_vec(), counters);
@@ -144,7 +145,7 @@ fn defined(plan: &Plan, limit: usize) -> Option<BTreeSet<State>> {
     Some(known)
 }
 
-/// Whether there are data by which the guard holds.
+/// Whether some data make the guard true.
 fn may_hold(plan: &Plan, planned: &armor_plan::PlannedTransition, counters: &[i64]) -> bool {
     let Some(guard) = &planned.guard else { return true };
     // The data of these missions are compared with 1 alone.

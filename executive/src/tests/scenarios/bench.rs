@@ -1,4 +1,5 @@
-//! The office mission, and a controller on the bench: components that do as they are told, or not.
+//! The office mission, and a test bench for the controller: the test decides whether components
+//! obey.
 
 use crate::controller::Controller;
 use crate::event::{ControllerAction, ControllerEvent};
@@ -42,7 +43,7 @@ pub(super) fn office() -> Office {
 }
 
 impl Office {
-    /// The way everybody draws first.
+    /// The transition from `explore` to `return` that most tests begin with.
     pub(super) fn explored(&self) -> Way {
         Way {
             from: vec![self.explore],
@@ -67,7 +68,7 @@ pub(super) struct Bench {
     instances: u64,
     answers: Vec<String>,
     request: u64,
-    /// Why the host's clock may not be right.
+    /// Why the host's clock may be wrong; `None` if it is trusted.
     pub(super) clock_doubts: Option<String>,
 }
 
@@ -94,7 +95,8 @@ impl Bench {
         bench
     }
 
-    /// Everybody is there, and the initial places are active.
+    /// Begins the mission: all components are connected, and those of the initial places are
+    /// active.
     pub(super) fn begun(office: Office) -> Self {
         let mut bench = Self::of(office);
         bench.everybody_appears();
@@ -103,7 +105,7 @@ impl Bench {
         bench
     }
 
-    /// Answers what it asks of a new version of the file.
+    /// Answers the controller's questions about a new version of the file.
     pub(super) fn judge(&mut self) {
         while let Some(question) = self.controller.question() {
             self.tell(question.answer(&|| self.clock_doubts.clone()));
@@ -154,19 +156,19 @@ impl Bench {
         self.tell(ControllerEvent::Gone { component, instance: None });
     }
 
-    /// An order of the person called `author`, each sitting at a process of their own.
+    /// Sends an order of `author` and returns the answer. Each author has a process of their own.
     pub(super) fn orders(&mut self, author: &str, order: MissionOrder) -> String {
         self.request += 1;
         self.orders_as(author, self.request, false, order)
     }
 
-    /// The same, taking the command over.
+    /// Sends an order that takes the lease from its holder.
     pub(super) fn takes_over(&mut self, author: &str, order: MissionOrder) -> String {
         self.request += 1;
         self.orders_as(author, self.request, true, order)
     }
 
-    /// The same under a request number of one's own; answers what the operator is told.
+    /// Sends an order with the given request number; returns the answer that the operator receives.
     pub(super) fn orders_as(
         &mut self,
         author: &str,
@@ -184,7 +186,7 @@ impl Bench {
             order,
         }));
         if let Some(question) = self.controller.move_question() {
-            // A plan that is of no file has nothing that could be proven.
+            // A plan without a file cannot be proven.
             let answer = match self.plan.version().files.is_empty() {
                 true => ControllerEvent::MoveJudged { serial: question.serial, verdict: Ok(()) },
                 false => question.answer(),
@@ -194,17 +196,17 @@ impl Bench {
         self.answers.pop().expect("every order is answered")
     }
 
-    /// What operators were told who had asked nothing.
+    /// Takes the answers that operators received without having sent an order.
     pub(super) fn unasked(&mut self) -> Vec<String> {
         std::mem::take(&mut self.answers)
     }
 
-    /// The connection of that person ends.
+    /// Ends the connection of `author`.
     pub(super) fn leaves(&mut self, author: &str) {
         self.tell(ControllerEvent::OperatorLeft { connection: u64::from(author.as_bytes()[0]) });
     }
 
-    /// Killed, and started again a moment later.
+    /// Restarts the executive from its journal, as after a kill.
     pub(super) fn restarts(&mut self) {
         let (plan, now) = (Arc::clone(&self.plan), self.now);
         let (controller, actions) = Controller::resume(plan, &self.records, now).unwrap();
@@ -226,7 +228,8 @@ impl Bench {
         self.now = until;
     }
 
-    /// Confirms every command until there are no more.
+    /// Confirms commands until none is open. One at a time, since each confirmation may bring new
+    /// ones.
     pub(super) fn obey(&mut self) {
         for component in self.plan.component_ids() {
             let observed = self.controller.roster().of(component);
@@ -272,7 +275,7 @@ impl Bench {
         }
     }
 
-    /// What it has wanted since this was asked last.
+    /// Takes the commands that the controller has given since the last call.
     pub(super) fn wanted(&mut self) -> Vec<String> {
         std::mem::take(&mut self.wanted)
     }

@@ -1,5 +1,5 @@
-//! The file is changed while the mission runs: what is taken when, what is carried over, and what is
-//! refused.
+//! Changes of the file while the mission runs: when a version is taken, what is carried over, and
+//! what is refused.
 
 use super::bench::{Bench, SECOND};
 use crate::event::ControllerEvent;
@@ -12,7 +12,7 @@ use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A robot that explores and comes back; `rest` is what differs.
+/// A mission that explores and comes back; `rest` differs between tests.
 fn mission(rest: &str) -> String {
     format!(
         r#"<mission name="office" goal="home" safe="hold">
@@ -30,7 +30,7 @@ const EXPLORED: &str =
     r#"<transition name="explored" from="explore" to="return" on="explorer.done"/>"#;
 const ARRIVED: &str = r#"<transition name="arrived" from="return" to="home" on="homing.done"/>"#;
 
-/// What everybody draws first, and more.
+/// The complete mission with `more` added.
 fn office(more: &str) -> String {
     mission(&[EXPLORE, BACK, EXPLORED, ARRIVED, more].concat())
 }
@@ -50,7 +50,7 @@ fn version_over(number: u64, components: &str, mission: &str) -> Arc<Version> {
     Arc::new(Version { number, files: vec![FileText { path: "office.xml".into(), text }] })
 }
 
-/// Everybody is there, and `explore` is active.
+/// Begins the mission: all components are connected, and `explore` is active.
 pub(super) fn begun(mission: &str) -> Bench {
     let mut bench = Bench::playing(version(1, mission).plan().expect("a mission"));
     bench.everybody_appears();
@@ -65,7 +65,7 @@ impl Bench {
         self.plan.component_named(name).expect("it is in the file")
     }
 
-    /// The file is saved, and everything that is asked about it is answered.
+    /// Offers a version of the file and answers all questions about it.
     pub(super) fn saved(&mut self, version: Arc<Version>) {
         self.tell(ControllerEvent::Offered(version));
         self.judge();
@@ -75,20 +75,20 @@ impl Bench {
         self.controller.plan().version().number
     }
 
-    /// State and reason of the version that is not played.
+    /// State and reason of the version that is not in force.
     pub(super) fn change(&self) -> (String, String) {
         let change = self.controller.marking(0.0).change.expect("a version that is not played");
         (change.state.to_string(), change.why)
     }
 
-    /// In how many seconds a transition may fire.
+    /// Seconds until a transition may fire.
     fn left_s(&self, name: &str) -> Option<f64> {
         let id = self.controller.plan().transition_named(name).expect("it is in the file");
         let at = self.controller.ledger().state().earliest(id)?;
         Some((at.saturating_sub(self.now)).as_secs_f64())
     }
 
-    /// The ledger that the journal gives, up to a record.
+    /// Replays the first `records` records of the journal.
     fn replayed(&self, records: usize) -> Ledger {
         Ledger::replay(Arc::clone(&self.plan), &self.records[..records]).expect("its own journal")
     }
@@ -212,7 +212,7 @@ fn a_goal_that_cannot_be_reached_from_here_is_refused() {
     bench.done(bench.component("explorer"));
     bench.obey();
     assert_eq!(bench.marked(), ["return"]);
-    // Well from the beginning, but not from here.
+    // The goal can be reached from the initial marking, but not from the current one.
     let straight = r#"<transition name="straight" from="explore" to="home" on="explorer.done"/>"#;
     let lost = mission(&[EXPLORE, BACK, EXPLORED, straight].concat());
     bench.saved(version(2, &lost));
@@ -231,10 +231,11 @@ fn the_first_dates_come_only_by_a_clock_that_somebody_keeps() {
     assert_eq!((bench.played(), state.as_str()), (1, "refused"));
     assert!(why.contains("nobody keeps it") && why.contains("--trust-clock"), "{why}");
     bench.clock_doubts = None;
-    // What was refused is judged again when anything in it is another.
+    // A refused version is judged again as soon as its text differs.
     bench.saved(version(3, &office(&dated.replace("2099", "2098"))));
     assert_eq!(bench.played(), 3, "{:?}", bench.controller.marking(0.0).change);
-    // What has dates goes on by what clock there is, and so does its next version.
+    // A mission that already has dates continues with an untrusted clock, and so does its next
+    // version.
     bench.clock_doubts = Some("nobody keeps it".into());
     bench.saved(version(4, &office(&dated.replace("2099", "2100"))));
     assert_eq!(bench.played(), 4);
@@ -333,7 +334,7 @@ fn what_is_asked_and_what_was_reported_are_carried_over() {
         <transition name="on" from="wait" to="return" timeout="1s"/>"#;
     bench.saved(version(2, &office(&[asks, camera].concat())));
     assert_eq!((bench.played(), asked(&bench)), (2, by));
-    // Nobody waits for it until a new version does.
+    // No transition waits for this report before the new version is taken.
     let mut bench = begun(&office(""));
     bench.done(bench.component("driver"));
     bench.obey();

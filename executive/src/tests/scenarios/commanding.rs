@@ -1,4 +1,4 @@
-//! Operators: what they fire, confirm and decline, who commands, and what happens when they are gone.
+//! Operators: firing, confirming and declining transitions, the lease, and lost connections.
 
 use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::order::MissionOrder;
@@ -19,7 +19,7 @@ fn decline(name: &str) -> MissionOrder {
     MissionOrder::Decline(name.to_owned())
 }
 
-/// `recall`: from `explore` to `return`, as the operator likes.
+/// The office with `recall`, an operator's transition from `explore` to `return`.
 fn with_recall(autonomy: Autonomy, lost_link: Option<LostLink>) -> Office {
     let office = office();
     let (from, to) = (vec![office.explore], vec![office.back]);
@@ -87,7 +87,7 @@ fn a_repeated_order_is_answered_again_and_not_carried_out_again() {
 fn an_order_that_was_written_down_is_carried_out_after_a_crash() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
     bench.orders("ruth", fire("recall"));
-    // Killed right after the order came to the disk.
+    // The executive is killed when only the order itself has been written to the journal.
     let order = bench.records.iter().position(|r| format!("{r:?}").contains("Ordered")).unwrap();
     bench.records.truncate(order + 1);
     bench.restarts();

@@ -1,5 +1,5 @@
-//! Variables that transitions set: when guards see them, what a crash leaves of them, and what
-//! becomes of them in another version of the file.
+//! Variables that transitions set: when guards read the new values, recovery after a crash, and
+//! transfer to another version of the file.
 
 use super::bench::{Bench, Office, SECOND, office};
 use super::changing::{begun as begun_from, version};
@@ -15,7 +15,8 @@ use std::time::Duration;
 
 const LEVEL: WatchId = WatchId(0);
 
-/// The office with a round more each time the explorer has seen something; it goes home by `when`.
+/// The office with a counter `round` that is set to `value` whenever the explorer reports `seen`;
+/// `when` guards the transition home.
 fn rounds(value: &str, when: &str) -> Bench {
     let mut office = office();
     let source = office.plan.watch("driver.level", &[]);
@@ -48,7 +49,7 @@ fn values(bench: &Bench) -> Vec<i64> {
     bench.controller.ledger().values().map(|it| it.1).collect()
 }
 
-fn told(bench: &mut Bench, level: f64) {
+fn report_level(bench: &mut Bench, level: f64) {
     bench.tell(ControllerEvent::Sensed { watch: LEVEL, value: Some(Scalar::Number(level)) });
 }
 
@@ -98,9 +99,9 @@ fn what_leaves_its_domain_ends_in_the_safe_place() {
 #[test]
 fn a_crash_leaves_no_guard_behind_its_variable() {
     let mut bench = rounds("round + 1", "round < 1 and level > 5");
-    told(&mut bench, 1.0);
+    report_level(&mut bench, 1.0);
     seen(&mut bench);
-    // Whatever the journal ends with, the guard is one of the values that it ends with.
+    // At whichever record the journal ends, the guard matches the values at that record.
     let id = bench.plan.transition_named("enough").expect("it is there");
     for len in 1..=bench.records.len() {
         let plan = Arc::clone(&bench.plan);
@@ -144,7 +145,7 @@ fn after_a_restart_a_guard_over_both_is_as_the_journal_says_until_a_variable_cha
         };
         let office = office.with("late", late).with("again", again).with("tick", tick);
         let mut bench = Bench::begun(office);
-        told(&mut bench, 5.0);
+        report_level(&mut bench, 5.0);
         bench.pass(5 * SECOND);
         bench.restarts();
         bench.everybody_appears();
@@ -155,7 +156,7 @@ fn after_a_restart_a_guard_over_both_is_as_the_journal_says_until_a_variable_cha
         bench.pass(1500 * super::bench::MS);
         let expected = (!moves).then_some(Duration::ZERO);
         assert_eq!(since(&bench), expected, "the variable changes: {moves}");
-        told(&mut bench, 5.0);
+        report_level(&mut bench, 5.0);
         assert!(since(&bench).is_some(), "there is news");
     }
 }
@@ -189,7 +190,7 @@ fn values_are_carried_over_by_name_and_wait_for_their_domain() {
     assert!(again.values().eq([("round", 2), ("other", 4)]));
     seen(&mut bench);
     assert_eq!(values(&bench), [3, 4]);
-    // From here, not from the start: there are no rounds left, and that is proven to be all right.
+    // Checks of a new version are proven from the current values, not from the initial ones.
     let claiming = |hours: &str, claim: &str| {
         let check = format!("<check>always round &gt;= {claim}</check></mission>");
         next.replace("1h", hours).replace("</mission>", &check)

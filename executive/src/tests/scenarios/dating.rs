@@ -1,4 +1,5 @@
-//! Absolute dates: what they open and shut, what becomes of one that passed, and a clock that is set.
+//! Absolute dates: which transitions they enable, what follows when one has passed, and a wall
+//! clock that is set.
 
 use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::event::ControllerEvent;
@@ -9,20 +10,20 @@ use armor_plan::{DatePhase, PlannedDates};
 use armor_robotfile::mission::{Autonomy, Missed};
 use std::time::Duration;
 
-/// The office with a transition home that has dates, in seconds after noon; the mission begins at
-/// noon.
+/// The office with a transition home that has dates, in seconds after noon. The mission begins at
+/// noon, and the wall clock has been read.
 fn dated(
     (first, last): (Option<u64>, Option<u64>),
     missed: Missed,
     way: impl FnOnce(&Office) -> Way,
 ) -> Bench {
-    let mut bench = untold((first, last), missed, way);
-    told(&mut bench, Duration::ZERO);
+    let mut bench = dated_without_utc((first, last), missed, way);
+    report_utc(&mut bench, Duration::ZERO);
     bench
 }
 
-/// The same, before anybody has said what time it is.
-fn untold(
+/// As [`dated`], without a reading of the wall clock yet.
+fn dated_without_utc(
     (first, last): (Option<u64>, Option<u64>),
     missed: Missed,
     way: impl FnOnce(&Office) -> Way,
@@ -38,12 +39,12 @@ fn plain(_: &Office) -> Way {
     Way::default()
 }
 
-/// The clock says that the mission began so long after noon.
-fn told(bench: &mut Bench, after_noon: Duration) {
+/// Reports a reading of the wall clock by which the mission began `after_noon`.
+fn report_utc(bench: &mut Bench, after_noon: Duration) {
     bench.tell(ControllerEvent::Utc { at_start: noon().later(after_noon) });
 }
 
-/// The clock is set to so long before what it said first.
+/// Reports a reading by which the mission began `by` before noon: the wall clock was set back.
 fn set_back(bench: &mut Bench, by: Duration) {
     bench.tell(ControllerEvent::Utc { at_start: noon().earlier(by) });
 }
@@ -84,14 +85,14 @@ fn its_clock_starts_when_its_date_has_come() {
 
 #[test]
 fn a_date_that_has_come_before_the_mission_began_is_open() {
-    let mut bench = untold((Some(60), None), Missed::Skip, plain);
-    told(&mut bench, 61 * SECOND);
+    let mut bench = dated_without_utc((Some(60), None), Missed::Skip, plain);
+    report_utc(&mut bench, 61 * SECOND);
     assert!(is_home(&mut bench));
 }
 
 #[test]
 fn without_a_clock_no_date_comes() {
-    let mut bench = untold((None, Some(60)), Missed::Fire, plain);
+    let mut bench = dated_without_utc((None, Some(60)), Missed::Fire, plain);
     bench.pass(100 * SECOND);
     assert_eq!((bench.marked(), phases(&bench)), (vec!["explore".to_owned()], Vec::new()));
 }
@@ -125,7 +126,7 @@ fn what_fires_late_fires_once() {
     office = office.with("meet", way);
     let explorer = office.explorer;
     let mut bench = Bench::begun(office);
-    told(&mut bench, Duration::ZERO);
+    report_utc(&mut bench, Duration::ZERO);
     bench.pass(100 * SECOND);
     for fired in [1, 1] {
         bench.done(explorer);
@@ -159,7 +160,7 @@ fn where_no_token_waits_a_date_fails_nothing() {
     office = office.with("meet", way).with("explored", explored);
     let explorer = office.explorer;
     let mut bench = Bench::begun(office);
-    told(&mut bench, Duration::ZERO);
+    report_utc(&mut bench, Duration::ZERO);
     bench.pass(100 * SECOND);
     assert_eq!(bench.marked(), ["explore"]);
     bench.done(explorer);
@@ -193,12 +194,13 @@ fn a_clock_that_is_set_moves_dates_and_no_timeout() {
     let late = Way { from, to: vec![office.back], after: Some(200 * SECOND), ..Way::default() };
     office = office.with("meet", meet).with("late", late);
     let mut bench = Bench::begun(office);
-    told(&mut bench, Duration::ZERO);
+    report_utc(&mut bench, Duration::ZERO);
     bench.pass(10 * SECOND);
-    // An hour forth: its date has come, and its clock runs; then back: it is to come again.
-    told(&mut bench, 3600 * SECOND);
+    // The wall clock is set forward by an hour: the date has come and the transition's clock
+    // starts. Then the wall clock is set back: the date is in the future again.
+    report_utc(&mut bench, 3600 * SECOND);
     bench.pass(20 * SECOND);
-    told(&mut bench, Duration::ZERO);
+    report_utc(&mut bench, Duration::ZERO);
     assert_eq!(phases(&bench), [DatePhase::Open, DatePhase::Early]);
     assert_eq!(bench.controller.next_deadline(), Some(60 * SECOND));
     set_back(&mut bench, 3600 * SECOND);
@@ -225,7 +227,7 @@ fn after_a_restart_dates_hold_as_the_clock_says_then() {
         bench.everybody_returns();
         let waits = bench.marked();
         assert_eq!(waits, ["explore"], "until it knows what time it is");
-        told(&mut bench, Duration::ZERO);
+        report_utc(&mut bench, Duration::ZERO);
         bench.obey();
         bench.pass(20 * SECOND);
         bench.obey();
@@ -251,7 +253,7 @@ fn operators_are_told_of_the_date() {
 
 #[test]
 fn dates_are_shown_with_when_they_come() {
-    let mut bench = untold((Some(30), Some(60)), Missed::Skip, |office| Way {
+    let mut bench = dated_without_utc((Some(30), Some(60)), Missed::Skip, |office| Way {
         on: Some((office.explorer, "done")),
         ..Way::default()
     });
@@ -260,7 +262,7 @@ fn dates_are_shown_with_when_they_come() {
         (date.phase, date.next_at_s, date.used)
     };
     assert_eq!(shown(&bench), ("early".to_owned(), None, false));
-    told(&mut bench, 10 * SECOND);
+    report_utc(&mut bench, 10 * SECOND);
     assert_eq!(shown(&bench), ("early".to_owned(), Some(20.0), false));
     bench.pass(25 * SECOND);
     assert_eq!(shown(&bench), ("open".to_owned(), Some(50.0), false));

@@ -1,4 +1,4 @@
-//! Guards and variables: what opens and shuts a transition, and what becomes of its clock.
+//! Guards and variables: when a transition is enabled, and what happens to its clock.
 
 use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::controller::Controller;
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 const LEVEL: WatchId = WatchId(0);
 
-/// The office with a transition home that is guarded; `battery` follows `driver.level`, 0 to 1.
+/// The office with a guarded transition home; `battery` (0 to 1) follows `driver.level`.
 fn guarded(when: &str, way: impl FnOnce(&Office) -> Way) -> Bench {
     let mut office = office();
     let source = office.plan.watch("driver.level", &[]);
@@ -26,7 +26,7 @@ fn guarded(when: &str, way: impl FnOnce(&Office) -> Way) -> Bench {
     Bench::begun(office.with("weak", way))
 }
 
-fn told(bench: &mut Bench, level: impl Into<Option<f64>>) {
+fn report_level(bench: &mut Bench, level: impl Into<Option<f64>>) {
     let value = level.into().map(Scalar::Number);
     bench.tell(ControllerEvent::Sensed { watch: LEVEL, value });
 }
@@ -36,7 +36,7 @@ fn is_home(bench: &mut Bench) -> bool {
     bench.marked() == ["home"]
 }
 
-/// The changes of guards in the journal.
+/// The guard changes that the journal records.
 fn changes(records: &[JournalRecord]) -> Vec<(bool, String)> {
     let change = |record: &JournalRecord| match &record.entry {
         JournalEntry::Guard { holds, because, .. } => Some((*holds, because.clone())),
@@ -56,11 +56,11 @@ fn it_fires_when_its_guard_comes_to_hold() {
     bench.pass(SECOND);
     assert_eq!(bench.marked(), ["explore"], "nothing is known yet");
     for level in [0.5, 0.31] {
-        told(&mut bench, level);
+        report_level(&mut bench, level);
     }
-    told(&mut bench, None);
+    report_level(&mut bench, None);
     assert_eq!(bench.marked(), ["explore"]);
-    told(&mut bench, 0.29);
+    report_level(&mut bench, 0.29);
     assert!(is_home(&mut bench));
     assert_eq!(changes(&bench.records), [(true, "battery is 0.29".to_owned())]);
 }
@@ -71,14 +71,14 @@ fn one_with_a_report_and_a_guard_needs_both_in_any_order() {
     for guard_first in [true, false] {
         let mut bench = guarded("battery < 30%", on);
         let explorer = bench.plan.component_named("explorer").expect("it is there");
-        told(&mut bench, if guard_first { 0.2 } else { 0.9 });
+        report_level(&mut bench, if guard_first { 0.2 } else { 0.9 });
         if guard_first {
             assert_eq!(bench.wanted(), [] as [&str; 0]);
         }
         bench.done(explorer);
         if !guard_first {
             assert_eq!(bench.wanted(), [] as [&str; 0], "the report waits for the guard");
-            told(&mut bench, 0.2);
+            report_level(&mut bench, 0.2);
         }
         assert!(is_home(&mut bench), "guard first: {guard_first}");
     }
@@ -88,13 +88,13 @@ fn one_with_a_report_and_a_guard_needs_both_in_any_order() {
 fn its_clock_runs_only_while_the_guard_holds() {
     let after = |_: &Office| Way { after: Some(10 * SECOND), ..Way::default() };
     let mut bench = guarded("battery < 30%", after);
-    told(&mut bench, 0.2);
+    report_level(&mut bench, 0.2);
     bench.pass(9 * SECOND);
     assert_eq!(enabled_since(&bench), Some(Duration::ZERO));
-    told(&mut bench, 0.4);
+    report_level(&mut bench, 0.4);
     assert_eq!(enabled_since(&bench), None);
     bench.pass(5 * SECOND);
-    told(&mut bench, 0.2);
+    report_level(&mut bench, 0.2);
     bench.pass(9 * SECOND);
     assert_eq!(bench.marked(), ["explore"], "it began anew");
     bench.pass(SECOND);
@@ -105,10 +105,10 @@ fn its_clock_runs_only_while_the_guard_holds() {
 fn a_value_holds_for_a_while_without_its_provider_and_then_is_not_known() {
     let after = |_: &Office| Way { after: Some(10 * SECOND), ..Way::default() };
     let mut bench = guarded("battery < 30%", after);
-    told(&mut bench, 0.2);
+    report_level(&mut bench, 0.2);
     bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
     bench.pass(1900 * MS);
-    told(&mut bench, 0.2);
+    report_level(&mut bench, 0.2);
     bench.pass(5 * SECOND);
     assert_eq!(enabled_since(&bench), Some(Duration::ZERO), "nobody has noticed");
     bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
@@ -125,7 +125,7 @@ fn a_guard_may_ask_whether_anything_is_known() {
     let after = |_: &Office| Way { after: Some(3 * SECOND), ..Way::default() };
     let mut bench = guarded("not known(battery)", after);
     bench.pass(2 * SECOND);
-    told(&mut bench, 0.5);
+    report_level(&mut bench, 0.5);
     bench.pass(2 * SECOND);
     assert_eq!(bench.marked(), ["explore"]);
     bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
@@ -136,12 +136,12 @@ fn a_guard_may_ask_whether_anything_is_known() {
 #[test]
 fn what_is_outside_of_its_domain_counts_as_its_end_and_is_counted() {
     let mut bench = guarded("battery == 1", |_| Way::default());
-    told(&mut bench, -3.0);
-    told(&mut bench, f64::NEG_INFINITY);
+    report_level(&mut bench, -3.0);
+    report_level(&mut bench, f64::NEG_INFINITY);
     let shown = bench.controller.marking(0.0);
     let [battery] = shown.variables.as_slice() else { panic!("{shown:?}") };
     assert_eq!((battery.number, battery.outside), (Some(0.0), 2));
-    told(&mut bench, 7.0);
+    report_level(&mut bench, 7.0);
     assert!(is_home(&mut bench));
 }
 
@@ -154,7 +154,7 @@ fn variables_and_guards_are_shown_with_their_values() {
         format!("{}: {} is {}, {}", guard.transition, guard.guard, guard.truth, guard.because)
     };
     assert_eq!(shown(&bench), "weak: battery < 30% is not known, battery is not known");
-    told(&mut bench, 0.75);
+    report_level(&mut bench, 0.75);
     assert_eq!(shown(&bench), "weak: battery < 30% is false, battery is 0.75");
     assert_eq!(bench.controller.marking(0.0).variables[0].value, "0.75");
 }
@@ -163,7 +163,7 @@ fn variables_and_guards_are_shown_with_their_values() {
 fn values_alone_are_shown_once_a_second() {
     let mut bench = guarded("battery < 30%", |_| Way::default());
     bench.pass(5 * SECOND);
-    told(&mut bench, 0.9);
+    report_level(&mut bench, 0.9);
     let mut shown = 0;
     for step in 0..300 {
         bench.now += 10 * MS;
@@ -182,7 +182,7 @@ fn after_a_restart_a_guard_is_as_it_was_until_there_is_news() {
     for (open, news) in [(true, true), (true, false), (false, true), (false, false)] {
         let after = |_: &Office| Way { after: Some(10 * SECOND), ..Way::default() };
         let mut bench = guarded("battery < 30%", after);
-        told(&mut bench, if open { 0.2 } else { 0.8 });
+        report_level(&mut bench, if open { 0.2 } else { 0.8 });
         bench.pass(4 * SECOND);
         let resumed = Controller::resume(Arc::clone(&bench.plan), &bench.records, bench.now);
         let (controller, actions) = resumed.expect("its own journal");
@@ -192,7 +192,7 @@ fn after_a_restart_a_guard_is_as_it_was_until_there_is_news() {
         bench.pass(1900 * MS);
         assert_eq!(enabled_since(&bench).is_some(), open, "the clock runs on if it ran");
         if news {
-            told(&mut bench, 0.1);
+            report_level(&mut bench, 0.1);
         }
         bench.pass(200 * MS);
         assert_eq!(enabled_since(&bench).is_some(), news, "was open: {open}");
@@ -204,7 +204,7 @@ fn after_a_restart_a_guard_is_as_it_was_until_there_is_news() {
 }
 
 impl Bench {
-    /// Everybody is doing what they were doing when the executive was killed.
+    /// All components reconnect in the state in which they were when the executive was killed.
     pub(super) fn everybody_returns(&mut self) {
         for component in self.plan.component_ids() {
             let activation = self.activation(component);

@@ -1,4 +1,4 @@
-//! The controller told event by event what happens, and what it then wants done.
+//! The controller receives events one by one, and the tests check the actions that it returns.
 
 mod bench;
 mod changing;
@@ -310,7 +310,7 @@ fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
     bench.obey();
     assert_eq!(bench.marked(), ["return"], "the next look is in time");
     assert_eq!(bench.controller.ledger().history().next().unwrap().1, 3 * SECOND);
-    // This time it does not get to look before 3.4 s, and the next look is at 4 s.
+    // The executive is busy until 3.4 s and misses its look at 3 s; the next one is at 4 s.
     let mut bench = Bench::begun(again);
     bench.now = 3400 * MS;
     bench.pass(SECOND);

@@ -1,4 +1,4 @@
-//! A mission that stands still: what stops, what does not, what can be moved, and how it goes on.
+//! Pauses: what stops, what keeps running, which tokens can be moved, and how the mission resumes.
 
 use super::bench::{Bench, MS, SECOND, office};
 use crate::event::ControllerEvent;
@@ -144,14 +144,15 @@ fn what_was_done_or_seen_before_the_pause_still_counts_after_it() {
         let after = Some(9 * SECOND);
         let later = Way { from: vec![ticket], to: vec![token], after, ..Way::default() };
         let mut bench = Bench::begun(office.with("way", way).with("later", later));
-        // An event needs somebody whose places are marked or about to be; `done` stands anyway.
+        // An event counts only if a transition waits for it whose places are marked or about to be
+        // marked; `done` counts in any case.
         bench.pass(if report == "seen" { 9 * SECOND } else { SECOND });
         bench.orders("ruth", MissionOrder::Pause);
-        let said = match report {
+        let sent = match report {
             "done" => ComponentReport::Done,
             _ => ComponentReport::Event { name: "seen".into(), value: 1.0 },
         };
-        bench.reports(explorer, bench.activation(explorer), said);
+        bench.reports(explorer, bench.activation(explorer), sent);
         bench.obey();
         bench.wanted();
         bench.orders("ruth", MissionOrder::Resume);

@@ -1,5 +1,5 @@
-//! Mission time that follows data: what the file says goes by it, what is asked of real processes
-//! does not.
+//! Mission time that follows data: the times of the file count in it, the time limits for real
+//! processes count in host time.
 
 use super::bench::{Bench, MS, SECOND, office};
 use crate::event::ControllerEvent;
@@ -8,7 +8,7 @@ use crate::tests::simulation::draft::Way;
 use crate::time::ClockReadings;
 use std::time::Duration;
 
-/// Time passes on each clock, and what is due then happens.
+/// Advances both clocks and lets what is due happen.
 fn passes(bench: &mut Bench, now: &mut ClockReadings, mission: Duration, host: Duration) {
     (now.mission, now.host) = (now.mission + mission, now.host + host);
     let actions = bench.controller.handle(ControllerEvent::Timer, *now);

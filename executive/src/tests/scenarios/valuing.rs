@@ -1,4 +1,4 @@
-//! Values that places give parameters.
+//! Values that places give to parameters of components.
 
 use super::bench::{Bench, MS, Office, office};
 use crate::controller::Controller;
@@ -34,7 +34,8 @@ impl Bench {
     }
 }
 
-/// The explorer looks at the one area, then at the other, then at none; the driver goes on.
+/// Two places in sequence that give the explorer's `area` the values `north` and `second`; the
+/// driver runs in both without interruption.
 fn two_areas(second: Option<&str>) -> (Office, ComponentId, ComponentId) {
     let mut office = office();
     let (explorer, driver) = (office.explorer, office.driver);
@@ -54,10 +55,10 @@ fn an_activation_begins_with_the_values_of_its_places() {
     let bench = Bench::begun(office);
     assert_eq!(bench.values(explorer), ["area=north"]);
     assert_eq!(bench.values(driver), [] as [&str; 0]);
-    let said: Vec<_> = bench.records.iter().map(|record| record.entry.to_string()).collect();
+    let entries: Vec<_> = bench.records.iter().map(|record| record.entry.to_string()).collect();
     assert!(
-        said.contains(&"explorer is activated, number 1 with area=north".to_owned()),
-        "{said:?}"
+        entries.contains(&"explorer is activated, number 1 with area=north".to_owned()),
+        "{entries:?}"
     );
 }
 
@@ -65,7 +66,7 @@ fn an_activation_begins_with_the_values_of_its_places() {
 fn who_goes_on_with_another_value_is_stopped_and_started_afresh() {
     for (second, values) in [(Some("south"), vec!["area=south"]), (None, vec![])] {
         let (mut office, explorer, _) = two_areas(second);
-        // Nobody has finished: a name is called, and the explorer would go on.
+        // An event fires the transition, so the explorer has not finished and could keep running.
         office.plan.transitions[0].on = Some((explorer, "seen".into()));
         let mut bench = Bench::begun(office);
         let event = ComponentReport::Event { name: "seen".into(), value: 1.0 };

@@ -1,12 +1,12 @@
-//! Starts that wait for a component which excludes the one to be started.
+//! Blocked starts: a component cannot start while one that it excludes may be running.
 
 use super::bench::{Bench, MS, SECOND};
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, PlanBuilder};
 
-/// `a` (x) is marked; after 2 s `u` leads from `c` to `b`, where y has to run, which x excludes; and
-/// only `a` and `b` together lead on.
+/// `a` is marked and runs x. After 2 s `u` leads from `c` to `b`, which runs y; x excludes y. The
+/// transition to `over` takes from both `a` and `b`.
 struct Meeting {
     plan: PlanBuilder,
     x: ComponentId,
@@ -92,7 +92,7 @@ fn it_is_given_its_time_to_start_once_nobody_is_in_its_way() {
     let mut bench = begun(meeting);
     bench.pass(600 * SECOND);
     bench.done(x);
-    // It stops at the second time of asking.
+    // x stops only at the second request.
     bench.pass(1500 * MS);
     bench.obey();
     assert_eq!(bench.marked(), ["b"]);

@@ -1,5 +1,5 @@
-//! Somebody who edits the mission while it runs: versions at random, judged after a while by chance,
-//! and what must hold when one is taken.
+//! A user who edits the mission while it runs: random versions, each judged at random after a
+//! delay, and what must be true when one is taken.
 
 use super::Play;
 use super::dice::Dice;
@@ -11,7 +11,7 @@ use armor_plan::{FileText, Plan, Version, fits};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The versions of one play.
+/// The versions of the file in one simulated mission.
 pub(super) struct Changes {
     dice: Dice,
     seed: u64,
@@ -19,13 +19,13 @@ pub(super) struct Changes {
     left: usize,
     next_at: Duration,
     saved: u64,
-    /// What the file is now, if it has been saved.
+    /// The newest saved version, if there is one.
     file: Option<Arc<Version>>,
-    /// Answers on their way, and the file to be looked at.
+    /// Answers and offered versions that have not arrived yet.
     coming: Vec<(Duration, ControllerEvent)>,
 }
 
-/// A plan that the dice of `seed` have drawn, as the first version.
+/// Makes `plan`, which was drawn from `seed`, the first version.
 pub(super) fn first(plan: Plan, seed: u64) -> Plan {
     let version = Arc::new(version(1, seed, 0));
     plan.with_origin(Arc::clone(&version), version, read)
@@ -61,7 +61,7 @@ impl Changes {
         self.coming.iter().map(|it| it.0).chain(next).min()
     }
 
-    /// Who was asked is asked no more; and the file is looked at again.
+    /// A restart: open questions are dropped, and the newest version is offered again.
     pub(super) fn executive_starts(&mut self, now: Duration) {
         self.coming.clear();
         if let Some(file) = &self.file {
@@ -77,7 +77,7 @@ impl Changes {
         self.left -= 1;
         self.next_at = now + self.dice.up_to_ms(20_000);
         self.saved += 1;
-        // Sometimes it is as it was at the beginning.
+        // Sometimes the user restores the first version.
         let edits = if self.dice.one_in(8) { 0 } else { self.saved };
         let version = Arc::new(version(self.saved, self.seed, edits));
         self.file = Some(Arc::clone(&version));
@@ -86,7 +86,7 @@ impl Changes {
 }
 
 impl Play {
-    /// Finds an answer, by chance where a proof would be.
+    /// Answers the controller's question about a version; a random verdict stands in for the proof.
     pub(super) fn judge(&mut self) {
         let question = self.controller.as_ref().and_then(|controller| controller.question());
         let Some(question) = question else { return };
@@ -102,7 +102,7 @@ impl Play {
         self.changes.coming.push((at, event));
     }
 
-    /// The same of tokens to be moved.
+    /// Answers the controller's question about tokens to be moved, at random.
     pub(super) fn judge_move(&mut self) {
         let question = self.controller.as_ref().and_then(|controller| controller.move_question());
         let Some(question) = question else { return };
@@ -113,7 +113,7 @@ impl Play {
             .push((at, ControllerEvent::MoveJudged { serial: question.serial, verdict }));
     }
 
-    /// Every token stays where it is, and nobody is started or stopped by it.
+    /// Checks a change of the file: every token keeps its place, and every place its components.
     pub(super) fn note_change(&mut self, version: &Version) {
         assert!(self.in_flight.is_empty(), "changed while {:?} are under way", self.in_flight);
         let next = Arc::new(read(version, &self.plan).expect("it was read before"));
@@ -139,7 +139,7 @@ impl Play {
         self.wall.follow(same);
         self.outlook.follow(&next, self.world.now);
         (self.oracle, self.plan) = (oracle, next);
-        // Safety reached is the end, of a pause too.
+        // A marked safe place ends the mission, and with it a pause.
         self.paused &= self.plan.safe().is_none_or(|safe| self.oracle[safe.index()] == 0);
     }
 }

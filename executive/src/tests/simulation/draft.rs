@@ -1,4 +1,4 @@
-//! Plans for tests: by hand, and at random.
+//! Plans for tests: hand-written and random ones.
 
 use super::dice::Dice;
 use armor_petri::{FiringClass, FiringInterval, PlaceId};
@@ -11,7 +11,7 @@ use armor_robotfile::guard::{Count, Guard};
 use armor_robotfile::mission::{Autonomy, Counts, LostLink, Missed};
 use std::time::Duration;
 
-/// A transition for a test: from, to, and the terms in words.
+/// A transition of a test plan.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Way {
     pub(crate) from: Vec<PlaceId>,
@@ -33,15 +33,15 @@ pub(crate) struct Way {
     pub(crate) dates: Option<PlannedDates>,
 }
 
-/// Short ways to write the parts of a plan.
+/// Shorthand for the parts of a plan.
 pub(crate) trait DraftPlan {
-    /// A guard in order.
+    /// A guard that must be valid.
     fn guarded(&mut self, text: &str) -> PlannedGuard;
-    /// A value for a counter in order.
+    /// A value for a counter; the text must be valid.
     fn setting(&self, counter: usize, text: &str) -> PlannedSet;
-    /// A counter that begins at 0, or at the nearest value to that.
+    /// A counter whose initial value is 0, or the value of its domain nearest to 0.
     fn counter(&mut self, name: &str, minimum: i64, maximum: i64) -> usize;
-    /// A transition.
+    /// Adds a transition.
     fn way(&mut self, name: &str, way: Way);
 }
 
@@ -105,24 +105,24 @@ const GUARDS: [&str; 10] = [
     "n != 2 or c0.level >= 3",
     "m * m < 4 and known(n)",
 ];
-/// What `n` is set to, and `m`; now and then what it cannot be.
+/// Expressions that `n` and `m` are set to; some give values outside the domain.
 const VALUES: [[&str; 4]; 2] = [["0", "3 - n", "n + 2", "m * m"], ["-m", "n - 1", "m - 1", "0"]];
 
-/// What another version of a plan has otherwise: here and there, by other dice.
+/// The differences of another version of a plan: some parts are drawn from other dice.
 #[derive(Clone, Debug)]
 pub(crate) struct Edits {
-    /// None: nothing.
+    /// The other dice; without them the version does not differ.
     pub(crate) dice: Option<Dice>,
-    /// What is watched by the plan that is played.
+    /// The watches of the plan in force; those of the new plan begin with them.
     pub(crate) watches: Vec<Watch>,
 }
 
-/// A mission nobody would draw: everything that can be in one, anywhere. With `edits` it is another
-/// version of what the same dice draw without.
+/// Draws a plan in which every feature of a mission may occur anywhere. With `edits`, draws another
+/// version of the plan that the same dice give without them.
 pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
     let mut plan = PlanBuilder { mission: "random".to_owned(), ..PlanBuilder::default() };
     plan.watches = edits.iter().flat_map(|edits| edits.watches.clone()).collect();
-    // The dice to draw again with, one time in so many.
+    // Once in `sides` calls, returns dice by which this part of the plan differs.
     let mut edited = |sides: usize| {
         let dice = edits.as_mut()?.dice.as_mut()?;
         dice.one_in(sides).then(|| Dice::new(dice.roll(1 << 30) as u64))
@@ -151,7 +151,7 @@ pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
         places.push(plan.place(&format!("{letter}{index}"), tokens, &active));
     }
     for _ in 0..dice.roll(3) {
-        // What is always active excludes nothing: no plan has that.
+        // A component that is always active cannot exclude others; the compiler refuses that.
         let mut set = pick(dice, 3);
         set.retain(|c| plan.components[c.index()].is_controlled());
         plan.exclusives.push(set);
@@ -222,12 +222,12 @@ pub(crate) fn random_plan(dice: &mut Dice, mut edits: Option<Edits>) -> Plan {
     plan.build().expect("names are numbered")
 }
 
-/// What the clock on the wall says when the simulated missions begin, if it is right.
+/// The UTC time at which the simulated missions begin, by a correct wall clock.
 pub(crate) fn noon() -> Date {
     Date::since_1970(Duration::from_secs(1_795_262_400))
 }
 
-/// Dates around a mission's beginning, some long past.
+/// Draws dates around the beginning of the mission; some have already passed.
 fn random_dates(dice: &mut Dice) -> PlannedDates {
     let date = |dice: &mut Dice| noon().earlier(10 * SECOND).later(dice.up_to_ms(70_000));
     let (first, last) = match dice.roll(4) {
@@ -247,7 +247,7 @@ fn random_way(
     components: &[ComponentId],
     any_place: impl Fn(&mut Dice) -> Option<PlaceId>,
 ) -> Way {
-    // Seldom the last two, where missions end.
+    // Rarely one of the last two places, goal and safe place: they end the mission.
     let place = |dice: &mut Dice| {
         let some = if dice.one_in(8) { places } else { &places[..places.len() - 2] };
         some[dice.roll(some.len())]

@@ -1,4 +1,4 @@
-//! What must hold after every step, whatever has happened.
+//! What must be true after every step of the simulation.
 
 use crate::controller::Controller;
 use crate::ledger::{Ledger, MissionStage, check_same};
@@ -24,7 +24,8 @@ impl Play {
         assert!(t.inhibitors.iter().all(|arc| tokens(arc.0) < i64::from(arc.1)));
     }
 
-    /// Nothing that a firing had to stop runs when it is said to have stopped.
+    /// Checks that no component that a firing had to stop still runs when the journal records the
+    /// stop.
     pub(super) fn check_stopped(&self, firing: u64) {
         let (from, to) = &self.in_flight[&firing];
         for component in self.plan.component_ids() {
@@ -37,7 +38,8 @@ impl Play {
                 || planned.places.iter().any(|place| self.oracle[place.index()] > 0)
                 || self.in_flight.values().any(|other| named(&other.1));
             let running = self.world.processes[component.index()].active;
-            // One that could not be killed is what `on-stop-fail` is for.
+            // If it is unknown whether a kill succeeded, `on-stop-fail` moves on and the process
+            // may run.
             let excused = self.world.trouble.blind;
             assert!(!named(from) || kept || !running || excused, "{} runs", planned.name);
         }
@@ -53,7 +55,8 @@ impl Play {
         }
     }
 
-    /// The marking is the oracle's, and the journal played again gives what is alive.
+    /// Checks that the marking is the oracle's, and that replaying the journal gives the live
+    /// ledger.
     pub(super) fn check_ledger(&mut self) {
         let Some(controller) = &self.controller else {
             return;
@@ -73,7 +76,7 @@ impl Play {
         check_same(live, &again);
     }
 
-    /// Each guard is what the world makes it, and each gate what guard and report make it.
+    /// Checks each guard against the simulated data, and each gate against guard, report and dates.
     pub(super) fn check_guards(&self, live: &Ledger) {
         for id in self.plan.net().transition_ids() {
             let planned = self.plan.transition(id);
@@ -112,7 +115,7 @@ impl Play {
         }
     }
 
-    /// Nothing happens any more and the mission is not over: then everything is as it should be.
+    /// Checks a mission that came to rest without ending: nothing may be stuck.
     pub(super) fn check_calm(&self, controller: &Controller) {
         let ledger = controller.ledger();
         let patience = Duration::from_secs(90);
@@ -121,7 +124,7 @@ impl Play {
             ledger.stage() == MissionStage::Playing || !stuck(ledger.last_at()),
             "stuck at the end"
         );
-        // What waits for one that excludes it, and may yet stop, may wait for ever.
+        // A blocked start may wait for ever, as long as something may still stop what blocks it.
         let moving = ledger.firings().iter().filter(|it| !ledger.is_held(it.1));
         let moving = moving.filter(|it| !controller.is_blocked(*it.0));
         let stuck: Vec<_> = moving.filter(|it| stuck(it.1.since)).collect();
@@ -137,7 +140,7 @@ impl Play {
                 continue;
             }
             let wanted = planned.places.is_empty() || ledger.runs(component);
-            // One that had finished when a pause stopped it has nothing more to do.
+            // A component that had finished before a pause stopped it is not started again.
             let finished = ledger.activation(component).done;
             assert!(process.active == wanted || finished && wanted, "{}", planned.name);
             let place = |place: &&armor_petri::PlaceId| ledger.state().tokens(**place) > 0;

@@ -1,5 +1,5 @@
-//! Random missions played against random worlds, with time by hand and the executive killed
-//! between any two actions. What must hold is checked at every step; a failure prints its seed.
+//! Random missions in random worlds. The test advances time, and may kill the executive between any
+//! two actions. Invariants are checked at every step; a failure prints its seed.
 
 mod changes;
 pub(crate) mod dice;
@@ -29,44 +29,45 @@ use std::time::Duration;
 use wall::Wall;
 use world::{Command, Trouble, World};
 
-/// Long enough for every patience to run out after the last misfortune.
+/// Mission time at which a simulation ends: every time limit expires between the last fault and
+/// this.
 const HORIZON: Duration = Duration::from_secs(240);
 
 struct Play {
-    /// What the journal began with.
+    /// The plan that the journal begins with.
     began: Arc<Plan>,
-    /// What is played, as the journal says.
+    /// The plan in force, by the journal.
     plan: Arc<Plan>,
     world: World,
     controller: Option<Controller>,
-    /// What a restarted executive reads.
+    /// The lines of the journal, as a restarted executive reads them.
     journal: Vec<String>,
-    /// Everything that was ever written into it.
+    /// All lines ever written to the journal, including those that a cut has replaced.
     told: Vec<String>,
     oracle: Vec<i64>,
     outcome: Option<MissionOutcome>,
     crashes: usize,
     restart_at: Duration,
-    /// How much of the journal has been played again already.
+    /// The length of the journal when its replay was last checked.
     checked: usize,
-    /// How often the journal was cut.
+    /// How many times the journal was cut.
     cuts: usize,
-    /// Takes that no put has answered yet.
+    /// Firings that have taken tokens and not put them yet: the tokens taken and to be put.
     in_flight: BTreeMap<u64, (Vec<Tokens>, Vec<Tokens>)>,
     operators: Operators,
-    /// As the journal says.
+    /// Whether the mission is paused, by the journal.
     paused: bool,
     gave_up: bool,
     outlook: Outlook,
     wall: Wall,
-    /// The guards that hold, as the journal says.
+    /// The transitions whose guards are true, by the journal.
     holding: std::collections::BTreeSet<String>,
     changes: Changes,
-    /// The variables that transitions set, as the journal says.
+    /// The values of the variables that transitions set, by the journal.
     counters: BTreeMap<String, i64>,
-    /// Of every action and every marking so far.
+    /// The digest of every action so far, without prose.
     digest: Digest,
-    /// The same with all bytes of the journal.
+    /// The digest of all bytes of the journal and all markings so far.
     exact: Digest,
 }
 
@@ -123,15 +124,15 @@ impl Play {
             let acts = self.operators.next_at();
             let changes = self.outlook.next_at();
             let edits = self.changes.next_at();
-            let told = self.wall.next_at();
-            if let Some(at) = acts.into_iter().chain(changes).chain(edits).chain(told).min()
+            let clock_set = self.wall.next_at();
+            if let Some(at) = acts.into_iter().chain(changes).chain(edits).chain(clock_set).min()
                 && others.is_none_or(|other| at <= other)
                 && self.controller.is_some()
             {
                 self.world.now = self.world.now.max(at);
                 let event = match changes {
                     _ if edits == Some(at) => self.changes.happen(self.world.now),
-                    _ if told == Some(at) => self.wall.happen(self.world.now),
+                    _ if clock_set == Some(at) => self.wall.happen(self.world.now),
                     Some(change) if change == at => self.outlook.happen(self.world.now),
                     _ => self.operators_act(),
                 };
@@ -143,7 +144,7 @@ impl Play {
                 (Some(at), deadline) if deadline.is_none_or(|due| at <= due) => self.world.happen(),
                 (_, due) => {
                     let due = due.expect("one of them is there");
-                    // Timers are late by a little, like real ones.
+                    // Timers fire up to 2 ms late, as real ones do.
                     self.world.now = self.world.now.max(due) + self.world.dice.up_to_ms(2);
                     Some(ControllerEvent::Timer)
                 }
@@ -183,7 +184,7 @@ impl Play {
         self.perform(actions);
     }
 
-    /// Does what it is told, and may be killed between any two actions.
+    /// Performs the actions; the executive may be killed between any two of them.
     fn perform(&mut self, actions: Vec<ControllerAction>) {
         for action in actions {
             if self.crashes > 0 && self.world.dice.one_in(40) {
@@ -229,7 +230,7 @@ impl Play {
         }
     }
 
-    /// All that was decided so far as one record.
+    /// Replaces the journal by a snapshot, as the executive does with a long one.
     fn cut_journal(&mut self) {
         let Some(controller) = &self.controller else {
             return;
@@ -265,13 +266,13 @@ impl Play {
             }
             JournalEntry::Stopped { firing } => self.check_stopped(*firing),
             JournalEntry::Put { firing } => {
-                // The one that ends everything else has no `Took`.
+                // A retreat gives up all other firings and has no `Took` record of its own.
                 let safe = || self.plan.net().place(self.plan.safe().unwrap()).to_owned();
                 let retreat = || (Vec::new(), vec![Tokens { place: safe(), tokens: 1 }]);
                 let to = self.in_flight.remove(firing).unwrap_or_else(retreat).1;
                 self.add(&to, 1);
                 self.check_given(&to);
-                // Safety reached is the end, of a pause too.
+                // A marked safe place ends the mission, and with it a pause.
                 self.paused &= self.plan.safe().is_none_or(|safe| self.oracle[safe.index()] == 0);
             }
             _ => {}
@@ -286,14 +287,13 @@ impl Play {
         }
     }
 
-    /// The net's rule, looked up in the marking that the journal adds up to.
-    /// The journal as a restarted process reads it.
+    /// Parses the journal as a restarted executive does.
     fn records(&self) -> Vec<JournalRecord> {
         self.journal.iter().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 }
 
-/// How many missions are played; `ARMOR_SEEDS=from..to` plays others.
+/// The seeds of the simulated missions; `ARMOR_SEEDS=from..to` selects others.
 fn seeds() -> std::ops::Range<u64> {
     let given = std::env::var("ARMOR_SEEDS").ok();
     let parse = |text: &str| {
@@ -303,8 +303,8 @@ fn seeds() -> std::ops::Range<u64> {
     given.as_deref().and_then(parse).unwrap_or(0..1000)
 }
 
-/// The digest of all decisions of the missions of [`seeds`]: a change of the controller that is to
-/// keep its behaviour keeps this number; any other change replaces it.
+/// The digest of all decisions in the missions of [`seeds`]. A refactoring of the controller must
+/// not change this number; a change of its behaviour replaces it.
 const DECISIONS: u64 = 0x52b6_5107_c40e_e1d1;
 
 #[test]
@@ -314,7 +314,8 @@ fn whatever_happens_the_invariants_hold() {
     let (mut versions, mut refusals) = (0, 0);
     let (mut pauses, mut losses, mut moves) = (0, 0, 0);
     let (mut dates, mut missed, mut cuts) = (0, 0, 0);
-    // Firings that set variables, that could not, and activations with values.
+    // Each feature must occur: firings that set variables, firings that could not, activations with
+    // values.
     let mut set_given = [0; 3];
     let (mut digest, mut all_bytes) = (Digest::new(), Digest::new());
     for seed in seeds() {

@@ -1,5 +1,5 @@
-//! Two operators who order anything at any time, lose their links, and repeat themselves when they
-//! get no answer; and what must hold whatever they do.
+//! Two operators who send any order at any time, lose their connections, and repeat orders; and
+//! what must be true whatever they do.
 
 use super::Play;
 use crate::event::{ControllerAction, ControllerEvent};
@@ -10,17 +10,17 @@ use armor_petri::{FiringClass, PlaceId};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// How busy the operators are, and what they have been told.
+/// The orders that the operators still have to send, and the answers they received.
 #[derive(Default)]
 pub(super) struct Operators {
-    /// Orders that are still to be given.
+    /// Orders still to be sent.
     left: usize,
     next_at: Option<Duration>,
     requests: u64,
     connections: u64,
-    /// The last order, which is told again in doubt.
+    /// The last order, which an operator may send again.
     last: Option<IncomingOrder>,
-    /// What each order was answered.
+    /// The answer to each order, by request number.
     answers: BTreeMap<u64, (bool, String)>,
 }
 
@@ -33,10 +33,10 @@ impl Operators {
         self.next_at.filter(|_| self.left > 0)
     }
 
-    /// Every order has one answer, however often it is told.
+    /// Checks that an order gets the same answer each time it is sent.
     pub(super) fn note_answer(&mut self, request: u64, accepted: bool, text: &str) {
         if request == 0 {
-            // Of no order: whoever held the command has lost it.
+            // Not the answer to an order: the former holder of the lease learns that it lost it.
             assert!(!accepted, "{text}");
             return;
         }
@@ -47,11 +47,11 @@ impl Operators {
 }
 
 impl Play {
-    /// The next thing an operator does.
+    /// Draws the next action of an operator.
     pub(super) fn operators_act(&mut self) -> ControllerEvent {
         let dice = &mut self.world.dice;
         self.operators.left -= 1;
-        // Without pauses of their own they would do nothing but disturb one another.
+        // Without intervals between orders no mission would get anywhere.
         self.operators.next_at = Some(self.world.now + dice.up_to_ms(6000));
         self.operators.connections += 1;
         let connection = self.operators.connections;
@@ -81,12 +81,12 @@ impl Play {
         let transition = net.transitions()[dice.roll(net.transitions().len())].name.clone();
         let place = |dice: &mut super::Dice| net.places()[dice.roll(net.places().len())].clone();
         let marked: Vec<_> = self.plan.place_ids().filter(|p| self.oracle[p.index()] > 0).collect();
-        // Mostly from where there is something to move, or hardly any move would be right.
+        // Mostly a marked place: from an empty one every move is refused.
         let filled = |dice: &mut super::Dice| match marked.len() {
             some if some > 0 && !dice.one_in(8) => net.place(marked[dice.roll(some)]).to_owned(),
             _ => place(dice),
         };
-        // What a pause is for.
+        // Tokens can be moved only in a pause, so moves are drawn mostly then.
         if dice.one_in(if self.paused { 2 } else { 12 }) {
             let count = 1 + dice.roll(2);
             let moves = (0..count).map(|_| MovedTokens {
@@ -109,7 +109,7 @@ impl Play {
         }
     }
 
-    /// What an accepted order does to the oracle's marking, and what it may not do.
+    /// Applies an accepted order to the oracle's marking.
     pub(super) fn note_order(&mut self, record: &JournalRecord) {
         match &record.entry {
             JournalEntry::Ordered(judged) if judged.accepted => match &judged.order {
@@ -126,7 +126,7 @@ impl Play {
     }
 
     fn give_up(&mut self) {
-        // One that is on its way there already goes on.
+        // A retreat that is already under way continues.
         if !self.gave_up {
             self.oracle.fill(0);
             self.in_flight.clear();
@@ -155,7 +155,8 @@ impl Play {
         }
     }
 
-    /// In a pause nothing begins and nothing starts, but for safety.
+    /// Checks that in a pause only transitions of the safety class fire and only components of
+    /// safety places start.
     pub(super) fn check_pause(&self, action: &ControllerAction) {
         if !self.paused {
             return;

@@ -1,5 +1,5 @@
-//! What guards look at in a random world: values come, jump, are not measured, and lose their
-//! link; whoever is restarted has to hear of them anew. And what the guards should make of that.
+//! The data that guards read in a random world: values jump, are missing, and lose their link. A
+//! restarted executive has to receive them again. Computes the expected truth of each guard.
 
 use super::dice::Dice;
 use crate::event::ControllerEvent;
@@ -8,10 +8,10 @@ use armor_robotfile::guard::Scalar;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Nothing changes any more after this, so that the mission can come to rest.
+/// No value changes after this, so that the mission can come to rest.
 const CALM: Duration = Duration::from_secs(100);
 
-/// What the executive has been told of a watch in this life.
+/// The last report of a watch since the executive started.
 #[derive(Clone, Debug)]
 struct Told {
     value: Option<Scalar>,
@@ -22,7 +22,7 @@ pub(super) struct Outlook {
     dice: Dice,
     next: Vec<Duration>,
     told: Vec<Option<Told>>,
-    /// When this life of the executive began, if it is not its first.
+    /// When the executive was last restarted, if it was.
     restarted: Option<Duration>,
 }
 
@@ -40,7 +40,7 @@ impl Outlook {
         }
     }
 
-    /// A new version of the mission looks at more.
+    /// Adds the watches of a new version of the mission.
     pub(super) fn follow(&mut self, plan: &Plan, now: Duration) {
         self.next.resize(plan.watches().len(), now);
         self.told.resize(plan.watches().len(), None);
@@ -54,20 +54,21 @@ impl Outlook {
         let index = (0..self.next.len()).min_by_key(|i| self.next[*i]).expect("there is one");
         self.next[index] = now + self.dice.up_to_ms(4000);
         let watch = WatchId(index as u32);
-        let told = &mut self.told[index];
+        let report = &mut self.told[index];
         if self.dice.one_in(5)
-            && let Some(told) = told
+            && let Some(report) = report
         {
-            told.lost.get_or_insert(now);
+            report.lost.get_or_insert(now);
             return ControllerEvent::Unlinked { watch };
         }
         let number = self.dice.roll(12) as f64 - 1.0;
         let value = (!self.dice.one_in(8)).then_some(Scalar::Number(number));
-        *told = Some(Told { value: value.clone(), lost: None });
+        *report = Some(Told { value: value.clone(), lost: None });
         ControllerEvent::Sensed { watch, value }
     }
 
-    /// What the guard is now; the outer none: as it was before the restart.
+    /// Returns the guard's truth, `Some(None)` if it is unknown. `None`: no report since the
+    /// restart, so the guard may still have its truth from before.
     pub(super) fn truth(
         &self,
         plan: &Plan,

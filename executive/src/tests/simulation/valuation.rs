@@ -1,5 +1,5 @@
-//! What transitions set variables to, and what places give components, checked against the journal
-//! and the plan alone.
+//! Checks the values that transitions set variables to and that places give to components, from the
+//! journal and the plan alone.
 
 use super::Play;
 use crate::ledger::MissionStage;
@@ -16,7 +16,7 @@ impl Play {
         assert!(is_news, "a guard that has not changed");
     }
 
-    /// A transition sets what it says, worked out from the values before.
+    /// Checks that a firing sets its variables to the values computed from those before it.
     pub(super) fn note_sets(&mut self, cause: &Cause, sets: &[ValueSet]) {
         let Cause::Transition(name) = cause else {
             return assert!(sets.is_empty());
@@ -35,8 +35,8 @@ impl Play {
         self.counters.extend(wanted.into_iter().map(|set| (set.variable, set.value)));
     }
 
-    /// An activation has the values of the places that are marked or about to be, the first of them
-    /// in the file first.
+    /// Checks that an activation has the values of the places that are marked or about to be; of
+    /// two places that give the same parameter, the first in the file has priority.
     pub(super) fn check_values(&self, component: ComponentId, values: &[GivenValue]) {
         let playing =
             self.controller.as_ref().map(|it| it.ledger().stage()) == Some(MissionStage::Playing);
@@ -60,7 +60,8 @@ impl Play {
         assert_eq!(values, wanted, "{}", self.plan.component(component).name);
     }
 
-    /// Whoever runs where a firing ends has what its places give, if no other place says otherwise.
+    /// Checks that a component that runs when a firing ends has the values of the firing's places,
+    /// unless another place gives the parameter a different value.
     pub(super) fn check_given(&self, to: &[Tokens]) {
         for it in to {
             let place = self.plan.place_named(&it.place).unwrap();

@@ -1,5 +1,5 @@
-//! The clock on the wall of a random world: it is steered, set back and forth by up to an hour, and
-//! heard of anew by whoever is restarted; and what dates should make of that.
+//! The wall clock of a random world: it is steered, and set back and forth by up to an hour. A
+//! restarted executive has to read it again. Computes the expected phases of dates.
 
 use super::Play;
 use super::dice::Dice;
@@ -14,19 +14,19 @@ use armor_robotfile::mission::Missed;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// Nobody touches the clock any more after this, so that the mission can come to rest.
+/// The clock is not set after this, so that the mission can come to rest.
 const CALM: Duration = Duration::from_secs(100);
 
 pub(super) struct Wall {
     dice: Dice,
     /// UTC at mission time 0.
     at_start: Date,
-    /// What this life of the executive has been told of it.
+    /// The last reading reported since the executive started.
     told: Option<Date>,
     next: Option<Duration>,
-    /// The transitions whose last date has passed while anybody looked.
+    /// The transitions whose last date was recorded as passed.
     past: BTreeSet<String>,
-    /// Those that have fired.
+    /// The transitions that have fired.
     used: BTreeSet<String>,
     is_set: bool,
 }
@@ -38,14 +38,14 @@ impl Wall {
         Self { dice, at_start: noon(), told: None, next: None, past, used, is_set }
     }
 
-    /// The first thing it hears, now or a moment later, is what time it is.
+    /// A restart: the first reading follows immediately or within 2 s.
     pub(super) fn executive_starts(&mut self, now: Duration) {
         self.told = None;
         let late = if self.dice.one_in(4) { self.dice.up_to_ms(2000) } else { Duration::ZERO };
         self.next = Some(now + late);
     }
 
-    /// A new version of the mission: what goes on as before is remembered.
+    /// A new version of the mission: keeps the state of the transitions that continue.
     pub(super) fn follow(&mut self, same: impl Fn(&String) -> bool) {
         self.past.retain(&same);
         self.used.retain(&same);
@@ -77,7 +77,8 @@ impl Wall {
 }
 
 impl Play {
-    /// What the journal says of dates is so by the clock, and nothing fires against them.
+    /// Checks the recorded phases of dates against the clock, and that no transition fires outside
+    /// its dates.
     pub(super) fn note_dates(&mut self, record: &JournalRecord) {
         let plan = std::sync::Arc::clone(&self.plan);
         match &record.entry {
@@ -126,7 +127,7 @@ impl Play {
         }
     }
 
-    /// Whether its dates let it fire.
+    /// Whether the dates of a transition let it fire.
     pub(super) fn is_in_date(&self, id: TransitionId, live: &Ledger) -> bool {
         let Some(dates) = self.plan.transition(id).dates else {
             return true;
@@ -137,8 +138,9 @@ impl Play {
         }
     }
 
-    /// Once settled, dates stand as the clock says, and none that fails the mission has passed
-    /// while tokens waited for it.
+    /// Checks the phases of all dates against the clock, once the controller has settled. While
+    /// tokens wait for a transition whose missed date fails the mission, that date must not have
+    /// passed.
     pub(super) fn check_dates(&self, live: &Ledger) {
         let utc = self.wall.utc(self.world.now).filter(|_| live.stage() == MissionStage::Playing);
         for id in self.plan.net().transition_ids() {

@@ -1,5 +1,5 @@
-//! Components as processes that live, work, report, hang and die, on a network that delays, seen
-//! from the outside: what is true, whatever the executive believes.
+//! The true state of the simulated components, which may differ from what the executive knows:
+//! processes that start, work, report, hang and die, on a network with delays.
 
 use super::dice::Dice;
 use crate::event::ControllerEvent;
@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How badly things go.
+/// How many faults occur, and which.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trouble {
-    /// Chance, one in so many, of each misbehaviour; 0 is never.
+    /// Each fault occurs once in this many cases; 0 means never.
     pub(crate) one_in: usize,
-    /// Whether a killed process may not be known to be gone.
+    /// Whether the executive may not learn that a killed process has ended.
     pub(crate) blind: bool,
 }
 
@@ -30,9 +30,9 @@ pub(crate) enum Command {
 enum Happening {
     /// A process starts.
     Boot(ComponentId),
-    /// A process has its settings.
+    /// A process has received its settings.
     Ready(ComponentId, u64),
-    /// The executive reaches a process.
+    /// The executive connects to a process.
     Connect(ComponentId, u64),
     Arrives {
         component: ComponentId,
@@ -43,7 +43,7 @@ enum Happening {
         connection: u64,
         event: ControllerEvent,
     },
-    /// The last call is over.
+    /// A process that was frozen has finished its last call.
     Rested {
         component: ComponentId,
         instance: u64,
@@ -57,7 +57,7 @@ enum Happening {
     },
     Dies(ComponentId, u64),
     Cut(ComponentId, u64),
-    /// Nothing but the end of the connection tells of a death.
+    /// The connection breaks because the process died; the executive is not informed of the death.
     Severed(ComponentId, u64),
     KnownDead(ComponentId, u64),
 }
@@ -70,16 +70,16 @@ pub(crate) struct Process {
     pub(crate) active: bool,
     pub(crate) done: bool,
     pub(crate) activation: u64,
-    /// What it was given when that began.
+    /// The parameter values of that activation.
     pub(crate) values: Vec<GivenValue>,
     hung: bool,
-    /// Never comes back.
+    /// The process is never started again.
     buried: bool,
     connection: u64,
     connected: bool,
     unacknowledged: BTreeMap<u64, (u64, ComponentReport)>,
     reports: u64,
-    /// When the last message in each direction arrives: a connection keeps the order.
+    /// When the last message in each direction arrives; a later message must not overtake it.
     down: Duration,
     up: Duration,
 }
@@ -92,7 +92,7 @@ pub(crate) struct World {
     pub(crate) processes: Vec<Process>,
     queue: BTreeMap<(Duration, u64), Happening>,
     counter: u64,
-    /// The executive's life; 0 while it is dead.
+    /// The number of the executive's current start; 0 while it is dead.
     life: u64,
     lives: u64,
 }
@@ -120,7 +120,7 @@ impl World {
         world
     }
 
-    /// The executive starts, or starts again, and reaches for everyone.
+    /// The executive starts or restarts, and connects to all processes.
     pub(crate) fn executive_starts(&mut self) {
         self.lives += 1;
         self.life = self.lives;
@@ -137,7 +137,8 @@ impl World {
 
     pub(crate) fn executive_dies(&mut self) {
         self.life = 0;
-        // What was written still arrives, as long as nobody else connects; nothing is heard.
+        // Commands that were already sent still arrive, until another connection is made. Reports
+        // to the dead executive are lost.
         for process in &mut self.processes {
             process.connected = false;
         }
@@ -166,7 +167,7 @@ impl World {
         self.queue.keys().next().map(|key| key.0)
     }
 
-    /// Lets the next thing happen; an answer is what the executive hears of it.
+    /// Lets the next event happen; returns what the executive observes of it.
     pub(crate) fn happen(&mut self) -> Option<ControllerEvent> {
         let ((at, _), happening) = self.queue.pop_first()?;
         self.now = self.now.max(at);
@@ -233,7 +234,7 @@ impl World {
     fn ready(&mut self, component: ComponentId, instance: u64) {
         self.processes[component.index()].ready = true;
         if !self.plan.component(component).is_controlled() {
-            // It runs whether anyone wants it or not, and has something to say.
+            // A component that no mission commands is always active, and may send a report.
             self.processes[component.index()].active = true;
             let report = self.random_report();
             self.later(9000, Happening::Reports { component, instance, activation: 0, report });
@@ -363,7 +364,7 @@ impl World {
         Some(ControllerEvent::Lost { component, instance })
     }
 
-    /// Says on the connection, if there is one, what it is doing.
+    /// Reports the component's state to the executive, if it is connected.
     fn say(&mut self, component: ComponentId) {
         let process = &self.processes[component.index()];
         let doing = match (process.ready, process.active) {
@@ -402,7 +403,7 @@ impl World {
         process.alive && process.instance == instance
     }
 
-    /// Rolls for a misfortune `rarity` times rarer than the basic one.
+    /// Draws whether a fault occurs that is `rarity` times rarer than the basic one.
     fn unlucky(&mut self, rarity: usize) -> bool {
         self.trouble.one_in > 0 && self.dice.one_in(self.trouble.one_in * rarity)
     }
